@@ -279,7 +279,7 @@ describe("tabs and messages", () => {
     assert.doesNotMatch(stage.text, /messages shown/);
   });
 
-  it("are told by a log", async () => {
+  it("are seen in a log", async () => {
     const rig = flying();
     rig.server.last.break();
     rig.timers.advance(16_000);

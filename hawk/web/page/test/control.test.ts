@@ -74,7 +74,7 @@ describe("the question for control", () => {
     }
   });
 
-  it("tells the one who asked that control is kept, and each side when it went over", () => {
+  it("shows the one who asked that control is kept, and each side when it went over", () => {
     const asking = flying(WATCHING);
     asking.hear({ "Control Kept": true });
     assert.equal(asking.operator.toasts.shown?.text, "Ana keeps control.");
@@ -90,7 +90,7 @@ describe("the question for control", () => {
 });
 
 describe("giving back control", () => {
-  it("asks first in the air, and tells what the drone will do", async () => {
+  it("asks first in the air, and says what the drone will do", async () => {
     const rig = flying({ ...MINE, State: "Hover" });
     const stage = new Stage(new ControlNotePart(), rig.operator);
     await rig.operator.releaseControl();
@@ -111,7 +111,7 @@ describe("giving back control", () => {
     assert.equal(rig.sent().at(-1)?.Action, "Release");
   });
 
-  it("is not told as a lost operator", () => {
+  it("is not reported as a lost operator", () => {
     const given = heartbeat({ State: "CommunicationLost", Controller: null, "In Control": false, "Return In": 20 });
     assert.equal(stateWords(view({ heartbeat: given })).title, "Nobody has control");
     assert.equal(banner(view({ heartbeat: given }))?.title, "Nobody has control");
@@ -123,7 +123,7 @@ describe("giving back control", () => {
 });
 
 describe("what somebody else does", () => {
-  it("is told to the pilot by name, by eye and ear", () => {
+  it("is reported to the pilot by name, by eye and ear", () => {
     const heard: string[] = [];
     const { operator, server } = opened({ say: (text) => heard.push(text) });
     server.last.say(heartbeat({ ...MINE, State: "Autonomous Explore" }));

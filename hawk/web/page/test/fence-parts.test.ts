@@ -175,7 +175,7 @@ describe("the fence tools", () => {
   });
 });
 
-describe("the way into the fence editor", () => {
+describe("the button that opens the fence editor", () => {
   it("names the fence that counts, and opens the editor", async () => {
     const rig = grounded();
     const stage = new Stage(new FenceButton(), rig.operator);
@@ -201,7 +201,7 @@ describe("the way into the fence editor", () => {
     }
   });
 
-  it("puts a drawn fence aside", async () => {
+  it("sets a drawn fence aside", async () => {
     const rig = grounded({ "Fence Setup": DRAWN, Options: possible("Set Fence", "Clear Fence") });
     const stage = new Stage(new FenceButton(), rig.operator);
     await stage.drawn();

@@ -67,7 +67,7 @@ describe("the tangent plane", () => {
     [64.1, -21.9, -1500.0, 1900.0, 64.0865393137, -21.8610498876],
   ] as const;
 
-  it("agrees with the drone's own to a millimetre, both ways", () => {
+  it("agrees with the drone's own to a millimetre, in both directions", () => {
     for (const [latitude, longitude, North, East, there, beside] of REFERENCE) {
       const plane = new LocalPlane({ Latitude: latitude, Longitude: longitude });
       const corner = plane.toEarth({ North, East });
@@ -105,7 +105,7 @@ describe("a fence file", () => {
     }
   });
 
-  it("that holds none is told in words", () => {
+  it("that holds none is reported in words", () => {
     const wrong: [unknown, RegExp][] = [
       ["{", /not GeoJSON/],
       [[], /exactly one polygon/],
@@ -200,7 +200,7 @@ describe("the fence editor", () => {
     assert.deepEqual(fence.verdict, { about: "problem", text: "Corners: too narrow." });
   });
 
-  it("tells a refusal of the message itself, and an unusable ceiling without asking", async () => {
+  it("shows a refusal of the message itself, and an unusable ceiling without asking", async () => {
     const { fence, timers, sent, answer } = editing();
     fence.begin(setup());
     timers.advance(200);
@@ -297,7 +297,7 @@ describe("the operator and the fence", () => {
   it("edits on the ground only, and the bar is free again when motors run", () => {
     const { operator, server } = grounded();
     operator.editFence();
-    assert.equal(operator.fence.open, false, "no fence was told yet");
+    assert.equal(operator.fence.open, false, "no fence was received yet");
     server.last.say(heartbeat({ State: "Idle", Armed: false, "Fence Setup": setup() }));
     server.last.say(heartbeat({ State: "Idle", Armed: false }));
     operator.editFence();
@@ -312,7 +312,7 @@ describe("the operator and the fence", () => {
     }
   });
 
-  it("lays the map around the drone before its first arm, then on the datum", () => {
+  it("centres the map on the drone before its first arm, then on the datum", () => {
     const { operator, server } = grounded();
     const before = { State: "Idle", Datum: null, North: null, East: null };
     server.last.say(heartbeat({ ...before, ...ORIGIN }));
@@ -347,7 +347,7 @@ describe("the fence on the map", () => {
     assert.ok(near(dronePlace(before, PLANE)?.North, 0));
   });
 
-  it("has our line as the drone told it while it is drawn", () => {
+  it("has our line as the drone answered it while it is drawn", () => {
     assert.ok(near(draftFence(check(), PLANE).inner[0]?.East, -45));
     assert.deepEqual(draftFence(null, PLANE).inner, []);
   });
@@ -367,7 +367,7 @@ describe("the words about the fence", () => {
     assert.equal(fenceWords(fence, CIRCLE, ready, false).reason, "Not closed yet");
   });
 
-  it("tell what the fence would be, or what is wrong, or why it cannot be saved", async () => {
+  it("say what the fence would be, or what is wrong, or why it cannot be saved", async () => {
     const { fence, timers, answer } = editing();
     fence.begin(CIRCLE);
     fence.draw(SQUARE, "80");

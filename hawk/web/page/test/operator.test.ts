@@ -36,7 +36,7 @@ describe("the operator", () => {
     assert.equal(operator.question, null);
   });
 
-  it("drops question and cut when the link is lost, and tells of it once", () => {
+  it("drops question and cut when the link is lost, and reports it once", () => {
     const { operator, timers } = flying();
     operator.ask({ about: "Land" });
     void operator.cut.begin();
@@ -47,7 +47,7 @@ describe("the operator", () => {
     assert.equal(operator.flight.lines.filter((line) => line.text === "Link lost.").length, 1);
   });
 
-  it("keeps the last values over a new connection and takes the map anew", () => {
+  it("keeps the last values over a new connection and takes the map again", () => {
     const { operator, server, timers } = flying();
     const changes: MapChange[] = [];
     operator.addEventListener("map", (event) => changes.push((event as CustomEvent<MapChange>).detail));

@@ -132,7 +132,7 @@ describe("the area to explore", () => {
 });
 
 describe("the words about the area to explore", () => {
-  it("tell what the next Explore surveys", () => {
+  it("say what the next Explore surveys", () => {
     assert.equal(outlineSummary(null, "metres").line, "not known yet");
     assert.deepEqual(outlineSummary(NONE, "metres"), { title: "Explores the lot that it finds", line: "no outline is set" });
     assert.deepEqual(outlineSummary(SET, "metres"), { title: "Explores an outline of 0.96 ha", line: "1 polygon, 1 hole, set for this survey" });

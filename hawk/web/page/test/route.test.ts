@@ -33,7 +33,7 @@ function asking(): { plan: RoutePlan; sent: Command[]; reply: (answer: unknown) 
   return { plan: new RoutePlan(send, () => undefined), sent, reply };
 }
 
-describe("the way to a place that is asked about", () => {
+describe("the route to a place that is asked about", () => {
   it("is the answer to the last question only", async () => {
     const { plan, sent, reply } = asking();
     void plan.ask({ North: 1, East: 2 });
@@ -102,14 +102,14 @@ function scene(changes: Partial<Scene>): Scene {
   return { ...EMPTY_SCENE, drone: { north: 0, east: 0, yaw: 0 }, ...changes };
 }
 
-describe("the way on the map", () => {
+describe("the route on the map", () => {
   const bent = [
     [0, -0],
     [10, -0],
     [10, -20],
   ];
 
-  it("goes over its way points before the move, and straight where there are none", () => {
+  it("goes over its waypoints before the move, and straight where there are none", () => {
     const planned = scene({ planned: TARGET, plannedRoute: ROUTE });
     assert.deepEqual(plannedPath(planned, planned.drone!).map((place) => place.North), [0, 0, 20]);
     const straight = scene({ planned: TARGET });
@@ -121,7 +121,7 @@ describe("the way on the map", () => {
     assert.deepEqual(lines.find((line) => line.colour === "plan")?.pixels, bent);
   });
 
-  it("goes over its way points during the move", () => {
+  it("goes over its waypoints during the move", () => {
     const { surface: canvas, lines } = surface();
     drawScene(canvas, scene({ route: ROUTE, target: TARGET }));
     assert.deepEqual(lines.find((line) => line.colour === "plan")?.pixels, bent);

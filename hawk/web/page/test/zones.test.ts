@@ -95,7 +95,7 @@ describe("a fence file with zones", () => {
     assert.deepEqual(read.zones[0]![0], { Latitude: 2, Longitude: 4 });
   });
 
-  it("that is wrong is told in words", () => {
+  it("that is wrong is reported in words", () => {
     const wrong: [unknown, RegExp][] = [
       [{ features: [feature([outer]), feature([inner])] }, /exactly one polygon/],
       [{ features: [feature([outer]), feature([inner], { exclusion: "yes" })] }, /exactly one polygon/],
