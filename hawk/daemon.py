@@ -51,8 +51,18 @@ from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
 from hawk.model.sentences import say
 from hawk.model.vehicle import VehicleState
-from hawk.monitor import Monitor, MonitoredParts, watch_parent
-from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
+from hawk.monitor import Monitor, MonitoredParts
+from hawk.process import (
+    LOOP_NICENESS,
+    ParentGoneError,
+    SystemdNotifier,
+    Ticker,
+    Watchdog,
+    set_niceness,
+    set_session_niceness,
+    started_s,
+    watched_parent,
+)
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.settings_reference import reference_text, settings
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
@@ -99,12 +109,14 @@ class DaemonOptions:
 
     ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that runs already, at
     ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
+    ``parent_pid``: end when that process ends.
     """
 
     simulation: SimulationOptions | None = None
     attached_simulation: str | None = None
     speed: float = 1.0
     ready_file: Path | None = None
+    parent_pid: int | None = None
     is_again: bool = False
     """An earlier run ended by a fault: its survey goes on, also over the same simulated world."""
 
@@ -153,7 +165,10 @@ async def _run_alone(config: Config, options: DaemonOptions, log: ProgramLog, tl
         if not daemon.flew_lately:
             check_model(config.vision)
             check_background(config.web)
-        return await daemon.run()
+        with watched_parent(options.parent_pid, daemon.stop_without_parent):
+            return await daemon.run()
+    except ParentGoneError as error:
+        raise ConfigError(f"--parent-pid: {error}") from error
     except (FenceError, InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error
     finally:
@@ -374,8 +389,6 @@ class Daemon:
         try:
             self._own("loop-lag", self._lag.run)
             self._own("monitor", self._monitor.run)
-            if self._options.attached_simulation is not None:
-                self._own("parent", lambda: watch_parent(self._stopping.set))
             if (tls := self._tls) is not None:
                 self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
             await self._serve()
@@ -390,6 +403,11 @@ class Daemon:
             ticker.stop()
             await self._close()
         return 0
+
+    def stop_without_parent(self) -> None:
+        """End in order: the program that started this one has ended."""
+        _LOG.warning("the program that started this one has ended")
+        self._stopping.set()
 
     async def _serve(self) -> None:
         """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""
@@ -418,7 +436,7 @@ class Daemon:
         if self.manager.ticks > before:
             self._watchdog.progress()
         if self._first_tick_s is None:
-            self._first_tick_s = _seconds_since_process_start()
+            self._first_tick_s = time.clock_gettime(time.CLOCK_BOOTTIME) - started_s(os.getpid())
 
     async def _open_autopilot(self) -> None:
         """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
@@ -622,10 +640,3 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
             "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION}),
         }
     )
-
-
-def _seconds_since_process_start() -> float:
-    """Return real seconds since the kernel started this process (proc(5), stat, field 22)."""
-    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
-    ticks = int(fields[19]) / os.sysconf("SC_CLK_TCK")
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks

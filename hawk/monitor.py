@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -20,8 +18,6 @@ from hawk.model.sentences import say
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.supervision import Supervisor
-
-_LOG = logging.getLogger(__name__)
 
 MONITOR_S: Final = 0.25
 """Real seconds between two looks."""
@@ -116,14 +112,3 @@ class Monitor:
     def _storage_health(self) -> Health:
         journal = self._parts.journal.health
         return self._parts.recording.health if journal.is_healthy else journal
-
-
-async def watch_parent(ended: Callable[[], None]) -> None:
-    """Call ``ended`` once the program that started this one has ended; run until cancelled."""
-    parent, is_known = os.getppid(), False
-    while True:
-        await asyncio.sleep(MONITOR_S)
-        if not is_known and os.getppid() != parent:
-            is_known = True
-            _LOG.warning("the program that started this simulation has ended")
-            ended()

@@ -160,6 +160,7 @@ def test_a_camera_is_taken(url: str) -> None:
 
 SIM = ("--sim",)
 URL = ("--url", "http://127.0.0.1:1/")
+NOT_PID = ("-1", "0", "x", "", "2147483648")
 NOT_PORT = ("-1", "65536", "99999", "x", "", "80.5")
 STORE: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {"--config": ((), NOT_THERE), "--store": ((), NO_PATH)}
 LINKS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -198,6 +199,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--fence": ((), NOT_THERE),
         "--outline": ((), NOT_THERE),
         "--ready-file": ((), (*NO_PATH, "/", "/nowhere/there")),
+        "--parent-pid": ((), NOT_PID),
     },
     "survey": {
         "--config": (SIM, NOT_THERE),
@@ -350,7 +352,7 @@ SIMULATOR: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "--follow": ((), ("", "udpout:x", "udpin:x:99999")),
     "--http": ((), ("", "8090", "x:99999", "a b:1", ":8090", "x:²")),
     "--latency": ((), ("-1", "6", "nan", "")),
-    "--parent-pid": ((), ("-1", "x", "")),
+    "--parent-pid": ((), NOT_PID),
 }
 
 
