@@ -264,7 +264,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/comm/vehicle_kinds.py": ("vehicle_kinds",),
     "hawk/comm/telemetry.py": ("telemetry", "telemetry_places"),
     "hawk/starts.py": ("starts", "goes_on"),
-    "hawk/process.py": ("watchdog", "ticker", "priority"),
+    "hawk/process.py": ("watchdog", "ticker", "priority", "parent"),
     "hawk/ddc/stopwatch.py": ("watches", "doubt"),
 }
 """Module -> names of its own test files where they do not bear its name."""
