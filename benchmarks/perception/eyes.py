@@ -1,4 +1,4 @@
-"""Eyes that look at a nadir picture: the network with its votes, or painted lines alone, both with rows completed."""
+"""An eye that looks at a nadir picture: the network with its votes, rows completed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from hawk.algo.mapper.standing_cars import car_boxes
 from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
 from hawk.algo.mapper.table import published_size
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps
 from hawk.algo.vision.rows import Evidence, RowStalls, complete_rows, row_stalls
@@ -88,24 +87,6 @@ class NetworkEye:
         stalls = _stalls(_rows(stalls[stalls.score >= self._minimum_score], maps.core, self._complete))
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
-
-
-class ClassicalEye:
-    """Painted lines alone."""
-
-    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
-        """Find stalls and lot."""
-        picture = north_up(image, metres_per_pixel, scale=scale)
-        found = ClassicalFinder().find(picture)
-        seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
-        table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
-        table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
-        rows = _rows(Stalls(*(table[:, k] for k in range(6))), found.core.values, complete_rows)
-        stalls = _stalls(rows)
-        said = np.append(table[:, 6], 0.0)[rows.source]
-        taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
-        lot = np.asarray(found.lot.values, np.float32)
-        return _result(stalls, taken, lot, picture.values.shape, scale)
 
 
 def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:

@@ -28,7 +28,7 @@ from benchmarks.vision_frame import frames
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.seen import Finder, FloatArray
+from hawk.algo.vision.seen import FloatArray
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import match
 from hawk.worlds.generate import generate_world
@@ -65,7 +65,7 @@ class Offsets:
         return found, math.sqrt(spread / weight), int(chosen.sum())
 
 
-def measure(finder: Finder, worlds: Iterable[World], height_m: float, count: int = FRAMES) -> Offsets:
+def measure(finder: NetworkFinder, worlds: Iterable[World], height_m: float, count: int = FRAMES) -> Offsets:
     """Return the offsets of all stalls that lie wholly in frames from ``height_m``."""
     rectifier = Rectifier()
     parts: list[tuple[FloatArray, FloatArray, NDArray[np.bool_]]] = []

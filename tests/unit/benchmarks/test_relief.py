@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.perception import relief
 from benchmarks.perception.relief import Offsets
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.model.pictures import CameraModel
@@ -29,7 +30,7 @@ def test_the_height_is_that_whose_relief_explains_the_errors() -> None:
     assert math.isnan(Offsets(places, errors, np.zeros(400, np.bool_)).height(35.0, taken=True)[0])
 
 
-class Sees:
+class Sees(NetworkFinder):
     """Finds the true stalls of a world, too far out by the relief of a height."""
 
     def __init__(self, seed: int, rise_m: float, height_m: float) -> None:

@@ -119,6 +119,18 @@ def test_a_variable_that_would_change_nothing_is_refused(name: str, near: str) -
     assert near in str(caught.value)
 
 
+def test_a_setting_of_earlier_versions_is_named_with_what_to_do(tmp_path: Path) -> None:
+    file = tmp_path / "config.toml"
+    file.write_text("[vision]\nthreads = 1\nuse_network = true\n")
+    words = "vision.use_network: is no setting any more: the network alone finds stalls. Delete it from your settings"
+    with pytest.raises(ConfigError) as caught:
+        load_config(file, {})
+    assert str(caught.value) == f"{file}, line 3: {words}"
+    with pytest.raises(ConfigError) as caught:
+        load_config(None, {"HAWK_VISION__USE_NETWORK": "false"})
+    assert str(caught.value) == f"HAWK_VISION__USE_NETWORK: {words}"
+
+
 def test_the_home_folder_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", "/home/pilot")
     found = load_config(None, {"HAWK_STORE__DIRECTORY": "~/hawk"}, {"fence": {"file": "~/fence.geojson"}})
