@@ -58,7 +58,7 @@ def measure_worlds(
     rectifier = Rectifier()
     for seed in seeds:
         world = generate_world(seed, WorldOptions(condition=condition))
-        labels = labels_of(world)
+        labels = _labels_of(world)
         one = sum((_look(finder, rectifier, f, labels) for f in frames(world, HEIGHT_M, count, lens=False)), Tally())
         if verbose:
             print(f"  world {seed}: R {one.recall:.3f} P {one.precision:.3f} state {one.state_accuracy:.3f}")
@@ -79,7 +79,7 @@ def measure_tilted(finder: NetworkFinder, places: Iterable[Place]) -> Tally:
     return total
 
 
-def find_whole(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
+def _find_whole(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
     """Return the stalls that lie wholly in a frame, in the world's metres, and the frame on the ground."""
     assert frame.pose is not None
     ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
@@ -87,7 +87,7 @@ def find_whole(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput) -
     return _finding(seen), ground
 
 
-def labels_of(world: World) -> Labels:
+def _labels_of(world: World) -> Labels:
     """Return what can be seen of a drawn world; hidden stalls are left out."""
     shown = [stall for stall in world.stalls if not stall.hidden]
     states = [StallState.TAKEN if stall.taken else StallState.FREE for stall in shown]
@@ -96,7 +96,7 @@ def labels_of(world: World) -> Labels:
 
 
 def _look(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
-    finding, ground = find_whole(finder, rectifier, frame)
+    finding, ground = _find_whole(finder, rectifier, frame)
     return tally(finding, _in_view(labels, ground))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -19,8 +18,8 @@ from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
 from hawk.algo.mapper.table import published_size
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps
-from hawk.algo.vision.rows import Evidence, RowStalls, complete_rows, row_stalls
+from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
+from hawk.algo.vision.rows import RowStalls, complete_rows, row_stalls
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, FloatArray
@@ -58,33 +57,18 @@ class Eye(Protocol):
         ...
 
 
-class MapsOfPictures(Protocol):
-    """The network, or who remembers its maps."""
-
-    def run(self, picture: NDArray[np.uint8], /) -> NetworkMaps:
-        """Return the maps of a picture of 0.1 m a pixel."""
-        ...
-
-
-Completion = Callable[[RowStalls, Evidence], RowStalls]
-"""Completes rows, as `complete_rows` does."""
-
-
 class NetworkEye:
     """The network, its votes and the rows."""
 
-    def __init__(
-        self, network: MapsOfPictures, complete: Completion = complete_rows, minimum_score: float = MINIMUM_SCORE
-    ) -> None:
-        """Votes below ``minimum_score`` are no stalls; ``complete`` completes the rows of the others."""
-        self._network, self._complete, self._minimum_score = network, complete, minimum_score
+    def __init__(self, network: StallNetwork) -> None:
+        self._network = network
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
         maps = self._network.run(shown)
         stalls = decode.vote(maps, CELL_M)
-        stalls = _stalls(_rows(stalls[stalls.score >= self._minimum_score], maps.core, self._complete))
+        stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
 
@@ -142,7 +126,7 @@ def as_shown(corners: FloatArray, size: tuple[float, float]) -> tuple[FloatArray
     return corners[is_shown], is_shown
 
 
-def _rows(stalls: Stalls, core: NDArray[np.float32], complete: Completion) -> RowStalls:
+def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:
     """Return the stalls with their rows completed, metres."""
     given = row_stalls(
         stalls.column * CELL_M,
@@ -152,7 +136,7 @@ def _rows(stalls: Stalls, core: NDArray[np.float32], complete: Completion) -> Ro
         stalls.length * CELL_M,
         stalls.score,
     )
-    return complete(given, lambda corners: _inner_mean(core, corners))
+    return complete_rows(given, lambda corners: _inner_mean(core, corners))
 
 
 def _stalls(rows: RowStalls) -> Stalls:
