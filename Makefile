@@ -14,7 +14,7 @@ UNIT := $(PYTEST) --numprocesses auto --dist loadscope --no-loadscope-reorder te
 FAST := -m 'not flight and not slow'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
-# safety (mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
+# safety (proving/mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
 UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -79,11 +79,11 @@ unit: $(STAMP)
 coverage: $(STAMP)
 	$(UNIT) $(FAST) --cov --cov-report= $(ARGS)
 	$(BIN)/coverage report --sort=cover --fail-under=0 | sed -n 1,12p
-	$(BIN)/coverage report --fail-under=100 --skip-covered --show-missing --include="$$($(BIN)/python -m mutants --list)"
+	$(BIN)/coverage report --fail-under=100 --skip-covered --show-missing --include="$$($(BIN)/python -m proving.mutants --list)"
 
 # Faults put into the modules that decide about safety: do their tests notice? ARGS="--seed 2 --only judge --verbose"
 mutants: $(STAMP)
-	$(BIN)/python -m mutants $(ARGS)
+	$(BIN)/python -m proving.mutants $(ARGS)
 
 slow: $(STAMP)
 	$(UNIT) -m 'flight or slow' $(ARGS)
@@ -102,7 +102,7 @@ e2e: setup page-check browser
 
 # Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for 20 minutes.
 faults: setup
-	$(BIN)/python -m faults --write docs/faults.md $(ARGS)
+	$(BIN)/python -m proving.faults --write docs/faults.md $(ARGS)
 
 # A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. Half an hour, in real time:
 # make ardupilot ARDUPILOT=/path/to/arducopter [DEFAULTS=/path/to/copter.parm] [INSTANCE=N] [ARGS='"words"']
@@ -114,7 +114,7 @@ ARDUPILOT_MISSING := set ARDUPILOT=/path/to/arducopter, ArduPilot's program for 
 ardupilot:
 	@test -n "$(ARDUPILOT)" || { echo "make ardupilot: $(ARDUPILOT_MISSING)" >&2; exit 2; }
 	@$(MAKE) --no-print-directory setup
-	$(BIN)/python -m faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
+	$(BIN)/python -m proving.faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
 
 # The Debian packages (dist/) of each release, tried in its clean root: as root on Debian 12, with a network, some forty
 # minutes. The tests build the container's image too, of the same wheels: six more.
@@ -150,7 +150,7 @@ bench-small: setup
 # the package in dist/ too, where `make deb` has left one.
 newcomer: setup
 	command -v mmdebstrap > /dev/null || packaging/apt-install mmdebstrap
-	$(BIN)/python -m benchmarks.newcomer $(ARGS)
+	$(BIN)/python -m proving.newcomer $(ARGS)
 
 clean:
 	rm -rf $(VENV) hawk/web/static hawk/web/docs_site dist build

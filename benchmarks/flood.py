@@ -23,11 +23,11 @@ from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.flood_viewers import Counts
 from benchmarks.processes import CpuTime, cpu_time
 from benchmarks.whole_daemon import QUIET_CORES
-from hawk.comm.messages import Arm, Control, SetFailsafes, Takeoff
-from hawk.comm.performance import WINDOW_S, percentile
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.commands import Arm, Control, SetFailsafes, Takeoff
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName
-from hawk.simulation import SimulationOptions, end_process
+from hawk.runtime.performance import WINDOW_S, percentile
+from hawk.sim.launch import SimulationOptions, end_process
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, SurveyError, refusal_of
 from hawk.survey.stack import SimulatedStack, StackError

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import aiohttp
 
-from hawk.process import set_niceness, set_session_niceness
+from hawk.runtime.process import set_niceness, set_session_niceness
 
 CORNERS: Final = 69
 RETRY_S: Final = 0.1

@@ -32,11 +32,12 @@ from benchmarks.lawnmower import LawnmowerOperator, lanes
 from benchmarks.pace import in_time
 from benchmarks.surveys import TIMEOUT_S, seeds_option
 from benchmarks.world_lots import Ring, joined, kinematic_flight, rings_about
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName
 from hawk.model.poses import GlobalPose
-from hawk.simulation import SimulationOptions
+from hawk.results.survey_map import SurveyMap
+from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import Progress, SurveyStatus
@@ -44,7 +45,6 @@ from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT, FenceWatch
 from hawk.survey.stack import SimulatedStack, StackError
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 
 DEFAULT_SEEDS: Final = "1-20"
 APART: Final = 0.10

@@ -22,17 +22,17 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.processes import cpu_time
 from benchmarks.whole_daemon import QUIET_CORES
-from faults.fault import When
-from faults.pilot import Pilot
-from faults.proxy import Direction, Proxy
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
-from hawk.comm.messages import Kill, KillRequest, KillToken
-from hawk.comm.performance import percentile
-from hawk.simulation import SimulationOptions
+from hawk.comm.protocol.commands import Kill, KillRequest, KillToken
+from hawk.runtime.performance import percentile
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError
 from hawk.survey.stack import SimulatedStack, StackError
-from hawk.web.video_wire import HEADER
+from hawk.web.video.video_wire import HEADER
+from proving.faults.fault import When
+from proving.faults.pilot import Pilot
+from proving.faults.proxy import Direction, Proxy
 
 CLIENTS: Final = 16
 FRAME_TAKES_S: Final = 0.3

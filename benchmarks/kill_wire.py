@@ -16,13 +16,13 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from benchmarks.figures import BenchmarkError, Figure, Limit
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.vehicle import AutopilotError, VehicleTopics
 from hawk.comm.clock import Clock
-from hawk.comm.performance import percentile
-from hawk.comm.vehicle import AutopilotError, VehicleTopics
-from hawk.config import AutopilotSettings
+from hawk.config.sections import AutopilotSettings
 from hawk.model.vehicle import CopterMode
-from hawk.simulation import free_udp_port
+from hawk.runtime.performance import percentile
+from hawk.sim.launch import free_udp_port
 
 LIMIT_MS: Final = 100.0
 PAUSE_S: Final = 0.02

@@ -11,15 +11,15 @@ from typing import Final
 
 import numpy as np
 
-from hawk.config import FlightSettings
-from hawk.ddc.geofence import path_is_inside
+from hawk.config.sections import FlightSettings
+from hawk.ddc.fence.geometry import path_is_inside
 from hawk.ddc.motion import Carrot, Goal
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.plans import PathPlan
 from hawk.model.poses import MapPose
-from hawk.sim.control import Controller, Limits, Setpoint
-from hawk.sim.gps import Estimate, Estimator
-from hawk.sim.parameters import copter_parameters
+from hawk.sim.autopilot.control import Controller, Limits, Setpoint
+from hawk.sim.autopilot.gps import Estimate, Estimator
+from hawk.sim.autopilot.parameters import copter_parameters
 from hawk.sim.vehicle import Body, step_body
 
 STEP_S: Final = 0.05

@@ -15,8 +15,8 @@ import shapely.ops
 
 from benchmarks.figures import BenchmarkError
 from hawk.algo.path_plan.camera import Swath
-from hawk.comm.messages import CompulsiveMove
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.commands import CompulsiveMove
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName
 from hawk.survey.handset import Drone, Progress
 from hawk.survey.operator import SurveyOperator, SurveyPlan

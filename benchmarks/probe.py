@@ -20,8 +20,8 @@ from urllib.parse import urlsplit
 
 from benchmarks.figures import BenchmarkError, interval_jitter
 from hawk.comm.base_socket import BaseSocket
-from hawk.comm.performance import LoopLag, percentile
-from hawk.process import LOOP_NICENESS, set_niceness, set_session_niceness
+from hawk.runtime.performance import LoopLag, percentile
+from hawk.runtime.process import LOOP_NICENESS, set_niceness, set_session_niceness
 
 HEARTBEAT_S = 0.2
 """Heartbeats come at 5 Hz."""

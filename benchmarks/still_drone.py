@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.clock import Clock
-from hawk.comm.messages import Command, Outgoing
-from hawk.comm.operator_desk import OperatorDesk
-from hawk.comm.status import ClientId, CommandSocket, DroneStatus
-from hawk.comm.vehicle import VehicleTopics
-from hawk.config import AutopilotSettings
+from hawk.comm.protocol.authority import OperatorDesk
+from hawk.comm.protocol.commands import Command, Outgoing
+from hawk.comm.protocol.heartbeat import ClientId, CommandSocket, DroneStatus
+from hawk.config.sections import AutopilotSettings
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.settings import ManagerSetup
-from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health
 from hawk.model.poses import GlobalPose, LocalPose, MapPose, VehiclePose

@@ -21,9 +21,9 @@ from playwright.async_api import async_playwright
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.probe import Probe
 from benchmarks.processes import CpuTime, cpu_time
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName
-from hawk.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.client import DroneClient
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT

@@ -10,21 +10,19 @@ from dataclasses import fields
 from importlib.metadata import version
 from typing import NoReturn
 
-from hawk import option_values as values
-from hawk import simulation_values as simulator
-from hawk.access_commands import COMMANDS as ACCESS_COMMANDS
-from hawk.access_commands import add_access_commands
-from hawk.addresses import MOST_PORT
 from hawk.background.commands import COMMAND as MAKE_BACKGROUND
 from hawk.background.commands import add_background_command
 from hawk.calibrate.commands import COMMAND as CALIBRATE
 from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
-from hawk.config import ConfigError
-from hawk.option_settings import load_settings
-from hawk.plain_text import plain_lines
-from hawk.process import end_within
-from hawk.simulation import (
+from hawk.config import options as values
+from hawk.config.addresses import MOST_PORT
+from hawk.config.option_settings import load_settings
+from hawk.config.sections import ConfigError
+from hawk.runtime.process import end_within
+from hawk.runtime.repeated_log import plain_lines
+from hawk.sim import values as simulator
+from hawk.sim.launch import (
     SIMULATOR_MISSING,
     SPEED_HELP,
     SimulationError,
@@ -33,6 +31,8 @@ from hawk.simulation import (
     simulator_installed,
 )
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
+from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
+from hawk.web.access.commands import add_access_commands
 
 COMMANDS = {"run", "survey", "film", MAKE_BACKGROUND, CALIBRATE} | ACCESS_COMMANDS | CHECK_COMMANDS | VERSION_COMMANDS
 EXIT_USAGE = 2
@@ -214,7 +214,7 @@ def _run(options: argparse.Namespace) -> int:
         _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
-    from hawk.daemon import DaemonOptions, run_daemon
+    from hawk.daemon.root import DaemonOptions, run_daemon
 
     given = DaemonOptions(
         simulation,
@@ -245,7 +245,7 @@ def _survey(options: argparse.Namespace) -> int:
         _refuse(options, ("token", "certificate"), "only together with --url")
     config = load_settings(options)  # a wrong setting shows here, before anything is started
     if options.url is None:
-        from hawk.start_checks import check_background, check_files
+        from hawk.daemon.start_checks import check_background, check_files
 
         check_files(config)
         check_background(config.web)

@@ -12,11 +12,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from hawk.comm.messages import schema
+from hawk.comm.protocol.commands import schema
 
 TARGET = Path(__file__).resolve().parent.parent / "hawk" / "web" / "page" / "src" / "protocol.ts"
 
-_HEADER = "// Written by packaging/page_protocol.py from hawk/comm/messages.py: change that and run this again.\n"
+_HEADER = (
+    "// Written by packaging/page_protocol.py from hawk/comm/protocol/commands.py: change that and run this again.\n"
+)
 _PRIMITIVES = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
 

@@ -17,9 +17,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY
-from hawk.comm.message_base import Model, wire_key
-from hawk.comm.messages import schema
+from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY
+from hawk.comm.protocol.base import Model, wire_key
+from hawk.comm.protocol.commands import schema
 
 DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
 TARGET: Final = DOCS / "protocol.md"
@@ -29,7 +29,7 @@ PARTS: Final = "Parts of messages"
 
 _HEADER: Final = """# Protocol
 
-Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/messages.py` and the examples in
+Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/protocol/commands.py` and the examples in
 `docs/examples`: change those and run this again. Tests send every example.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-from hawk.config import Config
-from hawk.settings_reference import Setting, Value, reference_text, settings
+from hawk.config.reference import Setting, Value, reference_text, settings
+from hawk.config.sections import Config
 
 TARGET = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
 

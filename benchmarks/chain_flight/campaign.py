@@ -15,8 +15,8 @@ from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figure
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.world_lots import kinematic_flight
 from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.results.survey_map import map_picture
 from hawk.survey.truth import parse_truth
-from hawk.survey_map import map_picture
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World, picture_world
 

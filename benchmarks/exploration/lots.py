@@ -16,7 +16,7 @@ import shapely
 import shapely.affinity
 from numpy.random import Generator
 
-from hawk.ddc.geofence import polygon_fence
+from hawk.ddc.fence.geometry import polygon_fence
 from hawk.model.limits import AskedGround, Fence
 
 FENCE_MARGIN_M: Final = 5.0

@@ -14,7 +14,7 @@ from benchmarks.exploration.lots import KINDS, Lot, draw_lot
 from hawk.algo.path_plan.camera import Swath
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.config import CameraSettings, HeightSettings
+from hawk.config.sections import CameraSettings, HeightSettings
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 

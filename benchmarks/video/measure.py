@@ -14,7 +14,7 @@ from typing import Any, Final
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.video import servers
 from benchmarks.video.clients import Order
-from hawk.comm.performance import percentile
+from hawk.runtime.performance import percentile
 
 SOCKET: Final = "socket"
 STREAM: Final = "stream"

@@ -15,12 +15,12 @@ from pathlib import Path
 
 from benchmarks.video.pictures import read, stamped
 from hawk.comm.clock import Clock
-from hawk.comm.performance import LagSummary
-from hawk.comm.status import DroneStatus
+from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.comm.topic import Topic
-from hawk.config import OperatorSettings, WebSettings
+from hawk.config.sections import OperatorSettings, WebSettings
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
+from hawk.runtime.performance import LagSummary
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, TypeVar
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopics
-from hawk.comm.drone_camera import CameraFrame
+from hawk.comm.cameras.drone_camera import CameraFrame
 from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose
 from hawk.model.poses import MapPoint, VehiclePose
 from hawk.model.sentences import say
-from hawk.process import WORKER_NICENESS, set_niceness
-from hawk.supervision import Supervisor
+from hawk.runtime.process import WORKER_NICENESS, set_niceness
+from hawk.runtime.supervision import Supervisor
 
 if TYPE_CHECKING:  # their libraries take half of the time in which a daemon that starts in the air must act
     from hawk.algo.manager import AlgorithmManagerApp
@@ -84,7 +84,7 @@ class AlgorithmLoop:
             topics: Where results are published.
             record: Called on the loop with each frame that was processed.
             supervisor: Keeps the task running.
-            aim: Turns the camera by its gimbal, see `hawk.comm.gimbal.GimbalWatch.aim`.
+            aim: Turns the camera by its gimbal, see `hawk.comm.autopilot.gimbal.GimbalWatch.aim`.
         """
         self._manager = manager
         self._next_frame = next_frame

@@ -22,7 +22,7 @@ from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
 from hawk.algo.vision.stall_size import stall_size
-from hawk.image import NoImage
+from hawk.formats.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
 from hawk.model.sentences import say, words_of

@@ -9,9 +9,9 @@ import argparse
 from pathlib import Path
 from typing import Any, Final
 
-from hawk import option_values as values
-from hawk.config import ConfigError
-from hawk.option_settings import load_settings, refuse_existing
+from hawk.config import options as values
+from hawk.config.option_settings import load_settings, refuse_existing
+from hawk.config.sections import ConfigError
 
 COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()

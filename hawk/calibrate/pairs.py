@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision.rectify import intrinsics, scaled_camera
 from hawk.calibrate.flight import Flight, Look, pictures
 from hawk.calibrate.geometry import motions, mounted
-from hawk.image import NoImage, decode
+from hawk.formats.image import NoImage, decode
 from hawk.model.pictures import CameraModel
 
 Floats = NDArray[np.float64]

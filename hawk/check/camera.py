@@ -8,14 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from hawk.camera_address import RPICAM, V4L2, v4l2_camera
 from hawk.check.result import CheckResult, failed, on_thread, passed, warning
-from hawk.comm.camera_sources.source import CameraSource
+from hawk.comm.cameras.drone_camera import STALE_S, CameraFrame, DroneCamera, make_source
+from hawk.comm.cameras.sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.comm.drone_camera import STALE_S, CameraFrame, DroneCamera, make_source
-from hawk.config import CameraSettings, ConfigError
-from hawk.image import NoImage
-from hawk.supervision import Supervisor
+from hawk.config.addresses import RPICAM, V4L2, v4l2_camera
+from hawk.config.sections import CameraSettings, ConfigError
+from hawk.formats.image import NoImage
+from hawk.runtime.supervision import Supervisor
 
 FIRST_PICTURE_S: Final = 7.0
 """Real seconds for the first picture: counting and the source's end must fit into `hawk.check.run.REST_S`, too."""

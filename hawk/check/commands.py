@@ -15,10 +15,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hawk import option_values as values
-from hawk.addresses import MOST_PORT
-from hawk.config import Config, ConfigError, StoreSettings
-from hawk.option_settings import load_settings, refuse_existing
+from hawk.config import options as values
+from hawk.config.addresses import MOST_PORT
+from hawk.config.option_settings import load_settings, refuse_existing
+from hawk.config.sections import Config, ConfigError, StoreSettings
 
 if TYPE_CHECKING:
     from hawk.check.result import CheckResult
@@ -54,8 +54,7 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
 def _check(options: argparse.Namespace) -> int:
     from rich.console import Console
 
-    from hawk.check.report import print_json, print_table
-    from hawk.check.result import all_passed
+    from hawk.check.result import all_passed, print_json, print_table
 
     results = make_checks(options, EXIT_S)
     (print_json if options.json else print_table)(Console(), results)
@@ -66,7 +65,7 @@ def make_checks(options: argparse.Namespace, end_s: float) -> list[CheckResult]:
     """Make all checks with the settings of the command line; the process has ``end_s`` real seconds after them."""
     from hawk.check.run import check_all, usual_tools
     from hawk.comm.clock import Clock
-    from hawk.process import end_within
+    from hawk.runtime.process import end_within
 
     log = logging.getLogger("hawk")
     before = log.level
@@ -80,8 +79,7 @@ def make_checks(options: argparse.Namespace, end_s: float) -> list[CheckResult]:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from hawk.check.doctor import LAST_FLIGHT, collect, write_bundle
-    from hawk.check.secrets import SecretFilter, known_secrets
+    from hawk.check.doctor import LAST_FLIGHT, SecretFilter, collect, known_secrets, write_bundle
 
     config: Config | None = None
     with contextlib.suppress(ConfigError):  # a check reports it

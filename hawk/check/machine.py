@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from hawk.check.result import CheckResult, failed, passed, warning
-from hawk.config import StoreSettings
+from hawk.config.sections import StoreSettings
 
 PROBE_BYTES: Final = 4_000_000
 SLOW_BYTES_S: Final = 2_000_000.0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision.network import NetworkMaps, StallNetwork, VisionModelError
 from hawk.algo.vision.rectify import GROUND_M, MAXIMUM_PIXELS
 from hawk.check.result import CheckResult, failed, passed, warning
-from hawk.config import Config, VisionSettings
+from hawk.config.sections import Config, VisionSettings
 
 LEAST_HZ: Final = 3.0
 """At fewer frames a second the drone must fly slower than its travel speed, or the map has holes."""

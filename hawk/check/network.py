@@ -14,11 +14,11 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from hawk.check.result import CheckResult, failed, passed, warning
-from hawk.config import AutopilotSettings, Config, ConfigError, WebSettings
-from hawk.programs import Kind, Processes
+from hawk.config.sections import AutopilotSettings, Config, ConfigError, WebSettings
+from hawk.runtime.programs import Kind, Processes
+from hawk.web.access.tls import load_tls
+from hawk.web.access.tokens import TOKEN_FILE, TokensError, read_tokens, with_configured
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback
-from hawk.web.tls import load_tls
-from hawk.web.tokens import TOKEN_FILE, TokensError, read_tokens, with_configured
 
 _SIOCGIFADDR: Final = 0x8915
 _NAME_BYTES: Final = 15

@@ -26,11 +26,11 @@ from hawk.check.network import (
     token_result,
 )
 from hawk.check.result import CheckResult, Look, failed, not_looked_at, on_thread, passed, run_look, run_looks
-from hawk.comm.camera_sources.source import CameraSource
+from hawk.comm.cameras.drone_camera import make_source
+from hawk.comm.cameras.sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.comm.drone_camera import make_source
-from hawk.config import CameraSettings, Config, ConfigError
-from hawk.programs import Processes
+from hawk.config.sections import CameraSettings, Config, ConfigError
+from hawk.runtime.programs import Processes
 
 PORTS_S: Final = 3.0
 REST_S: Final = 15.0

@@ -18,9 +18,9 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from typing import Final, Literal
 
 from hawk.comm.async_message_socket import RETRY_S, AsyncMessageSocket
-from hawk.comm.authority import RIGHTS, Right
 from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket
-from hawk.comm.messages import (
+from hawk.comm.protocol.authority import RIGHTS, Right
+from hawk.comm.protocol.commands import (
     Ack,
     BadMessageError,
     Command,
@@ -32,7 +32,7 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     parse_command,
 )
-from hawk.comm.status import ClientId, CommandHandler
+from hawk.comm.protocol.heartbeat import ClientId, CommandHandler
 from hawk.comm.threads import LoopThread
 from hawk.model.sentences import say
 

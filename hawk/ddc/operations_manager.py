@@ -11,33 +11,32 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from hawk.comm.messages import Ack, Arm, Command, Outgoing, Takeoff
-from hawk.comm.status import ClientId, CommandOption, CommandSocket, DroneStatus
+from hawk.comm.protocol.commands import Ack, Arm, Command, Outgoing, Takeoff
+from hawk.comm.protocol.heartbeat import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.acts import Ask, ReadParameter
+from hawk.ddc.battery.survey import SurveyWatch
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.failing import FailingTicks, holds_in_air
-from hawk.ddc.failsafes import NOT_IN_EVERY_VERSION
-from hawk.ddc.fence_checks import FenceChecks
-from hawk.ddc.fence_file import FenceKeeper
-from hawk.ddc.flight_log import FlightLog, Trail
-from hawk.ddc.judge import Case, command_type, options
-from hawk.ddc.kill import KillTokens
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.orders import Cause, CauseKind
-from hawk.ddc.outline_keeper import OutlineKeeper
-from hawk.ddc.params import ParameterStore
+from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION
+from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
+from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.ddc.replay import Recorder
-from hawk.ddc.requests import Outcomes, Requests
-from hawk.ddc.restart import flight_goes_on
+from hawk.ddc.requests.fence_checks import FenceChecks
+from hawk.ddc.requests.flight_log import FlightLog, Trail
+from hawk.ddc.requests.requests import Outcomes, Requests
+from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed
+from hawk.ddc.rules.failing import FailingTicks, holds_in_air
+from hawk.ddc.rules.follower import flight_goes_on
+from hawk.ddc.rules.judge import Case, command_type, options
+from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.senses import Senses, Sources
-from hawk.ddc.service_interface import DdcServiceInterface, ReqFailed
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter, Setups
-from hawk.ddc.survey_watch import SurveyWatch
-from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.words import fault_words
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import FlightSoFar, Health, StateName
@@ -84,7 +83,7 @@ class OperationsManager:
         self.status: Topic[DroneStatus] = Topic("status", setup.clock)
         self.own_health = Health()
         self.ticks = 0
-        """Ticks that are progress for the watchdog: see `hawk.ddc.failing`."""
+        """Ticks that are progress for the watchdog: see `hawk.ddc.rules.failing`."""
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
         self._reporter = Reporter(self.log, self._trail, self.outcomes, self._setups, self.status)

@@ -8,8 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
-from hawk.comm.status import CommandSocket
-from hawk.ddc import fence_path
+from hawk.comm.protocol.heartbeat import CommandSocket
 from hawk.ddc.acts import (
     Act,
     Acts,
@@ -48,16 +47,16 @@ from hawk.ddc.acts import (
     UseHeights,
     UseOutline,
 )
-from hawk.ddc.fence import FencePlan
-from hawk.ddc.fence_checks import FenceChecks
-from hawk.ddc.fence_file import FenceKeeper
-from hawk.ddc.flight_log import FlightLog
+from hawk.ddc.fence import path as fence_path
+from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
-from hawk.ddc.outline_keeper import OutlineKeeper
-from hawk.ddc.params import ParameterStore
-from hawk.ddc.requests import Outcomes, Requests
-from hawk.ddc.service_interface import DdcServiceInterface, Sender, TargetRefused
-from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.ddc.parameters.heights import ParameterStore
+from hawk.ddc.readings.topic_interface import DdcTopicInterface
+from hawk.ddc.requests.fence_checks import FenceChecks
+from hawk.ddc.requests.flight_log import FlightLog
+from hawk.ddc.requests.requests import Outcomes, Requests
+from hawk.ddc.requests.service_interface import DdcServiceInterface, Sender, TargetRefused
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import Fall, StateName
 from hawk.model.sentences import words_of

@@ -13,12 +13,12 @@ from typing import Any
 
 from pydantic import BaseModel, TypeAdapter
 
-from hawk.comm.messages import Command, Kill, parse_command
-from hawk.comm.status import ClientId
+from hawk.comm.protocol.commands import Command, Kill, parse_command
+from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.acts import Act
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.kill import KillTokens
+from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 
 TICK, COMMAND, DECISION = "tick", "command", "decision"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
 
-from hawk.comm.status import (
+from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     FenceSetup,
     HealthItem,
@@ -25,13 +25,13 @@ from hawk.comm.status import (
 )
 from hawk.comm.topic import Topic
 from hawk.ddc.facts import Facts
-from hawk.ddc.flight_log import FlightLog, Trail
-from hawk.ddc.geofence import Ring
-from hawk.ddc.judge import Case, options
-from hawk.ddc.requests import Outcomes
+from hawk.ddc.fence.geometry import Ring
+from hawk.ddc.requests.flight_log import FlightLog, Trail
+from hawk.ddc.requests.requests import Outcomes
+from hawk.ddc.rules.judge import Case, options
+from hawk.model.lot_map import free_interval
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPoint
-from hawk.stall_count import free_interval
 
 HEARTBEAT_S = 0.2
 """Interval of the statuses: 5 Hz."""

@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from hawk.sim.camera import Camera, Frame
+from hawk.sim.camera.camera import Camera, Frame
 from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import DEFAULT_MARGIN_M, WatchedFence
 from hawk.sim.geometry import Origin

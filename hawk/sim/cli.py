@@ -15,16 +15,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hawk import option_values as values
-from hawk import simulation_values as simulator
-from hawk.addresses import check_host, check_port
-from hawk.process import SIMULATOR_NICENESS, ParentGoneError, set_session_niceness, watched_parent
-from hawk.sim.camera import default_intrinsics
-from hawk.sim.geometry import Origin
-from hawk.sim.ground import Slope
-from hawk.sim.options import AutopilotOptions, Other
-from hawk.sim.udp import UdpUrl
-from hawk.simulation import SIMULATOR_MISSING, SPEED_HELP, simulator_installed
+from hawk.config import options as values
+from hawk.config.addresses import check_host, check_port
+from hawk.runtime.process import SIMULATOR_NICENESS, ParentGoneError, set_session_niceness, watched_parent
+from hawk.sim import values as simulator
+from hawk.sim.autopilot.options import AutopilotOptions, Other
+from hawk.sim.camera.camera import default_intrinsics
+from hawk.sim.geometry import Origin, Slope
+from hawk.sim.launch import SIMULATOR_MISSING, SPEED_HELP, simulator_installed
+from hawk.sim.link.udp import UdpUrl
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world

@@ -10,7 +10,7 @@ from typing import Any
 
 import shapely
 
-from hawk.sim.autopilot import Autopilot
+from hawk.sim.autopilot.autopilot import Autopilot
 from hawk.sim.geometry import Flat, Vector
 
 PERIOD_S = 0.1

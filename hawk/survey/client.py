@@ -20,8 +20,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
-from hawk.comm.map_update import MapUpdate, StallUpdate
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Ack,
     Answer,
     Command,
@@ -29,10 +28,10 @@ from hawk.comm.messages import (
     OperatorHeartbeat,
     Welcome,
 )
-from hawk.comm.status import FenceSetup, Heartbeat, LogEntry, OutlineSetup, Point
+from hawk.comm.protocol.heartbeat import FenceSetup, Heartbeat, LogEntry, MapUpdate, OutlineSetup, Point, StallUpdate
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState, TileKey
 from hawk.model.poses import GlobalPose
-from hawk.survey_map import SurveyMap
+from hawk.results.survey_map import SurveyMap
 
 LOG = logging.getLogger(__name__)
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Final, Protocol
 
-from hawk.comm.messages import Ack, Answer, Command
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.commands import Ack, Answer, Command
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName
 
 SETTLED: Final = 2

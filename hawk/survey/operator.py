@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hawk.comm.base_socket import FailedToSend
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     CompulsiveMove,
@@ -20,7 +20,7 @@ from hawk.comm.messages import (
     SetOutline,
     Takeoff,
 )
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import GROUND_STATES, StateName, UserError
 from hawk.survey.client import LinkLostError

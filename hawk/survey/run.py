@@ -19,24 +19,24 @@ from rich import progress as rich_progress
 from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
-from hawk.addresses import check_host
 from hawk.comm.base_socket import ConnectionTimeout
-from hawk.comm.outline_messages import SetOutline
-from hawk.comm.status import Heartbeat
-from hawk.config import ConfigError
-from hawk.ddc.outline import OutlineError, corners_of
-from hawk.ddc.outline_geojson import read_survey_outline
+from hawk.comm.protocol.commands import SetOutline
+from hawk.comm.protocol.heartbeat import Heartbeat
+from hawk.config.addresses import check_host
+from hawk.config.sections import ConfigError
+from hawk.daemon.start_checks import make_folder
+from hawk.ddc.fence.geojson import read_survey_outline
+from hawk.ddc.fence.outline import OutlineError, corners_of
 from hawk.model.poses import GlobalPose
-from hawk.simulation import SimulationOptions
-from hawk.stall_exports import stalls_csv, stalls_geojson, to_global
-from hawk.start_checks import make_folder
+from hawk.results.stall_exports import stalls_csv, stalls_geojson, to_global
+from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import CHECKING, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError, StackOptionError
 from hawk.survey.truth import GroundTruth, TruthError, read_truth
-from hawk.survey_map import SurveyMap, map_picture
 
 DEFAULT_PORT = 3000
 """Port of the page where --url names none, as in the settings."""

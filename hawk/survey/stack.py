@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 import aiohttp
 
-from hawk.simulation import (
+from hawk.sim.launch import (
     Simulation,
     SimulationAddress,
     SimulationError,

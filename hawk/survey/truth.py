@@ -14,10 +14,10 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, Validati
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
-from hawk.comm.frames import offset_ned
+from hawk.model.frames import offset_ned
 from hawk.model.lot_map import StallState
 from hawk.model.poses import GlobalPose
-from hawk.stall_exports import to_global
+from hawk.results.stall_exports import to_global
 
 
 class TruthError(ValueError):

@@ -9,8 +9,8 @@ from typing import Final
 
 from aiohttp import hdrs, web
 
-from hawk.area_file import LARGEST_BYTES
-from hawk.comm.message_base import Spoken, Words
+from hawk.comm.protocol.base import Spoken, Words
+from hawk.formats.area_file import LARGEST_BYTES
 from hawk.model.sentences import say, words_of
 from hawk.web.services import SERVICES
 

@@ -8,10 +8,18 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.comm.status import ClientHeartbeat, ClientId, DroneStatus, FenceSetup, LogEntry, OutlineSetup, Point
+from hawk.comm.protocol.heartbeat import (
+    ClientHeartbeat,
+    ClientId,
+    DroneStatus,
+    FenceSetup,
+    LogEntry,
+    OutlineSetup,
+    Point,
+)
 from hawk.model.lot_map import OccupancyMap
 from hawk.web.map_view import MapView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 OUTBOX_LIMIT: Final = 64
 """Answers that wait for one client; a client that reads none of them is disconnected."""

@@ -17,7 +17,7 @@ from typing import Final, cast
 from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler, Middleware
 
-from hawk.web.guesses import network_of
+from hawk.web.access.guesses import network_of
 
 FIRST_REQUEST_S: Final = 10.0
 """Real seconds within which the first request of a connection must be there, whole, and pass."""

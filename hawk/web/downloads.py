@@ -17,14 +17,14 @@ from typing import Final
 import cv2
 from aiohttp import hdrs, web
 
-from hawk.comm.authority import Role
-from hawk.comm.status import DroneStatus
+from hawk.comm.protocol.authority import Role
+from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose
-from hawk.stall_exports import stalls_csv, stalls_geojson
+from hawk.results.stall_exports import stalls_csv, stalls_geojson
+from hawk.results.survey_map import SurveyMap, map_picture
 from hawk.store.recording import NoRecordingError
-from hawk.survey_map import SurveyMap, map_picture
-from hawk.web.access import ACCESS
+from hawk.web.access.access import ACCESS
 from hawk.web.services import SERVICES, WebServices
 
 JPEG_QUALITY: Final = 90

@@ -10,8 +10,8 @@ import ssl
 from collections.abc import Callable
 from typing import Final
 
+from hawk.web.access.guesses import PacedLog
 from hawk.web.door import FIRST_REQUEST_S, Door, Visit
-from hawk.web.paced_log import PacedLog
 
 ACCEPTS_PER_S: Final = 500.0
 HANDSHAKES_PER_S: Final = 50.0

@@ -12,8 +12,8 @@ from typing import Final
 
 from aiohttp import hdrs, web
 
-from hawk.web.guesses import is_loopback_peer
-from hawk.web.proxied import forwarding_header
+from hawk.web.access.guesses import is_loopback_peer
+from hawk.web.access.proxied import forwarding_header
 from hawk.web.services import SERVICES
 
 ADDRESS: Final = "/register_service"

@@ -17,15 +17,14 @@ from urllib.parse import urlsplit
 from aiohttp import HttpVersion10, HttpVersion11, hdrs, web
 from aiohttp.typedefs import Handler
 
-from hawk.comm.authority import Role
-from hawk.config import WebSettings
-from hawk.web.admission import TOKEN_PARAMETER, Admission
-from hawk.web.login_page import LOGIN, PUBLIC, LoginPage
-from hawk.web.login_words import WRONG
-from hawk.web.proxied import forwarding_header, is_secure, place
+from hawk.comm.protocol.authority import Role
+from hawk.config.sections import WebSettings
+from hawk.web.access.admission import TOKEN_PARAMETER, Admission
+from hawk.web.access.login_page import LOGIN, PUBLIC, WRONG, LoginPage
+from hawk.web.access.proxied import forwarding_header, is_secure, place
+from hawk.web.access.tls import Tls
+from hawk.web.access.tokens import TOKEN_FILE, Tokens
 from hawk.web.register_service import is_for_everybody_here
-from hawk.web.tls import Tls
-from hawk.web.tokens import TOKEN_FILE, Tokens
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
 _HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")

@@ -11,22 +11,22 @@ from typing import Final
 
 from aiohttp import web
 
-from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, role_refusal
 from hawk.comm.clock import Clock
 from hawk.comm.message_socket import Gate, ServerMessageSocket
-from hawk.comm.messages import Ack, Command, Control, MapResync, OperatorName, Outgoing
-from hawk.comm.performance import LagSummary
-from hawk.comm.status import ClientId, DroneStatus
+from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, role_refusal
+from hawk.comm.protocol.commands import Ack, Command, Control, MapResync, OperatorName, Outgoing
+from hawk.comm.protocol.heartbeat import ClientId, DroneStatus
 from hawk.comm.topic import Topic
-from hawk.config import OperatorSettings, WebSettings
+from hawk.config.reference import Setting
+from hawk.config.sections import OperatorSettings, WebSettings
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
-from hawk.settings_reference import Setting
+from hawk.runtime.performance import LagSummary
 from hawk.store.recording import NoRecordingError
+from hawk.web.access.tls import Tls
 from hawk.web.clients import ClientHub
 from hawk.web.sessions import ControlDesk
-from hawk.web.tls import Tls
 
 
 @dataclass(slots=True)

@@ -13,14 +13,14 @@ from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
-from hawk.comm.authority import Role
-from hawk.comm.messages import Ack, Welcome
+from hawk.comm.protocol.authority import Role
+from hawk.comm.protocol.commands import Ack, Welcome
 from hawk.model.lot_map import CELL_M, TILE_CELLS
 from hawk.model.sentences import say
-from hawk.supervision import until_first_ends
-from hawk.web.access import BOOK, OPEN, Access, access_of
+from hawk.runtime.supervision import until_first_ends
+from hawk.web.access.access import BOOK, OPEN, Access, access_of
+from hawk.web.access.admission import cookie_name, set_strict_cookie
 from hawk.web.clients import Client
-from hawk.web.cookies import cookie_name, set_strict_cookie
 from hawk.web.services import COUNTERS, KEPT_PLACES, SERVICES, Counters, WebServices
 
 LOG = logging.getLogger(__name__)

@@ -15,7 +15,7 @@ import shapely
 import shapely.ops
 from numpy.typing import NDArray
 
-from hawk.image import JPEG_START, DamagedImage, NoImage, decode_any, read_jpeg, upright
+from hawk.formats.image import JPEG_START, DamagedImage, NoImage, decode_any, read_jpeg, upright
 from hawk.worlds.canvas import Bytes, Points
 from hawk.worlds.facets import HeightLayer
 from hawk.worlds.scale import COARSEST_M, FINEST_M

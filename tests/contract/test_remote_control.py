@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hawk.ddc.remote_control import switch_position
+from hawk.ddc.readings.remote_control import switch_position
 from tests.contract.vehicle import LOITER, STABILIZE, Vehicle
 
 pytestmark = pytest.mark.contract

@@ -12,8 +12,8 @@ from mavsdk.plugins.action import ActionError
 from mavsdk.plugins.mavlink_direct import MavlinkMessage
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.comm.remote_id import EPOCH, TRANSMITTERS, OperatorPlace, where, who
-from hawk.config import RemoteIdSettings
+from hawk.comm.autopilot.remote_id import EPOCH, TRANSMITTERS, OperatorPlace, where, who
+from hawk.config.sections import RemoteIdSettings
 from tests.contract.vehicle import GUIDED, SLACK_S, Vehicle
 
 pytestmark = pytest.mark.contract

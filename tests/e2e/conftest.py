@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, async_playwright
 
-from hawk.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 LAUNCHER = f"""#!{sys.executable}
 import os, sys
-from hawk.process import SIMULATOR_NICENESS, set_session_niceness
+from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
 set_session_niceness(SIMULATOR_NICENESS)
 os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
 """

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, Locator, Page, expect
 
-from hawk.comm.status import FenceSetup
+from hawk.comm.protocol.heartbeat import FenceSetup
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, confirm, is_within, press, shows, slide, state_is
 from tests.e2e.watching import watch

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from hawk.comm.messages import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
-from hawk.comm.status import HealthItem, Heartbeat
+from hawk.comm.protocol.commands import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
+from hawk.comm.protocol.heartbeat import HealthItem, Heartbeat
 from hawk.model.operation import StateName
-from hawk.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.store.journal_state import JournalState, read_survey, surveys_of
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of

@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.vehicle import AutopilotError, VehicleTopics
+from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.clock import Clock
-from hawk.comm.drone_camera import DroneCamera
-from hawk.comm.vehicle import AutopilotError, VehicleTopics
-from hawk.config import AutopilotSettings, CameraSettings
+from hawk.config.sections import AutopilotSettings, CameraSettings
 from hawk.model.limits import Fence
 from hawk.model.poses import ArmPlace, MapPose
 from hawk.model.vehicle import CopterMode, LandedState, StatusText

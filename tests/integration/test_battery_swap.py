@@ -16,16 +16,16 @@ import pytest
 import pytest_asyncio
 from scipy.spatial import KDTree
 
-from hawk.comm.messages import AutonomousExplore, Hold
-from hawk.comm.status import Heartbeat
-from hawk.ddc.drain import LEAST_S
+from hawk.comm.protocol.commands import AutonomousExplore, Hold
+from hawk.comm.protocol.heartbeat import Heartbeat
+from hawk.ddc.battery.energy import LEAST_S
 from hawk.model.lot_map import Stall
 from hawk.model.operation import StateName
-from hawk.simulation import SimulationOptions
+from hawk.results.survey_map import SurveyMap
+from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]

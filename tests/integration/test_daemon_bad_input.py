@@ -10,7 +10,7 @@ import aiohttp
 import pytest
 import pytest_asyncio
 
-from hawk.comm.messages import MAX_MESSAGE_BYTES
+from hawk.comm.protocol.commands import MAX_MESSAGE_BYTES
 from hawk.survey.stack import SimulatedStack
 from hawk.web.ws import READ_LIMIT_BYTES
 from tests.integration.daemon_support import operator, over_a_picture

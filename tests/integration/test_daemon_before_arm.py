@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import Arm
-from hawk.comm.status import CheckItem, Heartbeat
+from hawk.comm.protocol.commands import Arm
+from hawk.comm.protocol.heartbeat import CheckItem, Heartbeat
 from hawk.model.operation import StateName
 from tests.integration.daemon_support import LOW, health, operator, over_a_picture
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import Ack, OperatorHeartbeat
-from hawk.simulation import free_udp_port
+from hawk.comm.protocol.commands import Ack, OperatorHeartbeat
+from hawk.sim.launch import free_udp_port
 from hawk.survey.client import DroneClient
 from tests.integration.daemon_support import Operator
 from tests.integration.sim_support import free_tcp_port

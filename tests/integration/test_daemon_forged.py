@@ -13,8 +13,8 @@ from urllib.parse import urlsplit
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.comm.messages import Arm
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.commands import Arm
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import health, operator, over_a_picture

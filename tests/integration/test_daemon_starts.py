@@ -14,7 +14,7 @@ import pytest
 from hawk.model.moment import this_moment
 from hawk.model.operation import FlightSoFar
 from hawk.model.poses import GlobalPose
-from hawk.simulation import free_udp_port
+from hawk.sim.launch import free_udp_port
 from hawk.store.journal import FlightJournal
 from tests.integration.sim_support import free_tcp_port
 
@@ -25,7 +25,7 @@ PATIENCE_S = 30.0
 PROGRAM = f"""
 import os, sys
 import hawk.cli
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 
 async def crash(self):
     os._exit({CRASHED})

@@ -22,12 +22,12 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Hold, Land
-from hawk.comm.status import Heartbeat
+from hawk.comm.protocol.commands import AutonomousExplore, CompulsiveMove, Hold, Land
+from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.lot_map import Stall
 from hawk.model.operation import StateName
 from hawk.model.poses import GlobalPose
-from hawk.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.store.replay import read_frames, read_metadata, read_recording
 from hawk.survey.report import map_offset
 from hawk.survey.stack import SimulatedStack

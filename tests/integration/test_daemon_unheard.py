@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import pytest_asyncio
 
-from hawk.comm.messages import Ack, Hold, Land
+from hawk.comm.protocol.commands import Ack, Hold, Land
 from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import eventually, operator, over_a_picture

@@ -10,7 +10,7 @@ import aiohttp
 import pytest
 import pytest_asyncio
 
-from hawk.comm.messages import CompulsiveMove, ReturnToLaunch
+from hawk.comm.protocol.commands import CompulsiveMove, ReturnToLaunch
 from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, health, operator, over_a_picture

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from faults.fault import Outcome
-from faults.report import names
-from faults.run import ALL, SHORT, run_faults
-from hawk.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
+from proving.faults.fault import Outcome
+from proving.faults.report import names
+from proving.faults.run import ALL, SHORT, run_faults
 from tests.integration.sim_support import small_picture
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone]

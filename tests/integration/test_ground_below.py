@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 import pytest
 import pytest_asyncio
 
-from hawk.comm.messages import CompulsiveMove
+from hawk.comm.protocol.commands import CompulsiveMove
 from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, health, operator, over_a_picture

@@ -20,8 +20,8 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.comm.messages import Ack, AutonomousMove, Disarm, NewSurvey, RouteAnswer, RouteRequest
-from hawk.comm.status import Heartbeat, Point
+from hawk.comm.protocol.commands import Ack, AutonomousMove, Disarm, NewSurvey, RouteAnswer, RouteRequest
+from hawk.comm.protocol.heartbeat import Heartbeat, Point
 from hawk.model.lot_map import Cell
 from hawk.model.operation import StateName, UserError
 from hawk.store.journal import FlightJournal

@@ -21,7 +21,7 @@ ENDS_S = 30.0
 SURVEY = """
 import asyncio, os, pathlib, sys
 
-from hawk.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 
 
@@ -40,7 +40,7 @@ os.kill(os.getpid(), 9)
 SIMULATION = """
 import asyncio, os, pathlib, sys
 
-from hawk.simulation import Simulation, SimulationOptions
+from hawk.sim.launch import Simulation, SimulationOptions
 
 
 class Killed(Simulation):

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 
-from hawk.comm.messages import AutonomousExplore, SetOutline
-from hawk.comm.status import FenceCorner
-from hawk.ddc.geofence import ring_from_map
+from hawk.comm.protocol.commands import AutonomousExplore, SetOutline
+from hawk.comm.protocol.heartbeat import FenceCorner
+from hawk.ddc.fence.geometry import ring_from_map
 from hawk.model.operation import StateName
 from hawk.model.poses import GlobalPose
 from hawk.survey.stack import SimulatedStack

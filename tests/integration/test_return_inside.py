@@ -9,9 +9,9 @@ from itertools import pairwise
 import pytest
 import pytest_asyncio
 
-from hawk.comm.messages import CompulsiveMove, ReturnToLaunch, SetFence
-from hawk.comm.status import FenceCorner, Heartbeat, Point
-from hawk.ddc.geofence import Ring, ring_from_map
+from hawk.comm.protocol.commands import CompulsiveMove, ReturnToLaunch, SetFence
+from hawk.comm.protocol.heartbeat import FenceCorner, Heartbeat, Point
+from hawk.ddc.fence.geometry import Ring, ring_from_map
 from hawk.model.operation import StateName
 from hawk.model.poses import GlobalPose
 from hawk.survey.stack import SimulatedStack

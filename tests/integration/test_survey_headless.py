@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import Ack, Arm, Control, Hold, Kill, KillRequest, KillToken
-from hawk.comm.performance import LagSummary
+from hawk.comm.protocol.commands import Ack, Arm, Control, Hold, Kill, KillRequest, KillToken
 from hawk.comm.topic import Topic
-from hawk.config import OperatorSettings, WebSettings
+from hawk.config.sections import OperatorSettings, WebSettings
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.vehicle import CopterMode
+from hawk.runtime.performance import LagSummary
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyOutcome, SurveyPlan

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.bare_root import CLEAN
+from proving.bare_root import CLEAN
 
 CALM = ("chrt", "--idle", "0") if os.environ.get("DEB_CALM") else ()
 """Set on a machine that measures something else meanwhile."""

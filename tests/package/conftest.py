@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import bare_root
+from proving import bare_root
 from tests.package.clean_root import CALM, CleanRoot
 from tests.unit.packaging.scripts import load
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.bare_root import CLEAN
+from proving.bare_root import CLEAN
 from tests.package.clean_root import CALM, CleanRoot, printed
 
 BOOT_S = 300.0

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.bare_root import CLEAN
 from hawk.versions.flight_word import FlightWord, hear
+from proving.bare_root import CLEAN
 from tests.package.clean_root import CleanRoot
 
 CONFIG = "/etc/hawk/config.toml"

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine
-from hawk.algo.vision.network import StallNetwork, VisionModelError
+from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.algo.vision.seen import Found, Seen, SeenGround
-from hawk.image import DamagedImage, NoImage
+from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
 from hawk.model.sentences import say, words_of

@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk import image as pictures
 from hawk.algo.vision import quads
 from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import FloatArray, StallSeen
-from hawk.image import NoImage, read_jpeg
+from hawk.formats import image as pictures
+from hawk.formats.image import NoImage, read_jpeg
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import math
 
-from hawk.comm.foreign_writes import FENCE
-from hawk.comm.vehicle import OTHER_FENCE
+from hawk.comm.autopilot.vehicle import OTHER_FENCE
+from hawk.comm.mavlink.foreign_writes import FENCE
 from hawk.ddc.acts import Acts, Ask, CompareFence, EnableFence, Log, PutFenceInForce, UploadFence
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import CORNERS_NAME, FENCE_ENABLE
-from hawk.ddc.geofence import FenceError, contains, is_about_same, to_map
-from hawk.ddc.keeping.changes import LATER, changed_by
-from hawk.ddc.keeping.effort import Effort
+from hawk.ddc.fence.geometry import FenceError, contains, is_about_same, to_map
+from hawk.ddc.keeping.effort import LATER, Effort, changed_by
 from hawk.ddc.orders import Rank
-from hawk.ddc.parameter_values import Values
+from hawk.ddc.parameters.failsafes import CORNERS_NAME, FENCE_ENABLE
+from hawk.ddc.parameters.values import Values
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import seconds, sentence

@@ -1,8 +1,8 @@
 """The one keeper of everything that we set or require in the autopilot: parameters, fence, home.
 
 Each is compared every ten seconds at most, in flight as well. What another station changed to the worse is reported,
-put back at once, and keeps new tasks off until it holds. What cannot be put back ends the flight (`hawk.ddc.guard`).
-While a pilot flies it is reported, and nothing is written.
+put back at once, and keeps new tasks off until it holds. What cannot be put back ends the flight
+(`hawk.ddc.rules.guard`). While a pilot flies it is reported, and nothing is written.
 """
 
 from __future__ import annotations
@@ -12,15 +12,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hawk.ddc.acts import Acts
 from hawk.ddc.facts import Facts, KeptFacts
-from hawk.ddc.home import home_words
 from hawk.ddc.keeping.fence import KeptFence
 from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.keeping.parameters import KeptParameters
 from hawk.ddc.orders import Rank
-from hawk.ddc.parameter_values import FailsafeCheck
-from hawk.ddc.parameters import ParameterReader
-from hawk.ddc.preflight import autopilot_view, failsafe_checks
-from hawk.ddc.return_settings import RETURN_CHECK, RETURN_HEIGHT
+from hawk.ddc.parameters.reader import ParameterReader
+from hawk.ddc.parameters.values import RETURN_CHECK, RETURN_HEIGHT, FailsafeCheck
+from hawk.ddc.readings.home import home_words
+from hawk.ddc.rules.preflight import autopilot_view, failsafe_checks
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import named

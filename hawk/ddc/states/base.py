@@ -8,12 +8,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-from hawk.comm.messages import AutonomousExplore, Hold, Land, ReturnToLaunch
+from hawk.comm.protocol.commands import AutonomousExplore, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import STAY, Acts, Ask, Request, SetMode, Step
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.motion import Goal
-from hawk.ddc.operator import SOME_OPERATOR
 from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn, Wish
+from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
 from hawk.model.sentences import say

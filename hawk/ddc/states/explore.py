@@ -6,10 +6,10 @@ import math
 
 from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import path_is_inside, path_words
+from hawk.ddc.fence.geometry import path_is_inside, path_words
+from hawk.ddc.fence.outline import OutlineFacts, area_words
 from hawk.ddc.motion import Carrot, Goal, RoamingWatch
 from hawk.ddc.orders import ToHover
-from hawk.ddc.outline import OutlineFacts, area_words
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import direction, metres, sentence

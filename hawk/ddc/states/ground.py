@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
-from hawk.comm.messages import Disarm, Takeoff
+from hawk.comm.protocol.commands import Disarm, Takeoff
 from hawk.ddc.acts import (
     STAY,
     Acts,
@@ -20,10 +20,10 @@ from hawk.ddc.acts import (
     UseHeights,
 )
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence import FencePlan
-from hawk.ddc.geofence import FenceError
-from hawk.ddc.operator import SOME_OPERATOR
+from hawk.ddc.fence.geometry import FenceError
+from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, Order, ToArm, ToConfigure, ToIdle, ToManual, ToTakeoff
+from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import Inquiry, ModeKeeper, State
 from hawk.ddc.words import seconds

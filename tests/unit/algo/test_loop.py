@@ -13,7 +13,7 @@ from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, AlgorithmTopics, FrameCamera
-from hawk.comm.drone_camera import CameraFrame
+from hawk.comm.cameras.drone_camera import CameraFrame
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel

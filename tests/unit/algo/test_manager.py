@@ -16,7 +16,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.seen import Seen, SeenGround
-from hawk.image import NoImage
+from hawk.formats.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
 from hawk.model.plans import DesiredPose, Inbound

@@ -4,7 +4,7 @@ import pytest
 
 from hawk.algo.frame import AlgoError
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.image import NoImage
+from hawk.formats.image import NoImage
 from hawk.model.operation import StateName
 from hawk.model.plans import DesiredPose
 from tests.unit.algo.synthetic import frame_at, pose_at

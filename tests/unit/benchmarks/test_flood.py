@@ -10,7 +10,7 @@ from benchmarks import flood
 from benchmarks.figures import Figure
 from benchmarks.flood import Run, Traffic, figures, void
 from benchmarks.flood_viewers import valid_commands
-from hawk.comm.messages import parse_command
+from hawk.comm.protocol.commands import parse_command
 
 QUIET = {"tick_p50_ms": 1.0, "tick_p99_ms": 3.0, "tick_max_ms": 8.0, "loop_lag_p99_ms": 5.0, "vision_fps": 9.0}
 

@@ -13,8 +13,8 @@ from benchmarks.flown_surveys import WorldRun, figures, problem_of, rings_of
 from benchmarks.lawnmower import OVERLAP, lanes
 from hawk.algo.path_plan.camera import Swath
 from hawk.model.poses import GlobalPose
+from hawk.results.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 
 SWATH = Swath(40.0, 24.0, 35.0)
 FENCE = shapely.box(-80, -120, 80, 120)

@@ -6,17 +6,17 @@ from typing import Any
 
 import pytest
 
-from benchmarks.fuzz.__main__ import figures, link_figures
-from benchmarks.fuzz.answers import id_of, problem_with
-from benchmarks.fuzz.cases import Case, Cases
-from benchmarks.fuzz.datagrams import AUTOPILOT, Datagrams, frame
-from benchmarks.fuzz.link import ROUND, LinkRun
-from benchmarks.fuzz.run import Result, Run
-from hawk.comm.mavlink_frames import heartbeats
-from hawk.comm.messages import Ack, Command, Outgoing, parse_command
-from hawk.comm.peer import PeerKeeper
-from hawk.comm.status import ClientId
-from hawk.comm.telemetry import Telemetry
+from hawk.comm.autopilot.telemetry import Telemetry
+from hawk.comm.mavlink.frames import heartbeats
+from hawk.comm.mavlink.peer import PeerKeeper
+from hawk.comm.protocol.commands import Ack, Command, Outgoing, parse_command
+from hawk.comm.protocol.heartbeat import ClientId
+from proving.fuzz.__main__ import figures, link_figures
+from proving.fuzz.answers import id_of, problem_with
+from proving.fuzz.cases import Case, Cases
+from proving.fuzz.datagrams import AUTOPILOT, Datagrams, frame
+from proving.fuzz.link import ROUND, LinkRun
+from proving.fuzz.run import Result, Run
 
 MESSAGES = 3000
 

@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from benchmarks.figures import Figure
 from benchmarks.kill_under_load import LEAST_KILLS, KillWire, Run, figures, void
-from faults.proxy import Direction, packed
+from proving.faults.proxy import Direction, packed
 
 PERFORMANCE = {"vision_fps": 12.0, "tick_p99_ms": 5.0, "loop_lag_p99_ms": 6.0}
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
-from hawk.ddc.geofence import polygon_fence
+from hawk.ddc.fence.geometry import polygon_fence
 from hawk.ddc.motion import Goal
 from hawk.model.plans import PathPlan
 from hawk.model.poses import MapPoint, MapPose

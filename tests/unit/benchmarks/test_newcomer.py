@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import newcomer
-from benchmarks.bare_root import BareRoot, end
 from benchmarks.figures import BenchmarkError, Figure
-from benchmarks.newcomer import from_package, from_sources, newest_package, see_page
+from proving import newcomer
+from proving.bare_root import BareRoot, end
+from proving.newcomer import from_package, from_sources, newest_package, see_page
 
 SERVER = """
 import http.server, socketserver

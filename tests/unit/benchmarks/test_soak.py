@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.figures import BenchmarkError, Figure
-from benchmarks.soak import (
+from proving.soak import (
     COUNTS,
     LEAST_MIN,
     WARM_UP_MIN,

@@ -19,9 +19,9 @@ from benchmarks.video import pictures, servers
 from benchmarks.video.clients import SLOW_TICK_S, Client, Slow
 from benchmarks.video.measure import SOCKET, STREAM, USTREAMER, Run, Setting, figures, measure
 from benchmarks.video.wire import Reader, SocketReader, StreamReader, WireError, client_frame
-from hawk.image import decode, jpeg_size
+from hawk.formats.image import decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
-from hawk.web.video_wire import opening, part, socket_frame
+from hawk.web.video.video_wire import opening, part, socket_frame
 
 STREAM_HEAD = b"HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=hawkframe\r\n\r\n"
 SOCKET_HEAD = b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\n\r\n"

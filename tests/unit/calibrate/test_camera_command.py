@@ -12,10 +12,10 @@ from rich.console import Console
 from hawk.calibrate.camera_command import CameraPlan, Session, _Display, run_camera
 from hawk.calibrate.lens import LensError
 from hawk.cli import main
-from hawk.comm.calibration import load_calibration
-from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.cameras.calibration import load_calibration
+from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.clock import Clock
-from hawk.config import CameraSettings, Config
+from hawk.config.sections import CameraSettings, Config
 from tests.unit.calibrate.boards import TRUE, Picture
 from tests.unit.jpegs import oriented
 

@@ -21,7 +21,7 @@ from hawk.calibrate.flight import FlightError, Flown, Track, aligned, newest_rec
 from hawk.calibrate.geometry import rotations
 from hawk.calibrate.pairs import choose_pairs
 from hawk.cli import main
-from hawk.config import Config, StoreSettings
+from hawk.config.sections import Config, StoreSettings
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel

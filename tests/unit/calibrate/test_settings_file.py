@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hawk.calibrate.settings_file import changed_text, write_settings
-from hawk.config import ConfigError
+from hawk.config.sections import ConfigError
 
 ROOT = Path(__file__).resolve().parents[3]
 

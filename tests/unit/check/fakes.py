@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from hawk.check.autopilot import AutopilotTools, ReadingLink
-from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.autopilot.mavlink_link import Message, OnMessage, SensorHealth
+from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.clock import Clock
-from hawk.comm.mavlink_link import Message, OnMessage, SensorHealth
-from hawk.comm.peer import Expected
-from hawk.comm.udp_gate import NOBODY, Hearing
-from hawk.programs import Processes
+from hawk.comm.mavlink.peer import Expected
+from hawk.comm.mavlink.udp_gate import NOBODY, Hearing
+from hawk.runtime.programs import Processes
 from tests.unit.comm.fakes import FakeLink, Said
 
 GOOD: dict[str, float] = {

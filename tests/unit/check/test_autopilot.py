@@ -9,19 +9,19 @@ import pytest
 
 from hawk.check.autopilot import look_at_autopilot, not_found_remedy
 from hawk.check.result import CheckResult, Outcome, all_passed
-from hawk.comm import commands
+from hawk.comm.autopilot import commands
+from hawk.comm.autopilot.commands import MavCommand
+from hawk.comm.autopilot.fence_rings import FenceRings
+from hawk.comm.autopilot.mavlink_link import SensorHealth
+from hawk.comm.autopilot.vehicle import AutopilotError
 from hawk.comm.clock import Clock
-from hawk.comm.commands import MavCommand
-from hawk.comm.fence_rings import FenceRings
-from hawk.comm.mavlink_link import SensorHealth
-from hawk.comm.udp_gate import Hearing
-from hawk.comm.vehicle import AutopilotError
-from hawk.config import AutopilotSettings, Config
+from hawk.comm.mavlink.udp_gate import Hearing
+from hawk.config.sections import AutopilotSettings, Config
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 from tests.unit.check.fakes import GOOD, FakeReadingLink, FakeVehicle, write_process
+from tests.unit.comm.autopilot.test_gimbal import status
 from tests.unit.comm.fakes import Said
-from tests.unit.comm.test_gimbal import status
 
 RC_CHANNELS, GIMBAL_STATUS = 65, 285  # message ids
 CONFIG = Config.model_validate({"remote_control": {"required": False}})

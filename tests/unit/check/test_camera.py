@@ -7,9 +7,9 @@ import pytest
 from hawk.check.camera import CameraSight, CameraTimes, look_at_camera, remedy
 from hawk.check.result import Outcome
 from hawk.comm.clock import Clock
-from hawk.config import CameraSettings
+from hawk.config.sections import CameraSettings
 from tests.unit.check.fakes import Pictures
-from tests.unit.comm.pictures import picture
+from tests.unit.comm.cameras.pictures import picture
 
 TIMES = CameraTimes(first_s=0.5, counted_s=0.5)
 SETTINGS = CameraSettings(url="v4l2:///dev/video7")

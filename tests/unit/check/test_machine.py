@@ -16,7 +16,7 @@ from hawk.check.machine import (
     read_disk,
 )
 from hawk.check.result import CheckResult, Outcome
-from hawk.config import StoreSettings
+from hawk.config.sections import StoreSettings
 
 GOOD = DiskReading(Path("/store"), free=100_000_000_000, write_speed=50e6, owner=1000)
 MB = 1_000_000

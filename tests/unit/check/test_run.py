@@ -21,15 +21,28 @@ from hawk.check.camera import CameraTimes
 from hawk.check.machine import RELEASED, DiskReading
 from hawk.check.model import ground_size, look_at_model
 from hawk.check.network import NetworkTools
-from hawk.check.report import as_object, last_line, print_json, print_table
-from hawk.check.result import CheckResult, Look, Outcome, all_passed, failed, not_looked_at, passed, run_looks, warning
+from hawk.check.result import (
+    CheckResult,
+    Look,
+    Outcome,
+    all_passed,
+    as_object,
+    failed,
+    last_line,
+    not_looked_at,
+    passed,
+    print_json,
+    print_table,
+    run_looks,
+    warning,
+)
 from hawk.check.run import Tools, check_all
 from hawk.comm.clock import Clock
-from hawk.config import Config, ConfigError
-from hawk.option_settings import load_settings
-from hawk.programs import Kind, Processes
+from hawk.config.option_settings import load_settings
+from hawk.config.sections import Config, ConfigError
+from hawk.runtime.programs import Kind, Processes
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures
-from tests.unit.comm.pictures import picture
+from tests.unit.comm.cameras.pictures import picture
 
 CONFIG = Config.model_validate({"remote_control": {"required": False}})
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hawk.comm.fence_rings import FenceRings
-from hawk.comm.mavlink_link import Link, Message, OnMessage, SensorHealth
-from hawk.comm.peer import FIRST_HEARD, Expected
-from hawk.comm.udp_gate import NOBODY, Hearing
-from hawk.comm.vehicle import AutopilotError
+from hawk.comm.autopilot.fence_rings import FenceRings
+from hawk.comm.autopilot.mavlink_link import Link, Message, OnMessage, SensorHealth
+from hawk.comm.autopilot.vehicle import AutopilotError
+from hawk.comm.mavlink.peer import FIRST_HEARD, Expected
+from hawk.comm.mavlink.udp_gate import NOBODY, Hearing
 
 LATITUDE, LONGITUDE, ALTITUDE = 43.2609, -79.9192, 100.0
 METRE_NORTH = 1 / 111_097.0  # degrees of latitude at LATITUDE

@@ -12,7 +12,7 @@ import pytest
 
 from hawk.comm.message_socket import ConnectionTimeout, FailedToSend, MessageSocket, NoMessagesError
 from tests.unit.comm.peer import PATIENCE_S, Peer
-from tests.unit.web.certificates import make_pair
+from tests.unit.web.access.certificates import make_pair
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.comm.message_socket import CLIENT_WAITING, TICK_COMMANDS, ServerMessageSocket
-from hawk.comm.messages import Ack, Arm, Command, Hold, KillRequest, KillToken, Outgoing, Takeoff
-from hawk.comm.status import ClientId
+from hawk.comm.protocol.commands import Ack, Arm, Command, Hold, KillRequest, KillToken, Outgoing, Takeoff
+from hawk.comm.protocol.heartbeat import ClientId
 
 
 class Clients:

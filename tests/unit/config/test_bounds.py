@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from hawk.config import Config, ConfigError, bounds, load_config
+from hawk.config.sections import Config, ConfigError, bounds, load_config
 
 REFERENCE = Path(__file__).parents[3] / "config.toml"
 NUMBERS = (int, float)

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 import hawk.cli
-import hawk.daemon
+import hawk.daemon.root
 import hawk.sim.cli
 import hawk.survey.run
-from hawk.config import Config, ConfigError, bounds, load_config, variable_of
+from hawk.config.sections import Config, ConfigError, bounds, load_config, variable_of
 
 EMPTY = ("", "  ")
 NO_PATH = (*EMPTY, "~nobody-of-this-name/x")
@@ -321,7 +321,7 @@ def nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     def started(*_: object) -> None:
         raise AssertionError("something was started")
 
-    monkeypatch.setattr(hawk.daemon, "run_daemon", started)
+    monkeypatch.setattr(hawk.daemon.root, "run_daemon", started)
     monkeypatch.setattr(hawk.survey.run, "SimulatedStack", started)
     monkeypatch.setattr(hawk.survey.run, "DroneClient", started)
     monkeypatch.chdir(tmp_path)

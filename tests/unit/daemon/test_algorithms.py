@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hawk.algo.vision.app import VisionSettings
-from hawk.algorithms import _vision
+from hawk.daemon.algorithms import _vision
 
 
 def test_a_network_that_cannot_be_used_in_the_air_is_replaced_by_the_packaged_one(

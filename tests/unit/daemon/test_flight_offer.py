@@ -11,8 +11,8 @@ from pathlib import Path
 
 from hawk.calibrate.flight_command import give_way
 from hawk.cli import make_parser
-from hawk.config import CameraSettings
-from hawk.flight_offer import COMMAND, FlightOffer
+from hawk.config.sections import CameraSettings
+from hawk.daemon.flight_offer import COMMAND, FlightOffer
 from tests.unit.comm.waiting import until
 
 ANSWER = {

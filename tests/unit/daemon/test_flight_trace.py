@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.check.last_flight import NO_FLIGHT, Line, last_flight, read_journal, tell
-from hawk.comm.status import (
+from hawk.check.doctor import NO_FLIGHT, Line, last_flight, read_journal, tell
+from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     HealthItem,
     LogEntry,
@@ -19,10 +19,10 @@ from hawk.comm.status import (
     TravelStatus,
     VehicleStatus,
 )
-from hawk.flight_trace import FlightTrace
+from hawk.daemon.flight_trace import FlightTrace
 from hawk.model.operation import StateName
-from hawk.program_log import NOTICE, TRACE, ProgramLog, is_journal, journal_lines
-from hawk.repeated_log import Repeated
+from hawk.runtime.program_log import NOTICE, TRACE, ProgramLog, is_journal, journal_lines
+from hawk.runtime.repeated_log import Repeated
 from tests.manual_clock import ManualClock
 
 REAL = Path(__file__).with_name("journal.json")

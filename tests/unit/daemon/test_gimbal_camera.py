@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from hawk import daemon as daemon_module
 from hawk.algo.loop import fixed_mount
-from hawk.config import CameraSettings, Config, StoreSettings, WatchdogSettings
-from hawk.daemon import Daemon, DaemonOptions
-from hawk.program_log import ProgramLog
+from hawk.config.sections import CameraSettings, Config, StoreSettings, WatchdogSettings
+from hawk.daemon import root as daemon_module
+from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.runtime.program_log import ProgramLog
 
 
 class FakeLoop:

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from hawk.config import Config, ConfigError, StoreSettings, WatchdogSettings
-from hawk.daemon import Daemon, DaemonOptions
+from hawk.config.sections import Config, ConfigError, StoreSettings, WatchdogSettings
+from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon.starts import CONTINUE_S, SurveyAtStart, survey_at_start
 from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightDrain, FlightSoFar
 from hawk.model.poses import ArmPlace, GlobalPose
-from hawk.program_log import ProgramLog
-from hawk.simulation import SimulationOptions
-from hawk.starts import CONTINUE_S, SurveyAtStart, survey_at_start
+from hawk.runtime.program_log import ProgramLog
+from hawk.sim.launch import SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.run_notes import Notes, RunNotes, notes_file
@@ -224,7 +224,7 @@ async def test_a_store_that_cannot_be_written_stops_no_start_in_the_air(
     def refuse(setting: str, directory: Path) -> None:
         raise ConfigError(f"{setting}: {directory} cannot be used")
 
-    monkeypatch.setattr("hawk.daemon.make_folder", refuse)
+    monkeypatch.setattr("hawk.daemon.root.make_folder", refuse)
     output = ProgramLog("info")
     config = Config(store=StoreSettings(directory=store), watchdog=WatchdogSettings(enabled=False))
     try:

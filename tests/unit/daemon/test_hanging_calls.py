@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from hawk import daemon as daemon_module
-from hawk.config import Config, StoreSettings, WatchdogSettings
-from hawk.daemon import Daemon, DaemonOptions
+from hawk.config.sections import Config, StoreSettings, WatchdogSettings
+from hawk.daemon import root as daemon_module
+from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState, VehicleState
-from hawk.program_log import ProgramLog
+from hawk.runtime.program_log import ProgramLog
 
 
 class Rig:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from hawk.algo.mapper.delta import MapDelta
-from hawk.map_keeper import MapKeeper
+from hawk.daemon.map_keeper import MapKeeper
 
 
 @dataclass

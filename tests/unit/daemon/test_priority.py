@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.process import set_niceness, set_session_niceness
+from hawk.runtime.process import set_niceness, set_session_niceness
 
 
 def test_only_the_calling_thread_yields() -> None:

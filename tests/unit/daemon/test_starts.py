@@ -9,10 +9,10 @@ from typing import IO
 
 import pytest
 
-from hawk.ddc.restart import FLIGHT_KEPT_S, RestartRule
+from hawk.daemon.starts import Starts
+from hawk.ddc.rules.follower import FLIGHT_KEPT_S, RestartRule
 from hawk.model.moment import Moment
 from hawk.model.operation import FlightSoFar
-from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
 from hawk.store.run_notes import Notes, RunNotes
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from hawk.process import Ticker
+from hawk.runtime.process import Ticker
 
 
 async def test_it_ticks_at_the_interval_and_tells_the_cost() -> None:

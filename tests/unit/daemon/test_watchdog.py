@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from hawk.process import DUMP_S, END_S, SystemdNotifier, Watchdog
+from hawk.runtime.process import DUMP_S, END_S, SystemdNotifier, Watchdog
 from tests.manual_clock import ManualClock
 from tests.unit.daemon.full_pipe import full_pipe
 
 HUNG = """
 import ctypes, sys
-from hawk.process import SystemdNotifier, Watchdog
+from hawk.runtime.process import SystemdNotifier, Watchdog
 dog = Watchdog(0.3, SystemdNotifier({}), sys.stderr)
 dog.progress()
 print("armed", flush=True)
@@ -45,8 +45,8 @@ def test_a_process_that_hangs_is_ended_when_nobody_takes_its_dump() -> None:
 
 FLOODED = """
 import asyncio, ctypes, logging, os, sys
-from hawk.process import SystemdNotifier, Ticker, Watchdog
-from hawk.program_log import ProgramLog
+from hawk.runtime.process import SystemdNotifier, Ticker, Watchdog
+from hawk.runtime.program_log import ProgramLog
 
 async def main():
     log = ProgramLog("debug")
@@ -86,7 +86,9 @@ def test_progress_keeps_a_process_alive() -> None:
 
 
 def test_an_orderly_end_that_hangs_is_ended_too() -> None:
-    code = HUNG.replace('print("armed", flush=True)', "import hawk.process; hawk.process.END_S = 0.3; dog.stop()")
+    code = HUNG.replace(
+        'print("armed", flush=True)', "import hawk.runtime.process; hawk.runtime.process.END_S = 0.3; dog.stop()"
+    )
     with full_pipe() as stderr:
         result = subprocess.run([sys.executable, "-c", code], stderr=stderr, timeout=20, check=False)
     assert result.returncode == -signal.SIGALRM
@@ -115,7 +117,7 @@ def test_the_orderly_end_has_its_own_time_and_a_watchdog_that_is_off_arms_nothin
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     armed: list[float] = []
-    monkeypatch.setattr("hawk.process.end_within", lambda seconds, _stream: armed.append(seconds))
+    monkeypatch.setattr("hawk.runtime.process.end_within", lambda seconds, _stream: armed.append(seconds))
     dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=ManualClock())
     dog.stop()
     assert armed == [END_S]
@@ -127,7 +129,7 @@ def test_the_orderly_end_has_its_own_time_and_a_watchdog_that_is_off_arms_nothin
 
 def test_progress_is_passed_on_again_after_a_fifth_of_the_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
     armed: list[float] = []
-    monkeypatch.setattr("hawk.process.end_within", lambda seconds, _stream: armed.append(seconds))
+    monkeypatch.setattr("hawk.runtime.process.end_within", lambda seconds, _stream: armed.append(seconds))
     clock = ManualClock()
     dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
     for step, times in ((0.0, 1), (0.19, 1), (0.01, 2), (0.19, 2), (0.02, 3)):

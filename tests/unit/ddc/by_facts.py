@@ -27,7 +27,7 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
-from hawk.ddc.parameters import ParameterReader
+from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state

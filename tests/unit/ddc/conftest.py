@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import Hold
+from hawk.comm.protocol.commands import Hold
 from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
 

@@ -10,7 +10,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hawk.comm.messages import (
+from hawk.comm.autopilot.remote_control import RemoteControl
+from hawk.comm.autopilot.remote_id import RemoteIdReport
+from hawk.comm.autopilot.terrain import RangeReading, TerrainWatch
+from hawk.comm.autopilot.vehicle import AutopilotError, OtherFenceError, VehicleTopics
+from hawk.comm.protocol.commands import (
     Ack,
     Arm,
     AutonomousExplore,
@@ -24,19 +28,13 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     Takeoff,
 )
-from hawk.comm.rangefinder import RangeReading
-from hawk.comm.remote_control import RemoteControl
-from hawk.comm.remote_id import RemoteIdReport
-from hawk.comm.status import CheckItem, ClientId, CommandSocket, DroneStatus
-from hawk.comm.terrain import TerrainWatch
-from hawk.comm.vehicle import AutopilotError, OtherFenceError, VehicleTopics
-from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
-from hawk.ddc.geofence import to_map
+from hawk.comm.protocol.heartbeat import CheckItem, ClientId, CommandSocket, DroneStatus
+from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
+from hawk.ddc.fence.geometry import to_map
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.service_interface import DdcServiceInterface, Sender
-from hawk.ddc.settings import DdcSettings, ManagerSetup
-from hawk.ddc.survey_memory import SurveyMemory
-from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.requests.service_interface import DdcServiceInterface, Sender
+from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
 from hawk.model.limits import Fence
 from hawk.model.moment import Moment
 from hawk.model.operation import Fall, FlightSoFar, Health, StateName, UserError

@@ -11,14 +11,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import Literal
 
-from hawk.comm.messages import Ack, Command, Kill, KillToken
-from hawk.comm.terrain import Terrain
+from hawk.comm.autopilot.terrain import Terrain
+from hawk.comm.protocol.commands import Ack, Command, Kill, KillToken
 from hawk.ddc.acts import Acts, Ask, CutMotors, Desire, ReadParameter
-from hawk.ddc.clearance import BelowFacts
+from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider, Decision
-from hawk.ddc.energy import Reserve
-from hawk.ddc.facts import Answer, Facts, HomeFacts, VehicleEvent, WindFacts
-from hawk.ddc.kill import KillTokens
+from hawk.ddc.facts import Answer, Facts, WindFacts
 from hawk.ddc.orders import (
     ConfigureOrder,
     MoveOrder,
@@ -35,14 +33,18 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
-from hawk.ddc.wind import Wind
+from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.home import HomeFacts
+from hawk.ddc.readings.link import VehicleEvent
+from hawk.ddc.readings.wind import Wind
+from hawk.ddc.rules.kill import KillTokens
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
-from tests.unit.ddc.test_command_table import COMMANDS
+from tests.unit.ddc.rules.test_command_table import COMMANDS
 from tests.unit.ddc.written_facts import SETTINGS, flying, found, of_kind, on_ground, pose, without_link
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "states.md"

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.messages import Ack, AutonomousExplore, CompulsiveMove, Hold, Kill, ReturnToLaunch
+from hawk.comm.protocol.commands import Ack, AutonomousExplore, CompulsiveMove, Hold, Kill, ReturnToLaunch
 from hawk.ddc.acts import (
     Act,
     Ask,
@@ -24,11 +24,9 @@ from hawk.ddc.acts import (
     SetMode,
     TakeOff,
 )
+from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.energy import Reserve
-from hawk.ddc.facts import Facts, VehicleEvent, WindFacts
-from hawk.ddc.guard import reaction
-from hawk.ddc.kill import KillTokens
+from hawk.ddc.facts import Facts, WindFacts
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -46,10 +44,13 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
+from hawk.ddc.readings.link import VehicleEvent
+from hawk.ddc.readings.wind import Wind
+from hawk.ddc.rules.guard import reaction
+from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
-from hawk.ddc.wind import Wind
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Route
 from hawk.model.poses import MapPoint
@@ -465,7 +466,7 @@ def test_a_tick_is_unsound_when_the_state_fails(method: str, monkeypatch: pytest
 @pytest.mark.parametrize(("function", "sound"), [("reaction", False), ("notices", True)])
 def test_a_tick_is_unsound_when_the_guard_fails(function: str, sound: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.HOVER)
-    monkeypatch.setattr(f"hawk.ddc.guard.{function}", _broken)
+    monkeypatch.setattr(f"hawk.ddc.rules.guard.{function}", _broken)
     decision = program.tick(flying(0.5))
     assert decision.is_sound is sound
     assert "boom" in decision.fault

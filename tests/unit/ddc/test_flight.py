@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.comm.messages import Arm, AutonomousExplore, Land, ReturnToLaunch, Takeoff
+from hawk.comm.protocol.commands import Arm, AutonomousExplore, Land, ReturnToLaunch, Takeoff
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     AutonomousMove,
@@ -22,7 +22,7 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.acts import Ask, CompareFence, Log, PutFenceInForce, UploadFence
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.keeping.fence import RETRY_S, KeptFence
 from hawk.ddc.states.hover import Hover, Manual
 from hawk.model.operation import StateName

@@ -13,7 +13,7 @@ from unittest import mock
 
 import pytest
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Ack,
     AutonomousExplore,
     AutonomousMove,
@@ -24,10 +24,11 @@ from hawk.comm.messages import (
     KillRequest,
     KillToken,
 )
-from hawk.ddc import guard
-from hawk.ddc.belief import AIR_HEIGHT_M
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, FAULT_CONFIRM_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S
-from hawk.ddc.guard import FENCE_RETURN_S
+from hawk.ddc.facts import BATTERY_UNKNOWN_S, FAULT_CONFIRM_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S
+from hawk.ddc.readings.belief import AIR_HEIGHT_M
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
+from hawk.ddc.rules import guard
+from hawk.ddc.rules.guard import FENCE_RETURN_S
 from hawk.model.plans import Inbound
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import TICK_S

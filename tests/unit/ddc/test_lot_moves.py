@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.comm.messages import Ack, AutonomousMove, Hold, RouteAnswer, RouteRequest
+from hawk.comm.protocol.commands import Ack, AutonomousMove, Hold, RouteAnswer, RouteRequest
 from hawk.model.operation import StateName, UserError
 from hawk.model.plans import Inbound, Route
 from hawk.model.poses import MapPoint

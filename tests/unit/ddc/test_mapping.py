@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.ddc.follower import state_from_autopilot
+from hawk.ddc.rules.follower import state_from_autopilot
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import AutonomousExplore, NewSurvey
-from hawk.comm.status import VehicleStatus
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.comm.protocol.commands import AutonomousExplore, NewSurvey
+from hawk.comm.protocol.heartbeat import VehicleStatus
+from hawk.ddc.settings import SurveyMemory
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import FlightDrain, StateName, SurveyLeft
 from tests.unit.ddc.fakes import UTC_START, Rig

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from hawk.ddc.charge import ChargeFacts
-from hawk.ddc.energy import Reserve
+from hawk.ddc.battery.charge import ChargeFacts
+from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import (

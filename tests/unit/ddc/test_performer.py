@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.messages import Ack, CheckFence, FenceCheck
-from hawk.comm.status import FenceCorner
+from hawk.comm.protocol.commands import Ack, CheckFence, FenceCheck
+from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.ddc.acts import (
     Act,
     Ask,
@@ -51,19 +51,18 @@ from hawk.ddc.acts import (
     UseHeights,
     UseOutline,
 )
-from hawk.ddc.fence import FencePlan, Standpoint
-from hawk.ddc.fence_checks import FenceChecks
-from hawk.ddc.fence_file import FenceKeeper
-from hawk.ddc.flight_log import FlightLog
-from hawk.ddc.geofence import ring_from_map
+from hawk.ddc.fence.geometry import ring_from_map
+from hawk.ddc.fence.plan import FencePlan, Standpoint
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
-from hawk.ddc.outline_keeper import OutlineKeeper
-from hawk.ddc.params import ParameterStore
+from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
-from hawk.ddc.requests import Requests
-from hawk.ddc.service_interface import DdcServiceInterface
-from hawk.ddc.survey_memory import SurveyMemory
-from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.requests.fence_checks import FenceChecks
+from hawk.ddc.requests.flight_log import FlightLog
+from hawk.ddc.requests.requests import Requests
+from hawk.ddc.requests.service_interface import DdcServiceInterface
+from hawk.ddc.settings import SurveyMemory
 from hawk.model.limits import HeightParameters, Outline
 from hawk.model.operation import Fall, StateName, UserError
 from hawk.model.plans import DesiredPose

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     AutonomousMove,
@@ -32,11 +32,11 @@ from hawk.comm.messages import (
     SetFailsafes,
     Takeoff,
 )
-from hawk.ddc.belief import AIR_HEIGHT_M
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import inside_point, outside_by
+from hawk.ddc.fence.geometry import inside_point, outside_by
 from hawk.ddc.motion import maximum_target_distance
 from hawk.ddc.orders import Rank, Transition
+from hawk.ddc.readings.belief import AIR_HEIGHT_M
 from hawk.model.operation import StateName
 from hawk.model.plans import ExploreStatus, Inbound, PathPlan
 from hawk.model.poses import GlobalPose, MapPoint

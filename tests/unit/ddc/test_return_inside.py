@@ -9,26 +9,28 @@ from itertools import pairwise
 
 import pytest
 
-from hawk.comm.messages import Arm, Hold, Land, ReturnToLaunch
-from hawk.ddc import fence_path
+from hawk.comm.protocol.commands import Arm, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
+from hawk.ddc.battery.energy import LANDING_PERCENT, Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.energy import LANDING_PERCENT, Reserve
-from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts, HomeFacts, LinkFacts, VehicleEvent
-from hawk.ddc.failing import AIR_S
-from hawk.ddc.geofence import contains, outside_by, polygon_fence
+from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts
+from hawk.ddc.fence import path as fence_path
+from hawk.ddc.fence.geometry import contains, outside_by, polygon_fence
 from hawk.ddc.motion import PROGRESS_S, Goal
 from hawk.ddc.orders import Cause, CauseKind, ToReturn
-from hawk.ddc.silence import SILENCE_S
+from hawk.ddc.readings.home import HomeFacts
+from hawk.ddc.readings.link import LinkFacts, VehicleEvent
+from hawk.ddc.requests.service_interface import Limits, target_refusal
+from hawk.ddc.rules.failing import AIR_S
+from hawk.ddc.rules.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
 from hawk.ddc.states.path_home import RETURNS_ALREADY, PathHome, begin
-from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName as S
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
-from tests.unit.ddc.test_fence import U_SHAPE, WEST_ARM, draw, fence
+from tests.unit.ddc.fence.test_plan import U_SHAPE, WEST_ARM, draw, fence
 from tests.unit.ddc.written_facts import DATUM, SETTINGS, decider, flying, of_kind, pose
 
 BENT = polygon_fence(U_SHAPE, 5.0, 100.0, 3.0)

@@ -8,17 +8,18 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.comm.messages import Ack
-from hawk.ddc import guard
+from hawk.comm.protocol.commands import Ack
 from hawk.ddc.acts import Acts, Log, ShowUserError
-from hawk.ddc.charge import NO_CHARGE, ChargeFacts
-from hawk.ddc.clearance import BelowFacts
-from hawk.ddc.facts import Facts, HomeFacts, KeptFacts
-from hawk.ddc.fence import FencePlan
-from hawk.ddc.judge import Bench, Case, options
+from hawk.ddc.battery.charge import NO_CHARGE, ChargeFacts
+from hawk.ddc.facts import Facts, KeptFacts
+from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.orders import ToIdle
-from hawk.ddc.parameter_values import Values
-from hawk.ddc.preflight import preflight_items
+from hawk.ddc.parameters.values import Values
+from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.home import HomeFacts
+from hawk.ddc.rules import guard
+from hawk.ddc.rules.judge import Bench, Case, options
+from hawk.ddc.rules.preflight import preflight_items
 from hawk.ddc.states.factory import make_state
 from hawk.model.operation import Fall, Health
 from hawk.model.poses import GlobalPose

@@ -14,15 +14,15 @@ from typing import Any
 import pytest
 
 from hawk.algo.topic_interface import AlgorithmTopics
-from hawk.config import Config, StoreSettings, WatchdogSettings
-from hawk.daemon import Daemon, DaemonOptions
+from hawk.config.sections import Config, StoreSettings, WatchdogSettings
+from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.poses import GlobalPose, LocalPose, MapPose
 from hawk.model.vehicle import BatteryInfo
-from hawk.program_log import ProgramLog
+from hawk.runtime.program_log import ProgramLog
 from hawk.web.clients import ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 from tests.unit.ddc.fakes import PLACE, Rig
 
 MAP = OccupancyMap(map_id="m", version=3, counts=Counts(free=5, taken=6, unknown=2))

@@ -8,16 +8,25 @@ import math
 
 import pytest
 
-from hawk.comm.messages import Ack, Arm, AutonomousExplore, CompulsiveMove, Control, Hold, MapResync, OperatorHeartbeat
-from hawk.comm.status import DroneStatus
-from hawk.ddc import command_desk
+from hawk.comm.protocol.commands import (
+    Ack,
+    Arm,
+    AutonomousExplore,
+    CompulsiveMove,
+    Control,
+    Hold,
+    MapResync,
+    OperatorHeartbeat,
+)
+from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.ddc import status as status_room
 from hawk.ddc.facts import Facts
-from hawk.ddc.flight_log import MAXIMUM_POINTS, Trail
+from hawk.ddc.requests.flight_log import MAXIMUM_POINTS, Trail
+from hawk.ddc.rules import command_desk
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, HealthStatus, StateName
 from hawk.model.poses import MapPose
-from hawk.store.frame_codec import to_json
+from hawk.store.recording import to_json
 from tests.unit.ddc.fakes import Rig
 
 S = StateName
@@ -294,7 +303,7 @@ async def test_the_web_servers_own_commands_are_sent_back(rig: Rig) -> None:
 
 
 async def test_a_command_that_must_wait_does_not_pass_the_queue(flying: Rig) -> None:
-    from hawk.comm.messages import AutonomousMove
+    from hawk.comm.protocol.commands import AutonomousMove
 
     with pytest.raises(ValueError, match="Autonomous Move"):
         flying.manager.handle_now("ana", AutonomousMove(x=1, y=1))

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[3]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = SETTINGS["project"]
 DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
-OURS = {"hawk", "benchmarks", "faults", "mutants", "training", "tests", "packaging"}
+OURS = {"hawk", "benchmarks", "proving", "training", "tests", "packaging"}
 
 
 def declared(requirements: list[str]) -> set[str]:
@@ -59,8 +59,7 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
         ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"]),
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
-        ("faults", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
-        ("mutants", RUN_TIME | EXTRAS["dev"] | {"coverage"}),
+        ("proving", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | {"coverage"}),
         ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | EXTRAS["background"]),
     ],
 )

@@ -73,8 +73,8 @@ def test_every_result_names_its_command() -> None:
 
 
 def test_a_name_that_is_none_is_noticed() -> None:
-    assert exists("hawk.ddc.topic_interface.DdcTopicInterface.des_pose_pub")
-    assert not exists("hawk.ddc.topic_interface.DdcTopicInterface.des_pose_publisher")
+    assert exists("hawk.ddc.readings.topic_interface.DdcTopicInterface.des_pose_pub")
+    assert not exists("hawk.ddc.readings.topic_interface.DdcTopicInterface.des_pose_publisher")
     assert not exists("hawk.ddc.nothing_of_that_name")
     assert not is_known("hawk/ddc/nothing_of_that_name.py")
     assert is_known("pip install x")

@@ -6,9 +6,8 @@ import ast
 import re
 from pathlib import Path
 
-from hawk.comm.status import DroneStatus, HealthItem, PartsStatus, PerceptionStatus, VehicleStatus
-from hawk.web.api import Access, metrics_text
-from hawk.web.computer_figures import computer_figures
+from hawk.comm.protocol.heartbeat import DroneStatus, HealthItem, PartsStatus, PerceptionStatus, VehicleStatus
+from hawk.web.api import Access, computer_figures, metrics_text
 from hawk.web.services import Counters
 from tests.unit.web.rig import Rig
 
@@ -25,7 +24,7 @@ COMPUTER = (
 
 def counted_by_the_daemon() -> set[str]:
     """Return the names of the counters that the daemon adds to those of the web server."""
-    tree = ast.parse((ROOT / "hawk" / "daemon.py").read_text(encoding="utf-8"))
+    tree = ast.parse((ROOT / "hawk" / "daemon" / "root.py").read_text(encoding="utf-8"))
     (table,) = (
         node.value.body
         for node in ast.walk(tree)

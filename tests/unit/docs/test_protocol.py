@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from aiohttp import web
 
-from hawk.comm.message_base import Outgoing
-from hawk.comm.messages import Ack, FenceCheck, KillToken, RouteAnswer, Welcome, parse_command, schema
-from hawk.comm.status import (
+from hawk.comm.protocol.base import Outgoing
+from hawk.comm.protocol.commands import Ack, FenceCheck, KillToken, RouteAnswer, Welcome, parse_command, schema
+from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     HealthItem,
     Heartbeat,

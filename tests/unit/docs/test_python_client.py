@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.messages import Control
-from hawk.comm.status import CommandOption, DroneStatus, OperationStatus, PerceptionStatus
+from hawk.comm.protocol.commands import Control
+from hawk.comm.protocol.heartbeat import CommandOption, DroneStatus, OperationStatus, PerceptionStatus
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.operation import StateName
 from hawk.survey.client import DroneClient

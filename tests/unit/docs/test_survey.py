@@ -10,10 +10,10 @@ import pytest
 
 from hawk.model.lot_map import StallState
 from hawk.model.poses import GlobalPose
+from hawk.results.survey_map import SurveyMap
 from hawk.survey import report
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "survey.md").read_text(encoding="utf-8")
 

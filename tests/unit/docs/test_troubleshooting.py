@@ -38,7 +38,7 @@ def test_the_words_are_said(words: str, sources: str) -> None:
 
 def test_every_refusal_of_a_state_is_explained() -> None:
     """Some explain themselves: of commands that only programs send, or that ask for what is so already."""
-    table = (ROOT / "hawk" / "ddc" / "command_table.py").read_text(encoding="utf-8")
+    table = (ROOT / "hawk" / "ddc" / "rules" / "command_table.py").read_text(encoding="utf-8")
     said = re.findall(r'^    "\w+!?": say\("([^"]+ first\.)"\),$', table, re.MULTILINE)
     known = {"Armed: disarm first.", "Flying: land first.", "Landing: Hold first.", "In the air: land first."}
     assert said

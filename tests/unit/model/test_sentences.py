@@ -7,9 +7,17 @@ import json
 
 import pytest
 
-from hawk.comm.message_base import listed
-from hawk.comm.messages import Ack
-from hawk.comm.status import CheckItem, CommandOption, DroneStatus, HealthItem, LogEntry, OperationStatus, PartsStatus
+from hawk.comm.protocol.base import listed
+from hawk.comm.protocol.commands import Ack
+from hawk.comm.protocol.heartbeat import (
+    CheckItem,
+    CommandOption,
+    DroneStatus,
+    HealthItem,
+    LogEntry,
+    OperationStatus,
+    PartsStatus,
+)
 from hawk.model.sentences import Sentence, code_of, joined, parts_of, say, sentence, series, words_of
 
 

@@ -84,7 +84,7 @@ def test_the_label_of_the_version_is_the_projects() -> None:
 
 
 def test_the_image_has_what_a_camera_by_rtsp_needs() -> None:
-    source = (ROOT / "hawk" / "comm" / "camera_sources" / "rtsp.py").read_text("utf-8")
+    source = (ROOT / "hawk" / "comm" / "cameras" / "sources" / "rtsp.py").read_text("utf-8")
     installed = " ".join(STAGES["blueos"].all("RUN")).split()
     assert set(re.findall(r"gstreamer1\.0-[a-z]+(?:-[a-z]+)?", source)) <= set(installed)
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from hawk.config import Config, load_config
+from hawk.config.sections import Config, load_config
 from hawk.versions.guard import RUNTIME_FOLDER
 from tests.unit.packaging.containerfile import ROOT, Stage, read, words_of
 from tests.unit.packaging.scripts import load
@@ -102,7 +102,7 @@ def test_no_setting_of_the_daemon_but_the_store_is_in_the_environment() -> None:
 
 
 def test_the_program_is_not_process_1() -> None:
-    """The kernel spares process 1 from SIGALRM, which ends a hung daemon (hawk.process.end_within)."""
+    """The kernel spares process 1 from SIGALRM, which ends a hung daemon (hawk.runtime.process.end_within)."""
     entry = words_of(PROGRAM.all("ENTRYPOINT")[0])
     assert entry[:2] == ["/usr/bin/tini", "--"]
     assert entry[2:] == ["hawk-drone"]
@@ -113,7 +113,7 @@ def test_the_program_is_not_process_1() -> None:
 
 def test_it_ends_by_the_signal_that_the_daemon_waits_for() -> None:
     assert PROGRAM.all("STOPSIGNAL") == ["SIGTERM"]
-    assert "signal.SIGTERM" in (ROOT / "hawk" / "daemon.py").read_text("utf-8")
+    assert "signal.SIGTERM" in (ROOT / "hawk" / "daemon" / "root.py").read_text("utf-8")
 
 
 def test_the_port_is_the_settings_default() -> None:

@@ -86,7 +86,7 @@ def test_the_keys_are_mmdebstraps() -> None:
     recommended = re.search(r"^Recommends: (.*)$", control, re.MULTILINE)[1].split(", ")  # type: ignore[index]
     assert set(recommended) <= set(packages)  # apt installs none of itself here
     assert "python3.11" in packages
-    source = (ROOT / "hawk" / "comm" / "camera_sources" / "rtsp.py").read_text("utf-8")
+    source = (ROOT / "hawk" / "comm" / "cameras" / "sources" / "rtsp.py").read_text("utf-8")
     assert set(re.findall(r"gstreamer1\.0-[a-z]+(?:-[a-z]+)?", source)) <= set(packages)
     assert FIELDS["X-Env-Layer-Requires"] == "bookworm-minbase"  # the Debian that has this Python
 

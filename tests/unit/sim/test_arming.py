@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from hawk.sim.failsafes import ArmingView, arming_reasons, pre_arm_reasons
-from hawk.sim.fence import FenceType
+from hawk.sim.autopilot.failsafes import ArmingView, arming_reasons, pre_arm_reasons
+from hawk.sim.autopilot.fence import FenceType
 
 READY = ArmingView(
     mode_name="GUIDED",

@@ -11,7 +11,7 @@ from hawk.sim.camera_server import Backend, CameraServer
 from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import WatchedFence
 from hawk.sim.geometry import Origin
-from tests.unit.sim.test_camera import Bench
+from tests.unit.sim.camera.test_camera import Bench
 
 
 class Site:

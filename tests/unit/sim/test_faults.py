@@ -9,9 +9,9 @@ import pytest
 from pydantic import ValidationError
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.sim.camera import Camera, SimulationClock
+from hawk.sim.camera.camera import Camera, SimulationClock
 from hawk.sim.faults import CameraFaults, Fault, apply_camera_fault, apply_fault
-from tests.unit.sim.test_camera import GreyRenderer
+from tests.unit.sim.camera.test_camera import GreyRenderer
 
 
 def put(station: Any, /, **fields: Any) -> tuple[list[str], Camera, CameraFaults]:

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from hawk.process import ParentGoneError
+from hawk.runtime.process import ParentGoneError
 from hawk.sim.cli import end_signal
 
 
@@ -23,7 +23,7 @@ async def test_a_signal_ends_it(number: int) -> None:
 
 
 async def test_the_end_of_the_parent_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hawk.process.started_s", lambda _: 0.0)  # a child of this test stands for a parent
+    monkeypatch.setattr("hawk.runtime.process.started_s", lambda _: 0.0)  # a child of this test stands for a parent
     parent = await asyncio.create_subprocess_exec(
         sys.executable, "-c", "input()", stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.DEVNULL
     )

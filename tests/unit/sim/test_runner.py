@@ -8,12 +8,12 @@ import aiohttp
 import numpy as np
 import pytest
 
-from hawk.sim.camera import Camera, Shot, SimulationClock
+from hawk.sim.autopilot.options import AutopilotOptions
+from hawk.sim.camera.camera import Camera, Shot, SimulationClock
 from hawk.sim.geometry import Origin
-from hawk.sim.options import AutopilotOptions
+from hawk.sim.link.udp import UdpUrl
 from hawk.sim.runner import CHUNK_S, Flyer, RunOptions, fly, follow
-from hawk.sim.udp import UdpUrl
-from tests.unit.sim.test_camera import GreyRenderer, HandClock
+from tests.unit.sim.camera.test_camera import GreyRenderer, HandClock
 
 NO_STALLS: dict[str, Any] = {"stalls": [], "lots_m": []}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hawk.cli import main
-from hawk.config import StoreSettings
+from hawk.config.sections import StoreSettings
 from hawk.store.film import LONGEST_GAP_S, FilmError, write_film
 from hawk.store.recording import Recording
 from hawk.store.replay import RecordingError

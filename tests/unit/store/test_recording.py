@@ -17,7 +17,7 @@ import pytest
 from mcap.reader import make_reader
 
 from hawk.algo.frame import FrameInput
-from hawk.config import StoreSettings
+from hawk.config.sections import StoreSettings
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
 from hawk.store.recording import FRAME_INPUT, NoRecordingError, Recording
@@ -279,7 +279,7 @@ _CHILD = """
 import sys, time
 from pathlib import Path
 from hawk.comm.clock import Clock
-from hawk.config import StoreSettings
+from hawk.config.sections import StoreSettings
 from hawk.store.recording import Recording
 recording = Recording(StoreSettings(directory=Path(sys.argv[1]), minimum_free_mb=1), Clock(), {"seed": "1"})
 recording.begin()

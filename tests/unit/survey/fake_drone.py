@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Ack,
     Arm,
     AutonomousExplore,
@@ -20,7 +20,7 @@ from hawk.comm.messages import (
     SetOutline,
     Takeoff,
 )
-from hawk.comm.status import (
+from hawk.comm.protocol.heartbeat import (
     CheckItem,
     DroneStatus,
     Heartbeat,
@@ -35,7 +35,7 @@ from hawk.comm.status import (
 from hawk.model.operation import StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.web.clients import ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 BEAT_S = 0.2
 

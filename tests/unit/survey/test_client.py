@@ -11,9 +11,9 @@ from dataclasses import replace
 import pytest
 
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
-from hawk.comm.messages import Ack, Arm, Control, Disarm, KillRequest, KillToken, Takeoff
-from hawk.comm.status import DroneStatus, LogEntry, SiteStatus
-from hawk.config import WebSettings
+from hawk.comm.protocol.commands import Ack, Arm, Control, Disarm, KillRequest, KillToken, Takeoff
+from hawk.comm.protocol.heartbeat import DroneStatus, LogEntry, SiteStatus
+from hawk.config.sections import WebSettings
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState
 from hawk.model.poses import MapPoint
 from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError

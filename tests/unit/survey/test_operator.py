@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     CompulsiveMove,
@@ -18,7 +18,7 @@ from hawk.comm.messages import (
     SetOutline,
     Takeoff,
 )
-from hawk.comm.status import FenceCorner, Heartbeat
+from hawk.comm.protocol.heartbeat import FenceCorner, Heartbeat
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName, UserError
 from hawk.survey.handset import SurveyStatus

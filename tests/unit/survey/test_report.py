@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, Stall, StallState
 from hawk.model.poses import GlobalPose
+from hawk.results.survey_map import SurveyMap
 from hawk.survey.report import compare, counts, finite, in_range, map_offset
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
 WIDTH, LENGTH = 2.6, 5.2

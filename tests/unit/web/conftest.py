@@ -7,7 +7,7 @@ from typing import Any
 import aiohttp
 import pytest
 
-from hawk.config import WebSettings
+from hawk.config.sections import WebSettings
 from tests.unit.web.rig import Connect, Rig, Visitor
 from tests.unit.web.stand import Stand
 

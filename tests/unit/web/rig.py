@@ -14,21 +14,21 @@ import aiohttp
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 
-from hawk.comm.authority import authority_refusal
-from hawk.comm.messages import Ack, Command, KillRequest, KillToken, Outgoing
-from hawk.comm.performance import LagSummary
-from hawk.comm.status import ClientId, DroneStatus, StatusStamp
+from hawk.comm.protocol.authority import authority_refusal
+from hawk.comm.protocol.commands import Ack, Command, KillRequest, KillToken, Outgoing
+from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
-from hawk.config import Config, OperatorSettings, WebSettings
+from hawk.config.reference import reference_text, settings
+from hawk.config.sections import Config, OperatorSettings, WebSettings
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
-from hawk.settings_reference import reference_text, settings
+from hawk.runtime.performance import LagSummary
 from hawk.store.recording import NoRecordingError
+from hawk.web.access.tls import Tls
 from hawk.web.app import Page, create_app
 from hawk.web.documentation import Documentation
 from hawk.web.services import OperatorSide, WebServices, _no_area
 from hawk.web.sessions import ControlDesk
-from hawk.web.tls import Tls
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 

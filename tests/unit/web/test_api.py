@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.status import (
+from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     HealthItem,
     OperationStatus,
@@ -13,7 +13,7 @@ from hawk.comm.status import (
     PerceptionStatus,
     TravelStatus,
 )
-from hawk.config import WebSettings
+from hawk.config.sections import WebSettings
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame

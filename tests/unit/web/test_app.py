@@ -5,8 +5,8 @@ import threading
 
 import pytest
 
-from hawk.comm.status import DroneStatus
-from hawk.config import WebSettings
+from hawk.comm.protocol.heartbeat import DroneStatus
+from hawk.config.sections import WebSettings
 from hawk.web.app import WebServer
 from tests.unit.web.rig import Rig, browser
 

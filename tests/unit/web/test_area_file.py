@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from hawk.area_file import LARGEST_BYTES
-from hawk.comm.authority import Role
-from hawk.ddc.area_import import editable_area
+from hawk.comm.protocol.authority import Role
+from hawk.ddc.fence.geojson import editable_area
+from hawk.formats.area_file import LARGEST_BYTES
 from hawk.web import area_file
-from tests.unit.test_area_file import (
+from tests.unit.formats.test_area_file import (
     HOLE,
     POINT,
     RING,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.authority import Role
+from hawk.comm.protocol.authority import Role
 from hawk.web.documentation import Documentation
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.stand import Stand

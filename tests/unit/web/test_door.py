@@ -13,10 +13,10 @@ from pathlib import Path
 import aiohttp
 import pytest
 
-from hawk.config import WebSettings
+from hawk.config.sections import WebSettings
+from hawk.web.access.guesses import LINES
 from hawk.web.app import Page, WebServer
 from hawk.web.door import FIRST_REQUEST_S, IDLE_S, LEAST_WAITING, MOST_WAITING, RESERVED_DESCRIPTORS, Places
-from hawk.web.paced_log import LINES
 from hawk.web.services import KEPT_PLACES
 from tests.unit.comm.waiting import until
 from tests.unit.web.rig import PATIENCE_S, Rig, Visitor, browser

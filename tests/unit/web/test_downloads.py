@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.comm.authority import Role
-from hawk.comm.status import DroneStatus, SiteStatus, VehicleStatus
+from hawk.comm.protocol.authority import Role
+from hawk.comm.protocol.heartbeat import DroneStatus, SiteStatus, VehicleStatus
 from hawk.model.lot_map import TILE_CELLS, Cell, EncodedTile, OccupancyMap
 from hawk.model.poses import GlobalPose
 from hawk.store.recording import NoRecordingError

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from hawk.comm.message_base import wire_key
-from hawk.comm.status import (
+from hawk.comm.protocol.base import wire_key
+from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     FenceCorner,
     FenceSetup,
@@ -28,7 +28,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.poses import MapPoint
 from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 CONTROL = ControlView("Operator 1", in_control=True)
 

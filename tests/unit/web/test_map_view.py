@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.map_update import MapUpdate
+from hawk.comm.protocol.heartbeat import MapUpdate
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.poses import MapPoint
-from hawk.sharded import Sharded
+from hawk.model.sharded import Sharded
 from hawk.survey.client import ClientMap
 from hawk.web import map_view
 from hawk.web.map_view import BUDGET_BYTES, MapView

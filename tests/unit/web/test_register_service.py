@@ -11,7 +11,7 @@ import pytest
 from aiohttp.test_utils import make_mocked_request
 from pydantic import BaseModel, ConfigDict
 
-from hawk.comm.authority import Role
+from hawk.comm.protocol.authority import Role
 from hawk.web import register_service
 from hawk.web.register_service import ADDRESS, is_for_everybody_here
 from tests.unit.web.rig import Rig, browser

@@ -8,20 +8,20 @@ import aiohttp
 import pytest
 from aiohttp import web
 
-from hawk.config import WebSettings
-from hawk.web.app import create_app
-from hawk.web.guesses import (
+from hawk.config.sections import WebSettings
+from hawk.web.access.guesses import (
     ADDRESS_LIMIT,
     FIRST_WAIT_S,
     FORGOTTEN_S,
     FREE_GUESSES,
+    LINES,
     LONGEST_WAIT_S,
     TokenGuesses,
     network_of,
 )
-from hawk.web.paced_log import LINES
+from hawk.web.access.tokens import Tokens
+from hawk.web.app import create_app
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback
-from hawk.web.tokens import Tokens
 from tests.manual_clock import ManualClock
 from tests.unit.web.rig import Rig, browser
 

@@ -4,7 +4,7 @@ import secrets
 
 import pytest
 
-from hawk.config import OperatorSettings
+from hawk.config.sections import OperatorSettings
 from hawk.web.sessions import ControlDesk
 from tests.manual_clock import ManualClock
 

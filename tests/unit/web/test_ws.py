@@ -9,9 +9,19 @@ import aiohttp
 import pytest
 
 from hawk.comm.message_socket import CLIENT_WAITING
-from hawk.comm.messages import Arm, CheckFence, Hold, Kill, KillRequest, Land, ReturnToLaunch, RouteRequest, Takeoff
-from hawk.comm.status import DroneStatus, OperationStatus, PoseStatus, StatusStamp, VehicleStatus
-from hawk.config import WebSettings
+from hawk.comm.protocol.commands import (
+    Arm,
+    CheckFence,
+    Hold,
+    Kill,
+    KillRequest,
+    Land,
+    ReturnToLaunch,
+    RouteRequest,
+    Takeoff,
+)
+from hawk.comm.protocol.heartbeat import DroneStatus, OperationStatus, PoseStatus, StatusStamp, VehicleStatus
+from hawk.config.sections import WebSettings
 from hawk.model.operation import StateName
 from hawk.web import ws
 from hawk.web.clients import OUTBOX_LIMIT

@@ -19,9 +19,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.comm.authority import authority_refusal
 from hawk.comm.clock import Clock
-from hawk.comm.messages import (
+from hawk.comm.protocol.authority import authority_refusal
+from hawk.comm.protocol.commands import (
     Ack,
     AutonomousMove,
     ClearOutline,
@@ -36,8 +36,7 @@ from hawk.comm.messages import (
     RouteRequest,
     SetOutline,
 )
-from hawk.comm.performance import LagSummary
-from hawk.comm.status import (
+from hawk.comm.protocol.heartbeat import (
     CheckItem,
     CommandOption,
     DroneStatus,
@@ -55,15 +54,15 @@ from hawk.comm.status import (
     VehicleStatus,
 )
 from hawk.comm.topic import Topic
-from hawk.config import Config, OperatorSettings, WebSettings
-from hawk.ddc.command_table import TABLE, table_reason
-from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey
+from hawk.config.reference import reference_text, settings
+from hawk.config.sections import Config, OperatorSettings, WebSettings
+from hawk.ddc.rules.command_table import TABLE, table_reason
+from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.plans import ExploreStatus
 from hawk.model.poses import MapPoint
-from hawk.settings_reference import reference_text, settings
-from hawk.stall_count import free_interval
+from hawk.runtime.performance import LagSummary
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 

@@ -1,4 +1,4 @@
-// Written by packaging/page_protocol.py from hawk/comm/messages.py: change that and run this again.
+// Written by packaging/page_protocol.py from hawk/comm/protocol/commands.py: change that and run this again.
 
 /** Start the motors. */
 export interface ArmCommand {

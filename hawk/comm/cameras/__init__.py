@@ -1,0 +1,1 @@
+"""Cameras: pictures with the time at which they were taken."""

@@ -1,0 +1,1 @@
+"""Messages between drone and operator."""

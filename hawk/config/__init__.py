@@ -1,0 +1,1 @@
+"""Settings: their sections, their values, and what a command line adds."""

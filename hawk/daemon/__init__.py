@@ -1,0 +1,1 @@
+"""The daemon: its composition root, its start, and what keeps it going."""

@@ -1,0 +1,641 @@
+"""The composition root: builds every part, starts them in order, runs the loop, and ends them in order.
+
+Journal, autopilot and states come first, and vision with all its libraries later: a daemon that starts in the air acts
+within three seconds.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import os
+import signal
+import sys
+import time
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount
+from hawk.algo.topic_interface import AlgorithmTopics
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot, expected_autopilot
+from hawk.comm.autopilot.remote_id_sender import RemoteIdSender
+from hawk.comm.autopilot.terrain import FRESH_S, ground_below
+from hawk.comm.autopilot.vehicle import VehicleTopics
+from hawk.comm.cameras.calibration import load_calibration
+from hawk.comm.cameras.drone_camera import DroneCamera
+from hawk.comm.clock import Clock
+from hawk.comm.mavlink.passive_listener import wait_until_disarmed
+from hawk.comm.topic import Topic
+from hawk.config.reference import reference_text, settings
+from hawk.config.sections import Config, ConfigError
+from hawk.daemon.flight_offer import FlightOffer
+from hawk.daemon.flight_trace import FlightTrace
+from hawk.daemon.map_keeper import MapKeeper
+from hawk.daemon.monitor import Monitor, MonitoredParts
+from hawk.daemon.start_checks import (
+    check_access,
+    check_background,
+    check_files,
+    check_model,
+    listening_problem,
+    make_folder,
+)
+from hawk.daemon.starts import Starts, survey_at_start
+from hawk.ddc.fence.geojson import editable_area
+from hawk.ddc.fence.geometry import FenceError
+from hawk.ddc.operations_manager import OperationsManager
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.requests.service_interface import DdcServiceInterface
+from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
+from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.moment import this_moment
+from hawk.model.operation import StateName
+from hawk.model.plans import PathPlan
+from hawk.model.poses import ArmPlace
+from hawk.model.sentences import say
+from hawk.model.vehicle import VehicleState
+from hawk.runtime.files import cookie_secret, shown_address
+from hawk.runtime.performance import LoopLag, Performance
+from hawk.runtime.process import (
+    LOOP_NICENESS,
+    ParentGoneError,
+    SystemdNotifier,
+    Ticker,
+    Watchdog,
+    set_niceness,
+    set_session_niceness,
+    started_s,
+    watched_parent,
+)
+from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
+from hawk.runtime.supervision import Supervisor, leave_at_once
+from hawk.sim.launch import Simulation, SimulationAddress, SimulationOptions
+from hawk.store.journal import FlightJournal
+from hawk.store.recording import Recording
+from hawk.store.run_notes import RunNotes, notes_file
+from hawk.store.store_lock import StoreInUseError, held_store
+from hawk.versions.flight_word import FlightWord
+from hawk.web.access.tls import Tls, load_tls, watch_certificate
+from hawk.web.access.tokens import TokensError
+from hawk.web.app import WebServer
+from hawk.web.security import InsecureBindingError
+from hawk.web.services import OperatorSide, WebServices
+
+if TYPE_CHECKING:
+    from hawk.algo.manager import AlgorithmManagerApp
+
+_LOG = logging.getLogger(__name__)
+
+HANGING_CALLS = 2
+"""Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
+START_NOTED_S = 0.5
+"""The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
+
+
+_SIMULATION = "simulation"
+"""Folder in the store for what simulated flights leave."""
+
+
+@dataclass(frozen=True, slots=True)
+class DaemonOptions:
+    """Options of the command line that are not settings.
+
+    ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that runs already, at
+    ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
+    ``parent_pid``: end when that process ends.
+    """
+
+    simulation: SimulationOptions | None = None
+    attached_simulation: str | None = None
+    speed: float = 1.0
+    ready_file: Path | None = None
+    parent_pid: int | None = None
+    is_again: bool = False
+    """An earlier run ended by a fault: its survey goes on, also over the same simulated world."""
+
+    @property
+    def is_simulation(self) -> bool:
+        """True when the drone is simulated."""
+        return self.simulation is not None or self.attached_simulation is not None
+
+
+async def run_daemon(config: Config, options: DaemonOptions) -> int:
+    """Run until SIGTERM or SIGINT; return the exit status. Raises ConfigError for settings that cannot be used."""
+    log = ProgramLog(config.log.level)
+    try:
+        return await _run_with_log(config, options, log)
+    finally:
+        log.close()
+
+
+async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
+    store = config.store.directory
+    if options.simulation is not None:
+        store /= _SIMULATION
+    noted = RunNotes(notes_file(store, os.environ)).notes.flight
+    tls = load_tls(config.web, in_flight=flight_goes_on(noted, this_moment(), options.speed) is not None)
+    about = {"version": version("hawk-drone"), "port": str(config.web.port)}
+    try:
+        with held_store(store, about):
+            return await _run_alone(config, options, log, tls)
+    except StoreInUseError as error:
+        remedy = "Stop that one, or name another folder: --store DIR"
+        raise ConfigError(f"store.directory: {error}; two would write over each other. {remedy}") from error
+
+
+async def _run_alone(config: Config, options: DaemonOptions, log: ProgramLog, tls: Tls | None) -> int:
+    simulation = None
+    if options.simulation is not None:
+        check_files(config)
+        check_background(config.web)
+        check_access(_simulated(config, SimulationAddress("", "")))
+        simulation = Simulation(options.simulation)
+        config = _simulated(config, await simulation.start())
+    set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
+    set_session_niceness(LOOP_NICENESS)
+    try:
+        daemon = Daemon(config, options, log, tls)
+        if not daemon.flew_lately:
+            check_model(config.vision)
+            check_background(config.web)
+        with watched_parent(options.parent_pid, daemon.stop_without_parent):
+            return await daemon.run()
+    except ParentGoneError as error:
+        raise ConfigError(f"--parent-pid: {error}") from error
+    except (FenceError, InsecureBindingError, TokensError) as error:
+        raise ConfigError(str(error)) from error
+    finally:
+        if simulation is not None:
+            await simulation.stop()
+
+
+class Daemon:
+    """Every part of the drone's side. Nothing is opened before `run`."""
+
+    def __init__(self, config: Config, options: DaemonOptions, log: ProgramLog, tls: Tls | None = None) -> None:
+        """Build what needs no link. Raises ConfigError, FenceError, InsecureBindingError, TokensError."""
+        self._config = config
+        self._tls = tls
+        self._options = options
+        self._log = log
+        self._stopping = asyncio.Event()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._supervisor = Supervisor(self._task_ended)
+        self._algorithms: AlgorithmLoop | None = None
+        self._map_keeper: MapKeeper | None = None
+        self._first_tick_s: float | None = None
+        self._output = LineWriter(STANDARD_OUTPUT)
+        load_calibration(config.camera)
+        self._notes = RunNotes(notes_file(config.store.directory, os.environ))
+        try:
+            make_folder("store.directory", config.store.directory)
+        except ConfigError as error:
+            if flight_goes_on(self._notes.notes.flight, this_moment(), options.speed) is None:
+                raise
+            _LOG.error("%s. A flight is under way: it goes on without", error)
+        self.clock = Clock(options.speed)
+        self._watchdog = Watchdog(
+            config.watchdog.timeout_s, SystemdNotifier(), sys.stderr, enabled=config.watchdog.enabled
+        )
+        self._lag = LoopLag()
+        self.performance = Performance(self.clock, self._lag)
+        self._journal = FlightJournal(config.store.directory / "journal")
+        self._recording = Recording(config.store, self.clock, self._metadata())
+        runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
+        self._flight_word = FlightWord(Path(runtime) if runtime else None)
+        self._make_vehicle()
+        self._make_operations()
+        self._make_results()
+        self._make_flight_offer()
+        self._monitor = Monitor(
+            MonitoredParts(
+                autopilot=self.autopilot,
+                camera=self.camera,
+                recording=self._recording,
+                journal=self._journal,
+                supervisor=self._supervisor,
+                lag=self._lag,
+                performance=self.performance,
+            ),
+            self.inputs,
+            self.manager.log.add,
+            lambda: self._flight_word.say(may_fly=self._may_fly()),
+        )
+        self._web = WebServer(self._web_services())
+
+    # -- building ----------------------------------------------------------------------------------------------------
+
+    def _make_vehicle(self) -> None:
+        self.vehicle = VehicleTopics.create(self.clock)
+        is_new_world = self._options.simulation is not None and not self._options.is_again
+        self._starts = Starts(self._journal, self._notes, self._options.speed, is_new_world=is_new_world)
+        self.autopilot = MavsdkAutopilot(
+            self._config.autopilot,
+            self.clock,
+            self.vehicle,
+            supervisor=self._supervisor,
+            has_gimbal=self._config.camera.gimbal,
+            flown_id=self._starts.flown_id,
+            in_flight=self._starts.flew_lately,
+        )
+        self.autopilot.calls.on_overdue = self._call_hangs
+        stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
+        self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
+        begun = survey_at_start(
+            self._journal,
+            flies=self._starts.flew_lately,
+            is_new_world=is_new_world,
+            continues=self._options.is_again,
+        )
+        self._kept, self._set_aside = begun.kept, begun.words
+        self.autopilot.set_datum(self._kept.datum)
+        if self._kept.arm_place is not None:
+            self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
+        self.vehicle.arm_place.listen(self._keep_arm_place)
+        self.vehicle.state.listen(self._record_flights)
+
+    def _make_operations(self) -> None:
+        self.inputs = DdcInputs.create(self.clock)
+        self.side = OperatorSide.create(self.clock, self._config.operator)
+        self._trace = FlightTrace(self.side.desk.names, self.side.desk.controller)
+        self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
+        self.manager = OperationsManager(
+            ManagerSetup(
+                clock=self.clock,
+                desk=self.side.desk,
+                directory=self._config.store.directory,
+                settings=DdcSettings.from_config(self._config),
+                record=self._record,
+                count_start=self._starts.found_in_air,
+                continues_survey=bool(self._kept.map_parts),
+                begin_survey=self._begin_another_survey,
+                flight=self._starts.flight,
+                keep_flight=lambda flight: self._starts.keep_flight(flight, self.autopilot.vehicle_id),
+                fall=self._kept.fall,
+                keep_fall=self._journal.set_fall,
+                survey=SurveyMemory(
+                    self._kept.left,
+                    self._kept.drains,
+                    self._journal.set_left,
+                    self._journal.set_drains,
+                    self._kept.outline,
+                    self._journal.set_outline,
+                ),
+                speed=self.clock.speed,
+            ),
+            self.side.socket,
+            self.topics,
+            DdcServiceInterface(
+                self.autopilot, self.topics, self.clock, self._config.flight.speed_m_s, self._recording.record
+            ),
+        )
+        self.manager.init()
+        self.manager.status.listen(self._trace.follow)
+        if self._set_aside:
+            _LOG.warning("%s", self._set_aside)
+            self.manager.log.add("warning", f"{self._set_aside}.", "")
+        self.side.socket.attach(self.manager.handle_now)
+
+    def _record(self, kind: str, payload: dict[str, Any]) -> None:
+        self._recording.record(kind, payload)
+        self._trace.record(kind, payload)
+
+    def _make_results(self) -> None:
+        """Make the topics on which the algorithms publish once they have started."""
+        self.results = AlgorithmTopics(
+            frame_output=Topic("frame_output", self.clock),
+            park_lot_detected=self.inputs.park_lot_detected,
+            des_loc_inbound=self.inputs.verdict,
+            occupancy_map=self.inputs.occupancy_map,
+            local_pos=self.inputs.path_plan,
+            annotated=Topic("annotated", self.clock),
+            footprint=self.inputs.footprint,
+            camera_check=self.inputs.camera_check,
+            ground_step=self.inputs.ground_step,
+            stall_size=self.inputs.stall_size,
+            vision_app_health=self.inputs.vision_health,
+            mapper_app_health=self.inputs.mapper_health,
+            path_plan_app_health=self.inputs.path_plan_health,
+        )
+        self.results.frame_output.listen(
+            lambda output: self.performance.frame_published(output.captured, output.timings)
+        )
+        self.results.frame_output.listen(lambda output: self.camera.looked_at(is_damaged=output.is_damaged))
+
+    def _web_services(self) -> WebServices:
+        return WebServices(
+            clock=self.clock,
+            web=self._config.web,
+            operator=self._config.operator,
+            side=self.side,
+            status=self.manager.status,
+            occupancy_map=self.inputs.occupancy_map,
+            video=self.results.annotated,
+            version=version("hawk-drone"),
+            simulation=self._options.is_simulation,
+            queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
+            settings=settings(self._config, reference_text()),
+            newest_recording=self._recording.newest,
+            read_area=editable_area,
+            cookie_secret=cookie_secret(self._config.store.directory),
+            folder=self._config.store.directory,
+            tls=self._tls,
+            camera_fov_deg=self._config.camera.horizontal_fov_deg,
+            loop_lag=self._lag.summary,
+            performance=lambda: asdict(self.performance.summary()),
+            counters=lambda: {
+                "autopilot_messages_dropped": self.autopilot.dropped,
+                "autopilot_datagrams_refused": self.autopilot.hearing.refused,
+                "camera_pictures_damaged": self.camera.damaged,
+                "recording_messages_dropped": self._recording.dropped,
+                "log_lines_dropped": self._log.dropped,
+            },
+        )
+
+    def _metadata(self) -> dict[str, str]:
+        simulation = self._options.simulation
+        return {
+            "version": version("hawk-drone"),
+            "configuration": self._config.model_dump_json(exclude={"web": {"token"}}),
+            "seed": str(simulation.seed) if simulation else "",
+            "speed": str(self.clock.speed),
+        }
+
+    @property
+    def flew_lately(self) -> bool:
+        """True when the journal knows of a flight under way: this start must act at once."""
+        return self._starts.flew_lately
+
+    # -- running -----------------------------------------------------------------------------------------------------
+
+    async def run(self) -> int:
+        """Start every part, run until a stop signal, end every part; return the exit status."""
+        loop = asyncio.get_running_loop()
+        for name in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(name, self._stopping.set)
+        if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup(1) ignores it for us
+            loop.add_signal_handler(signal.SIGHUP, self._lose_terminal)
+        ticker = Ticker(1 / (self._config.flight.tick_hz * self.clock.speed), self._tick, self.performance.ticked)
+        self._trace.begin(self._start_words())
+        ticker.start()
+        self._watchdog.ready()
+        try:
+            self._own("loop-lag", self._lag.run)
+            self._own("monitor", self._monitor.run)
+            if (tls := self._tls) is not None:
+                self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
+            await self._serve()
+            self._announce()
+            await self._open_autopilot()
+            await self._start_algorithms()
+            await self._stopping.wait()
+            flew = await self.manager.shutdown_in_air()
+            self._starts.ended_in_order()
+            self._trace.end("in the air, with a way home" if flew else "in order")
+        finally:
+            ticker.stop()
+            await self._close()
+        return 0
+
+    def stop_without_parent(self) -> None:
+        """End in order: the program that started this one has ended."""
+        _LOG.warning("the program that started this one has ended")
+        self._stopping.set()
+
+    async def _serve(self) -> None:
+        """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""
+        try:
+            await self._web.start()
+        except OSError as error:
+            raise ConfigError(listening_problem(error, self._config.web)) from error
+
+    def _lose_terminal(self) -> None:
+        """Go on flying without a terminal; on the ground end in order."""
+        if self._may_fly():
+            _LOG.warning("SIGHUP: the terminal was lost; the flight goes on. SIGTERM ends it")
+        else:
+            self._stopping.set()
+
+    def _may_fly(self) -> bool:
+        """Return True for an armed drone, and while nothing is heard for one that flew lately."""
+        state = self.vehicle.state.value
+        if state is not None and (state.connected or state.armed):
+            return state.armed
+        return self._starts.flew_lately
+
+    def _tick(self) -> None:
+        before = self.manager.ticks
+        self.manager.process()
+        if self.manager.ticks > before:
+            self._watchdog.progress()
+        if self._first_tick_s is None:
+            self._first_tick_s = time.clock_gettime(time.CLOCK_BOOTTIME) - started_s(os.getpid())
+
+    async def _open_autopilot(self) -> None:
+        """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
+        if self._starts.rule is RestartRule.STAY_AWAY:
+            _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
+            listening = asyncio.create_task(
+                wait_until_disarmed(
+                    self._config.autopilot.url,
+                    RESTART_WINDOW_S,
+                    expected_autopilot(self._config.autopilot, self._starts.flown_id, in_flight=True),
+                ),
+                name="passive-listener",
+            )
+            stopping = asyncio.create_task(self._stopping.wait(), name="stop-while-listening")
+            await asyncio.wait({listening, stopping}, return_when=asyncio.FIRST_COMPLETED)
+            for task in (listening, stopping):
+                task.cancel()
+            await asyncio.gather(listening, stopping, return_exceptions=True)
+        if not self._stopping.is_set():
+            await self._starts.settle(START_NOTED_S)
+            await self.autopilot.start()
+            if self._config.remote_id.enabled:
+                send = self.autopilot.send_message
+                sender = RemoteIdSender(self._config.remote_id, self.vehicle, self.clock, send, time.time)
+                self._own("remote-id", sender.run)
+
+    async def _start_algorithms(self) -> None:
+        if self._stopping.is_set():
+            return
+        self.camera.init()
+        # the ticks go on meanwhile
+        with ThreadPoolExecutor(1, thread_name_prefix="hawk-imports") as worker:
+            manager = await asyncio.get_running_loop().run_in_executor(
+                worker, _make_manager, self._config, self._kept.survey_id, self._options
+            )
+        self._algorithms = algorithms = AlgorithmLoop(
+            manager,
+            self.camera.next_frame,
+            self.autopilot.telemetry.pose_at,
+            self._situation,
+            self.results,
+            self._recording.record_frame,
+            self._supervisor,
+            self.autopilot.telemetry.gimbal.aim if self._config.camera.gimbal else fixed_mount,
+        )
+        if self._kept.map_parts:
+            for problem in await algorithms.restore_map([self._kept.map_parts]):
+                _LOG.warning("the journalled map: %s", problem)
+        algorithms.start()
+        self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
+        self._own("map-keeper", self._map_keeper.run)
+        if self._flight_offer is not None:
+            self._own("flight-offer", self._flight_offer.run)
+
+    async def _close(self) -> None:
+        """End the parts in order: no part sends to one that has ended."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._watchdog.stop()
+        await self._web.close()
+        await self.camera.close()
+        await self._keep_last_map()
+        if self._algorithms is not None:
+            await self._algorithms.close()
+        await self.manager.close()
+        await self.autopilot.close()
+        await self._recording.close()
+        await self._journal.close()
+        self._output.close()
+        self._flight_word.close()
+
+    async def _keep_last_map(self) -> None:
+        if self._map_keeper is None:
+            return
+        try:
+            await asyncio.wait_for(self._map_keeper.keep(), 2.0)
+        except Exception:
+            _LOG.exception("the last changes of the map were not journalled")
+
+    # -- between the parts -------------------------------------------------------------------------------------------
+
+    def _situation(self) -> Situation:
+        model = self.camera.model
+        assert model is not None  # noqa: S101 - asked for a frame only
+        return Situation(
+            camera=model,
+            state=self.topics.curr_state_pub.value or StateName.IDLE,
+            desired=self.topics.des_pose_pub.value,
+            heights=self.topics.get_heights(),
+            fence=self.topics.fence_pub.value,
+            home=self.topics.home_pub.value,
+            asked=self.topics.asked_place_pub.value,
+            asked_ground=self.manager.outlines.ground(self.autopilot.datum, self.topics.fence_pub.value),
+            map_problem=self._map_problem(),
+            ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
+        )
+
+    def _map_problem(self) -> str:
+        doubt = "the position is doubted: nothing is mapped by it" if self.topics.doubt_pub.value else ""
+        return self.autopilot.telemetry.map_problem(self.clock()) or doubt
+
+    def _begin_another_survey(self) -> None:
+        if self._map_keeper is not None:
+            switching = self._map_keeper.switch(self._switch_survey)
+            self._tasks.append(asyncio.create_task(switching, name="another survey"))
+
+    async def _switch_survey(self) -> None:
+        """Begin an empty map and a journal of its own; the page sees the empty map at once."""
+        assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
+        survey = self._journal.new_survey()
+        outlines = self.manager.outlines
+        if outlines.outline is not None and outlines.setup.source == "set":
+            self._journal.set_outline(outlines.outline)
+        await self._algorithms.begin_survey(survey)
+        self.inputs.occupancy_map.publish(OccupancyMap(map_id=survey))
+        self.inputs.path_plan.publish(PathPlan())
+
+    def _keep_arm_place(self, place: ArmPlace) -> None:
+        self._journal.set_arm_place(place)
+        if self.autopilot.datum is not None:
+            self._journal.set_datum(self.autopilot.datum)
+
+    def _make_flight_offer(self) -> None:
+        """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""
+        self._flight_offer: FlightOffer | None = None
+        if not self._options.is_simulation:
+            self._flight_offer = FlightOffer(
+                self._config.camera,
+                lambda: None if self._recording.recording or self._recording.waiting else self._recording.path,
+                lambda text, details: self.manager.log.add("info", text, details),
+            )
+
+    def _record_flights(self, state: VehicleState) -> None:
+        if state.armed:
+            self._flight_word.say(may_fly=True)  # at once: no version is switched from now on
+        if state.connected and not state.armed:
+            self._starts.found_disarmed()
+        if state.connected:
+            (self._recording.begin if state.armed else self._recording.end)()
+            if self._flight_offer is not None:
+                self._flight_offer.note(armed=state.armed)
+
+    def _announce(self) -> None:
+        folder = self._config.store.directory
+        address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
+        self._output.put(f"hawk: open {address}{'  (SIMULATION)' if self._options.is_simulation else ''}")
+        if self._web.asks_for_token and self._web.page_url == self._web.url:
+            self._output.put("hawk: log in with the token of a role; hawk-drone tokens rotate operator makes another")
+        if self._tls is not None:
+            self._output.put(f"hawk: certificate SHA-256 {self._tls.fingerprint}")
+        if self._options.ready_file is not None:
+            partial = self._options.ready_file.with_suffix(".partial")
+            partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
+            partial.rename(self._options.ready_file)
+
+    def _start_words(self) -> str:
+        kind = "a simulation, " if self._options.is_simulation else ""
+        again = ", after a start in the air" if self.flew_lately else ""
+        place = f"autopilot at {self._config.autopilot.url}, store {self._config.store.directory.resolve()}"
+        return f"hawk-drone {version('hawk-drone')}, {kind}{place}{again}"
+
+    def _own(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
+        self._tasks.append(self._supervisor.start(name, work))
+
+    def _task_ended(self, name: str, words: str) -> None:
+        self._monitor.publish_calls_and_tasks()
+        self.manager.log.add(
+            "error",
+            say("A part of the program ended and is started again."),
+            say("{name}: {value}", name=name, value=words),
+        )
+
+    def _call_hangs(self, name: str) -> None:
+        """Show a call that does not return; after the second in the air leave the drone to failsafe and restart."""
+        state = self.vehicle.state.value
+        is_flying = state is not None and state.armed and not self.manager.state.on_ground
+        if is_flying and self.autopilot.calls.overdue >= HANGING_CALLS:
+            leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
+        self._monitor.publish_calls_and_tasks()
+        self.manager.log.add("error", say("A request hangs in MAVSDK."), name)
+
+    def _report_certificate(self, words: str) -> None:
+        _LOG.warning("%s", words)
+        self.manager.log.add("warning", words, "")
+
+
+def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:
+    # Imported here: vision's libraries take half of the time in which a start in the air must act.
+    from hawk.daemon.algorithms import make_manager
+
+    return make_manager(config, survey_id, is_simulation=options.is_simulation)
+
+
+def _simulated(config: Config, address: SimulationAddress) -> Config:
+    """Return the settings for the simulated drone; its files stay apart from those of real flights."""
+    return config.model_copy(
+        update={
+            "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
+            "camera": config.camera.model_copy(update={"url": address.camera_url}),
+            "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION}),
+        }
+    )

@@ -1,0 +1,1 @@
+"""The fence and the outline of the lot: geometry, plans, paths, files."""

@@ -1,0 +1,158 @@
+"""The outline of a survey: what an operator asks to be seen, checked, and cut off at the fence.
+
+An outline says what is worth seeing. It never widens the fence, and no target is judged by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import shapely
+from shapely import Polygon
+
+from hawk.comm.protocol.commands import SetOutline
+from hawk.comm.protocol.heartbeat import FenceCorner
+from hawk.ddc.fence.geometry import (
+    MOST_EXTENT_M,
+    FenceError,
+    Ring,
+    autopilot_fence,
+    converted,
+    crossing,
+    ring_to_map,
+    shape,
+)
+from hawk.model.limits import AskedGround, Fence, Outline
+from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say
+
+LEAST_OUTLINE_M2 = 50.0
+"""Some four stalls: a smaller polygon is a slip of the hand, m²."""
+
+
+class OutlineError(FenceError):
+    """An outline that cannot be used; the text names the polygon, what is wrong and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class OutlineFacts:
+    """Size of the outline in force: inside the fence, and what the fence leaves out, m²."""
+
+    area: float
+    outside: float
+
+
+def outline_of(command: SetOutline) -> Outline:
+    """Return the outline of a command."""
+    return Outline(_rings(command.polygons), _rings(command.holes))
+
+
+def check_rings(outline: Outline) -> float:
+    """Check an outline as far as it does not depend on a fence; return its area, m².
+
+    Raises:
+        OutlineError: Names the polygon or hole, the fault and the remedy.
+    """
+    origin = _origin(outline)
+    rings = converted((*outline.polygons, *outline.holes), lambda ring: ring_to_map(origin, ring))
+    for number, ring in enumerate(rings):
+        is_hole = number >= len(outline.polygons)
+        name = (
+            say("Hole {number}", number=number - len(outline.polygons) + 1)
+            if is_hole
+            else say("Polygon {number}", number=number + 1)
+        )
+        _check(name, Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring)), ring)
+    south, west, north, east = shapely.total_bounds([Polygon(ring) for ring in rings])
+    widest = max(north - south, east - west)
+    if widest > MOST_EXTENT_M:
+        raise OutlineError(
+            say(
+                "Polygons: the outline is {widest:.0f} m wide: draw it at most {most:.0f} m wide.",
+                widest=widest,
+                most=MOST_EXTENT_M,
+            )
+        )
+    whole = shapely.union_all([Polygon(ring) for ring in rings[: len(outline.polygons)]])
+    for number, ring in enumerate(rings[len(outline.polygons) :], 1):
+        if not whole.intersects(Polygon(ring)):
+            raise OutlineError(
+                say("Hole {number}: lies outside every polygon: draw it inside one, or leave it out.", number=number)
+            )
+    area = float(_shape(outline, origin).area)
+    if area < LEAST_OUTLINE_M2:
+        raise OutlineError(say("Holes: they leave {area:.0f} m² of the outline: draw them smaller.", area=area))
+    return area
+
+
+@lru_cache(maxsize=4)
+def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
+    """Return the part of an outline inside the fence as drawn, on the map of a datum.
+
+    The drone itself stays inside our own limit, by the margin within; from there its pictures show ground beyond.
+    """
+    whole = _shape(outline, datum)
+    inside = shapely.intersection(whole, shape(autopilot_fence(fence)))
+    parts = [part for part in shapely.get_parts(inside) if isinstance(part, Polygon) and not part.is_empty]
+    pieces = tuple(tuple(_open(ring) for ring in (part.exterior, *part.interiors)) for part in parts)
+    area = float(sum(part.area for part in parts))
+    return AskedGround(pieces, area, max(0.0, float(whole.area) - area))
+
+
+def size_words(area: float, outside: float = 0.0) -> str:
+    """Return the size of an outline in words, and what of it the fence leaves out."""
+    words = area_words(area)
+    return (
+        words
+        if outside < 1.0
+        else say("{size}; {outside} outside the fence are left out", size=words, outside=area_words(outside))
+    )
+
+
+def area_words(area: float) -> str:
+    """Return an area in m², from a hectare on in hectares."""
+    return say("{area:.1f} ha", area=area / 1e4) if area >= 1e4 else say("{area:.0f} m²", area=area)
+
+
+def corners_of(rings: Sequence[Ring]) -> list[list[FenceCorner]]:
+    """Return rings as the messages have them."""
+    return [[FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring] for ring in rings]
+
+
+def _check(name: str, polygon: Polygon, ring: Ring) -> None:
+    if not polygon.is_valid:
+        raise OutlineError(
+            say(
+                "{name}: {crossing}: move a corner so that no side crosses another.", name=name, crossing=crossing(ring)
+            )
+        )
+    if name.startswith("Polygon") and polygon.area < LEAST_OUTLINE_M2:
+        raise OutlineError(
+            say(
+                "{name}: holds {area:.0f} m²: draw {least:.0f} m² at least.",
+                name=name,
+                area=polygon.area,
+                least=LEAST_OUTLINE_M2,
+            )
+        )
+
+
+def _shape(outline: Outline, datum: GlobalPose) -> shapely.Geometry:
+    rings = converted((*outline.polygons, *outline.holes), lambda ring: ring_to_map(datum, ring))
+    polygons = [Polygon(ring) for ring in rings]
+    count = len(outline.polygons)
+    return shapely.difference(shapely.union_all(polygons[:count]), shapely.union_all(polygons[count:]))
+
+
+def _origin(outline: Outline) -> GlobalPose:
+    return GlobalPose(*outline.polygons[0][0], 0.0)
+
+
+def _rings(rings: Sequence[Sequence[FenceCorner]]) -> tuple[Ring, ...]:
+    return tuple(tuple((each.latitude, each.longitude) for each in ring) for ring in rings)
+
+
+def _open(ring: shapely.LinearRing) -> Ring:
+    return tuple((float(north), float(east)) for north, east in ring.coords[:-1])

@@ -1,0 +1,1 @@
+"""Readings: what is believed of the drone, its surroundings and the people."""

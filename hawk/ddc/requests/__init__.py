@@ -1,0 +1,1 @@
+"""Requests to the autopilot: sent, answered, timed out."""

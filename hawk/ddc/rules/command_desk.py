@@ -1,0 +1,271 @@
+"""The outcome of a command: refused with its reason, or accepted; answered now, or later when it must be computed.
+
+`hawk.ddc.rules.judge` decides whether a command is accepted; the states decide what it means in flight.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from hawk.comm.protocol.commands import (
+    Ack,
+    Arm,
+    AutonomousMove,
+    CheckFence,
+    ClearFence,
+    ClearKill,
+    ClearOutline,
+    Command,
+    CompulsiveMove,
+    Configure,
+    Control,
+    Hold,
+    Kill,
+    KillRequest,
+    KillToken,
+    Land,
+    MapResync,
+    NewSurvey,
+    OperatorHeartbeat,
+    OperatorName,
+    Outgoing,
+    ReturnToLaunch,
+    RouteRequest,
+    SetFailsafes,
+    SetFence,
+    SetOutline,
+)
+from hawk.comm.protocol.heartbeat import ClientId
+from hawk.ddc.acts import (
+    Acts,
+    BeginSurvey,
+    Desire,
+    JudgeFence,
+    Log,
+    Record,
+    Reply,
+    ShowUserError,
+    UseOutline,
+)
+from hawk.ddc.facts import Facts
+from hawk.ddc.fence.outline import outline_of
+from hawk.ddc.fence.plan import Standpoint, plan_of
+from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition, Wish
+from hawk.ddc.parameters.failsafes import return_altitude
+from hawk.ddc.parameters.reader import ParameterReader
+from hawk.ddc.readings.operator import SOME_OPERATOR
+from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
+from hawk.ddc.rules.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard, place_of, refusal, route_refusal
+from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
+from hawk.ddc.rules.outline_rules import taken_words
+from hawk.ddc.rules.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import UserError
+from hawk.model.plans import DesiredPose
+from hawk.model.sentences import say
+
+NO_USER_ERROR = ShowUserError(UserError.NONE)
+
+
+@dataclass(frozen=True, slots=True)
+class Ruling:
+    """Outcome of a command: the answer (None: it follows as a `Reply`), acts, and the order for the state.
+
+    ``transition``: the state changes whatever the active one makes of the order.
+    """
+
+    answer: Outgoing | None = None
+    acts: Acts = ()
+    order: Order | None = None
+    transition: Transition | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    client: ClientId
+    command: AutonomousMove
+    order: MoveOrder
+    asked: float
+
+
+class Inquiries:
+    """Asks the planner whether a place lies inside the lot before an Autonomous Move is accepted.
+
+    At most one question is open; its answer goes to the client within a second.
+    """
+
+    def __init__(self) -> None:
+        self._open: _Question | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """True while the planner's answer is awaited."""
+        return self._open is not None
+
+    def open(self, client: ClientId, command: AutonomousMove, order: MoveOrder, facts: Facts) -> Acts:
+        """Ask about the order's place; an older question ends refused."""
+        acts = self.supersede()
+        number = facts.sight.desired_count + 1
+        self._open = _Question(client, command, replace(order, number=number), facts.now)
+        return (*acts, Desire(DesiredPose(number, order.place.north, order.place.east)))
+
+    def supersede(self) -> Acts:
+        """Refuse the open question: another command, or another state, came first."""
+        return self._refuse(self._open, Refusal(say("Something else came first."))) if self._open is not None else ()
+
+    def tick(self, case: Case) -> Ruling:
+        """Look for the verdict."""
+        question = self._open
+        if question is None:
+            return Ruling()
+        verdict = case.facts.verdict(question.order.number)
+        error = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+        if verdict is None:
+            if case.facts.now - question.asked <= VERDICT_AGE_S:
+                return Ruling()
+            return Ruling(acts=self._refuse(question, Refusal(NOT_JUDGED, error)))
+        reason = verdict_refusal(verdict)
+        if reason:
+            return Ruling(acts=self._refuse(question, Refusal(reason, error)))
+        refused = refusal(case, question.client, question.command) or route_refusal(case.facts, verdict.route)
+        if refused is not None:
+            return Ruling(acts=self._refuse(question, refused))
+        self._open = None
+        answer = Ack(id=question.command.id, accepted=True)
+        acts = (NO_USER_ERROR, *_reply(question.client, question.command, answer))
+        return Ruling(acts=acts, order=replace(question.order, route=verdict.route))
+
+    def _refuse(self, question: _Question, refused: Refusal) -> Acts:
+        self._open = None
+        ruling = refuse(question.command, refused)
+        assert isinstance(ruling.answer, Ack)  # noqa: S101 - a refusal is an Ack
+        return (Desire(None), *ruling.acts, *_reply(question.client, question.command, ruling.answer))
+
+
+def refuse(command: Command, refused: Refusal) -> Ruling:
+    """Return the refusing answer, and the User Error that the command caused."""
+    answer = Ack(id=command.id, accepted=False, reason=refused.reason)
+    shown = refused.error is not UserError.NONE
+    return Ruling(answer, (ShowUserError(refused.error, refused.reason),) if shown else ())
+
+
+def answer_record(client: ClientId, command: Command, answer: Ack) -> Record:
+    """Return the record of an answer."""
+    entries = (("client", client), ("command", command_type(command)), ("accepted", answer.accepted))
+    return Record("answer to operator", (*entries, ("reason", answer.reason)))
+
+
+def _reply(client: ClientId, command: Command, answer: Ack) -> Acts:
+    return answer_record(client, command, answer), Reply(client, answer)
+
+
+class CommandDesk:
+    """Rules on commands, one after the other."""
+
+    def __init__(self, tokens: KillTokens, kill: KillSwitch, reader: ParameterReader) -> None:
+        self._tokens = tokens
+        self._kill_switch = kill
+        self._reader = reader
+        self.inquiries = Inquiries()
+        self.routes = RouteRequests()
+
+    def rule(self, client: ClientId, command: Command, case: Case) -> Ruling:
+        """Return the outcome of a command."""
+        match command:
+            case OperatorHeartbeat():
+                return Ruling(Ack(id=command.id, accepted=True))
+            case Control() | MapResync() | OperatorName():
+                reason = say("{type}: is answered by the web server.", type=command.type)
+                return Ruling(Ack(id=command.id, accepted=False, reason=reason))
+            case CheckFence():
+                return Ruling(acts=(_judge_fence(client, command, case),))
+            case RouteRequest():
+                return Ruling(acts=self.routes.ask(client, command))
+        refused = refusal(case, client, command)
+        return self._accept(client, command, case) if refused is None else refuse(command, refused)
+
+    def _accept(self, client: ClientId, command: Command, case: Case) -> Ruling:
+        facts, accepted = case.facts, Ack(id=command.id, accepted=True)
+        match command:
+            case KillRequest():
+                token = self._tokens.issue(client, facts.now)
+                return Ruling(KillToken(id=command.id, token=token, valid_for=TOKEN_VALID_S))
+            case Kill():
+                return self._kill(client, command, facts)
+            case ClearKill():
+                forgotten = self._kill_switch.clear()
+                cleared = Log("info", say("The cut of the motors was cleared."))
+                return Ruling(accepted, (NO_USER_ERROR, *forgotten, cleared))
+            case NewSurvey():
+                words = Log("info", say("A new survey begins."), say("The earlier one stays stored."))
+                return Ruling(accepted, (*self._begin(), BeginSurvey(), words))
+            case SetFailsafes():
+                self._reader.set_failsafes()
+                return Ruling(accepted, (NO_USER_ERROR,))
+            case SetOutline():
+                outline = outline_of(command)
+                taken = Log("ok", taken_words(outline, facts, case.settings))
+                return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
+            case ClearOutline():
+                gone = Log("ok", say("The outline was removed; Explore finds the lot by looking."))
+                return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
+            case AutonomousMove():
+                return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
+        if is_sent_unheard(facts, command_type(command)):
+            return self._send_unheard(client, command, facts)
+        return Ruling(accepted, self._begin(), _order(client, command, case))
+
+    def _send_unheard(self, client: ClientId, command: Command, facts: Facts) -> Ruling:
+        """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.rules.silence` sends its mode."""
+        words = say("{command} is sent without an answer: no word from the autopilot.", command=command_type(command))
+        answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
+        by = facts.operator.name(client)
+        straight = say("the autopilot is not heard")
+        following = ToLand(by=by) if isinstance(command, Land) else ToReturn(straight=straight, by=by)
+        return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
+
+    def _begin(self) -> Acts:
+        """An accepted command clears the User Error of an earlier one, and replaces a Move that is still judged."""
+        return (NO_USER_ERROR, *self.inquiries.supersede())
+
+    def _kill(self, client: ClientId, command: Kill, facts: Facts) -> Ruling:
+        problem = self._tokens.redeem(client, command.token, facts.now)
+        record = Record("kill token", (("problem", problem),))
+        if problem:
+            return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
+        cut, by = self._kill_switch.begin(facts), facts.operator.name(client) or SOME_OPERATOR
+        acts = (record, *cut, *self._begin(), Log("error", say("Motors are being cut by {by}.", by=by)))
+        return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
+
+
+def _order(client: ClientId, command: Command, case: Case) -> Order:
+    match command:
+        case Hold() | Land() | ReturnToLaunch():
+            return Wish(command, case.facts.operator.name(client))
+        case Arm():
+            return ArmOrder(len(case.checks), case.facts.operator.name(client))
+        case CompulsiveMove():
+            return _move_order(command, case.facts)
+        case Configure():
+            return ConfigureOrder(HeightParameters(command.min, command.des, command.max))
+        case SetFence():
+            return FenceOrder(plan_of(command))
+        case ClearFence():
+            return FenceOrder(None)
+    return command
+
+
+def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveOrder:
+    place, here = place_of(command, facts), facts.place
+    assert place is not None  # noqa: S101 - no move is accepted without a position
+    assert here is not None  # noqa: S101
+    wanted = command.height if isinstance(command, CompulsiveMove) else None
+    height = facts.limits.heights.bounded(wanted or here.height)
+    return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)
+
+
+def _judge_fence(client: ClientId, command: CheckFence, case: Case) -> JudgeFence:
+    facts = case.facts
+    place = facts.global_place
+    standpoint = Standpoint(place, facts.position.datum or place, return_altitude(case.values))
+    return JudgeFence(client, command, facts.limits.heights, standpoint)

@@ -1,0 +1,1 @@
+"""Second witnesses of the autopilot's place, height and heading."""

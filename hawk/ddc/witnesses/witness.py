@@ -1,0 +1,113 @@
+"""Second witnesses of the autopilot's place: values, made by the watches of `hawk.ddc.witnesses.witness`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hawk.comm.autopilot.terrain import Terrain
+from hawk.ddc.readings.topic_interface import DdcTopicInterface
+from hawk.ddc.witnesses.heading import HeadingFacts, HeadingWatch
+from hawk.ddc.witnesses.height import AGREES_M, HeightFacts, HeightWatch
+from hawk.ddc.witnesses.place import PlaceFacts, PlaceWatch
+from hawk.model.ground_motion import GroundStep, StallSize
+from hawk.model.operation import Health
+from hawk.model.sentences import say
+from hawk.model.vehicle import Diagnostics, GnssHeight, LandedState, VehicleState
+
+COMPASS_LOST = say("No compass works: the heading is kept by gyroscopes and GNSS.")
+
+
+@dataclass(frozen=True, slots=True)
+class WitnessFacts:
+    """Readings of the autopilot beside those of others."""
+
+    place: PlaceFacts = field(default_factory=PlaceFacts)
+    height: HeightFacts = field(default_factory=HeightFacts)
+    heading: HeadingFacts = field(default_factory=HeadingFacts)
+
+    @property
+    def doubt(self) -> str:
+        """Why no task is flown; empty without a doubt."""
+        return self.place.words or self.height.words or self.heading.words
+
+    @property
+    def is_displaced(self) -> bool:
+        """True when the drone is not where it is reported: held by the report, it would move."""
+        return self.place.is_doubted or self.height.is_doubted
+
+    @property
+    def misled_s(self) -> float | None:
+        """Seconds for which RTL would fly by a place that is wrong, or lower than it says, of the newer doubt.
+
+        None while it would not.
+        """
+        height = self.height.doubted_s if self.height.off >= AGREES_M else None
+        return min((each for each in (self.place.doubted_s, height) if each is not None), default=None)
+
+    @property
+    def misleads_home(self) -> bool:
+        """True when RTL would fly by a place that is wrong, or lower than it says: Land is flown instead."""
+        return self.misled_s is not None
+
+    def position_health(self, reported: Health) -> Health:
+        """Return the position's health: as ``reported`` by the autopilot, unless that is good and doubted."""
+        return Health.bad(self.doubt) if reported.is_healthy and self.doubt else reported
+
+
+def compass_part(diagnostics: Diagnostics) -> tuple[tuple[str, Health], ...]:
+    """Return the compasses' name and health; nothing where none is in use."""
+    if diagnostics.compass_ok is None:
+        return ()
+    return (("compass", Health() if diagnostics.compass_ok else Health.bad(COMPASS_LOST)),)
+
+
+class Witnesses:
+    """Hears every message of the witnesses; looks once a tick."""
+
+    def __init__(self, topics: DdcTopicInterface) -> None:
+        self._topics = topics
+        self._place, self._height, self._heading = PlaceWatch(), HeightWatch(), HeadingWatch()
+        self._seen_height = HeightFacts()
+        self._flies = False
+        self._stops = (
+            topics.ground_step.listen(self._note),
+            topics.stall_size.listen(self._note_size),
+            topics.vehicle.estimate_jump.listen(lambda _: self._place.lose()),
+            topics.vehicle.gnss_height.listen(self._note_gnss),
+            topics.vehicle.terrain.listen(self._note_range),
+        )
+
+    def close(self) -> None:
+        """Stop listening."""
+        for stop in self._stops:
+            stop()
+
+    def update(self, vehicle: VehicleState, now: float) -> None:
+        """Take the state that is believed: on the ground everything begins again."""
+        self._flies = vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
+        if not self._flies:
+            self._place.reset()
+            self._height.stand()
+            self._heading.reset()
+        self._seen_height = self._height.look(now, self._topics.get_rel_alt())
+
+    def facts(self, now: float) -> WitnessFacts:
+        """Return what is known at ``now``, seconds."""
+        return WitnessFacts(self._place.facts(now), self._seen_height, self._heading.facts(now))
+
+    def _note(self, step: GroundStep) -> None:
+        if self._flies:
+            self._place.note(step)
+            self._height.note(step)
+            self._heading.note(step)
+
+    def _note_size(self, size: StallSize) -> None:
+        if self._flies:
+            self._height.note_size(size)
+
+    def _note_gnss(self, height: GnssHeight) -> None:
+        self._height.note_gnss(height.time, height.altitude, height.accuracy, height.reported)
+
+    def _note_range(self, terrain: Terrain) -> None:
+        if self._flies and terrain.believed_ground is not None:
+            self._height.note_range(terrain.time, terrain.believed_ground)

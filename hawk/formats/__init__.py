@@ -1,0 +1,1 @@
+"""Formats of others: pictures and files with an area."""

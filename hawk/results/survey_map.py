@@ -1,0 +1,166 @@
+"""The map of a survey, for exports and scoring, and its picture: for the server and the headless survey."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.model.lot_map import (
+    CELL_M,
+    TILE_CELLS,
+    TILE_M,
+    Cell,
+    Counts,
+    OccupancyMap,
+    Stall,
+    StallState,
+    TileKey,
+    variance_of,
+)
+from hawk.model.poses import GlobalPose
+
+_CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
+_FREE = (255, 143, 47)
+_FREE_LINE = (255, 241, 227)
+_TAKEN = (26, 122, 255)
+_TAKEN_LINE = (0, 90, 224)
+_PLATE = (28, 22, 16)
+
+
+@dataclass(frozen=True, slots=True)
+class Raster:
+    """Cells of a rectangle of the map: row 0 is its north edge, column 0 its west edge.
+
+    ``north`` and ``east`` are the map coordinates (metres) of the north-west corner, ``cell_m`` the side of a cell.
+    """
+
+    values: NDArray[np.uint8]
+    north: float
+    east: float
+    cell_m: float
+
+    def to_pixels(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 2) of (north, east) as (column, row), pixel centres at whole numbers plus a half."""
+        return np.column_stack(((points[:, 1] - self.east) / self.cell_m, (self.north - points[:, 0]) / self.cell_m))
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyMap:
+    """Stalls and cells of a survey in the map frame, and the WGS-84 place of its origin."""
+
+    datum: GlobalPose
+    stalls: Mapping[int, Stall]
+    tiles: Mapping[TileKey, NDArray[np.uint8]]
+    mosaic: Mapping[TileKey, bytes] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, datum: GlobalPose, current: OccupancyMap) -> SurveyMap:
+        """Return the mapper's present map, its tiles unpacked."""
+        tiles = {
+            key: np.frombuffer(zlib.decompress(tile.data), np.uint8).reshape(TILE_CELLS, TILE_CELLS)
+            for key, tile in current.tiles.items()
+        }
+        return cls(datum, dict(current.stalls), tiles, {key: tile.data for key, tile in current.mosaic.items()})
+
+    @property
+    def counts(self) -> Counts:
+        """Stalls by state."""
+        states = [stall.state for stall in self.stalls.values()]
+        return Counts(
+            states.count(StallState.FREE),
+            states.count(StallState.TAKEN),
+            states.count(StallState.UNKNOWN),
+            variance_of(self.marked),
+            states.count(StallState.SUGGESTED),
+        )
+
+    @property
+    def marked(self) -> list[Stall]:
+        """The stalls by rising id, without the suggested ones."""
+        return [self.stalls[key] for key in sorted(self.stalls) if self.stalls[key].state is not StallState.SUGGESTED]
+
+    def cells(self) -> Raster:
+        """Return all tiles as one picture of `Cell` values; a single unknown cell when nothing was seen."""
+        if not self.tiles:
+            return Raster(np.zeros((1, 1), np.uint8), 0.0, 0.0, CELL_M)
+        keys = np.array(list(self.tiles))
+        north, east = -keys[:, 0].min() * TILE_M, keys[:, 1].min() * TILE_M
+        values = np.full((np.ptp(keys, axis=0) + 1) * TILE_CELLS, Cell.UNKNOWN, np.uint8)
+        for key, tile in self.tiles.items():
+            values[self._window(key, north, east)] = tile
+        return Raster(values, north, east, CELL_M)
+
+    def picture(self) -> tuple[NDArray[np.uint8], Raster]:
+        """Return the mosaic (BGR, black where nothing was seen) over the same extent as `cells`, and those cells."""
+        cells = self.cells()
+        picture = np.zeros((*cells.values.shape, 3), np.uint8)
+        for key, jpeg in self.mosaic.items():
+            tile = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+            if tile is None or key not in self.tiles:
+                continue
+            picture[self._window(key, cells.north, cells.east)] = cv2.resize(tile, (TILE_CELLS, TILE_CELLS))
+        return picture, cells
+
+    @staticmethod
+    def _window(key: TileKey, north: float, east: float) -> tuple[slice, slice]:
+        top = (key[0] + round(north / TILE_M)) * TILE_CELLS
+        left = (key[1] - round(east / TILE_M)) * TILE_CELLS
+        return slice(top, top + TILE_CELLS), slice(left, left + TILE_CELLS)
+
+
+def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
+    """Return the map as a BGR picture, north up, 10 cm a pixel: the mosaic where there is one, stalls drawn over it.
+
+    Free is blue and plain, taken orange and hatched, unknown dark with a question mark, suggested only has corners: no
+    state rests on colour alone.
+    """
+    picture, cells = survey.picture()
+    for cell, colour in _CELL_COLOURS.items():
+        picture[(cells.values == cell) & ~picture.any(axis=2)] = colour
+    bare = np.isin(cells.values, (Cell.FREE, Cell.TAKEN)) & ~picture.any(axis=2)
+    picture[bare] = _CELL_COLOURS[Cell.LOT]
+    for key in sorted(survey.stalls):
+        _draw(picture, cells, survey.stalls[key])
+    return picture
+
+
+def _draw(picture: NDArray[np.uint8], cells: Raster, stall: Stall) -> None:
+    pixels = cells.to_pixels(stall.corners()).astype(np.int32)
+    if stall.state is StallState.SUGGESTED:
+        _draw_corners(picture, pixels)
+        return
+    left, top = np.maximum(pixels.min(axis=0), 0)
+    right, bottom = pixels.max(axis=0) + 1
+    part = picture[top:bottom, left:right]
+    if part.size == 0:
+        return
+    inside = np.zeros(part.shape[:2], np.uint8)
+    cv2.fillPoly(inside, [pixels - (left, top)], 255)
+    colour, line, share = {
+        StallState.FREE: (_FREE, _FREE_LINE, 0.46),
+        StallState.TAKEN: (_TAKEN, _TAKEN_LINE, 0.6),
+        StallState.UNKNOWN: (_PLATE, (255, 255, 255), 0.45),
+    }[stall.state]
+    tint = np.empty(part.shape, np.float32)
+    tint[:] = colour
+    if stall.state is StallState.TAKEN:
+        rows, columns = np.indices(inside.shape)
+        tint[(rows + columns + left + top) % 9 > 4] = _PLATE
+    tinted = part * (1 - share) + tint * share
+    part[inside > 0] = tinted[inside > 0].astype(np.uint8)
+    cv2.polylines(picture, [pixels], True, line, 1, cv2.LINE_AA)
+    if stall.state is StallState.UNKNOWN:
+        centre = (int(pixels[:, 0].mean()) - 5, int(pixels[:, 1].mean()) + 5)
+        cv2.putText(picture, "?", centre, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def _draw_corners(picture: NDArray[np.uint8], pixels: NDArray[np.int32]) -> None:
+    """Draw a quarter of each side from its ends: a suggested stall has no lines on the ground."""
+    for start, end in zip(pixels, np.roll(pixels, -1, axis=0), strict=True):
+        for near, far in ((start, end), (end, start)):
+            cv2.line(picture, near.tolist(), (near + (far - near) // 4).tolist(), (255, 255, 255), 1, cv2.LINE_AA)

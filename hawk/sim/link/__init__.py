@@ -1,0 +1,1 @@
+"""The simulated autopilot's end of a MAVLink link."""

@@ -1,0 +1,148 @@
+"""The tokens of the roles, hashed at rest.
+
+A token that hawk makes has 128 random bits: nobody can try 2**128 of them at any speed of the hash, so a salted SHA-256
+is enough, and a guess costs the flight microseconds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import logging
+import secrets
+import stat
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from hawk.comm.protocol.authority import Role
+from hawk.runtime.files import leave_to_owner, write_private
+
+LOG = logging.getLogger(__name__)
+
+TOKEN_FILE: Final = "web-tokens.json"  # noqa: S105 - the file's name
+TOKEN_BYTES: Final = 16
+_SALT_BYTES: Final = 16
+_LARGEST_BYTES: Final = 64 * 1024
+
+
+class TokensError(Exception):
+    """The token file cannot be used; the text names it and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class HashedToken:
+    """A token that can be compared and not read."""
+
+    salt: bytes = field(repr=False)
+    digest: bytes = field(repr=False)
+    made: str = ""
+    """Date and time, UTC."""
+
+    @classmethod
+    def of(cls, token: str, salt: bytes, made: str = "") -> HashedToken:
+        """Return the hash of a token."""
+        return cls(salt, _digest(salt, token), made)
+
+    @property
+    def proof(self) -> str:
+        """Name of this token for what was begun by it; another token has another."""
+        return self.digest.hex()
+
+    def is_same(self, token: str) -> bool:
+        """Compare in constant time."""
+        return hmac.compare_digest(_digest(self.salt, token), self.digest)
+
+
+@dataclass(frozen=True, slots=True)
+class Tokens:
+    """The token of each role that has one."""
+
+    by_role: Mapping[Role, HashedToken] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        """Return True when a token is asked for."""
+        return bool(self.by_role)
+
+    def role_of(self, given: str, only: Role | None = None) -> Role | None:
+        """Return the role that a token proves. Every token is compared, whatever the first comparison says.
+
+        Args:
+            given: What was sent.
+            only: The role that is to be proved; None: any.
+        """
+        same = [role for role, token in self.by_role.items() if token.is_same(given)]
+        return next((role for role in same if only in (None, role)), None)
+
+    def proof(self, role: Role) -> str | None:
+        """Return the name of a role's present token."""
+        token = self.by_role.get(role)
+        return None if token is None else token.proof
+
+
+def read_tokens(path: Path) -> Tokens:
+    """Return the tokens of a file, none when there is no file. Raises TokensError."""
+    try:
+        mode = path.stat().st_mode
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return Tokens()
+    except OSError as error:
+        raise TokensError(f"{path} cannot be read: {error.strerror}; the daemon's user must own it") from error
+    if mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise TokensError(f"{path} can be written by others: chmod 600 {path}")
+    try:
+        if len(data) > _LARGEST_BYTES:
+            raise ValueError("it is too large")
+        found = {Role(name): _read(value) for name, value in json.loads(data)["tokens"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise TokensError(
+            f"{path} is damaged ({error}): remove it, then make new tokens with hawk-drone tokens rotate operator"
+        ) from error
+    return Tokens(found)
+
+
+def rotate(path: Path, role: Role) -> str:
+    """Give a role a new token, keep its hash in the file, return the token. Raises TokensError, OSError."""
+    tokens = read_tokens(path)
+    token = secrets.token_urlsafe(TOKEN_BYTES)
+    made = datetime.now(UTC).isoformat(timespec="seconds")
+    by_role = {**tokens.by_role, role: HashedToken.of(token, secrets.token_bytes(_SALT_BYTES), made)}
+    written = {
+        each.value: {"salt": hashed.salt.hex(), "sha256": hashed.digest.hex(), "made": hashed.made}
+        for each, hashed in by_role.items()
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_private(path, json.dumps({"version": 1, "tokens": written}, indent=2).encode())
+    leave_to_owner(path)
+    return token
+
+
+def with_configured(kept: Tokens, configured: str | None, salt: bytes) -> Tokens:
+    """Return the tokens of the file; without an operator's token there, `web.token` is that one.
+
+    Args:
+        kept: Tokens of the file.
+        configured: `web.token`.
+        salt: A secret of this installation, so that logins outlive a restart.
+    """
+    if configured is None:
+        return kept
+    if Role.OPERATOR in kept.by_role:
+        LOG.warning("web.token is not in use: the token file has an operator's token; remove web.token")
+        return kept
+    return Tokens({**kept.by_role, Role.OPERATOR: HashedToken.of(configured, salt)})
+
+
+def _digest(salt: bytes, token: str) -> bytes:
+    return hashlib.sha256(salt + token.encode("utf-8", "surrogatepass")).digest()
+
+
+def _read(value: Mapping[str, str]) -> HashedToken:
+    digest = bytes.fromhex(value["sha256"])
+    if len(digest) != hashlib.sha256().digest_size:
+        raise ValueError("a hash is cut off")
+    return HashedToken(bytes.fromhex(value["salt"]), digest, str(value.get("made", "")))

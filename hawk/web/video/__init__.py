@@ -1,0 +1,1 @@
+"""Live pictures for the operator's browser."""

@@ -1,0 +1,243 @@
+"""The modules that decide about safety, and their tests.
+
+Their fast unit tests reach every branch (`make coverage`; `WITHOUT_EVERY_BRANCH` names the exceptions) and kill nine of
+ten mutants of each group (`make mutants`).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+
+GROUPS: Final[dict[str, tuple[str, ...]]] = {
+    "transitions": ("hawk/ddc/decider.py", "hawk/ddc/rules/follower.py"),
+    "states": (
+        "hawk/ddc/states/base.py",
+        "hawk/ddc/states/explore.py",
+        "hawk/ddc/states/factory.py",
+        "hawk/ddc/states/ground.py",
+        "hawk/ddc/states/homing.py",
+        "hawk/ddc/states/hover.py",
+        "hawk/ddc/states/moves.py",
+        "hawk/ddc/states/path_home.py",
+        "hawk/ddc/states/takeoff.py",
+    ),
+    "judge": ("hawk/ddc/rules/judge.py",),
+    "guard": ("hawk/ddc/rules/guard.py",),
+    "before Arm": ("hawk/ddc/rules/preflight.py", "hawk/ddc/readings/clearance.py"),
+    "commands": (
+        "hawk/comm/protocol/authority.py",
+        "hawk/ddc/rules/command_desk.py",
+        "hawk/ddc/rules/command_table.py",
+        "hawk/ddc/operations_manager.py",
+        "hawk/ddc/readings/operator.py",
+        "hawk/ddc/orders.py",
+        "hawk/ddc/parameters/heights.py",
+        "hawk/ddc/rules/route_requests.py",
+    ),
+    "acts": (
+        "hawk/comm/autopilot/autopilot.py",
+        "hawk/comm/autopilot/calls.py",
+        "hawk/comm/autopilot/commands.py",
+        "hawk/comm/autopilot/gimbal.py",
+        "hawk/comm/autopilot/parameters.py",
+        "hawk/ddc/acts.py",
+        "hawk/ddc/motion.py",
+        "hawk/ddc/performer.py",
+        "hawk/ddc/requests/requests.py",
+    ),
+    "failsafes": (
+        "hawk/ddc/parameters/values.py",
+        "hawk/ddc/rules/failing.py",
+        "hawk/ddc/parameters/failsafes.py",
+        "hawk/ddc/parameters/reader.py",
+    ),
+    "keeper": (
+        "hawk/ddc/keeping/effort.py",
+        "hawk/ddc/keeping/fence.py",
+        "hawk/ddc/keeping/home.py",
+        "hawk/ddc/keeping/keeper.py",
+        "hawk/ddc/keeping/parameters.py",
+    ),
+    "fence": (
+        "hawk/comm/autopilot/fence_rings.py",
+        "hawk/ddc/fence/plan.py",
+        "hawk/ddc/requests/fence_checks.py",
+        "hawk/ddc/fence/stored.py",
+        "hawk/ddc/fence/path.py",
+        "hawk/ddc/fence/geometry.py",
+        "hawk/ddc/battery/energy.py",
+    ),
+    "kill": ("hawk/ddc/rules/kill.py",),
+    "service interface": ("hawk/ddc/requests/service_interface.py",),
+    "watchdog": ("hawk/runtime/process.py", "hawk/runtime/supervision.py"),
+    "starts": ("hawk/ddc/rules/follower.py", "hawk/daemon/starts.py", "hawk/store/run_notes.py"),
+    "second witnesses": (
+        "hawk/ddc/stopwatch.py",
+        "hawk/ddc/witnesses/heading.py",
+        "hawk/ddc/witnesses/height.py",
+        "hawk/ddc/witnesses/place.py",
+        "hawk/ddc/witnesses/witness.py",
+        "hawk/ddc/rules/notices.py",
+    ),
+    "readings": (
+        "hawk/comm/mavlink/foreign_writes.py",
+        "hawk/model/frames.py",
+        "hawk/comm/autopilot/terrain.py",
+        "hawk/comm/autopilot/remote_control.py",
+        "hawk/comm/autopilot/remote_id.py",
+        "hawk/comm/autopilot/status_texts.py",
+        "hawk/ddc/readings/clearance.py",
+        "hawk/ddc/battery/charge.py",
+        "hawk/ddc/battery/chemistry.py",
+        "hawk/ddc/readings/fall.py",
+        "hawk/ddc/readings/remote_control.py",
+        "hawk/ddc/readings/remote_id.py",
+        "hawk/ddc/senses.py",
+        "hawk/ddc/readings/wind.py",
+    ),
+    "telemetry that decides": (
+        "hawk/comm/autopilot/boot_clock.py",
+        "hawk/comm/clock.py",
+        "hawk/comm/mavlink/claim.py",
+        "hawk/comm/mavlink/frames.py",
+        "hawk/comm/autopilot/mavlink_link.py",
+        "hawk/comm/mavlink/peer.py",
+        "hawk/comm/autopilot/streams.py",
+        "hawk/comm/threads.py",
+        "hawk/comm/topic.py",
+        "hawk/comm/mavlink/udp_gate.py",
+        "hawk/comm/autopilot/estimator.py",
+        "hawk/comm/autopilot/telemetry.py",
+        "hawk/ddc/readings/belief.py",
+        "hawk/ddc/readings/home.py",
+        "hawk/ddc/facts.py",
+        "hawk/ddc/rules/silence.py",
+        "hawk/ddc/readings/topic_interface.py",
+        "hawk/ddc/readings/link.py",
+    ),
+}
+"""Group -> modules, as paths in the checkout."""
+
+ALL_MODULES: Final = tuple(module for modules in GROUPS.values() for module in modules)
+
+LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
+    "it reports: no state and no reaction reads it": (
+        "hawk/ddc/requests/flight_log.py",
+        "hawk/ddc/replay.py",
+        "hawk/ddc/status.py",
+        "hawk/ddc/settings.py",
+        "hawk/ddc/battery/survey.py",
+    ),
+    "files, words, and what an operator asks to be seen: the fence judges every target of it": (
+        "hawk/ddc/fence/geojson.py",
+        "hawk/runtime/files.py",
+        "hawk/ddc/fence/outline.py",
+        "hawk/ddc/fence/geojson.py",
+        "hawk/ddc/rules/outline_rules.py",
+        "hawk/ddc/words.py",
+    ),
+    "the connection to the operator's page: a lost operator is a reaction of the guard": (
+        "hawk/comm/async_message_socket.py",
+        "hawk/comm/base_socket.py",
+        "hawk/comm/protocol/commands.py",
+        "hawk/comm/protocol/heartbeat.py",
+        "hawk/comm/protocol/base.py",
+        "hawk/comm/message_socket.py",
+        "hawk/comm/cameras/operator_camera.py",
+        "hawk/runtime/performance.py",
+    ),
+    "the camera: its faults end a task by Hover, and its motion is one of several witnesses": (
+        "hawk/comm/cameras/calibration.py",
+        "hawk/comm/cameras/sources",
+        "hawk/comm/cameras/drone_camera.py",
+        "hawk/comm/cameras/stamp_clock.py",
+    ),
+    "values without a decision, MAVSDK's own log, and what only `hawk-drone check` or another receiver hears": (
+        "hawk/comm/mavlink/mavsdk_log.py",
+        "hawk/comm/mavlink/passive_listener.py",
+        "hawk/comm/autopilot/vehicle.py",
+    ),
+}
+"""Reason -> modules and folders of the drone's side that are not listed."""
+
+WITHOUT_EVERY_BRANCH: Final = frozenset(
+    {
+        "hawk/comm/autopilot/autopilot.py",
+        "hawk/model/frames.py",
+        "hawk/comm/autopilot/mavlink_link.py",
+        "hawk/comm/autopilot/parameters.py",
+        "hawk/comm/autopilot/remote_id.py",
+        "hawk/comm/threads.py",
+        "hawk/comm/topic.py",
+        "hawk/comm/mavlink/udp_gate.py",
+        "hawk/ddc/fence/plan.py",
+        "hawk/ddc/fence/stored.py",
+        "hawk/ddc/fence/path.py",
+        "hawk/ddc/operations_manager.py",
+        "hawk/ddc/states/path_home.py",
+    }
+)
+"""Modules of which the fast unit tests miss some branches; flights and integration tests reach them."""
+
+FAST: Final = "not flight and not slow"
+"""The tests that run, as pytest's marker expression."""
+
+TEST_FOLDERS: Final = tuple(f"tests/unit/{room}" for room in ("ddc", "comm", "daemon", "model", "runtime", "store"))
+
+_OWN: Final[dict[str, tuple[str, ...]]] = {
+    "hawk/ddc/decider.py": ("decider", "lot_moves"),
+    "hawk/ddc/states/base.py": ("states_by_facts", "decider"),
+    "hawk/ddc/states/explore.py": ("explore_by_facts", "decider"),
+    "hawk/ddc/states/factory.py": ("states_by_facts", "decider"),
+    "hawk/ddc/states/ground.py": ("ground_by_facts", "decider"),
+    "hawk/ddc/states/homing.py": ("homing_by_facts", "decider"),
+    "hawk/ddc/states/hover.py": ("holding_by_facts", "decider", "place_doubt", "height"),
+    "hawk/ddc/states/moves.py": ("moves_by_facts", "decider"),
+    "hawk/ddc/states/path_home.py": ("return_inside", "way_home"),
+    "hawk/ddc/states/takeoff.py": ("ground_by_facts", "decider"),
+    "hawk/ddc/rules/follower.py": ("follower", "decider"),
+    "hawk/ddc/rules/guard.py": ("decider", "guard"),
+    "hawk/ddc/rules/judge.py": ("judge", "decider"),
+    "hawk/ddc/acts.py": ("requests",),
+    "hawk/ddc/motion.py": ("motion", "route_follower"),
+    "hawk/ddc/rules/preflight.py": ("preflight_by_facts",),
+    "hawk/ddc/parameters/values.py": ("failsafes", "keeper"),
+    "hawk/ddc/witnesses/witness.py": ("place_doubt", "height", "witness"),
+    "hawk/ddc/rules/notices.py": ("place_doubt", "height"),
+    "hawk/ddc/stopwatch.py": ("stopwatch", "heading", "height", "place", "link"),
+    "hawk/ddc/rules/failing.py": ("failing",),
+    "hawk/ddc/fence/plan.py": ("plan", "fence_zones", "zones"),
+    "hawk/ddc/requests/fence_checks.py": ("performer", "plan", "fence_zones"),
+    "hawk/ddc/fence/stored.py": ("plan", "fence_zones", "senses"),
+    "hawk/ddc/operations_manager.py": ("failing", "restart", "reader", "flight"),
+    "hawk/ddc/parameters/reader.py": ("reader", "plan"),
+    "hawk/ddc/rules/route_requests.py": ("route_requests", "lot_moves"),
+    "hawk/ddc/fence/geometry.py": ("geometry_limits", "geometry"),
+    "hawk/ddc/readings/clearance.py": ("clearance", "slope", "senses"),
+    "hawk/ddc/battery/chemistry.py": ("charge", "failsafes"),
+    "hawk/ddc/battery/energy.py": ("energy", "senses"),
+    "hawk/ddc/readings/wind.py": ("wind", "senses"),
+    "hawk/ddc/keeping/effort.py": ("keeper",),
+    "hawk/ddc/keeping/fence.py": ("keeper", "flight_gate"),
+    "hawk/ddc/keeping/home.py": ("keeper", "home"),
+    "hawk/ddc/keeping/keeper.py": ("keeper", "decider", "way_home"),
+    "hawk/ddc/keeping/parameters.py": ("keeper", "reader"),
+    "hawk/ddc/requests/service_interface.py": ("target_gate", "service_interface"),
+    "hawk/comm/autopilot/fence_rings.py": ("fence_rings", "autopilot", "mavlink_link"),
+    "hawk/comm/autopilot/streams.py": ("streams", "telemetry"),
+    "hawk/comm/mavlink/frames.py": ("vehicle_kinds",),
+    "hawk/comm/autopilot/telemetry.py": ("telemetry", "telemetry_places"),
+    "hawk/daemon/starts.py": ("starts", "goes_on"),
+    "hawk/runtime/process.py": ("watchdog", "ticker", "priority", "parent"),
+}
+"""Module -> names of its own test files where they do not bear its name."""
+
+
+def own_files(module: str) -> list[str]:
+    """Return the test files of a module."""
+    names = _OWN.get(module, (Path(module).stem,))
+    room = ROOT / "tests" / "unit" / Path(module).parts[1]
+    return [str(file.relative_to(ROOT)) for name in names for file in sorted(room.rglob(f"test_{name}.py"))]

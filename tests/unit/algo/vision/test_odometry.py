@@ -1,0 +1,166 @@
+"""The drone's motion over ground by the camera, on drawn pictures: a witness of what the poses report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hawk.algo.frame import FrameInput
+from hawk.algo.vision.odometry import LONGEST_S, Odometry
+from hawk.model.ground_motion import GroundStep
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPose
+from hawk.sim.camera.camera import default_intrinsics
+from hawk.worlds.camera import WorldCamera
+from hawk.worlds.generate import generate_world
+from hawk.worlds.world import World
+
+CAMERA = default_intrinsics()
+STILL = MapPose(0.0, 0.0, 25.0, 0.0, 0.0, 0.0)
+STEP_S = 0.4
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return generate_world(3)
+
+
+class Eye:
+    """Pictures of the lot's middle."""
+
+    def __init__(self, world: World) -> None:
+        self._camera = WorldCamera(world, CAMERA)
+        self._middle = np.mean([stall.corners.mean(0) for stall in world.stalls], 0)
+        self._rng = np.random.default_rng(1)
+        self.odometry = Odometry()
+
+    def look(self, time: float, true: MapPose, reported: MapPose | None, speed: float = 2.0) -> GroundStep | None:
+        picture = self._camera.render(
+            float(self._middle[0] + true.east),
+            float(self._middle[1] - true.north),
+            true.height,
+            true.roll,
+            true.pitch,
+            true.yaw,
+            rng=self._rng,
+        )
+        return self.odometry.look(frame(time, reported, speed), picture)
+
+    def fly(self, true: Callable[[int], MapPose], reported: Callable[[int], MapPose], steps: int) -> list[GroundStep]:
+        found = [self.look(k * STEP_S, true(k), reported(k)) for k in range(steps + 1)]
+        assert found[0] is None
+        return [step for step in found if step is not None]
+
+
+@pytest.fixture
+def eye(world: World) -> Eye:
+    return Eye(world)
+
+
+def frame(time: float, reported: MapPose | None, speed: float = 2.0) -> FrameInput:
+    hover = StateName.HOVER
+    return FrameInput(1, time, b"x", CAMERA, reported, speed, hover, None, HeightParameters(), None, None)
+
+
+def summed(pairs: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    north, east = np.sum(list(pairs), 0)
+    return float(north), float(east)
+
+
+def test_a_walk_of_the_position_that_the_drone_follows_is_seen(eye: Eye) -> None:
+    """GNSS walks north by 0.7 m/s and the autopilot holds: the drone flies south, and nothing is reported."""
+    steps = eye.fly(lambda k: replace(STILL, north=-0.7 * STEP_S * k, roll=0.03 * math.sin(k)), lambda k: STILL, 25)
+    # the roll is not reported either: it moves the picture by 0.75 m to and fro, and adds up to nothing
+    assert len(steps) == 25
+    assert summed(step.beyond for step in steps) == pytest.approx((-7.0, 0.0), abs=0.9)
+    assert summed(step.reported for step in steps) == (0.0, 0.0)
+    assert steps[0].since == 0.0
+    assert all(step.since == before.until for before, step in pairwise(steps))
+
+
+def test_a_flight_is_seen_as_it_is_told(eye: Eye) -> None:
+    def pose(k: int) -> MapPose:
+        return replace(STILL, north=1.6 * k - 12, east=0.4 * k, roll=0.05 * math.sin(k), pitch=-0.08, yaw=0.1 * k)
+
+    steps = eye.fly(pose, pose, 15)
+    assert len(steps) == 15
+    assert summed(step.reported for step in steps) == pytest.approx((24.0, 6.0))
+    assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=1.2)
+    assert sum(step.turn for step in steps) == pytest.approx(0.0, abs=math.radians(5))
+    assert sum(step.stretch for step in steps) == pytest.approx(0.0, abs=0.06)
+
+
+def test_a_sinking_that_the_height_does_not_tell_stretches_the_ground(eye: Eye) -> None:
+    steps = eye.fly(lambda k: replace(STILL, height=25.0 - 0.5 * k), lambda k: STILL, 20)
+    assert sum(step.stretch for step in steps) == pytest.approx(math.log(25 / 15), abs=0.04)
+    assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=0.5)
+
+
+def test_a_turn_that_the_heading_does_not_tell_is_seen(eye: Eye) -> None:
+    steps = eye.fly(lambda k: replace(STILL, yaw=0.04 * k), lambda k: STILL, 15)
+    assert sum(step.turn for step in steps) == pytest.approx(0.6, abs=0.03)
+
+
+def test_a_climb_and_a_turn_that_are_told_change_nothing(eye: Eye) -> None:
+    def pose(k: int) -> MapPose:
+        return replace(STILL, height=15 + 1.2 * k, yaw=0.35 * k)
+
+    steps = eye.fly(pose, pose, 15)
+    assert len(steps) == 15
+    assert sum(step.turn for step in steps) == pytest.approx(0.0, abs=0.06)
+    assert sum(step.stretch for step in steps) == pytest.approx(0.0, abs=0.06)
+    assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=0.8)
+
+
+def test_pictures_are_compared_at_an_interval_and_not_over_a_long_one(eye: Eye) -> None:
+    assert eye.look(0.0, STILL, STILL) is None
+    assert eye.look(0.2, STILL, STILL) is None
+    step = eye.look(0.3, STILL, STILL)
+    assert step is not None
+    assert (step.since, step.until, step.height) == (0.0, 0.3, 25.0)
+    assert eye.look(0.4 + LONGEST_S, STILL, STILL) is None
+    assert eye.look(0.8 + LONGEST_S, STILL, STILL) is not None
+    assert eye.look(0.5, STILL, STILL) is None, "an older picture"
+
+
+@pytest.mark.parametrize(
+    "reported",
+    [None, replace(STILL, height=3.9), replace(STILL, yaw=math.nan)],
+    ids=["no pose", "too low", "not finite"],
+)
+def test_nothing_is_measured_without_a_pose_to_measure_by(eye: Eye, reported: MapPose | None) -> None:
+    assert eye.look(0.0, STILL, STILL) is None
+    assert eye.look(0.4, STILL, reported) is None
+    assert eye.look(0.8, STILL, STILL) is None
+    assert eye.look(1.2, STILL, STILL) is not None
+
+
+def test_a_leap_of_the_report_is_no_motion(eye: Eye) -> None:
+    leapt = replace(STILL, north=25.0)
+    assert eye.look(0.0, STILL, STILL) is None
+    assert eye.look(0.4, STILL, leapt) is None
+    step = eye.look(0.8, STILL, leapt)
+    assert step is not None
+    assert math.hypot(*step.beyond) < 0.3
+
+
+def test_a_picture_that_is_not_known_or_of_other_ground_gives_no_step(eye: Eye) -> None:
+    assert eye.look(0.0, STILL, STILL) is None
+    assert eye.odometry.look(frame(0.4, STILL), None) is None
+    assert (
+        eye.odometry.look(replace(frame(0.4, STILL), mount_problem="no gimbal"), np.zeros((72, 128, 3), np.uint8))
+        is None
+    )
+    assert eye.look(0.8, STILL, STILL) is None
+    grey = np.full((720, 1280, 3), 90, np.uint8)
+    assert eye.odometry.look(frame(1.2, STILL), grey) is None
+    assert eye.look(1.6, STILL, STILL) is None
+    assert eye.look(2.0, STILL, STILL) is not None
+    noise = np.random.default_rng(2).integers(0, 255, (720, 1280, 3), np.uint8)
+    assert eye.odometry.look(frame(2.4, STILL), noise) is None

@@ -1,0 +1,248 @@
+"""Every pair of state and command: taken, or refused with its reason and without any effect."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from hawk.comm.protocol.commands import (
+    Ack,
+    Arm,
+    AutonomousExplore,
+    AutonomousMove,
+    ClearFence,
+    ClearKill,
+    ClearOutline,
+    Command,
+    CompulsiveMove,
+    Configure,
+    Disarm,
+    Hold,
+    Kill,
+    KillRequest,
+    KillToken,
+    Land,
+    NewSurvey,
+    Resume,
+    ReturnToLaunch,
+    SetFailsafes,
+    SetFence,
+    SetOutline,
+    Takeoff,
+)
+from hawk.comm.protocol.heartbeat import FenceCorner
+from hawk.ddc.rules.command_table import TABLE
+from hawk.model.operation import StateName
+from hawk.model.vehicle import LandedState
+from tests.unit.ddc.fakes import PLACE, Rig
+
+FENCE = [
+    FenceCorner(latitude=PLACE.latitude + north, longitude=PLACE.longitude + east)
+    for north, east in ((-1e-3, -1e-3), (1e-3, -1e-3), (1e-3, 1e-3), (-1e-3, 1e-3))
+]
+COMMANDS: dict[str, Command] = {
+    "Configure": Configure(min=10, des=20, max=30),
+    "Arm": Arm(),
+    "Takeoff": Takeoff(),
+    "Autonomous Explore": AutonomousExplore(),
+    "Autonomous Move": AutonomousMove(x=5, y=5),
+    "Compulsive Move": CompulsiveMove(x=5, y=5),
+    "Hold": Hold(),
+    "Return To Launch": ReturnToLaunch(confirmed=True),
+    "Land": Land(confirmed=True),
+    "Disarm": Disarm(),
+    "Resume": Resume(confirmed=True),
+    "Kill Request": KillRequest(),
+    "Clear Kill": ClearKill(),
+    "Set Failsafes": SetFailsafes(),
+    "Set Fence": SetFence(corners=FENCE, ceiling=80),
+    "Clear Fence": ClearFence(),
+    "Set Outline": SetOutline(polygons=[FENCE]),
+    "Clear Outline": ClearOutline(),
+    "New Survey": NewSurvey(),
+}
+"""Kill itself, which needs a token, has a test of its own."""
+
+GROUND = {StateName.IDLE, StateName.CONFIGURE, StateName.ARM}
+TASKS = {StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE}
+FLYING = set(StateName) - GROUND - {StateName.MANUAL}
+HOMING = {StateName.RETURN_TO_LAUNCH, StateName.LAND}
+
+ACCEPTED: dict[str, set[StateName]] = {
+    "Configure": {StateName.IDLE},
+    "Arm": {StateName.IDLE},
+    "Takeoff": {StateName.ARM},
+    "Autonomous Explore": {StateName.HOVER},
+    "Autonomous Move": {StateName.HOVER} | TASKS,
+    "Compulsive Move": {StateName.HOVER} | TASKS,
+    "Hold": {StateName.TAKEOFF, StateName.HOVER} | TASKS | HOMING,
+    "Return To Launch": FLYING - HOMING | {StateName.MANUAL},
+    "Land": FLYING - {StateName.LAND} | {StateName.MANUAL},
+    "Disarm": {StateName.ARM},
+    "Resume": {StateName.MANUAL},
+    "Kill Request": set(StateName),
+    "Clear Kill": set(),
+    "Set Failsafes": {StateName.IDLE},
+    "Set Fence": {StateName.IDLE},
+    "Clear Fence": set(),
+    "Set Outline": set(StateName)
+    - {StateName.CONFIGURE, StateName.AUTONOMOUS_EXPLORE, StateName.COMMUNICATION_LOST, StateName.MANUAL},
+    "Clear Outline": set(),
+    "New Survey": set(),
+}
+
+LEADS_TO: dict[str, StateName] = {
+    "Configure": StateName.CONFIGURE,
+    "Arm": StateName.ARM,
+    "Takeoff": StateName.TAKEOFF,
+    "Autonomous Explore": StateName.AUTONOMOUS_EXPLORE,
+    "Autonomous Move": StateName.AUTONOMOUS_MOVE,
+    "Compulsive Move": StateName.COMPULSIVE_MOVE,
+    "Hold": StateName.HOVER,
+    "Return To Launch": StateName.RETURN_TO_LAUNCH,
+    "Land": StateName.LAND,
+    "Resume": StateName.HOVER,
+    "Set Fence": StateName.CONFIGURE,
+}
+
+PAIRS = list(itertools.product(StateName, COMMANDS))
+
+
+def test_the_table_knows_every_command_and_every_state() -> None:
+    assert set(TABLE) == set(COMMANDS) | {"Kill"}
+    assert all(set(row) == set(StateName) for row in TABLE.values())
+
+
+@pytest.mark.parametrize(("state", "name"), PAIRS, ids=[f"{s.value}-{n}" for s, n in PAIRS])
+async def test_every_pair(fresh: Rig, state: StateName, name: str) -> None:
+    await fresh.enter(state)
+    before = len(fresh.autopilot.calls)
+    answer = fresh.manager.handle("ana", COMMANDS[name])
+    possible = {option.command: option for option in fresh.manager.options()}[name]
+    if state in ACCEPTED[name]:
+        await fresh.tick()  # the planner's word on an Autonomous Move
+        accepted = fresh.socket.replies[-1][1] if answer is None else answer
+        assert isinstance(accepted, KillToken) or (isinstance(accepted, Ack) and accepted.accepted)
+        fresh.expect(LEADS_TO.get(name, state))
+    else:
+        assert isinstance(answer, Ack)
+        assert not answer.accepted
+        assert answer.reason.endswith(".")
+        assert not possible.possible
+        assert possible.reason == answer.reason
+        fresh.expect(state)
+        assert len(fresh.autopilot.calls) == before
+
+
+@pytest.mark.parametrize("state", StateName)
+async def test_what_is_offered_is_what_is_taken(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    offered = {option.command for option in fresh.manager.options() if option.possible}
+    assert offered - {"Kill"} == {name for name, states in ACCEPTED.items() if state in states}
+
+
+@pytest.mark.parametrize("state", StateName)
+async def test_kill_is_taken_in_every_state(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    token = fresh.manager.handle_now("ana", KillRequest())
+    assert isinstance(token, KillToken)
+    answer = fresh.manager.handle_now("ana", Kill(token=token.token))
+    assert isinstance(answer, Ack)
+    assert answer.accepted
+    await fresh.run(1.2)
+    assert fresh.autopilot.count("kill") >= 1
+    assert not fresh.autopilot.armed
+    fresh.expect(StateName.IDLE)
+
+
+async def test_disarm_is_taken_in_land_on_the_ground_only(fresh: Rig) -> None:
+    await fresh.enter(StateName.LAND)
+    fresh.autopilot.stuck = True
+    assert not fresh.command(Disarm()).accepted
+    fresh.autopilot.landed = LandedState.ON_GROUND
+    await fresh.tick()
+    assert not fresh.command(Disarm()).accepted, "its height is 30 m"
+    fresh.autopilot.height = 0.0
+    await fresh.tick(2)
+    fresh.order(Disarm())
+    await fresh.tick(2)
+    fresh.expect(StateName.IDLE)
+
+
+@pytest.mark.parametrize("command", [Resume(), ReturnToLaunch(), Land()], ids=lambda c: c.type)
+async def test_manual_needs_a_confirmation(fresh: Rig, command: Command) -> None:
+    await fresh.enter(StateName.MANUAL)
+    answer = fresh.command(command)
+    assert not answer.accepted
+    assert answer.reason.startswith("Confirmed: ")
+    fresh.expect(StateName.MANUAL)
+
+
+async def test_resume_waits_for_the_pilots_hand_to_leave_the_switch(fresh: Rig) -> None:
+    await fresh.enter(StateName.MANUAL)
+    fresh.autopilot.change_mode(2)
+    await fresh.run(2.9)
+    assert "mode changed" in fresh.command(Resume(confirmed=True)).reason
+    await fresh.run(0.2)
+    fresh.order(Resume(confirmed=True))
+    await fresh.tick(2)
+    fresh.expect(StateName.HOVER)
+    assert fresh.autopilot.mode == 4
+
+
+# -- control ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", sorted(set(COMMANDS) - {"Hold"}))
+async def test_commands_of_someone_without_control_are_refused(rig: Rig, name: str) -> None:
+    answer = rig.command(COMMANDS[name], client="eve")
+    assert not answer.accepted
+    assert answer.reason == "Someone else has control."
+
+
+@pytest.mark.parametrize("state", [StateName.TAKEOFF, StateName.HOVER, *sorted(TASKS)])
+async def test_anyone_may_hold(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.order(Hold(), client="eve")
+    fresh.expect(StateName.HOVER)
+
+
+@pytest.mark.parametrize("state", sorted(HOMING))
+async def test_only_the_operator_in_control_holds_a_return_or_landing(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    assert fresh.command(Hold(), client="eve").reason == "Someone else has control."
+    fresh.order(Hold())
+    fresh.expect(StateName.HOVER)
+
+
+@pytest.mark.parametrize("command", [ReturnToLaunch(), Land()], ids=lambda c: c.type)
+async def test_anyone_may_bring_it_down_when_nobody_has_control(flying: Rig, command: Command) -> None:
+    assert not flying.command(command, client="eve").accepted
+    flying.desk.client = None
+    flying.order(command, client="eve")
+
+
+@pytest.mark.parametrize("command", [ReturnToLaunch(), Land()], ids=lambda c: c.type)
+async def test_anyone_may_bring_it_down_when_the_one_in_control_is_lost(flying: Rig, command: Command) -> None:
+    assert not flying.command(command, client="eve").accepted
+    flying.desk.present = False
+    flying.order(command, client="eve")
+
+
+async def test_nothing_else_is_taken_from_others_when_the_one_in_control_is_lost(flying: Rig) -> None:
+    flying.desk.present = False
+    refused = flying.command(AutonomousExplore(), client="eve")
+    assert refused.reason == "The operator in control is lost: take control first."
+
+
+async def test_nothing_else_is_taken_when_nobody_has_control(flying: Rig) -> None:
+    flying.desk.client = None
+    assert flying.command(AutonomousExplore(), client="eve").reason == "Take control first."
+
+
+async def test_without_a_link_commands_to_the_autopilot_are_refused(fresh: Rig) -> None:
+    fresh.autopilot.connected = False
+    await fresh.run(0.3)
+    assert "No link" in fresh.command(Arm()).reason
+    assert "No link" in fresh.command(SetFailsafes()).reason

@@ -1,0 +1,309 @@
+"""The reported position against the camera's motion over ground, by values."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hawk.ddc.witnesses.place import (
+    CONFIRM_S,
+    GAP_M,
+    LIMIT_M,
+    LOST_S,
+    PATH_SHARE,
+    STILL_GAP_M,
+    PlaceFacts,
+    PlaceWatch,
+)
+from hawk.model.ground_motion import GroundStep
+
+STEP_S = 0.4
+
+
+class Flight:
+    """Steps of a camera, one every 0.4 s. ``now`` is the time of the last one, seconds."""
+
+    def __init__(self) -> None:
+        self.watch = PlaceWatch()
+        self.now = 0.0
+
+    def fly(
+        self,
+        seconds: float,
+        reported: complex = 0j,
+        *,
+        walk: complex = 0j,
+        camera: complex = 1 + 0j,
+        stretch: float = 0.0,
+        turn: float = 0.0,
+    ) -> PlaceFacts:
+        """Fly at ``reported`` m/s, of which ``walk`` is the error's own; ``stretch`` and ``turn`` are by the second.
+
+        The camera sees the true motion times ``camera``.
+        """
+        for _ in range(round(seconds / STEP_S)):
+            seen = camera * (reported - walk) * STEP_S
+            path = reported * STEP_S
+            self.watch.note(
+                GroundStep(
+                    self.now,
+                    self.now + STEP_S,
+                    (seen.real, seen.imag),
+                    (path.real, path.imag),
+                    stretch * STEP_S,
+                    turn * STEP_S,
+                    25.0,
+                )
+            )
+            self.now += STEP_S
+        return self.facts()
+
+    def facts(self) -> PlaceFacts:
+        return self.watch.facts(self.now)
+
+    def doubted_after(self, limit: float, reported: complex = 0j, *, walk: complex = 0j) -> float:
+        begun = self.now
+        while self.now - begun < limit:
+            if self.fly(STEP_S, reported, walk=walk).is_doubted:
+                return self.now - begun
+        raise AssertionError("no doubt")
+
+
+def test_before_the_first_step_nothing_is_said() -> None:
+    facts = Flight().facts()
+    assert facts == PlaceFacts()
+    assert (facts.is_doubted, facts.words, facts.off_m, facts.is_followed) == (False, "", 0.0, False)
+
+
+def test_a_walk_while_it_holds_is_doubted_at_three_metres() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    after = flight.doubted_after(10.0, walk=0.7)
+    assert after == pytest.approx(LIMIT_M / 0.7 + CONFIRM_S, abs=0.6)
+    facts = flight.facts()
+    assert facts.doubted_s == 0.0
+    assert facts.off == pytest.approx((after * 0.7, 0.0), abs=0.3)
+    assert facts.is_followed
+    assert facts.words == "The camera sees the drone move 4 m that the position does not show."
+    assert flight.fly(10.0, walk=0.7).off == pytest.approx((facts.off[0] + 7.0, 0.0), abs=0.01)
+    assert flight.facts().doubted_s == pytest.approx(10.0, abs=0.01)
+
+
+@pytest.mark.parametrize("walk", [0.7 + 0j, -0.7 + 0j, 0.7j, 0.5 - 0.5j])
+@pytest.mark.parametrize("reported", [4 + 0j, 4j])
+def test_a_walk_while_it_flies_is_doubted_too(reported: complex, walk: complex) -> None:
+    flight = Flight()
+    flight.fly(30.0, reported, camera=1.04)
+    assert flight.doubted_after(14.0, reported, walk=walk) <= 10.5
+
+
+def test_a_walk_in_fast_straight_flight_is_doubted_at_its_turn() -> None:
+    """Along a straight line a walk looks like a wrong height or heading; at 8 m/s the share of the path hides it."""
+    flight = Flight()
+    flight.fly(30.0, 8 + 0j)
+    flight.fly(12.0, 8 + 0j, walk=0.7)
+    assert flight.doubted_after(10.0, -8 + 0j, walk=0.7) <= 8.0
+
+
+def test_a_slow_wander_of_gnss_is_none() -> None:
+    """Half a metre to and fro within minutes: 0.26 m in ten seconds at most."""
+    flight = Flight()
+    for k in range(300):
+        facts = flight.fly(2.0, 4 + 0j, walk=complex(0.5 * math.tau / 120 * math.cos(math.tau * k * 2 / 120)))
+        assert not facts.is_doubted
+    assert facts.apart < 1.0
+
+
+@pytest.mark.parametrize("camera", [1.1, 0.9, complex(math.cos(0.08), math.sin(0.08))])
+def test_a_wrong_scale_or_compass_is_no_walk(camera: complex) -> None:
+    flight = Flight()
+    for reported in (4 + 0j, 4j, -4 + 0j, 8j, -4 - 2j):
+        assert not flight.fly(30.0, reported, camera=camera).is_doubted
+
+
+def test_a_camera_that_never_agreed_is_believed_only_while_the_drone_holds() -> None:
+    turned = Flight()
+    assert not turned.fly(40.0, 4 + 0j, camera=1j).is_doubted
+    assert turned.fly(14.0, camera=1j).apart < LIMIT_M
+    assert turned.fly(10.0, walk=0.7, camera=1j).is_doubted
+
+
+@pytest.mark.parametrize("walk", [1.4 + 0j, -1.0 + 1.0j])
+def test_a_walk_from_the_first_metre_on_is_doubted(walk: complex) -> None:
+    assert Flight().doubted_after(10.0, 4 + 0j, walk=walk) <= 10.0
+
+
+@pytest.mark.parametrize("camera", [1.1, 0.9, complex(math.cos(0.1), math.sin(0.1)), 1j, -1.0, 1.8])
+def test_a_wrong_scale_or_mount_is_no_walk_before_the_camera_was_seen_to_agree(camera: complex) -> None:
+    flight = Flight()
+    for _ in range(30):
+        assert not flight.fly(STEP_S, 4 + 0j, camera=camera).is_doubted
+
+
+def test_a_camera_is_believed_in_flight_after_it_agreed_for_fifteen_metres() -> None:
+    flight = Flight()
+    assert not flight.fly(10.0, 4 + 0j, walk=2.0).is_doubted
+    proven = Flight()
+    proven.fly(14.4, 4 + 0j)
+    assert proven.fly(10.0, 4 + 0j, walk=2.0).is_doubted
+
+
+def test_a_picture_that_stands_still_is_the_cameras_fault() -> None:
+    flight = Flight()
+    flight.fly(30.0, 2 + 0j)
+    flight.watch.lose()
+    assert not flight.fly(12.0, 2 + 0j, camera=0.05).is_doubted
+    slow = Flight()
+    slow.fly(30.0, 2 + 0j)
+    slow.watch.lose()
+    assert slow.fly(12.0, 2 + 0j, camera=0.2).is_doubted
+
+
+def test_a_height_that_is_wrong_more_and_more_is_no_walk() -> None:
+    """The barometer drifts: the ground grows, and the camera sees every metre as more."""
+    flight = Flight()
+    flight.fly(30.0, 4 + 0j)
+    factor = 1.0
+    for _ in range(25):
+        factor *= math.exp(0.03 * STEP_S)
+        assert not flight.fly(STEP_S, 4 + 0j, camera=factor, stretch=0.03).is_doubted
+    ignorant = Flight()
+    ignorant.fly(30.0, 4 + 0j)
+    assert ignorant.fly(10.0, 4 + 0j, camera=1.3).is_doubted, "the same without the growth"
+
+
+def test_a_heading_that_goes_wrong_is_no_walk() -> None:
+    flight = Flight()
+    flight.fly(30.0, 4 + 0j)
+    wrong = 0.0
+    for _ in range(25):
+        wrong += 0.04 * STEP_S
+        camera = complex(math.cos(-wrong), math.sin(-wrong))
+        assert not flight.fly(STEP_S, 4 + 0j, camera=camera, turn=0.04).is_doubted
+
+
+def test_a_doubt_ends_when_the_position_is_back_and_agrees() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    flight.fly(10.0, walk=0.7)
+    assert flight.fly(10.0, walk=-0.7).is_doubted
+    assert flight.fly(14.0).is_doubted
+    facts = flight.fly(8.0)
+    assert (facts.is_doubted, facts.off) == (False, (0.0, 0.0))
+    assert flight.doubted_after(10.0, walk=0.7) < 6.0, "the next one is seen as well"
+
+
+def test_a_doubt_stays_while_the_position_is_off() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    flight.fly(10.0, walk=0.7)
+    assert flight.fly(120.0).is_doubted
+    assert flight.facts().off == pytest.approx((7.0, 0.0), abs=0.3)
+
+
+def test_an_agreement_that_is_broken_begins_again() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    flight.fly(6.0, walk=0.7)
+    flight.fly(6.0, walk=-0.7)
+    flight.fly(14.0)
+    assert flight.fly(2.4, walk=1.0).is_doubted
+    assert flight.fly(4.0, walk=-0.6).is_doubted
+    assert flight.fly(14.0).is_doubted
+    assert not flight.fly(9.0).is_doubted
+
+
+def test_a_short_gap_is_bridged_and_a_long_one_is_not() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    flight.doubted_after(10.0, walk=0.7)
+    before = flight.facts().off[0]
+    flight.now += 1.6
+    facts = flight.fly(STEP_S, walk=0.7)
+    assert facts.is_followed
+    assert facts.off[0] == pytest.approx(before + 2.0 * 0.7, abs=0.8)
+    assert facts.off[0] > before + 0.7
+    flight.now += 5.4
+    assert not flight.fly(60.0).is_followed
+    assert flight.facts().is_doubted, "what happened meanwhile is not known"
+
+
+def test_a_gap_before_the_doubt_leaves_what_follows_known() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    flight.now += 30.0
+    flight.doubted_after(10.0, walk=0.7)
+    assert flight.facts().is_followed
+    flight.watch.lose()
+    assert not flight.facts().is_followed
+    flight.watch.reset()
+    assert flight.facts() == PlaceFacts()
+
+
+def test_a_camera_that_is_silent_follows_no_more() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    flight.doubted_after(10.0, walk=0.7)
+    assert flight.watch.facts(flight.now + LOST_S).is_followed
+    late = flight.watch.facts(flight.now + LOST_S + 0.1)
+    assert not late.is_followed
+    assert late.camera_age == pytest.approx(LOST_S + 0.1)
+
+
+def test_a_step_of_before_the_last_one_is_ignored() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    known = flight.facts()
+    flight.watch.note(GroundStep(5.0, 5.4, (9.0, 0.0), (0.0, 0.0), 0.0, 0.0, 25.0))
+    assert flight.facts() == known
+
+
+@pytest.mark.parametrize(("reported", "hidden"), [(0j, STILL_GAP_M), (2 + 0j, GAP_M + PATH_SHARE * 20.0)])
+def test_a_missing_comparison_allows_for_half_a_sway_and_for_less_while_it_holds(
+    reported: complex, hidden: float
+) -> None:
+    flight = Flight()
+    flight.fly(30.0, reported)
+    flight.now += STEP_S
+    assert not flight.fly((LIMIT_M + hidden) / 1.4 - STEP_S, reported, walk=1.4j).is_doubted
+    assert flight.doubted_after(3.0, reported, walk=1.4j) <= 3.0
+
+
+# -- the disagreement, by values ---------------------------------------------------------------------------------------
+
+
+def step(since: float, until: float, reported: float, beyond: float) -> GroundStep:
+    """Return a step of ``reported`` metres north of which the camera saw ``beyond`` more."""
+    return GroundStep(since, until, (reported + beyond, 0.0), (reported, 0.0), 0.0, 0.0, 25.0)
+
+
+@pytest.mark.parametrize(("flown", "hidden"), [(5.0, 0.9), (10.0, 1.5), (20.0, 1.5)])
+def test_a_gap_hides_more_the_more_it_flies_up_to_ten_metres(flown: float, hidden: float) -> None:
+    """The camera was not seen to agree yet: 12 % of the path is no disagreement, and up to 40 % may be one."""
+    beyond = 0.4 * flown
+    for gap, allowed in ((0.0, 0.0), (0.5, hidden)):
+        watch = PlaceWatch()
+        watch.note(step(0.0, 1.0, 0.0, 0.0))
+        watch.note(step(1.0 + gap, 2.0 + gap, flown, beyond))
+        assert watch.facts(3.0).apart == pytest.approx(beyond - 0.12 * flown - allowed)
+
+
+def test_what_the_camera_was_off_before_the_window_is_taken_off() -> None:
+    """20 m of which it saw 19: a share of 20 / (400 + 40) against the prior. Then 10 m of which it sees 8."""
+    watch = PlaceWatch()
+    watch.note(step(0.0, 1.0, 20.0, -1.0))
+    watch.note(step(1.0, 12.0, 10.0, -2.0))
+    assert watch.facts(12.0).apart == pytest.approx(2.0 - 10.0 * 20.0 / 440.0 - PATH_SHARE * 10.0, abs=1e-9)
+
+
+def test_what_agrees_is_no_less_than_none_and_a_leap_begins_again() -> None:
+    watch = PlaceWatch()
+    watch.note(step(0.0, 1.0, 10.0, 0.0))
+    assert watch.facts(1.0).apart == 0.0
+    watch.note(step(1.0, 2.0, 10.0, 5.0))
+    assert watch.facts(2.0).apart == pytest.approx(5.0 - 0.12 * 20.0)
+    watch.lose()
+    assert watch.facts(2.0).apart == 0.0
+    watch.note(step(2.0, 3.0, 10.0, 0.0))
+    assert watch.facts(3.0).apart == 0.0

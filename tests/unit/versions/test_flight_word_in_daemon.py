@@ -1,0 +1,67 @@
+"""The daemon says whether the drone may fly, where the service's folder in /run is."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hawk.config.sections import Config, StoreSettings, WatchdogSettings
+from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.model.vehicle import VehicleState
+from hawk.runtime.program_log import ProgramLog
+from hawk.versions.flight_word import Heard, hear
+
+GROUND = VehicleState(connected=True, armed=False)
+
+
+@pytest.fixture
+async def daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Daemon]:
+    (tmp_path / "run").mkdir()
+    monkeypatch.setenv("RUNTIME_DIRECTORY", str(tmp_path / "run"))
+    output = ProgramLog("info")
+    store = StoreSettings(directory=tmp_path / "store")
+    made = Daemon(Config(store=store, watchdog=WatchdogSettings(enabled=False)), DaemonOptions(), output)
+    monitor = asyncio.create_task(made._monitor.run())
+    yield made
+    monitor.cancel()
+    await asyncio.gather(monitor, return_exceptions=True)
+    await made._close()
+    output.close()
+
+
+async def word(daemon: Daemon, folder: Path) -> Heard:
+    """Return the word after the monitor's next look."""
+    looked = asyncio.Event()
+    end = daemon.inputs.camera_health.listen(lambda _health: looked.set())
+    await looked.wait()
+    end()
+    return hear(folder)
+
+
+def may_fly(heard: Heard) -> bool:
+    """Return the word of a daemon that holds its file."""
+    assert heard.is_held
+    assert heard.word is not None
+    return heard.word.may_fly
+
+
+async def test_an_armed_drone_may_fly_until_it_is_disarmed(daemon: Daemon, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    assert not may_fly(await word(daemon, run))  # no autopilot was heard, and none flew lately
+    daemon.vehicle.state.publish(replace(GROUND, armed=True))
+    assert may_fly(await word(daemon, run))
+    daemon.vehicle.state.publish(replace(GROUND, connected=False, armed=True))  # lost in the air
+    assert may_fly(await word(daemon, run))
+    daemon.vehicle.state.publish(GROUND)
+    assert not may_fly(await word(daemon, run))
+
+
+async def test_the_word_is_said_with_the_publication_that_arms(daemon: Daemon, tmp_path: Path) -> None:
+    """Without waiting for the next look: a version is never switched in between."""
+    assert not may_fly(await word(daemon, tmp_path / "run"))
+    daemon.vehicle.state.publish(replace(GROUND, armed=True))
+    assert may_fly(hear(tmp_path / "run"))
