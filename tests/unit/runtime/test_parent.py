@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import hawk.cli
-import hawk.daemon.root
+import hawk.daemon.start
 from hawk.config.sections import Config
 from hawk.daemon.root import DaemonOptions
 from hawk.runtime.process import ParentGoneError, started_s, watched_parent
@@ -133,7 +133,7 @@ def test_the_daemon_gets_the_number(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         given.append(options)
         return 0
 
-    monkeypatch.setattr(hawk.daemon.root, "run_daemon", run_daemon)
+    monkeypatch.setattr(hawk.daemon.start, "run_daemon", run_daemon)
     monkeypatch.setattr(hawk.cli, "end_within", lambda *_: None)
     monkeypatch.chdir(tmp_path)
     assert hawk.cli.main(["run", "--parent-pid=7", "--attach-sim=http://127.0.0.1:1", "--speed=2"]) == 0
