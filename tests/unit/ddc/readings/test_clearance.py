@@ -190,7 +190,7 @@ async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=60.0, y=0.0))
     await flying.run(9.0)
     flying.expect(S.COMPULSIVE_MOVE)
-    assert "rangefinder" not in dict(flying.manager.case().facts.parts)
+    assert "rangefinder" not in dict(flying.manager.situation().facts.parts)
 
 
 async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
@@ -244,7 +244,7 @@ async def test_height_above_ground_is_shown_where_it_is_known(flying: Rig) -> No
     status = flying.manager.status.value
     assert status is not None
     assert status.pose.height_above_ground == pytest.approx(24.0, abs=0.2)
-    assert dict(flying.manager.case().facts.parts)["rangefinder"].is_healthy
+    assert dict(flying.manager.situation().facts.parts)["rangefinder"].is_healthy
 
 
 # -- recordings --------------------------------------------------------------------------------------------------------
