@@ -53,31 +53,31 @@ class Need(Enum):
 
     LINK = "a link to the autopilot"
     NO_FALL = "no fall that was not cleared"
-    NOT_CUT = "motors that were not cut, or a cut that was cleared"
+    NOT_CUT = "no cut of the motors that was not cleared"
     CHECKS = "all preflight checks passed"
-    ARMED = "motors that are on"
+    ARMED = "the motors on"
     KEPT = "all that hawk set in the autopilot, as it was set"
     HOME = "the autopilot's home at the arm place"
     FAILSAFES = "the autopilot's failsafes"
     FENCE = "the fence in the autopilot"
     POSITION = "a position that is known, and a fence"
     NO_DOUBT = "a position that no witness doubts"
-    INSIDE = "a drone inside the fence"
+    INSIDE = "the drone inside the fence"
     PERCEPTION = "vision, mapper and planner without a fault"
     UNSEEN = "ground that is not seen yet"
     LOT = "a lot in sight, or an outline with ground inside the fence"
-    AIR = "a drone in the air"
-    GROUND = "a drone on the ground, or motors that are off"
+    AIR = "the drone in the air"
+    GROUND = "the drone on the ground, or its motors off"
     NO_CAUSE = "no cause that still sends the drone home or down"
     NOT_AUTOPILOTS = "no return or landing that the autopilot began"
     SWITCH_RESTS = "3 s since the mode was changed"
     HOLDABLE = "a position that the drone can hold"
     OTHER_FAILSAFES = "the autopilot's failsafes, except those that hawk puts back"
     CUT = "motors that were cut"
-    NOT_SETTING = "no failsafes that are being set"
+    NOT_SETTING = "no failsafes being set"
     DRAWN_FENCE = "a drawn fence"
     OUTLINE = "an outline"
-    DISARMED = "motors that are off"
+    DISARMED = "the motors off"
     MAP = "a map that is not empty"
 
 
@@ -85,7 +85,8 @@ class Confirm(Enum):
     """How the sender shows that a command is meant, in the words of the protocol's reference."""
 
     NEVER = ""
-    PAGE = "by a slide on the page: it starts the motors, moves the drone or begins an empty map"
+    PAGE = "by a slide on the page; a program need not"
+    """It starts the motors, moves the drone or begins an empty map."""
     OVERRULING = "by `Confirmed` while someone else flies; the page asks then"
     TWO_STEPS = "by the token of a Kill Request; on the page by pressing for a second"
 
@@ -148,7 +149,7 @@ def every(states: Iterable[S], reason: str) -> dict[S, str]:
 
 # -- states, and the reasons that several rows share ------------------------------------------------------------------
 
-IN_AIR: Final = frozenset(S) - GROUND_STATES - {S.MANUAL}
+IN_AIR: Final = tuple(state for state in S if state not in GROUND_STATES and state is not S.MANUAL)
 TASKS: Final = (S.AUTONOMOUS_EXPLORE, S.AUTONOMOUS_MOVE, S.COMPULSIVE_MOVE)
 
 SAVES: Final = say("Saving: wait a moment.")
