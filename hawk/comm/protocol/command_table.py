@@ -85,7 +85,7 @@ class Confirm(Enum):
     """How the sender shows that a command is meant, in the words of the protocol's reference."""
 
     NEVER = ""
-    PAGE = "by a slide on the page; a program need not"
+    SLIDE = "by a slide on the page; a program need not"
     """It starts the motors, moves the drone or begins an empty map."""
     OVERRULING = "by `Confirmed` while someone else flies; the page asks then"
     TWO_STEPS = "by the token of a Kill Request; on the page by pressing for a second"
@@ -218,7 +218,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.ARM: say("Already armed, or arming."), **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.NO_FALL, Need.NOT_CUT, Need.CHECKS),
-        confirm=Confirm.PAGE,
+        confirm=Confirm.SLIDE,
         button="arm",
     ),
     CommandRow(
@@ -226,7 +226,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.IDLE: say("Arm first."), S.ARM: TAKEN, **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.ARMED, *TO_BEGIN_A_TASK),
-        confirm=Confirm.PAGE,
+        confirm=Confirm.SLIDE,
         button="takeoff",
     ),
     CommandRow(
@@ -234,7 +234,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states={**IN_FLIGHT, **every(TASKS, MOVING), S.AUTONOMOUS_EXPLORE: say("Already exploring.")},
         needs=(*TO_MOVE_IN_THE_LOT, Need.UNSEEN, Need.LOT),
-        confirm=Confirm.PAGE,
+        confirm=Confirm.SLIDE,
         button="explore",
     ),
     CommandRow(
@@ -242,7 +242,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states=IN_FLIGHT,
         needs=TO_MOVE_IN_THE_LOT,
-        confirm=Confirm.PAGE,
+        confirm=Confirm.SLIDE,
         button="move",
     ),
     CommandRow(
@@ -250,7 +250,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states=IN_FLIGHT,
         needs=TO_MOVE,
-        confirm=Confirm.PAGE,
+        confirm=Confirm.SLIDE,
         button="move",
     ),
     CommandRow(
@@ -378,7 +378,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DISARMED, Need.MAP),
-        confirm=Confirm.PAGE,
+        confirm=Confirm.SLIDE,
         button="new-survey",
     ),
     CommandRow(

@@ -208,14 +208,14 @@ def test_the_first_need_of_a_row_gives_the_reason() -> None:
 
 @pytest.mark.parametrize("need", [Need.FAILSAFES, Need.OTHER_FAILSAFES])
 def test_failsafes_that_fail_have_the_remedy_of_their_place(need: Need) -> None:
-    def reason(scene: Scene, kept: KeptFacts = KeptFacts()) -> str:
+    def reason(scene: Scene, kept: KeptFacts) -> str:
         situation = replace(scene, facts=replace(scene.facts, kept=kept)).situation()
         situation.values = {**SAFE_PARAMETERS, "FS_GCS_ENABLE": 0.0}
         refused = unmet(need, situation)
         return "" if refused is None else refused.reason.removeprefix("Ground-station failsafe: ")
 
-    assert reason(AIR).endswith("Return or land, then Set failsafes.")
-    assert reason(ARMED).endswith("Disarm, then Set failsafes.")
+    assert reason(AIR, KeptFacts()).endswith("Return or land, then Set failsafes.")
+    assert reason(ARMED, KeptFacts()).endswith("Disarm, then Set failsafes.")
     assert reason(AIR, KeptFacts(restored=("Ground-station failsafe",))).endswith("It is being put back: wait.")
     known = reason(AIR, KeptFacts(known=("Ground-station failsafe",)))
     assert (known == "") is (need is Need.OTHER_FAILSAFES)

@@ -1,6 +1,7 @@
 import { Commands, isByDrone, reasonOf } from "../link/commands.ts";
 import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
 import type { OpenSocket, Timers } from "../link/socket.ts";
+import type { Slid } from "../command-table.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
 import type { MoveKind } from "../words/move.ts";
 import { say } from "../words/say.ts";
@@ -42,7 +43,7 @@ export interface Outside {
 /** What the operator is asked to confirm in the bar. */
 export type Question =
   | { about: "move"; target: Point; kind?: MoveKind; /** To look at this stall again. */ stall?: number; /** Of a Compulsive Move, metres above where it was armed. */ height?: number }
-  | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" | "New Survey" };
+  | { about: Exclude<Slid, MoveKind> };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
 export interface Cutting {

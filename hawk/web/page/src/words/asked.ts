@@ -1,3 +1,4 @@
+import { COMMAND_TABLE } from "../command-table.ts";
 import type { Question } from "../state/operator.ts";
 import * as format from "./format.ts";
 import { say } from "./say.ts";
@@ -15,8 +16,10 @@ export interface AskedWords {
   label: string;
 }
 
-/** Asked because a pilot would be overruled: sent as confirmed. */
-export const OVERRULING = new Set<Simple>(["Return To Launch", "Land", "Resume"]);
+/** Whether it is asked because a pilot would be overruled: it is sent as confirmed then. */
+export function overrules(about: Simple): boolean {
+  return COMMAND_TABLE[about].confirm === "overruling";
+}
 
 export function askedWords(view: View, about: Simple): AskedWords {
   switch (about) {
