@@ -88,8 +88,8 @@ def test_every_need_is_that_of_a_command() -> None:
 def test_a_button_is_a_label_of_the_page() -> None:
     labels = set(re.findall(r"^([a-z-]+) =", LABELS.read_text(encoding="utf-8"), re.MULTILINE))
     buttons = {row.button for row in ROWS} - {""}
+    assert len(buttons) > 15
     assert buttons <= labels
-    assert {row.type for row in ROWS if not row.button} == {"Route Request", "Check Fence", "Heartbeat", "Map Resync"}
 
 
 def test_a_type_without_a_row_needs_control() -> None:

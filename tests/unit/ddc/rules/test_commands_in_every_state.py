@@ -15,9 +15,6 @@ from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     AutonomousMove,
-    ClearFence,
-    ClearKill,
-    ClearOutline,
     Command,
     CompulsiveMove,
     Configure,
@@ -27,13 +24,11 @@ from hawk.comm.protocol.commands import (
     KillRequest,
     KillToken,
     Land,
-    NewSurvey,
     Resume,
     ReturnToLaunch,
     SetFailsafes,
     SetFence,
     SetOutline,
-    Takeoff,
 )
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.model.operation import StateName
@@ -44,27 +39,16 @@ FENCE = [
     FenceCorner(latitude=PLACE.latitude + north, longitude=PLACE.longitude + east)
     for north, east in ((-1e-3, -1e-3), (1e-3, -1e-3), (1e-3, 1e-3), (-1e-3, 1e-3))
 ]
-COMMANDS: dict[str, Command] = {
+HERE: dict[str, Command] = {
     "Configure": Configure(min=10, des=20, max=30),
-    "Arm": Arm(),
-    "Takeoff": Takeoff(),
-    "Autonomous Explore": AutonomousExplore(),
     "Autonomous Move": AutonomousMove(x=5, y=5),
     "Compulsive Move": CompulsiveMove(x=5, y=5),
-    "Hold": Hold(),
     "Return To Launch": ReturnToLaunch(confirmed=True),
-    "Land": Land(confirmed=True),
-    "Disarm": Disarm(),
-    "Resume": Resume(confirmed=True),
-    "Kill Request": KillRequest(),
-    "Clear Kill": ClearKill(),
-    "Set Failsafes": SetFailsafes(),
     "Set Fence": SetFence(corners=FENCE, ceiling=80),
-    "Clear Fence": ClearFence(),
     "Set Outline": SetOutline(polygons=[FENCE]),
-    "Clear Outline": ClearOutline(),
-    "New Survey": NewSurvey(),
 }
+"""Commands whose content must suit the place, in place of the table's examples."""
+COMMANDS = {kind: HERE.get(kind, row.example) for kind, row in COMMAND_TABLE.items() if row.states and kind != "Kill"}
 """Kill itself, which needs a token, has a test of its own."""
 
 TASKS = {StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE}
@@ -172,8 +156,6 @@ PAIRS = list(itertools.product(StateName, COMMANDS))
 
 
 def test_every_command_is_tried_in_every_state() -> None:
-    judged = {kind for kind, row in COMMAND_TABLE.items() if row.states}
-    assert judged == set(COMMANDS) | {"Kill"}
     assert set(ANSWER) == set(COMMANDS)
     assert set(COLUMNS) == set(StateName)
 
