@@ -57,6 +57,7 @@ _RULES: Final = """## WebSocket
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
+_ID: Final = {"Id": 7}
 _COMMANDS: Final = """`Id` may be left out of every command. A command that is refused changes nothing; its answer has the reason. The
 reasons of each state: [States and events](states.md#command). What a command needs is looked at in this order.
 """
@@ -104,10 +105,9 @@ def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
 def sent_examples() -> dict[str, dict[str, Any]]:
     """Return an example of each command by its type, in the order of the table, as JSON values."""
     found = {}
-    for number, (kind, row) in enumerate(COMMAND_TABLE.items(), 1):
+    for kind, row in COMMAND_TABLE.items():
         values = row.example.model_dump(mode="json", by_alias=True, exclude_unset=True)
-        number_of = {} if row.sender is Sender.EVERYBODY else {"Id": number}
-        found[kind] = {"Type": kind, **number_of, **{key: _shortest(value) for key, value in values.items()}}
+        found[kind] = {"Type": kind, **({} if row.sender is Sender.EVERYBODY else _ID), **_shortest(values)}
     return found
 
 
