@@ -45,10 +45,14 @@ type Table = typeof COMMAND_TABLE;
 export type CommandButton = Exclude<Table[keyof Table]["button"], null>;
 
 /** The commands that a button sends. */
-export type SentBy<Button extends CommandButton> = { [T in keyof Table]: Table[T]["button"] extends Button ? T : never }[keyof Table];
+export type SentBy<Button extends CommandButton> = {
+  [T in keyof Table]: Table[T]["button"] extends Button ? T : never;
+}[keyof Table];
 
 /** The commands that a slide confirms. */
-export type Slid = { [T in keyof Table]: Table[T]["confirm"] extends "slide" | "overruling" ? T : never }[keyof Table];
+export type Slid = {
+  [T in keyof Table]: Table[T]["confirm"] extends "slide" | "overruling" ? T : never;
+}[keyof Table];
 """
 _PRIMITIVES = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
@@ -73,11 +77,11 @@ def protocol() -> str:
 
 def command_table() -> str:
     """Return the TypeScript source of what the page knows of each command."""
-    rows = (
-        f"  {_key(kind)}: {{ button: {json.dumps(row.button or None)}, confirm: {json.dumps(row.confirm.name.lower())} }},\n"
-        for kind, row in COMMAND_TABLE.items()
-    )
-    return f"{_TABLE_HEAD}{''.join(rows)}{_TABLE_END}"
+    rows = ""
+    for kind, row in COMMAND_TABLE.items():
+        button, confirm = json.dumps(row.button or None), json.dumps(row.confirm.name.lower())
+        rows += f"  {_key(kind)}: {{ button: {button}, confirm: {confirm} }},\n"
+    return f"{_TABLE_HEAD}{rows}{_TABLE_END}"
 
 
 def files() -> dict[Path, str]:

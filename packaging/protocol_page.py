@@ -58,8 +58,9 @@ _RULES: Final = """## WebSocket
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
 _ID: Final = {"Id": 7}
-_COMMANDS: Final = """`Id` may be left out of every command. A command that is refused changes nothing; its answer has the reason. The
-reasons of each state: [States and events](states.md#command). What a command needs is looked at in this order.
+_COMMANDS: Final = """`Id` may be left out of every command. A command that is refused changes nothing; its answer has
+the reason. The reasons of each state: [States and events](states.md#command). What a command needs is looked at in the
+order of the list.
 """
 
 

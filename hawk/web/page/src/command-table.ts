@@ -46,7 +46,11 @@ type Table = typeof COMMAND_TABLE;
 export type CommandButton = Exclude<Table[keyof Table]["button"], null>;
 
 /** The commands that a button sends. */
-export type SentBy<Button extends CommandButton> = { [T in keyof Table]: Table[T]["button"] extends Button ? T : never }[keyof Table];
+export type SentBy<Button extends CommandButton> = {
+  [T in keyof Table]: Table[T]["button"] extends Button ? T : never;
+}[keyof Table];
 
 /** The commands that a slide confirms. */
-export type Slid = { [T in keyof Table]: Table[T]["confirm"] extends "slide" | "overruling" ? T : never }[keyof Table];
+export type Slid = {
+  [T in keyof Table]: Table[T]["confirm"] extends "slide" | "overruling" ? T : never;
+}[keyof Table];
