@@ -82,7 +82,7 @@ class Need(Enum):
 
 
 class Confirm(Enum):
-    """How the sender shows that a command is meant, in the words of the protocol's reference."""
+    """Confirmation of a command, in the words of the protocol's reference."""
 
     NEVER = ""
     SLIDE = "by a slide on the page; a program need not"
@@ -92,7 +92,7 @@ class Confirm(Enum):
 
 
 class Urgency(Enum):
-    """When a command is acted on, in the words of the protocol's reference."""
+    """Place of a command in the queue, in the words of the protocol's reference."""
 
     WAITS = ""
     URGENT = "passes the queue"

@@ -1,4 +1,4 @@
-"""What commands are judged on, and their conditions: one function for each `Need` of the table of commands."""
+"""The situation that commands are judged on, and one function for each `Need` of the table of commands."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ POSITION_UNKNOWN: Final = Refusal(say("The position is not known well enough: wa
 
 @dataclass(frozen=True, slots=True)
 class Interlocks:
-    """What the program does or remembers that locks commands.
+    """Work and memory of the program that lock commands.
 
     ``fence_problem``: the reason why the autopilot does not hold our fence. ``fall``: motors that went off in the air;
     None once it is cleared.
