@@ -27,7 +27,7 @@ from hawk.ddc.rules.silence import SilenceWatch
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
-from hawk.ddc.states.ground import Idle
+from hawk.ddc.states.ground import IdleState
 from hawk.ddc.states.returning import returning
 from hawk.ddc.words import fault_words
 from hawk.model.operation import StateName
@@ -78,7 +78,7 @@ class Decider:
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
-        self.state: State = Idle(now, say("Looking for the autopilot."))
+        self.state: State = IdleState(now, say("Looking for the autopilot."))
         self._entered = _entering(self.state)
 
     @property

@@ -16,7 +16,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
 from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeWatch, home_health
-from hawk.ddc.states.hover import Hover
+from hawk.ddc.states.hover import HoverState
 from hawk.ddc.states.returning import astray, returning
 from hawk.model.operation import StateName as S
 from hawk.model.poses import ArmPlace, GlobalPose
@@ -443,6 +443,6 @@ class TestWatch:
 def test_without_an_arm_place_a_moved_home_is_reported_and_nothing_is_sent() -> None:
     facts = with_home(flying(1.0), FAR)
     facts = replace(facts, position=replace(facts.position, arm_place=None))
-    acts = KeptHome().tick(facts, Hover(0.0, SETTINGS))
+    acts = KeptHome().tick(facts, HoverState(0.0, SETTINGS))
     assert not any(isinstance(act, Ask) for act in acts)
     assert any(isinstance(act, Log) for act in acts)
