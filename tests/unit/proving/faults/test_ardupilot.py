@@ -7,7 +7,8 @@ import pytest
 
 from proving.faults.ardupilot import BEGIN, MISSING, copter_of, fitting, main, make_parser, selected, world_of
 from proving.faults.fault import See
-from proving.faults.report import END, names
+from proving.faults.record import REAL, read_outcomes
+from proving.faults.report import END, names, rewritten, short_table
 from proving.faults.run import ALL, SEED, START
 from proving.faults.table_vehicle import VEHICLE
 
@@ -103,6 +104,9 @@ def test_the_world_is_drawn_or_a_picture(program: Path, capsys: pytest.CaptureFi
     assert "--truth: only together with --world" in capsys.readouterr().err
 
 
-def test_the_page_has_the_section_that_is_written() -> None:
+def test_the_page_has_the_last_outcome_of_each_flight() -> None:
     page = (ROOT / "docs" / "ardupilot.md").read_text()
     assert page.count(BEGIN) == page.count(END) == 1
+    flown = short_table(read_outcomes(REAL, VEHICLE))
+    assert rewritten(page, flown, BEGIN) == page, "make ardupilot writes it"
+    assert len(flown.splitlines()) == 2 + len(VEHICLE)
