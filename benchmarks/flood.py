@@ -25,9 +25,9 @@ from benchmarks.processes import CpuTime, cpu_time
 from benchmarks.whole_daemon import QUIET_CORES
 from hawk.comm.protocol.commands import Arm, Control, SetFailsafes, Takeoff
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.daemon.simulation import SimulationOptions, end_process
 from hawk.model.operation import StateName
 from hawk.runtime.performance import WINDOW_S, percentile
+from hawk.sim.launch import SimulationOptions, end_process
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, SurveyError, refusal_of
 from hawk.survey.stack import SimulatedStack, StackError

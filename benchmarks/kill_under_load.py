@@ -24,8 +24,8 @@ from benchmarks.processes import cpu_time
 from benchmarks.whole_daemon import QUIET_CORES
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
 from hawk.comm.protocol.commands import Kill, KillRequest, KillToken
-from hawk.daemon.simulation import SimulationOptions
 from hawk.runtime.performance import percentile
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError
 from hawk.survey.stack import SimulatedStack, StackError

@@ -20,9 +20,9 @@ from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.autopilot.vehicle import AutopilotError, VehicleTopics
 from hawk.comm.clock import Clock
 from hawk.config.sections import AutopilotSettings
-from hawk.daemon.simulation import free_udp_port
 from hawk.model.vehicle import CopterMode
 from hawk.runtime.performance import percentile
+from hawk.sim.launch import free_udp_port
 
 LIMIT_MS: Final = 100.0
 PAUSE_S: Final = 0.02

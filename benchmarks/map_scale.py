@@ -46,7 +46,7 @@ from hawk.model.plans import DesiredPose
 from hawk.model.poses import MapPoint, MapPose
 from hawk.store.journal import FlightJournal
 from hawk.web.clients import ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 STAGES: Final = (1.0, 10.0, 30.0, 100.0)
 FRAMES: Final = 160

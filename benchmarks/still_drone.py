@@ -8,9 +8,9 @@ from pathlib import Path
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.clock import Clock
+from hawk.comm.protocol.authority import OperatorDesk
 from hawk.comm.protocol.commands import Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, CommandSocket, DroneStatus
-from hawk.comm.protocol.operator_desk import OperatorDesk
 from hawk.config.sections import AutopilotSettings
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface

@@ -22,7 +22,7 @@ from shapely.ops import unary_union
 from benchmarks.figures import BenchmarkError, Figure, Limit, number
 from benchmarks.pace import in_time
 from hawk.config.sections import CameraSettings, HeightSettings
-from hawk.model.stall_count import HELD_SHARE
+from hawk.model.lot_map import HELD_SHARE
 from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.truth import GroundTruth, read_truth
 

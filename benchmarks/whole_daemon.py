@@ -22,8 +22,8 @@ from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.probe import Probe
 from benchmarks.processes import CpuTime, cpu_time
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.daemon.simulation import SimulationOptions
 from hawk.model.operation import StateName
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.client import DroneClient
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT

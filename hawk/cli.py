@@ -16,11 +16,13 @@ from hawk.calibrate.commands import COMMAND as CALIBRATE
 from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import options as values
-from hawk.config import simulation_values as simulator
 from hawk.config.addresses import MOST_PORT
 from hawk.config.option_settings import load_settings
 from hawk.config.sections import ConfigError
-from hawk.daemon.simulation import (
+from hawk.runtime.process import end_within
+from hawk.runtime.repeated_log import plain_lines
+from hawk.sim import values as simulator
+from hawk.sim.launch import (
     SIMULATOR_MISSING,
     SPEED_HELP,
     SimulationError,
@@ -28,8 +30,6 @@ from hawk.daemon.simulation import (
     SimulatorOptionError,
     simulator_installed,
 )
-from hawk.runtime.plain_text import plain_lines
-from hawk.runtime.process import end_within
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands

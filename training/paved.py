@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
+from hawk.worlds.generate import SiteSize, darkened, empty_plan, fill_lots, outlines, plan_sections, sides_of
 from hawk.worlds.materials import Material, grey, sample_material
 from hawk.worlds.plan import SitePlan
-from hawk.worlds.site import SiteSize, darkened, empty_plan, fill_lots, outlines, plan_sections, sides_of
 from hawk.worlds.style import LotStyle, Marks, sample_style
 from hawk.worlds.surroundings import plan_side
 

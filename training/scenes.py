@@ -11,10 +11,10 @@ import numpy as np
 from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, as_bytes, as_floats, noise
 from hawk.worlds.conditions import Condition, set_condition
 from hawk.worlds.facets import FacetSet, ground_projection
+from hawk.worlds.generate import SiteSize
 from hawk.worlds.light import sample_sun
 from hawk.worlds.plan import PlannedStall, SitePlan
 from hawk.worlds.render import draw_plan
-from hawk.worlds.site import SiteSize
 from training.avenues import plant_avenue
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site

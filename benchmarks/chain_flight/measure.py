@@ -24,9 +24,8 @@ from benchmarks.perception.measures import Judged, calibration_error
 from benchmarks.perception.places import Place
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import GroundImage
-from hawk.model.lot_map import TILE_CELLS, StallState
+from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
 from hawk.model.poses import GlobalPose
-from hawk.model.stall_count import HELD_SHARE, free_interval
 from hawk.results.survey_map import SurveyMap
 from hawk.survey import scoring
 from hawk.survey.report import compare, in_range, map_offset

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import GOOD_SHARE, Setup
 from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
-from hawk.algo.mapper.novelty import Novelty
+from hawk.algo.mapper.evidence import Novelty
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.model.lot_map import TILE_M, Stall
 from hawk.model.plans import Inbound

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from benchmarks.perception.places import state_array
 from hawk.algo.ground import Window
 from hawk.algo.mapper.shown import lot_outline
-from hawk.algo.mapper.standing_cars import car_boxes
-from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
+from hawk.algo.mapper.suggestions import WIDTH_M, car_boxes, length_about, on_stalls
 from hawk.algo.mapper.table import published_size
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder

@@ -19,8 +19,8 @@ from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.probe import Probe
 from benchmarks.small.box import Box
 from benchmarks.small.lot import SCALE, DrawnLot
-from hawk.daemon.simulation import SimulationOptions
 from hawk.runtime.performance import WINDOW_S
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan

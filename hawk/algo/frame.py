@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from hawk.model.ground_motion import GroundStep
+from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose, PathPlan
 from hawk.model.poses import MapPoint, MapPose
-from hawk.model.stall_size import StallSize
 
 
 class AlgoError(Exception):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from hawk.model.rotation import CAMERA_TO_BODY
+from hawk.model.pictures import CAMERA_TO_BODY
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def carried(
 
 def motions(before: Floats, now: Floats, mount: Floats) -> tuple[NDArray[np.complex128], Floats]:
     """Return the expected movement of pictures: of the ground on the optical axis (N,), focal lengths, x + iy; and
-    their turn (N,), radians. NaN where the axis meets no ground. As `hawk.algo.vision.motion.expected_motion`.
+    their turn (N,), radians. NaN where the axis meets no ground. As `hawk.algo.vision.odometry.expected_motion`.
     """
     corner = np.broadcast_to(np.array([[0.0, 0.0], [_STEP, 0.0], [0.0, _STEP]]), (len(before), 3, 2))
     shown = carried(corner, before, now, mount)

@@ -12,7 +12,7 @@ from hawk.check.result import CheckResult, failed, on_thread, passed, warning
 from hawk.comm.cameras.drone_camera import STALE_S, CameraFrame, DroneCamera, make_source
 from hawk.comm.cameras.sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.config.camera_address import RPICAM, V4L2, v4l2_camera
+from hawk.config.addresses import RPICAM, V4L2, v4l2_camera
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats.image import NoImage
 from hawk.runtime.supervision import Supervisor

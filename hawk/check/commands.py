@@ -54,8 +54,7 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
 def _check(options: argparse.Namespace) -> int:
     from rich.console import Console
 
-    from hawk.check.report import print_json, print_table
-    from hawk.check.result import all_passed
+    from hawk.check.result import all_passed, print_json, print_table
 
     results = make_checks(options, EXIT_S)
     (print_json if options.json else print_table)(Console(), results)
@@ -80,8 +79,7 @@ def make_checks(options: argparse.Namespace, end_s: float) -> list[CheckResult]:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from hawk.check.doctor import LAST_FLIGHT, collect, write_bundle
-    from hawk.check.secrets import SecretFilter, known_secrets
+    from hawk.check.doctor import LAST_FLIGHT, SecretFilter, collect, known_secrets, write_bundle
 
     config: Config | None = None
     with contextlib.suppress(ConfigError):  # a check reports it

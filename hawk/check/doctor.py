@@ -1,6 +1,6 @@
 """A bundle for a bug report, without secrets: versions, machine, settings, checks, journal's tail, small files.
 
-Only files that are named here are copied, after `hawk.check.secrets` went over them; of all others the bundle has the
+Only files that are named here are copied, after `hawk.check.doctor` went over them; of all others the bundle has the
 names, sizes and times.
 """
 
@@ -10,25 +10,172 @@ import io
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import distributions, version
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import unquote
 
-from hawk.check.last_flight import COMMAND, last_flight, read_journal, tell
-from hawk.check.report import as_object
-from hawk.check.result import CheckResult
-from hawk.check.secrets import SecretFilter
-from hawk.config.reference import reference_text, settings
+from hawk.check.result import CheckResult, as_object
+from hawk.config.reference import HIDDEN, reference_text, settings
 from hawk.config.sections import Config
+from hawk.runtime.program_log import TRACE
 from hawk.store.journal_state import MAP, SEGMENT, read_records
+
+_LEAST: Final = 4
+"""Characters of the shortest secret that is searched for by itself."""
+_LEAST_OF_QUERY: Final = 8
+"""The same for a value of a camera's query, which is often no secret."""
+_PARAMETER: Final = re.compile(
+    r"(?i)\b((?:[\w-]*(?:token|passw(?:or)?d|passphrase|pwd|user-pw|secret|cookie|api[_-]?key|authorization))[\"']?\s*[=:]\s*"
+    r"(?:bearer\s+|basic\s+)?[\"']?)([^\s\"'&;,}]+)"
+)
+"""``token=...`` and the like: the value goes."""
+_AFTER_TOKEN: Final = re.compile(r"(?i)(token\b.{0,60}?)(?<![A-Za-z0-9_-])([A-Za-z0-9_-]{20,})")
+"""A word of 20 or more characters of base64url after "token"."""
+_USER_IN_ADDRESS: Final = re.compile(r"://[^/\s@]+@")
+_USER_WITH_SLASH: Final = re.compile(r"(://)[^\s\"']*:[^\s\"']*@")
+_QUERY: Final = re.compile(r"(\b[a-z]{2,10}://[^\s\"'?]+\?)[^\s\"']+")
+_KEY: Final = re.compile(r"-----BEGIN [^-]*(?:KEY|CERTIFICATE)-----.*?(?:-----END [^-]*-----|\Z)", re.DOTALL)
+
+
+class SecretFilter:
+    """Hides what looks like a secret, and what the settings say is one."""
+
+    def __init__(self, known: Iterable[str] = ()) -> None:
+        """``known``: secrets, hidden wherever they stand."""
+        self._known = sorted({each for each in known if len(each) >= _LEAST}, key=len, reverse=True)
+
+    def clean(self, text: str) -> str:
+        """Return the text without secrets."""
+        for each in self._known:
+            text = text.replace(each, HIDDEN)
+        text = _KEY.sub(HIDDEN, text)
+        text = _USER_IN_ADDRESS.sub(f"://{HIDDEN}@", text)
+        text = _USER_WITH_SLASH.sub(rf"\1{HIDDEN}@", text)
+        text = _QUERY.sub(rf"\1{HIDDEN}", text)
+        text = _PARAMETER.sub(rf"\1{HIDDEN}", text)
+        previous = ""
+        while previous != text:  # every word after "token", not the first alone
+            previous, text = text, _AFTER_TOKEN.sub(rf"\1{HIDDEN}", text)
+        return text
+
+
+def known_secrets(config: Config) -> list[str]:
+    """Return the secrets of the settings: the token, and user, password and query of the camera's address."""
+    url = config.camera.url
+    found = [] if config.web.token is None else [config.web.token]
+    for user in re.findall(r"://([^\s\"']*)@", url):
+        name, colon, password = user.partition(":")
+        found += [user, password if colon else name]
+    for query in re.findall(r"\?([^\s\"']+)", url):
+        values = (part.partition("=")[2] for part in query.split("&"))
+        found += [query, *(value for value in values if len(value) >= _LEAST_OF_QUERY)]
+    found += [value for _, value in _PARAMETER.findall(url)]
+    return [*found, *map(unquote, found)]
+
+
+LINES: Final = 20_000
+"""Lines of the journal that are looked through: some hundred flights, or one with a fault that is logged often."""
+COMMAND: Final = ("journalctl", "-u", "hawk-drone", "-n", str(LINES), "--no-pager", "-o", "json")
+_WARNING: Final = 4
+"""Priority of syslog; lower is worse."""
+NO_FLIGHT: Final = "The journal holds no flight."
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the journal: ``when`` seconds since 1970, ``priority`` as syslog's, ``run`` boot and process."""
+
+    when: float
+    priority: int
+    run: tuple[str, str]
+    text: str
+
+    @property
+    def event(self) -> str:
+        """Name of the trace's event; empty for a line of another logger."""
+        mark = f"{TRACE}: "
+        return self.text.removeprefix(mark).partition(": ")[0] if self.text.startswith(mark) else ""
+
+    @property
+    def words(self) -> str:
+        """The event's words."""
+        return self.text.removeprefix(f"{TRACE}: ").partition(": ")[2]
+
+
+def read_journal(text: str) -> list[Line]:
+    """Return the lines that ``journalctl -o json`` printed; what cannot be read is left out."""
+    found = (_line(each) for each in text.splitlines())
+    return [line for line in found if line is not None]
+
+
+def _line(text: str) -> Line | None:
+    try:
+        entry: dict[str, Any] = json.loads(text)
+        message = entry["MESSAGE"]
+        if isinstance(message, list):  # bytes, where it is not plain text
+            message = bytes(message).decode("utf-8", "replace")
+        run = (str(entry.get("_BOOT_ID", "")), str(entry.get("_PID", "")))
+        when = int(entry["__REALTIME_TIMESTAMP"]) / 1e6
+        return Line(when, int(entry.get("PRIORITY", 6)), run, str(message))
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def last_flight(lines: Sequence[Line]) -> list[Line]:
+    """Return the lines from the last Arm to the end of its flight, with the start before it; none without a flight.
+
+    A flight ends when the motors are off. A program that ends in the air and starts again goes on with it.
+    """
+    begun = [number for number, line in enumerate(lines) if line.event == "arm"]
+    if not begun:
+        return []
+    first = begun[-1]
+    after = (number for number in range(first + 1, len(lines)) if lines[number].event == "disarm")
+    last = next(after, len(lines) - 1)
+    start = max((number for number in range(first) if lines[number].event == "start"), default=first)
+    kept = [lines[start]] if start < first else []
+    flown = [line for line in lines[first : last + 1] if line.event or line.priority <= _WARNING]
+    return kept + flown
+
+
+def tell(lines: Sequence[Line]) -> str:
+    """Return the flight in words: when, how long, how it ended, then each line with its time."""
+    armed = next((line for line in lines if line.event == "arm"), None)
+    if armed is None:
+        return f"{NO_FLIGHT}\n"
+    last = lines[-1]
+    ended = "The motors were off at its end" if last.event == "disarm" else "The journal does not hold its end"
+    landing = next((line for line in reversed(lines) if line.event == "landing"), None)
+    faults = _worst(line for line in lines if line.priority <= _WARNING and not line.text.startswith(" "))
+    parts = [
+        f"Last flight: {_time(armed.when)} to {_time(last.when)}, {last.when - armed.when:.0f} s.",
+        f"Landed {landing.words}." if landing is not None else "No landing is noted.",
+        f"{ended}.",
+        f"{len(faults)} warnings and faults{': ' + '; '.join(faults[:5]) if faults else ''}.",
+    ]
+    runs = len({line.run for line in lines[lines.index(armed) :]})
+    if runs > 1:
+        parts.insert(1, f"The program was started {runs - 1} times in this flight.")
+    return "\n".join([" ".join(parts), "", *(f"{_time(line.when)} {line.text}" for line in lines)]) + "\n"
+
+
+def _worst(lines: Iterable[Line]) -> list[str]:
+    return list(dict.fromkeys(line.text.removeprefix(f"{TRACE}: ").strip() for line in lines))
+
+
+def _time(when: float) -> str:
+    return datetime.fromtimestamp(when, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
 
 JOURNAL_LINES: Final = 3000
 """Lines of the daemon's journal; its stack dumps go there, too."""

@@ -19,8 +19,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
-from hawk.config.addresses import check_autopilot_address, check_host, usable_path
-from hawk.config.camera_address import check_camera_address
+from hawk.config.addresses import check_autopilot_address, check_camera_address, check_host, usable_path
 
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""

@@ -18,8 +18,7 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.camera_check import CameraCheck
-from hawk.algo.vision.engines import DEFAULT_ENGINE
-from hawk.algo.vision.network import VisionModelError
+from hawk.algo.vision.network import DEFAULT_ENGINE, VisionModelError
 from hawk.algo.vision.picture import PictureStyle
 from hawk.config.sections import Config
 

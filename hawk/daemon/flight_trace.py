@@ -1,6 +1,6 @@
 """The trace of a flight in the program's log, and so in journald: who asked for what, what changed, and why.
 
-One line for each event, ``EVENT: words``, of the logger `TRACE`; `hawk.check.last_flight` reads them. Calls come on
+One line for each event, ``EVENT: words``, of the logger `TRACE`; `hawk.check.doctor` reads them. Calls come on
 the loop and only hand lines to the log, which never blocks (`hawk.runtime.program_log`).
 """
 

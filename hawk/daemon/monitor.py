@@ -12,9 +12,8 @@ from typing import Final
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.mavlink.udp_gate import Hearing
-from hawk.ddc.orders import Level
 from hawk.ddc.readings.topic_interface import DdcInputs
-from hawk.model.operation import Health
+from hawk.model.operation import Health, Level
 from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag, Performance
 from hawk.runtime.supervision import Supervisor

@@ -37,7 +37,6 @@ from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts, watch_parent
-from hawk.daemon.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.daemon.start_checks import (
     check_access,
     check_background,
@@ -47,14 +46,13 @@ from hawk.daemon.start_checks import (
     make_folder,
 )
 from hawk.daemon.starts import Starts, survey_at_start
-from hawk.ddc.fence.area_import import editable_area
+from hawk.ddc.fence.geojson import editable_area
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
-from hawk.ddc.rules.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on
-from hawk.ddc.settings import DdcSettings, ManagerSetup
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
+from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.moment import this_moment
 from hawk.model.operation import StateName
@@ -62,11 +60,12 @@ from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
 from hawk.model.sentences import say
 from hawk.model.vehicle import VehicleState
+from hawk.runtime.files import cookie_secret, shown_address
 from hawk.runtime.performance import LoopLag, Performance
-from hawk.runtime.private_files import cookie_secret, shown_address
 from hawk.runtime.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.runtime.supervision import Supervisor, leave_at_once
+from hawk.sim.launch import Simulation, SimulationAddress, SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file

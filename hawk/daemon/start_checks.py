@@ -17,13 +17,12 @@ def check_files(config: Config) -> None:
     The folder of the store is left to `make_folder`, which makes it.
     """
     from hawk.comm.cameras.calibration import load_calibration
-    from hawk.ddc.fence.geojson import read_outline
+    from hawk.ddc.fence.geojson import read_fence, read_survey_outline
     from hawk.ddc.fence.geometry import FenceError
-    from hawk.ddc.fence.outline_geojson import read_survey_outline
 
     load_calibration(config.camera)
     readers: tuple[tuple[str, Path | None, Callable[[Path], object]], ...] = (
-        ("fence.file", config.fence.file, read_outline),
+        ("fence.file", config.fence.file, read_fence),
         ("flight.outline_file", config.flight.outline_file, read_survey_outline),
     )
     for setting, path, read in readers:

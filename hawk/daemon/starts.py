@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
-from hawk.ddc.rules.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule, starts_before
+from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule, starts_before
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightSoFar
 from hawk.store.journal import FlightJournal

@@ -9,9 +9,9 @@ from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence.plan import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
-from hawk.ddc.orders import Level, Transition
+from hawk.ddc.orders import Transition
 from hawk.model.limits import Fence, HeightParameters, Outline
-from hawk.model.operation import Fall, StateName, UserError
+from hawk.model.operation import Fall, Level, StateName, UserError
 from hawk.model.plans import DesiredPose
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode

@@ -13,23 +13,22 @@ from functools import partial
 from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.acts import Acts, BeginSurvey, EnterState, ForgetAskedModes, Log, Record, Step
-from hawk.ddc.facts import Facts, KeptFacts, VehicleEvent
+from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.keeping.keeper import Keeper
 from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
-from hawk.ddc.readings.home import returning
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.rules.follower import FALLEN, VehicleFollower
-from hawk.ddc.rules.ground_watch import GroundReports
 from hawk.ddc.rules.judge import Bench, Case
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
-from hawk.ddc.rules.notices import SurveyNotice
+from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
 from hawk.ddc.rules.silence import SilenceWatch
-from hawk.ddc.rules.witness_reports import WitnessReports
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
+from hawk.ddc.states.returning import returning
 from hawk.ddc.words import fault_words
 from hawk.model.operation import StateName
 from hawk.model.sentences import say, sentence

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Literal
 
 from hawk.ddc.battery.charge import NO_CHARGE, ChargeFacts
@@ -16,11 +15,15 @@ from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.battery.survey import SurveyNeed
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.readings.belief import GroundFacts
 from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.home import HomeFacts
+from hawk.ddc.readings.link import LinkFacts
 from hawk.ddc.readings.operator import NO_OPERATOR
 from hawk.ddc.readings.operator import OperatorFacts as OperatorFacts
 from hawk.ddc.readings.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.readings.remote_id import NO_REMOTE_ID, RemoteIdFacts
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, TARGET_POSE_AGE_S
 from hawk.ddc.readings.wind import Wind
 from hawk.ddc.witnesses.witness import WitnessFacts
 from hawk.model.limits import Fence, HeightParameters
@@ -29,12 +32,8 @@ from hawk.model.operation import Fall, Health
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.sentences import say
-from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, ForeignWrite, LandedState, VehicleState
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
 
-TARGET_POSE_AGE_S = 0.5
-"""No target is sent on an older pose, seconds (design, section 6)."""
-POSE_TIMEOUT_S = 1.0
-"""An older pose makes the position unhealthy, seconds."""
 POSITION_CONFIRM_S = 2.0
 """Seconds for which the autopilot must distrust its position."""
 BATTERY_UNKNOWN_S = 30.0
@@ -43,24 +42,6 @@ FAULT_CONFIRM_S = 1.0
 """Seconds for which a fault of perception must last: one bad picture does not count."""
 RESERVE_CONFIRM_S = 3.0
 """Seconds for which the reserve must be reached: a dip under load does not count."""
-VERDICT_AGE_S = 1.0
-"""An older verdict is void, seconds."""
-HOME_TOLERANCE_M = 3.0
-"""Distance in space between home and the arm place that is no move, metres. ArduCopter sets home at arming to within
-2 cm of the pose that it reports then; a receiver may drift until "armed" is heard."""
-
-
-class VehicleEvent(StrEnum):
-    """A change at the autopilot since the last tick."""
-
-    FOUND = "found"
-    """The autopilot is heard for the first time."""
-    LINK_LOST = "link lost"
-    LINK_BACK = "link back"
-    FOREIGN_MODE = "foreign mode"
-    """The mode changed and no request of ours asked for it."""
-    DOUBTED = "doubted"
-    """Its words on armed and landed contradict each other or its motion: `GroundFacts.doubt`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,64 +69,6 @@ class Answer:
     def has_failed(self) -> bool:
         """True after a refusal, or when no answer came."""
         return self.status == "failed"
-
-
-@dataclass(frozen=True, slots=True)
-class LinkFacts:
-    """The link to the autopilot. ``is_up``: found, and heard within the limit."""
-
-    is_up: bool = False
-    age: float = math.inf
-    """Seconds since the last HEARTBEAT."""
-    mode_changed_at: float = -math.inf
-    events: tuple[VehicleEvent, ...] = ()
-    words: str = ""
-    """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
-    second_sender: str = ""
-    """Words for a sender beside the autopilot, which is not heard; empty while there is none."""
-    foreign_writes: tuple[ForeignWrite, ...] = ()
-    """Messages by which other stations wrote to the autopilot lately, as far as our link brings them; newest last."""
-
-
-@dataclass(frozen=True, slots=True)
-class GroundFacts:
-    """Armed and landed as the autopilot gives them. `Facts.vehicle` holds what is believed.
-
-    The mode of a HEARTBEAT whose "disarmed" is doubted is not believed either.
-    """
-
-    armed_said: bool = False
-    landed_said: LandedState = LandedState.UNDEFINED
-    landed_age: float = math.inf
-    """Seconds since the last EXTENDED_SYS_STATE."""
-    doubt: str = ""
-    """Reason why the autopilot's word is not believed; empty when it is."""
-    doubted_s: float = 0.0
-    """Seconds since the doubt began."""
-
-
-@dataclass(frozen=True, slots=True)
-class HomeFacts:
-    """Home as the autopilot reports it, compared with the arm place (`hawk.ddc.readings.home`)."""
-
-    place: GlobalPose | None = None
-    age: float = math.inf
-    away: float | None = None
-    """Distance from the arm place in space, metres; None while disarmed, and before a reading of this arming."""
-    moved_s: float | None = None
-    """Seconds since home left the arm place; None when it is there and has been for a while."""
-    is_inside: bool = False
-    """Home lies inside our fence, and about as high as the arm place."""
-
-    @property
-    def is_moved(self) -> bool:
-        """True while home is not at the arm place: `moved_s` lasts a little longer."""
-        return self.away is not None and self.away > HOME_TOLERANCE_M
-
-    @property
-    def misleads(self) -> bool:
-        """True while RTL would leave the fence."""
-        return self.is_moved and not self.is_inside
 
 
 @dataclass(frozen=True, slots=True)

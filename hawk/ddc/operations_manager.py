@@ -15,11 +15,10 @@ from hawk.comm.protocol.commands import Ack, Arm, Command, Outgoing, Takeoff
 from hawk.comm.protocol.heartbeat import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.acts import Ask, ReadParameter
-from hawk.ddc.battery.survey_watch import SurveyWatch
+from hawk.ddc.battery.survey import SurveyWatch
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.outline_keeper import OutlineKeeper
-from hawk.ddc.fence.stored import FenceKeeper
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.orders import Cause, CauseKind
 from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION
 from hawk.ddc.parameters.heights import ParameterStore
@@ -31,9 +30,9 @@ from hawk.ddc.requests.flight_log import FlightLog, Trail
 from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed
 from hawk.ddc.rules.failing import FailingTicks, holds_in_air
+from hawk.ddc.rules.follower import flight_goes_on
 from hawk.ddc.rules.judge import Case, command_type, options
 from hawk.ddc.rules.kill import KillTokens
-from hawk.ddc.rules.restart import flight_goes_on
 from hawk.ddc.senses import Senses, Sources
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State

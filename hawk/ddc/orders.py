@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Literal
 
 from hawk.comm.protocol.commands import Command, Hold, Land, ReturnToLaunch
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.motion import Goal
 from hawk.model.limits import HeightParameters
+from hawk.model.operation import Level
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint
-
-Level = Literal["info", "ok", "warning", "error"]
-"""Level of an entry in the flight log."""
 
 
 class Rank(IntEnum):

@@ -48,9 +48,8 @@ from hawk.ddc.acts import (
     UseOutline,
 )
 from hawk.ddc.fence import path as fence_path
-from hawk.ddc.fence.outline_keeper import OutlineKeeper
 from hawk.ddc.fence.plan import FencePlan
-from hawk.ddc.fence.stored import FenceKeeper
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.readings.topic_interface import DdcTopicInterface

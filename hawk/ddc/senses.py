@@ -11,47 +11,32 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 
-from hawk.comm.protocol.operator_desk import OperatorDesk
+from hawk.comm.protocol.authority import OperatorDesk
 from hawk.ddc.battery.charge import ChargeFacts, ChargeWatch
 from hawk.ddc.battery.chemistry import CHEMISTRIES
-from hawk.ddc.battery.energy import BatteryWatch, Reserve
-from hawk.ddc.battery.home_path import HomePath, mean_speed
-from hawk.ddc.battery.survey_watch import Sighting, SurveyWatch
-from hawk.ddc.facts import (
-    POSE_TIMEOUT_S,
-    BatteryFacts,
-    Facts,
-    HomeFacts,
-    LimitFacts,
-    LinkFacts,
-    OperatorFacts,
-    PositionFacts,
-    SightFacts,
-    VehicleEvent,
-    WindFacts,
-)
+from hawk.ddc.battery.energy import BatteryWatch, HomePath, Reserve, mean_speed
+from hawk.ddc.battery.survey import Sighting, SurveyWatch
+from hawk.ddc.facts import BatteryFacts, Facts, LimitFacts, OperatorFacts, PositionFacts, SightFacts, WindFacts
 from hawk.ddc.fence.geometry import BREACH_TOLERANCE_M, area, outside_by, to_map
 from hawk.ddc.fence.outline import OutlineFacts
-from hawk.ddc.fence.outline_keeper import OutlineKeeper
 from hawk.ddc.fence.path import length
-from hawk.ddc.fence.stored import FenceKeeper
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.parameters.failsafes import ALL_NAMES
 from hawk.ddc.readings.belief import Belief, GroundWatch, Motion
-from hawk.ddc.readings.below import BelowWatch
+from hawk.ddc.readings.clearance import BelowWatch
 from hawk.ddc.readings.fall import FallWatch
-from hawk.ddc.readings.home import HomeWatch, home_health
-from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkWatch
+from hawk.ddc.readings.home import HomeFacts, HomeWatch, home_health
+from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkFacts, LinkWatch, VehicleEvent
 from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
 from hawk.ddc.readings.remote_id import remote_id_facts, remote_id_health
-from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
+from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, POSE_TIMEOUT_S, DdcTopicInterface
 from hawk.ddc.readings.wind import Wind, WindWatch
 from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.stopwatch import Stopwatch
-from hawk.ddc.witnesses.watch import Witnesses
-from hawk.ddc.witnesses.witness import compass_part
+from hawk.ddc.witnesses.witness import Witnesses, compass_part
 from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.vehicle import LandedState

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hawk.comm.cameras.calibration import load_calibration
-from hawk.comm.protocol.operator_desk import OperatorDesk
+from hawk.comm.protocol.authority import OperatorDesk
 from hawk.config.sections import (
     CameraSettings,
     Config,
@@ -21,9 +21,26 @@ from hawk.config.sections import (
     RemoteControlSettings,
     RemoteIdSettings,
 )
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
-from hawk.model.operation import Fall, FlightSoFar
+from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
+
+
+def _forget(_: object) -> None:
+    """Keep nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyMemory:
+    """Results of earlier flights, and where this one leaves its own: see `FlightJournal.set_left` and the like."""
+
+    left: SurveyLeft | None = None
+    drains: tuple[FlightDrain, ...] = ()
+    keep_left: Callable[[SurveyLeft], None] = field(default=_forget)
+    keep_drains: Callable[[tuple[FlightDrain, ...]], None] = field(default=_forget)
+    outline: Outline | None = None
+    """As an operator left it in this survey: without polygons when it was cleared, None when it was never set."""
+    keep_outline: Callable[[Outline], None] = field(default=_forget)
 
 
 @dataclass(frozen=True, slots=True)

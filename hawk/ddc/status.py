@@ -29,9 +29,9 @@ from hawk.ddc.fence.geometry import Ring
 from hawk.ddc.requests.flight_log import FlightLog, Trail
 from hawk.ddc.requests.requests import Outcomes
 from hawk.ddc.rules.judge import Case, options
+from hawk.model.lot_map import free_interval
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPoint
-from hawk.model.stall_count import free_interval
 
 HEARTBEAT_S = 0.2
 """Interval of the statuses: 5 Hz."""

@@ -6,6 +6,18 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
+class StallSize:
+    """``time``: exposure, seconds of the daemon's clock. ``height``: reported, over ground, metres.
+
+    ``width``: the usual one of the stalls that the picture shows whole, metres by that height.
+    """
+
+    time: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
 class GroundStep:
     """From the exposure at ``since`` to that at ``until`` (daemon's clock, seconds).
 

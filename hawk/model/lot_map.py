@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hawk.model.plans import ExploreStatus
 
 TILE_CELLS = 256
 """Cells along one side of a map tile."""
@@ -84,7 +87,7 @@ class EncodedTile:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Stalls by state. ``free_variance`` is the variance of the number of free ones (`hawk.model.stall_count`)."""
+    """Stalls by state. ``free_variance`` is the variance of the number of free ones (`hawk.model.lot_map`)."""
 
     free: int = 0
     taken: int = 0
@@ -114,3 +117,40 @@ class OccupancyMap:
     version: int = 0
     map_id: str = ""
     """Changes when the map starts again: a client drops its copy of another map."""
+
+
+SPREADS: Final = 2.7
+"""Standard deviations, of stalls that err each for itself, about the count. Stalls err by the row as well, and some are
+not found at all: this many held the true number in 29 of the drawn worlds 101 to 132, 90 %."""
+HELD_SHARE: Final = 0.9
+"""Share of surveys in which the interval must hold the true number."""
+
+
+def free_variance(score: float, taken: float) -> float:
+    """Return the variance of a stall's part in the number of free ones, 0 to 0.25.
+
+    ``score`` is the probability of being a stall, ``taken`` that of being taken.
+    """
+    free = score * (1 - taken)
+    return free * (1 - free)
+
+
+def variance_of(stalls: Iterable[Stall]) -> float:
+    """Return the variance of the number of free stalls among these."""
+    return sum(free_variance(stall.score, stall.taken) for stall in stalls)
+
+
+def free_interval(counts: Counts, explore: ExploreStatus | None) -> tuple[int, int] | None:
+    """Return the least and the greatest number of free stalls of the lot found; None until it is seen whole.
+
+    As many stalls as the lot has by area are expected on the few patches that were left out; each may be free or not.
+
+    Args:
+        counts: The stalls found, with their variance.
+        explore: Progress of the exploration; None before the first plan.
+    """
+    if explore is None or not explore.is_whole:
+        return None
+    off = SPREADS * math.sqrt(counts.free_variance)
+    unseen = counts.total * (1 / min(explore.seen_share, 1.0) - 1)
+    return max(math.floor(counts.free - off), 0), math.ceil(counts.free + off + unseen)

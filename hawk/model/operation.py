@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from typing import Literal
 
 from hawk.model.moment import UNKNOWN_MOMENT, Moment
+
+Level = Literal["info", "ok", "warning", "error"]
+"""Level of an entry in the flight log."""
 
 
 class UserError(IntEnum):

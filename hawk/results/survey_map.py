@@ -10,9 +10,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.lot_map import (
+    CELL_M,
+    TILE_CELLS,
+    TILE_M,
+    Cell,
+    Counts,
+    OccupancyMap,
+    Stall,
+    StallState,
+    TileKey,
+    variance_of,
+)
 from hawk.model.poses import GlobalPose
-from hawk.model.stall_count import variance_of
 
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
 _FREE = (255, 143, 47)

@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final
 
-from hawk.runtime.plain_text import plain_lines
+from hawk.runtime.repeated_log import plain_lines
 
 FORMAT: Final = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 JOURNAL_FORMAT: Final = "%(name)s: %(message)s"

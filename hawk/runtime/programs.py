@@ -10,6 +10,7 @@ import os
 import pwd
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Final, Literal
 
@@ -99,3 +100,9 @@ def _user(number: int) -> str:
         return pwd.getpwuid(number).pw_name
     except KeyError:
         return str(number)
+
+
+def remedy(extra: str) -> str:
+    """Return the command that adds an extra, from the wheel."""
+    wheel = f"hawk_drone-{version('hawk-drone')}-py3-none-any.whl"
+    return f"install it from hawk's wheel: pip install './{wheel}[{extra}]'"

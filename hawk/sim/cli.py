@@ -17,15 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hawk.config import options as values
-from hawk.config import simulation_values as simulator
 from hawk.config.addresses import check_host, check_port
-from hawk.daemon.simulation import SIMULATOR_MISSING, SPEED_HELP, simulator_installed
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
+from hawk.sim import values as simulator
+from hawk.sim.autopilot.options import AutopilotOptions, Other
 from hawk.sim.camera.camera import default_intrinsics
-from hawk.sim.geometry import Origin
-from hawk.sim.ground import Slope
+from hawk.sim.geometry import Origin, Slope
+from hawk.sim.launch import SIMULATOR_MISSING, SPEED_HELP, simulator_installed
 from hawk.sim.link.udp import UdpUrl
-from hawk.sim.options import AutopilotOptions, Other
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world

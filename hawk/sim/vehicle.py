@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.sim.geometry import Vector, add, clamp, wrap_angle
-from hawk.sim.ground import Slope
+from hawk.sim.geometry import Slope, Vector, add, clamp, wrap_angle
 
 LEVEL = Slope()
 GRAVITY = 9.80665

@@ -12,8 +12,7 @@ from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, DataEnd, Message, Metadata
 from mcap.stream_reader import StreamReader
 
-from hawk.store.frame_codec import decode_frame
-from hawk.store.recording import FRAME_INPUT, METADATA
+from hawk.store.recording import FRAME_INPUT, METADATA, decode_frame
 
 T = TypeVar("T")
 

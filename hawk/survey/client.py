@@ -28,8 +28,7 @@ from hawk.comm.protocol.commands import (
     OperatorHeartbeat,
     Welcome,
 )
-from hawk.comm.protocol.heartbeat import FenceSetup, Heartbeat, LogEntry, OutlineSetup, Point
-from hawk.comm.protocol.map_update import MapUpdate, StallUpdate
+from hawk.comm.protocol.heartbeat import FenceSetup, Heartbeat, LogEntry, MapUpdate, OutlineSetup, Point, StallUpdate
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState, TileKey
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap

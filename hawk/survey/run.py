@@ -20,17 +20,17 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from hawk.comm.base_socket import ConnectionTimeout
+from hawk.comm.protocol.commands import SetOutline
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.comm.protocol.outline_messages import SetOutline
 from hawk.config.addresses import check_host
 from hawk.config.sections import ConfigError
-from hawk.daemon.simulation import SimulationOptions
 from hawk.daemon.start_checks import make_folder
+from hawk.ddc.fence.geojson import read_survey_outline
 from hawk.ddc.fence.outline import OutlineError, corners_of
-from hawk.ddc.fence.outline_geojson import read_survey_outline
 from hawk.model.poses import GlobalPose
 from hawk.results.stall_exports import stalls_csv, stalls_geojson, to_global
 from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus

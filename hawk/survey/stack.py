@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import aiohttp
 
-from hawk.daemon.simulation import (
+from hawk.sim.launch import (
     Simulation,
     SimulationAddress,
     SimulationError,

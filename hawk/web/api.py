@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import math
-from collections.abc import Mapping, Sequence
+import os
+import resource
+import threading
+from collections.abc import AsyncIterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, Final
 
 from aiohttp import hdrs, web
@@ -12,10 +19,122 @@ from aiohttp import hdrs, web
 from hawk.comm.protocol.commands import schema
 from hawk.model.lot_map import StallState
 from hawk.web.access.guesses import GUESSES
-from hawk.web.computer_figures import Figure, figures, reader
 from hawk.web.door import DOOR
-from hawk.web.process_figures import process_figures
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+
+_LOG = logging.getLogger(__name__)
+
+THERMAL: Final = Path("/sys/class/thermal")
+STAT: Final = Path("/proc/stat")
+LATE_S: Final = 0.5
+"""Real seconds that an answer waits for them."""
+_COLDEST, _HOTTEST = -60.0, 200.0
+"""Degrees Celsius; a sensor that reads beyond them is broken."""
+_TICKS: Final = os.sysconf("SC_CLK_TCK")
+_READER = web.AppKey("computer_figures_reader", ThreadPoolExecutor)
+
+Figure = tuple[str, str, str, float, Mapping[str, str]]
+"""Name in ``/metrics``, kind, description, value, labels."""
+
+
+def computer_figures(store: Path | None, thermal: Path = THERMAL, stat: Path = STAT) -> list[Figure]:
+    """Return the figures; one that cannot be read is left out. May block.
+
+    Args:
+        store: The daemon's folder.
+        thermal: Folder of the kernel's thermal zones (Documentation/driver-api/thermal/sysfs-api.rst).
+        stat: Processor times (proc(5)).
+    """
+    used = os.times()
+    found: list[Figure] = [
+        ("cpu_seconds_total", "counter", "Processor time of the daemon.", used.user + used.system, {}),
+    ]
+    if store is not None:
+        try:
+            disk = os.statvfs(store)
+        except OSError:
+            pass
+        else:
+            free, whole = disk.f_bavail * disk.f_frsize, disk.f_blocks * disk.f_frsize
+            found.append(("disk_free_bytes", "gauge", "Free on the disk of the store.", float(free), {}))
+            found.append(("disk_size_bytes", "gauge", "Size of that disk.", float(whole), {}))
+    for zone, degrees in temperatures(thermal).items():
+        found.append(("temperature_celsius", "gauge", "Of the computer's parts.", degrees, {"zone": zone}))
+    for mode, seconds in processor_times(stat).items():
+        text = "Processor time of the computer, all cores together."
+        found.append(("computer_cpu_seconds_total", "counter", text, seconds, {"mode": mode}))
+    return found
+
+
+def temperatures(thermal: Path = THERMAL) -> dict[str, float]:
+    """Return degrees Celsius by zone; zones of one type are numbered."""
+    found: dict[str, float] = {}
+    for folder in sorted(thermal.glob("thermal_zone*")):
+        try:
+            kind = (folder / "type").read_text().strip() or folder.name
+            degrees = int((folder / "temp").read_text()) / 1000.0
+        except (OSError, ValueError):
+            continue
+        if math.isfinite(degrees) and _COLDEST <= degrees <= _HOTTEST:
+            found[kind if kind not in found else f"{kind}-{folder.name.removeprefix('thermal_zone')}"] = degrees
+    return found
+
+
+def processor_times(stat: Path = STAT) -> dict[str, float]:
+    """Return seconds since the boot that the processors were busy, and idle; empty when they cannot be read."""
+    try:
+        name, *fields = stat.read_text().splitlines()[0].split()
+        user, nice, system, idle, wait, *rest = (int(field) / _TICKS for field in fields[:8])
+    except (OSError, ValueError, IndexError):
+        return {}
+    return {"busy": user + nice + system + sum(rest), "idle": idle + wait} if name == "cpu" else {}
+
+
+async def figures(app: web.Application, store: Path | None) -> list[Figure]:
+    """Return `computer_figures`, read on the thread; none when they are late."""
+    work = asyncio.get_running_loop().run_in_executor(app[_READER], computer_figures, store)
+    try:
+        return await asyncio.wait_for(work, LATE_S)
+    except TimeoutError:
+        _LOG.info("figures of the computer were not read within %g s", LATE_S)
+        return []
+
+
+async def reader(app: web.Application) -> AsyncIterator[None]:
+    """Own the thread; a context of the application. A read that hangs is left behind."""
+    executor = ThreadPoolExecutor(1, thread_name_prefix="computer-figures")
+    app[_READER] = executor
+    yield
+    executor.shutdown(wait=False, cancel_futures=True)
+
+
+PROC: Final = Path("/proc/self")
+
+
+def process_figures(proc: Path = PROC) -> Mapping[str, tuple[str, float]]:
+    """Return the figures by their name in ``/metrics``, each with its description (proc(5): statm, fd)."""
+    resident = int((proc / "statm").read_text().split()[1]) * resource.getpagesize()
+    files = open_files(proc)
+    sockets = sum(name.startswith("socket:") for name in files)
+    return {
+        "resident_memory_bytes": ("Resident memory.", float(resident)),
+        "open_files": ("Open descriptors, sockets among them.", float(len(files))),
+        "open_sockets": ("Open sockets.", float(sockets)),
+        "threads": ("Python's threads.", float(threading.active_count())),
+        "tasks": ("Tasks of the event loop.", float(len(asyncio.all_tasks()))),
+    }
+
+
+def open_files(proc: Path = PROC) -> list[str]:
+    """Return the targets of all descriptors; one that is closed meanwhile is left out."""
+    found = []
+    for name in os.listdir(proc / "fd"):
+        try:
+            found.append(str((proc / "fd" / name).readlink()))
+        except OSError:
+            continue
+    return found
+
 
 ALIVE: Final = "/api/alive"
 """Address for a watch that starts the program again."""

@@ -15,22 +15,47 @@ from urllib.parse import quote
 from aiohttp import WSCloseCode, web
 
 from hawk.web import api, area_file, background, downloads, register_service
-from hawk.web.access.access import BOOK, OPEN
-from hawk.web.access.access_keeper import KEEPER, keep_access
+from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
-from hawk.web.access.guesses import GUESSES, TokenGuesses
+from hawk.web.access.guesses import GUESSES, PacedLog, TokenGuesses
 from hawk.web.access.login_page import PUBLIC, LoginPage
-from hawk.web.access.logins import HOUR_S
-from hawk.web.access.paced_log import PacedLog
-from hawk.web.access_setup import make_access
-from hawk.web.assets import Asset, make_asset, page_asset
-from hawk.web.documentation import Documentation
+from hawk.web.access.logins import HOUR_S, Login, Logins
+from hawk.web.access.tokens import TOKEN_FILE, Tokens, read_tokens, with_configured
+from hawk.web.documentation import Asset, Documentation, make_asset, page_asset
 from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
 from hawk.web.listener import Listener
-from hawk.web.security import RequestCheck, headers_adder
+from hawk.web.security import RequestCheck, check_binding, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 from hawk.web.video import video
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
+
+
+def make_access(services: WebServices) -> tuple[AccessBook, AccessKeeper]:
+    """Return tokens and logins, and what keeps them in step with their files; reads both files.
+
+    Raises:
+        InsecureBindingError: The address can be reached by others, and there is no operator's token.
+        TokensError: The token file cannot be used.
+    """
+
+    def joined(kept: Tokens) -> Tokens:
+        return with_configured(kept, services.web.token, services.cookie_secret)
+
+    folder = services.folder
+    tokens = joined(Tokens() if folder is None else read_tokens(folder / TOKEN_FILE))
+    check_binding(services.web, tokens, (folder or Path("var")).resolve())
+    logins = Logins(services.web, services.monotonic, services.cookie_secret)
+    desk = services.side.desk
+
+    def has_control(login: Login) -> bool:
+        return desk.keeps_login(logins.control_secret(login))
+
+    logins.has_control = has_control
+    book = AccessBook(tokens, logins)
+    keeper = AccessKeeper(folder, book, OpenConnections(book), joined, services.wall)
+    keeper.restore()
+    return book, keeper
+
 
 LOG = logging.getLogger(__name__)
 

@@ -19,7 +19,7 @@ from hawk.comm.protocol.heartbeat import (
 )
 from hawk.model.lot_map import OccupancyMap
 from hawk.web.map_view import MapView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 OUTBOX_LIMIT: Final = 64
 """Answers that wait for one client; a client that reads none of them is disconnected."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from itertools import islice, takewhile
 from typing import Final, Literal
 
-from hawk.comm.protocol.map_update import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
+from hawk.comm.protocol.heartbeat import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
 from hawk.model.lot_map import TILE_M, EncodedTile, OccupancyMap, Stall, TileKey
 from hawk.model.poses import MapPoint
 from hawk.model.sharded import differing

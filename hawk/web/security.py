@@ -20,8 +20,7 @@ from aiohttp.typedefs import Handler
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import WebSettings
 from hawk.web.access.admission import TOKEN_PARAMETER, Admission
-from hawk.web.access.login_page import LOGIN, PUBLIC, LoginPage
-from hawk.web.access.login_words import WRONG
+from hawk.web.access.login_page import LOGIN, PUBLIC, WRONG, LoginPage
 from hawk.web.access.proxied import forwarding_header, is_secure, place
 from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens

@@ -7,17 +7,58 @@ from __future__ import annotations
 
 import hmac
 import logging
+import math
 import re
 import secrets
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Final
+from weakref import WeakKeyDictionary
 
-from hawk.comm.protocol.authority import SOMEONE_ELSE, Role, Tenure
+from hawk.comm.protocol.authority import SOMEONE_ELSE, Role, Tenure, distinct
 from hawk.comm.protocol.heartbeat import ClientId
-from hawk.comm.protocol.names import distinct
 from hawk.config.sections import OperatorSettings
-from hawk.web.asking import Asking
-from hawk.web.session import ControlView, Session
+from hawk.model.sentences import say
+
+
+@dataclass(slots=True, eq=False, weakref_slot=True)
+class Session:
+    """``name`` is shown to everyone; ``secret`` is the cookie and known to its owner only."""
+
+    name: str
+    secret: str = field(repr=False)
+    role: Role = Role.OPERATOR
+    number: str = ""
+    """The name of those who give none."""
+    given: str = ""
+    """The name that was given; ``name`` may have a number behind it."""
+    renamed: float = -math.inf
+    last_sign: float = -math.inf
+    connections: int = 0
+    successor: Session | None = field(default=None, repr=False)
+    """The session that took control while this one was lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlView:
+    """Control as one client sees it.
+
+    ``controller`` is the name of the session that has control, ``taken_by`` of the one that took it from this client's
+    session while that was lost and has it still.
+    """
+
+    controller: str | None = None
+    in_control: bool = False
+    controller_lost: bool = False
+    taken_by: str | None = None
+    name: str = ""
+    """Of this client's session."""
+    asked_by: str | None = None
+    free_in: float | None = None
+    """Seconds until the session that asks may take control."""
+    kept: bool = False
+    """This client's session asked, and control was kept."""
+
 
 LOG = logging.getLogger(__name__)
 
@@ -263,3 +304,88 @@ class ControlDesk:
         number = f"{role.capitalize()} {self._count}"
         session = self._sessions[secret] = Session(number, secret, role, number)
         return session
+
+
+ANSWER_S: Final = 20.0
+"""Seconds without an answer, and without a command of the one in control, after which the asker may take control."""
+OPEN_S: Final = 60.0
+"""Seconds after which a question lapses that the asker may follow by taking control, and does not."""
+AGAIN_S: Final = 60.0
+"""Seconds until a session may ask again after "Keep"."""
+PAUSE_S: Final = 10.0
+"""Seconds between two questions of any sessions: new ones are made by anybody who has the token."""
+
+
+@dataclass(slots=True)
+class _Question:
+    asker: Session
+    since: float
+    """Seconds of the daemon's clock; later when the one in control sends a command, and so is there."""
+
+
+@dataclass(slots=True)
+class Asking:
+    """At most one open question. Times are seconds of the daemon's clock."""
+
+    clock: Callable[[], float]
+    _question: _Question | None = None
+    _kept: WeakKeyDictionary[Session, float] = field(default_factory=WeakKeyDictionary)
+    """When a session was refused last."""
+    _last: float = float("-inf")
+    _told: Session | None = None
+
+    @property
+    def asker(self) -> Session | None:
+        """The session that asks; None while nobody does. One without a connection has left: nobody asks any more."""
+        question = self._question
+        if question is None:
+            return None
+        if question.asker.connections == 0 or self.clock() - question.since > ANSWER_S + OPEN_S:
+            self._question = None
+            return None
+        return question.asker
+
+    def ask(self, session: Session) -> str | None:
+        """Put the question: None when it is open, else the reason."""
+        asker, now = self.asker, self.clock()
+        if asker is session:
+            return None
+        if asker is not None:
+            return say("{name} has asked already.", name=asker.name)
+        wait = max(self._kept.get(session, float("-inf")) + AGAIN_S, self._last + PAUSE_S) - now
+        if wait > 0.0:
+            return say("Control was asked for a moment ago: ask again in {wait:.0f} s.", wait=wait)
+        self._question, self._last = _Question(session, now), now
+        if self._told is session:
+            self._told = None
+        return None
+
+    def acted(self) -> None:
+        """The one in control sent a command: it is there, and the time for its answer begins again."""
+        if self._question is not None:
+            self._question.since = self.clock()
+
+    def is_due(self, session: Session) -> bool:
+        """Return True when this session asks, and the answer did not come in time."""
+        return self.asker is session and self.free_in == 0.0
+
+    @property
+    def free_in(self) -> float | None:
+        """Seconds until the asker may take control; None while nobody asks."""
+        if self.asker is None or self._question is None:
+            return None
+        return max(0.0, self._question.since + ANSWER_S - self.clock())
+
+    def keep(self) -> None:
+        """The one in control keeps it: its asker learns of it, and may ask again later."""
+        if (asker := self.asker) is not None:
+            self._kept[asker], self._told = self.clock(), asker
+        self.end()
+
+    def was_kept_from(self, session: Session | None) -> bool:
+        """Return True while this session's last question was answered by "Keep" lately."""
+        return session is not None and self._told is session and self.clock() - self._kept[session] <= AGAIN_S
+
+    def end(self) -> None:
+        """Forget the question: it was answered, withdrawn, or control went elsewhere."""
+        self._question = None

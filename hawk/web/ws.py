@@ -19,7 +19,7 @@ from hawk.model.lot_map import CELL_M, TILE_CELLS
 from hawk.model.sentences import say
 from hawk.runtime.supervision import until_first_ends
 from hawk.web.access.access import BOOK, OPEN, Access, access_of
-from hawk.web.access.cookies import cookie_name, set_strict_cookie
+from hawk.web.access.admission import cookie_name, set_strict_cookie
 from hawk.web.clients import Client
 from hawk.web.services import COUNTERS, KEPT_PLACES, SERVICES, Counters, WebServices
 

@@ -173,7 +173,7 @@ class Block:
 class SitePlan:
     """Everything on a site, in the order in which it is drawn.
 
-    Filled by `hawk.worlds.site` and its helpers; surfaces, gains and strokes only through the methods below.
+    Filled by `hawk.worlds.generate` and its helpers; surfaces, gains and strokes only through the methods below.
     """
 
     axes: Axes

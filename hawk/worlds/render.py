@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from hawk.worlds.buildings import draw_building
 from hawk.worlds.canvas import Bytes, Canvas, Floats, Patch, Points, as_bytes, as_floats, noise
-from hawk.worlds.car_shadows import ShadowsAmong
-from hawk.worlds.cars import Sprite, VehicleModel, dimmed, draw_vehicle, length_m, outline
+from hawk.worlds.cars import ShadowsAmong, Sprite, VehicleModel, dimmed, draw_vehicle, length_m, outline
 from hawk.worlds.conditions import draw_leaves, draw_puddles, draw_snow
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun

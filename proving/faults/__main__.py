@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from proving.faults import shown_by_tests
 from proving.faults.fault import Fault, Outcome
 from proving.faults.page import section

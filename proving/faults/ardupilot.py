@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from hawk.daemon.simulation import SimulationOptions
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
+from hawk.sim.launch import SimulationOptions
 from proving.faults.fault import Fault, Outcome
 from proving.faults.record import DOCS, REAL, keep_outcome, read_outcomes
 from proving.faults.report import names, reporter, rewrite, short_table, summary

@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.daemon.simulation import free_udp_port
+from hawk.sim.launch import free_udp_port
 
 HOST: Final = "127.0.0.1"
 _V1, _V2 = 0xFE, 0xFD

@@ -15,7 +15,7 @@ from aiohttp import ClientError
 
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.store.replay import RecordingError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError

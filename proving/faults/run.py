@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import StackError
 from proving.faults.disk import DiskError
 from proving.faults.fault import Fault, Outcome

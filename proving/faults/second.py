@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 
-from hawk.daemon.simulation import end_process
+from hawk.sim.launch import end_process
 
 _STOP_S = 12.0
 

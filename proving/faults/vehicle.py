@@ -20,7 +20,7 @@ from typing import IO, Any, Final
 import aiohttp
 
 from hawk.comm.autopilot.commands import MavCommand
-from hawk.daemon.simulation import (
+from hawk.sim.launch import (
     READY_TIMEOUT_S,
     SimulationAddress,
     SimulationError,

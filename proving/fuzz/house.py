@@ -19,8 +19,8 @@ import aiohttp
 
 from benchmarks.still_drone import StillDrone
 from hawk.comm.clock import Clock
+from hawk.comm.protocol.authority import OperatorDesk
 from hawk.comm.protocol.heartbeat import CommandSocket
-from hawk.comm.protocol.operator_desk import OperatorDesk
 from hawk.comm.topic import Topic
 from hawk.config.sections import OperatorSettings, WebSettings
 from hawk.model.lot_map import OccupancyMap

@@ -26,7 +26,7 @@ from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.clock import Clock
 from hawk.config.sections import AutopilotSettings
-from hawk.daemon.simulation import free_udp_port
+from hawk.sim.launch import free_udp_port
 from proving.fuzz.datagrams import AUTOPILOT, STRANGE_MODE, Datagrams, frame
 from proving.fuzz.house import Faults
 from proving.fuzz.run import FINDINGS

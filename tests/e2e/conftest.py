@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, async_playwright
 
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"

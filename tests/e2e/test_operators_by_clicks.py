@@ -11,7 +11,7 @@ import pytest
 from playwright.async_api import Browser, Page, expect
 
 from hawk.comm.protocol.commands import Arm
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, confirm, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch

@@ -11,8 +11,8 @@ from urllib.parse import urlsplit
 
 from hawk.comm.protocol.commands import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
 from hawk.comm.protocol.heartbeat import HealthItem, Heartbeat
-from hawk.daemon.simulation import SimulationOptions
 from hawk.model.operation import StateName
+from hawk.sim.launch import SimulationOptions
 from hawk.store.journal_state import JournalState, read_survey, surveys_of
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of

@@ -25,7 +25,7 @@ from mavsdk.plugins.mission_raw import MissionRaw
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
-from hawk.daemon.simulation import free_udp_port
+from hawk.sim.launch import free_udp_port
 
 __all__ = ["Pilot", "free_tcp_port", "free_udp_port", "get_json", "simulation", "small_picture"]
 

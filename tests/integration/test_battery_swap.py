@@ -18,11 +18,11 @@ from scipy.spatial import KDTree
 
 from hawk.comm.protocol.commands import AutonomousExplore, Hold
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.daemon.simulation import SimulationOptions
-from hawk.ddc.battery.drain import LEAST_S
+from hawk.ddc.battery.energy import LEAST_S
 from hawk.model.lot_map import Stall
 from hawk.model.operation import StateName
 from hawk.results.survey_map import SurveyMap
+from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth

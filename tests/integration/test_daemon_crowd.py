@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.commands import Ack, OperatorHeartbeat
-from hawk.daemon.simulation import free_udp_port
+from hawk.sim.launch import free_udp_port
 from hawk.survey.client import DroneClient
 from tests.integration.daemon_support import Operator
 from tests.integration.sim_support import free_tcp_port

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from hawk.daemon.simulation import free_udp_port
 from hawk.model.moment import this_moment
 from hawk.model.operation import FlightSoFar
 from hawk.model.poses import GlobalPose
+from hawk.sim.launch import free_udp_port
 from hawk.store.journal import FlightJournal
 from tests.integration.sim_support import free_tcp_port
 

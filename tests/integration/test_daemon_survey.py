@@ -24,10 +24,10 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.comm.protocol.commands import AutonomousExplore, CompulsiveMove, Hold, Land
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.daemon.simulation import SimulationOptions
 from hawk.model.lot_map import Stall
 from hawk.model.operation import StateName
 from hawk.model.poses import GlobalPose
+from hawk.sim.launch import SimulationOptions
 from hawk.store.replay import read_frames, read_metadata, read_recording
 from hawk.survey.report import map_offset
 from hawk.survey.stack import SimulatedStack

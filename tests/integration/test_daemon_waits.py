@@ -14,8 +14,8 @@ import aiohttp
 import pytest
 
 from hawk.comm.protocol.commands import Arm
-from hawk.daemon.simulation import free_udp_port
 from hawk.model.operation import StateName
+from hawk.sim.launch import free_udp_port
 from tests.integration.daemon_support import health, operator
 from tests.integration.sim_support import free_tcp_port, small_picture
 from tests.unit.daemon.full_pipe import full_pipe

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from proving.faults.fault import Outcome
 from proving.faults.report import names
 from proving.faults.run import ALL, SHORT, run_faults

@@ -14,7 +14,7 @@ from hawk.comm.protocol.authority import Role
 from hawk.config.option_settings import load_settings
 from hawk.config.sections import ConfigError, WebSettings
 from hawk.daemon.start_checks import listening_problem
-from hawk.runtime.extras import remedy
+from hawk.runtime.programs import remedy
 from hawk.survey.run import Address, address_of
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 

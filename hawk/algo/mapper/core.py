@@ -14,9 +14,17 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
-from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, cell_evidence, extent, moved, outline, quality_mask
+from hawk.algo.mapper.evidence import (
+    EVIDENCE_M,
+    CellEvidence,
+    Novelty,
+    cell_evidence,
+    extent,
+    moved,
+    outline,
+    quality_mask,
+)
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.algo.mapper.novelty import Novelty
 from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
@@ -24,8 +32,7 @@ from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
-from hawk.algo.mapper.standing_cars import car_boxes
-from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions
+from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
 from hawk.algo.vision.seen import SeenGround
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey

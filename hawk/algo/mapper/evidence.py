@@ -7,10 +7,11 @@ changes nothing, so that a tile that is evicted and loaded repeatedly stays as i
 from __future__ import annotations
 
 import io
+import math
 import zipfile
 import zlib
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window
 from hawk.algo.vision.seen import GroundImage, SeenGround
 from hawk.model.lot_map import TILE_M, Cell
+from hawk.model.poses import MapPose
 
 EVIDENCE_M = 0.2
 """Side of an evidence cell, metres."""
@@ -177,3 +179,50 @@ def log_odds(probability: Grid32) -> Grid32:
 def _eroded(mask: NDArray[np.uint8], rows: float, columns: float) -> NDArray[np.uint8]:
     kernel = np.ones((2 * int(np.ceil(rows)) + 1, 2 * int(np.ceil(columns)) + 1), np.uint8)
     return np.asarray(cv2.erode(mask, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0), dtype=np.uint8)
+
+
+TURN: Final = 0.6
+"""Turn on the spot, radians, after which a frame is an independent look: most of the picture shows other ground."""
+MOST_STILL: Final = 0.5
+"""Sum of all frames from one place after the first: they average its noise, and see nothing new."""
+
+
+class Novelty:
+    """Shares (0..1) of an independent look, from the places of the frames.
+
+    A place counts once: a drone that hovers, swayed by the wind, learns nothing by swaying. Distance counts as far as
+    the drone has got from the last independent look, not along its path.
+    """
+
+    def __init__(self, look_m: float, still_weight: float) -> None:
+        """Make it.
+
+        Args:
+            look_m: Distance after which a frame is an independent look.
+            still_weight: Share of a frame from the same place, until `MOST_STILL` is reached.
+        """
+        self._look_m = look_m
+        self._still_weight = still_weight
+        self._from: MapPose | None = None
+        self._reached = self._still = 0.0
+
+    def of(self, pose: MapPose) -> float:
+        """Return the share of the frame from a pose, 0 from one that has shown all it can."""
+        if self._from is None:
+            self._begin(pose)
+            return 1.0
+        share = self._apart(self._from, pose)
+        gained = max(0.0, share - self._reached)
+        still = min(self._still_weight, MOST_STILL - self._still)
+        self._reached, self._still = max(self._reached, share), self._still + still
+        if share >= 1.0:
+            self._begin(pose)
+        return min(1.0, gained + still)
+
+    def _begin(self, pose: MapPose) -> None:
+        self._from, self._reached, self._still = pose, 0.0, 0.0
+
+    def _apart(self, first: MapPose, second: MapPose) -> float:
+        places = ((one.north, one.east, one.height) for one in (first, second))
+        turn = abs(math.remainder(second.yaw - first.yaw, math.tau))
+        return math.dist(*places) / self._look_m + turn / TURN

@@ -22,9 +22,19 @@ from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, probability, published_geometry, to_stall
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import GroundImage
-from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, EncodedTile, Stall, StallState, TileKey
+from hawk.model.lot_map import (
+    CELL_M,
+    TILE_CELLS,
+    TILE_M,
+    Cell,
+    Counts,
+    EncodedTile,
+    Stall,
+    StallState,
+    TileKey,
+    free_variance,
+)
 from hawk.model.sharded import Sharded
-from hawk.model.stall_count import free_variance
 
 _FINER = round(EVIDENCE_M / CELL_M)
 _REACH_M = 5.0  # half the diagonal of the longest stall

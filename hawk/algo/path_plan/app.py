@@ -15,9 +15,8 @@ from hawk.algo.path_plan.camera import LeanWatch, ReadableSpeed, Swath, explorin
 from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
-from hawk.algo.path_plan.lot_ground import FenceGuard
+from hawk.algo.path_plan.lot_ground import FenceGuard, OutlinedGround
 from hawk.algo.path_plan.lot_route import RouteKeeper
-from hawk.algo.path_plan.outlined import OutlinedGround
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface

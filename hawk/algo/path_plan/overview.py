@@ -206,7 +206,7 @@ class ExploreScene:
     share: Grid | None = None
     lot_known: bool = True
     is_outlined: bool = False
-    """True when an operator gave an outline: see `hawk.algo.path_plan.outlined`."""
+    """True when an operator gave an outline: see `hawk.algo.path_plan.lot_ground`."""
 
     @property
     def field(self) -> InformationField:

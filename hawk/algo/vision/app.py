@@ -14,8 +14,7 @@ from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine
-from hawk.algo.vision.network import StallNetwork, VisionModelError
+from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround

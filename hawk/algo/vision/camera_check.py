@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.vision.motion import Features, Motion, expected_motion, find_features, measured_motion
+from hawk.algo.vision.odometry import Features, Motion, expected_motion, find_features, measured_motion
 from hawk.model.operation import GROUND_STATES, Health, HealthStatus
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.seen import FloatArray, GroundImage
-from hawk.model.pictures import CameraModel
+from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, rotation
 from hawk.model.poses import MapPoint, MapPose
-from hawk.model.rotation import CAMERA_TO_BODY, rotation
 
 GROUND_M = 0.10
 """Side of a pixel of the rectified picture, metres."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.seen import Seen
-from hawk.model.stall_size import StallSize
+from hawk.model.ground_motion import StallSize
 
 LEAST_STALLS: Final = 6
 WHOLE: Final = 0.95

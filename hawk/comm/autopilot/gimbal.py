@@ -15,9 +15,8 @@ from typing import Any, Final
 import numpy as np
 
 from hawk.model.frames import forget, nearest, neighbours
-from hawk.model.pictures import CameraModel
+from hawk.model.pictures import CameraModel, Matrix, angles, rotation
 from hawk.model.poses import VehiclePose
-from hawk.model.rotation import Matrix, angles, rotation
 
 FRESH_S: Final = 0.5
 """Seconds between a picture and the nearest reported attitude; beyond, where the camera looks is not known."""

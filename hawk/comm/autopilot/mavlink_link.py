@@ -34,8 +34,7 @@ from hawk.comm.mavlink.claim import Claim, ClaimedError
 from hawk.comm.mavlink.foreign_writes import writes
 from hawk.comm.mavlink.frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat
 from hawk.comm.mavlink.mavsdk_log import MavsdkLog
-from hawk.comm.mavlink.peer import FIRST_HEARD, Expected, PeerKeeper, several_words
-from hawk.comm.mavlink.roster import Roster
+from hawk.comm.mavlink.peer import FIRST_HEARD, Expected, PeerKeeper, Roster, several_words
 from hawk.comm.mavlink.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.config.addresses import SERIAL_KINDS
 from hawk.model.sentences import say, words_of

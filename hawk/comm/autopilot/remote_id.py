@@ -15,7 +15,7 @@ from typing import Any, Final
 from hawk.comm.topic import Topic
 from hawk.config.sections import RemoteIdSettings
 from hawk.model.poses import GlobalPose
-from hawk.runtime.plain_text import plain
+from hawk.runtime.repeated_log import plain
 
 Fields = Mapping[str, Any]
 NamedMessage = tuple[str, Fields]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from hawk.model.vehicle import StatusText
-from hawk.runtime.plain_text import plain
+from hawk.runtime.repeated_log import plain
 
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
 _CHUNK: Final = 50  # bytes of a STATUSTEXT

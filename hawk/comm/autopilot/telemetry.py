@@ -17,12 +17,11 @@ from hawk.comm.autopilot.boot_clock import BootClock
 from hawk.comm.autopilot.estimator import EstimatorReport, LeapWatch
 from hawk.comm.autopilot.gimbal import GimbalWatch
 from hawk.comm.autopilot.mavlink_link import Message, SensorHealth
-from hawk.comm.autopilot.rangefinder import looks_down, read_distance
 from hawk.comm.autopilot.remote_control import RemoteControlReports
 from hawk.comm.autopilot.remote_id import RemoteIdReports
 from hawk.comm.autopilot.status_texts import StatusTexts
 from hawk.comm.autopilot.streams import RateKeeper
-from hawk.comm.autopilot.terrain import TerrainWatch
+from hawk.comm.autopilot.terrain import TerrainWatch, looks_down, read_distance
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.clock import Clock
 from hawk.model.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer

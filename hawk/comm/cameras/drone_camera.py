@@ -19,23 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.comm.cameras.calibration import Calibration, load_calibration
-from hawk.comm.cameras.sources.gstreamer import GStreamerSource
 from hawk.comm.cameras.sources.mjpeg import HttpMjpegSource
-from hawk.comm.cameras.sources.opencv import OpenCvSource
 from hawk.comm.cameras.sources.rpicam import RpicamSource
-from hawk.comm.cameras.sources.rtsp import RtspSource
+from hawk.comm.cameras.sources.rtsp import GStreamerSource, RtspSource
 from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.cameras.sources.threaded import OpenCvSource
 from hawk.comm.cameras.sources.v4l2 import V4l2Source
 from hawk.comm.cameras.stamp_clock import JUMP_S, StampClock
 from hawk.comm.clock import Clock
-from hawk.config.camera_address import CAMERA_KINDS, RPICAM, V4L2, rpicam_camera, v4l2_camera
+from hawk.config.addresses import CAMERA_KINDS, RPICAM, V4L2, rpicam_camera, v4l2_camera
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats.image import NoImage, decode, read_jpeg
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.pictures import CameraModel
 from hawk.model.sentences import say
-from hawk.runtime.plain_text import plain
-from hawk.runtime.repeated_log import Repeated
+from hawk.runtime.repeated_log import Repeated, plain
 from hawk.runtime.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)

@@ -9,7 +9,9 @@ delays of a busy computer or a full link rise and fall.
 
 from __future__ import annotations
 
+import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
 from typing import Final
@@ -174,3 +176,22 @@ class StampClock:
             self._estimator.update(stamp, arrival)
         self._ahead, self._doubt = [], None
         self._to_settle = _SETTLED - len(samples)
+
+
+_CLOCKS: Final = (time.CLOCK_MONOTONIC, time.CLOCK_BOOTTIME, time.CLOCK_REALTIME)
+"""CLOCK_REALTIME: the driver of USB cameras stamps by it when its parameter ``clock`` says so."""
+_LONGEST_S: Final = 2.0
+"""An older picture is not from this camera's present stream."""
+_AHEAD_S: Final = 0.005
+"""Rounding of a stamp may lead it so far ahead of its reading."""
+
+
+def captured_at(
+    stamp_s: float, clock: Callable[[], float], kernel: Callable[[int], float] = time.clock_gettime
+) -> float | None:
+    """Return the daemon's time of a stamp (seconds of a clock of the kernel); None when it is of none of its clocks."""
+    for each in _CLOCKS:
+        age = kernel(each) - stamp_s
+        if -_AHEAD_S <= age <= _LONGEST_S:
+            return clock() - max(age, 0.0)
+    return None

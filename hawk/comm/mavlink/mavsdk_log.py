@@ -12,8 +12,7 @@ from typing import Any, Final
 
 from mavsdk.logging import LogCallback, LogLevel, _cmavsdk_lib, log_unsubscribe
 
-from hawk.runtime.plain_text import plain
-from hawk.runtime.repeated_log import Repeated
+from hawk.runtime.repeated_log import Repeated, plain
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
 _LEVELS: Final = {

@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from hawk.ddc.fence.geometry import path_is_inside
+from hawk.ddc.fence.path import length, path_inside
+from hawk.ddc.readings.wind import Wind, ground_speed
+from hawk.model.limits import Fence
+from hawk.model.operation import FlightDrain
+from hawk.model.poses import MapPoint
 
 DRAIN_WINDOW_S = 60.0
 """The drain is measured over this time in flight, seconds."""
@@ -100,3 +111,108 @@ class BatteryWatch:
         flight = SAFETY_FACTOR * home * drain
         needed = self._reserve + flight
         return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain), flight)
+
+
+KEPT_FLIGHTS: Final = 3
+"""The worst of the last flights counts: cold, wind and an old battery come back."""
+DRAIN_AGE_S: Final = 90 * 86_400.0
+"""An older flight says nothing: batteries age, seasons change."""
+CLOCK_BACK_S: Final = 86_400.0
+"""A computer without a battery-backed clock may start with a time before its last flight, by this at most."""
+FASTEST: Final = 100.0 / (4 * 60)
+SLOWEST: Final = 100.0 / (60 * 60)
+"""A multirotor with a camera empties its battery in 4 to 60 minutes (percent a second); else the gauge is wrong."""
+LEAST_S: Final = 60.0
+"""A shorter flight is mostly climb and landing, and a gauge counts whole percent; seconds."""
+JUMP_PERCENT: Final = 3.0
+"""A charge that changes by more between two readings was corrected by the gauge: it is no drain."""
+GAP_S: Final = 10.0
+"""Two readings farther apart than this are not compared, seconds."""
+
+
+def known_drain(drains: Sequence[FlightDrain], utc: float) -> float | None:
+    """Return the drain to expect, percent a second: the worst of the last flights; None where none can be used."""
+    usable = [each.drain for each in drains[-KEPT_FLIGHTS:] if is_usable(each, utc)]
+    return max(usable, default=None)
+
+
+def is_usable(flight: FlightDrain, utc: float) -> bool:
+    """Return True for a measurement that is young, long enough and plausible; ``utc`` is now, Unix seconds."""
+    is_young = -CLOCK_BACK_S <= utc - flight.at <= DRAIN_AGE_S
+    return is_young and flight.seconds >= LEAST_S and SLOWEST <= flight.drain <= FASTEST
+
+
+class DrainMeter:
+    """Measures one flight after the other."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+        self._seconds = self._percent = 0.0
+
+    def update(
+        self, percentage: float | None, now: float, utc: float, *, airborne: bool, armed: bool
+    ) -> FlightDrain | None:
+        """Take one reading; return the measurement of a flight that has just ended, when it can be used."""
+        if airborne and percentage is not None:
+            self._take(percentage, now)
+        elif not airborne:
+            self._last = None
+        return None if armed else self._end(utc)
+
+    def _take(self, percentage: float, now: float) -> None:
+        if self._last is None:
+            self._last = now, percentage
+            return
+        since, before = self._last
+        if now - since < 1.0:
+            return
+        if now - since <= GAP_S and abs(before - percentage) <= JUMP_PERCENT:
+            self._seconds += now - since
+            self._percent += before - percentage
+        self._last = now, percentage
+
+    def _end(self, utc: float) -> FlightDrain | None:
+        seconds, percent = self._seconds, self._percent
+        self._seconds = self._percent = 0.0
+        self._last = None
+        if seconds <= 0.0:
+            return None
+        found = FlightDrain(percent / seconds, seconds, utc)
+        return found if is_usable(found, utc) else None
+
+
+LOOK_S = 1.0
+"""A path is looked for once in this time, seconds: it costs milliseconds. Its first leg follows the drone."""
+
+
+class HomePath:
+    """Keeps the path home, and looks for it again once a second."""
+
+    def __init__(self) -> None:
+        self._of: tuple[Fence, MapPoint] | None = None
+        self._path: tuple[MapPoint, ...] | None = None
+        self._looked = -math.inf
+
+    def look(self, fence: Fence | None, place: MapPoint, home: MapPoint, now: float) -> tuple[MapPoint, ...]:
+        """Return the path from a place home, both ends included; the straight line where none inside is needed.
+
+        A place or home outside the fence has no path inside: the line is straight as well.
+        """
+        if fence is None or path_is_inside(fence, place, home):
+            return (place, home)
+        if self._of != (fence, home) or now - self._looked >= LOOK_S:
+            self._of, self._looked = (fence, home), now
+            self._path = path_inside(fence, place, home)
+        return (place, home) if self._path is None else (place, *self._path[1:])
+
+
+def mean_speed(path: tuple[MapPoint, ...], speed: float, wind: Wind | None) -> float:
+    """Return the mean speed over ground along a path, m/s, each leg against its wind.
+
+    A leg that the wind forbids counts as flown at `SLOWEST_M_S`.
+    """
+    whole = length(path)
+    if whole == 0.0:
+        return speed
+    legs = [(a.distance(b), math.atan2(b.east - a.east, b.north - a.north)) for a, b in pairwise(path)]
+    return whole / sum(metres / max(ground_speed(speed, track, wind), SLOWEST_M_S) for metres, track in legs)

@@ -16,9 +16,12 @@ from typing import TypeVar
 
 from shapely import Polygon
 
-from hawk.comm.protocol.commands import LEAST_CORNERS, MOST_CORNERS, zones_problem
+from hawk.comm.protocol.commands import LEAST_CORNERS, MOST_CORNERS, outline_problem, zones_problem
 from hawk.ddc.fence.geometry import FenceError, Ring
+from hawk.ddc.fence.outline import OutlineError, check_rings
 from hawk.formats.area_file import LARGEST_BYTES, Area, AreaError, read_areas
+from hawk.formats.area_file import Ring as FileRing
+from hawk.model.limits import Outline
 from hawk.model.sentences import say, series, words_of
 
 T = TypeVar("T")
@@ -28,7 +31,7 @@ _ONE = say(
 
 
 @dataclass(frozen=True, slots=True)
-class Outline:
+class FenceFile:
     """Fence and zones, (latitude, longitude) corners; ``ceiling`` in metres above the arm place, None for none."""
 
     ring: Ring
@@ -36,7 +39,7 @@ class Outline:
     ceiling: float | None
 
 
-def read_outline(path: Path) -> Outline:
+def read_fence(path: Path) -> FenceFile:
     """Return the fence of a file, with its zones and its property ``ceiling_m``, if it has one.
 
     Raises:
@@ -78,7 +81,7 @@ def parsed_areas(data: bytes, parse: Callable[[Sequence[Area]], T]) -> T:
         raise FenceError(say("{error}; it holds {others}", error=words_of(error), others=found.others)) from error
 
 
-def fence_of(areas: Sequence[Area]) -> Outline:
+def fence_of(areas: Sequence[Area]) -> FenceFile:
     """Return the fence among a file's areas: the one that is no exclusion zone. Raises FenceError."""
     fences = [area for area in areas if not area.is_exclusion]
     if len(fences) != 1:
@@ -91,7 +94,7 @@ def fence_of(areas: Sequence[Area]) -> Outline:
     problem = zones_problem(len(outer), [len(zone) for zone in zones])
     if problem:
         raise FenceError(problem)
-    return Outline(outer, tuple(zones), _ceiling(fence.ceiling))
+    return FenceFile(outer, tuple(zones), _ceiling(fence.ceiling))
 
 
 def _zone(area: Area) -> Ring:
@@ -134,7 +137,7 @@ def checked_ring(ring: Ring, name: str) -> Ring:
     return ring
 
 
-def outline_geojson(ring: Ring, zones: Sequence[Ring], ceiling: float | None) -> str:
+def fence_feature(ring: Ring, zones: Sequence[Ring], ceiling: float | None) -> str:
     """Return (latitude, longitude) corners and a ceiling as a GeoJSON Feature.
 
     ``ceiling`` is in metres above the arm place, None for none.
@@ -157,3 +160,54 @@ def _positions(ring: Ring, *, clockwise: bool) -> list[list[float]]:
 def _turns_clockwise(ring: Ring) -> bool:
     pairs = zip(ring, (*ring[1:], ring[0]), strict=True)
     return sum((there[1] - here[1]) * (there[0] + here[0]) for here, there in pairs) > 0
+
+
+FENCE = "fence"
+
+
+def editable_area(data: bytes, kind: str) -> str:
+    """Return the area of a file as a GeoJSON Feature of one Polygon, for the editor of a fence or of an outline.
+
+    Raises:
+        FenceError: The file holds no such area; the text is without its name.
+    """
+    if kind == FENCE:
+        fence = parsed_areas(data, fence_of)
+        return fence_feature(fence.ring, fence.zones, fence.ceiling)
+    outline = parsed_areas(data, outline_of)
+    first, *others = outline.polygons
+    if others:
+        raise FenceError(
+            say("holds {count} polygons; the page draws one: set flight.outline_file for more", count=1 + len(others))
+        )
+    return fence_feature(first, outline.holes, None)
+
+
+_NONE = say("must hold Polygons or MultiPolygons (WGS-84, longitude before latitude)")
+
+
+def read_survey_outline(path: Path) -> Outline:
+    """Return the outline of a file, checked.
+
+    Raises:
+        OutlineError: Names the file, the ring and the fault.
+    """
+    return read_area_file(path, say("outline file"), outline_of, OutlineError)
+
+
+def outline_of(areas: Sequence[Area]) -> Outline:
+    """Return the outline that a file's areas make, checked. Raises OutlineError, FenceError."""
+    polygons: list[FileRing] = []
+    holes: list[FileRing] = []
+    for area in areas:
+        (holes if area.is_exclusion else polygons).append(checked_ring(area.outer, f"{area.name}[0]"))
+        inner = () if area.is_exclusion else area.holes
+        holes += [checked_ring(ring, f"{area.name}[{number}]") for number, ring in enumerate(inner, start=1)]
+    if not polygons:
+        raise OutlineError(_NONE)
+    problem = outline_problem([len(ring) for ring in polygons], [len(ring) for ring in holes])
+    if problem:
+        raise OutlineError(problem)
+    outline = Outline(tuple(polygons), tuple(holes))
+    check_rings(outline)
+    return outline

@@ -82,7 +82,7 @@ def converted(rings: Sequence[Ring], change: Callable[[Ring], Ring]) -> tuple[Ri
     return tuple(tuple(islice(corners, len(ring))) for ring in rings)
 
 
-def check_outline(ring: Ring) -> None:
+def check_fence_ring(ring: Ring) -> None:
     """Check a ring of (north, east) metres: sides, extent, no crossing, area. Raises FenceError naming the corners."""
     for number, (here, there) in enumerate(zip(ring, (*ring[1:], ring[0]), strict=True), start=1):
         if math.dist(here, there) < LEAST_SIDE_M:

@@ -12,8 +12,8 @@ from functools import lru_cache
 import shapely
 from shapely import Polygon
 
+from hawk.comm.protocol.commands import SetOutline
 from hawk.comm.protocol.heartbeat import FenceCorner
-from hawk.comm.protocol.outline_messages import SetOutline
 from hawk.ddc.fence.geometry import (
     MOST_EXTENT_M,
     FenceError,

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Ask, Request
 from hawk.ddc.facts import Facts
+from hawk.model.sentences import say
 
 TRIES = 3
 """Times that a thing is put back within `WINDOW_S`. Who changes it once more then changes it for ever."""
@@ -87,3 +90,35 @@ class Effort:
         self.reason = answer.reason
         if answer.has_failed:
             self._not_before = facts.now + self._pause_s
+
+
+RECENT_S = 30.0
+"""A message of another station explains a change that is seen within this time, seconds."""
+UNKNOWN = say("Who changed it is not known: no message of another station reached this link.")
+LATER = say("It is put back when the drone is taken from the pilot.")
+"""Words on a change that is seen while a pilot flies."""
+
+
+@dataclass(frozen=True, slots=True)
+class Author:
+    """Words for who changed something: ``told`` in the message, ``details`` beside it."""
+
+    told: str = ""
+    details: str = ""
+
+
+def changed_by(facts: Facts, subjects: Sequence[str]) -> Author:
+    """Return who wrote one of these last: subjects of `hawk.comm.mavlink.foreign_writes`.
+
+    Most links carry only what the autopilot says, so that mostly nobody is known.
+    """
+    for write in reversed(facts.link.foreign_writes):
+        if write.subject in subjects and facts.now - write.time <= RECENT_S:
+            return Author(
+                say(
+                    "Station {system} (component {component}) changed it.",
+                    system=write.system,
+                    component=write.component,
+                )
+            )
+    return Author(details=UNKNOWN)

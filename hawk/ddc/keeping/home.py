@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from hawk.ddc.acts import Acts, Ask, Log, Record, SetHome
-from hawk.ddc.facts import Facts, HomeFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.keeping.effort import Fight
 from hawk.ddc.orders import Rank
-from hawk.ddc.readings.home import HOME_WAIT_S, home_words
+from hawk.ddc.readings.home import HOME_WAIT_S, HomeFacts, home_words
 from hawk.ddc.states.base import State
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import joined, say

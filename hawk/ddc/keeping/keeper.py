@@ -17,8 +17,7 @@ from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.keeping.parameters import KeptParameters
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameters.reader import ParameterReader
-from hawk.ddc.parameters.return_settings import RETURN_CHECK, RETURN_HEIGHT
-from hawk.ddc.parameters.values import FailsafeCheck
+from hawk.ddc.parameters.values import RETURN_CHECK, RETURN_HEIGHT, FailsafeCheck
 from hawk.ddc.readings.home import home_words
 from hawk.ddc.rules.preflight import autopilot_view, failsafe_checks
 from hawk.ddc.settings import DdcSettings

@@ -7,12 +7,10 @@ from dataclasses import replace
 
 from hawk.ddc.acts import Acts, Log, PutBack
 from hawk.ddc.facts import Facts
-from hawk.ddc.keeping.changes import LATER, changed_by
-from hawk.ddc.keeping.effort import Effort
+from hawk.ddc.keeping.effort import LATER, Effort, changed_by
 from hawk.ddc.keeping.fence import is_inside
 from hawk.ddc.parameters.failsafes import FENCE, FENCE_NAMES, PARAMETERS_OF, AutopilotView, check_failsafes
-from hawk.ddc.parameters.return_settings import RETURN_HEIGHT
-from hawk.ddc.parameters.values import FailsafeCheck, Values
+from hawk.ddc.parameters.values import RETURN_HEIGHT, FailsafeCheck, Values
 from hawk.ddc.words import named, sentence
 from hawk.model.sentences import joined, say
 

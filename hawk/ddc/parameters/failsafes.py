@@ -11,20 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hawk.ddc.battery.chemistry import LIPO, Chemistry
-from hawk.ddc.parameters.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
-from hawk.ddc.parameters.return_settings import (
+from hawk.ddc.parameters.values import (
     ALL_RETURN_NAMES,
+    NOT_READ,
     OPTIONAL_RETURN_NAMES,
     RALLY_NAME,
     RETURN_ALTITUDE_NAMES,
     RETURN_CHECK,
     RETURN_HEIGHT,
-    return_check,
-    return_names,
-    wanted_returns,
-)
-from hawk.ddc.parameters.values import (
-    NOT_READ,
+    THRESHOLD_NAMES,
     Choice,
     FailsafeCheck,
     Span,
@@ -32,6 +27,11 @@ from hawk.ddc.parameters.values import (
     names_to_read,
     present_name,
     problem_of,
+    return_check,
+    return_names,
+    threshold_problem,
+    threshold_words,
+    wanted_returns,
 )
 from hawk.ddc.readings.remote_control import SWITCH_NAMES
 from hawk.model.sentences import say
@@ -43,7 +43,7 @@ POSITION = say("Position failsafe")
 FENCE = say("Fence in the autopilot")
 BATTERY = say("Battery failsafe")
 THRESHOLDS = say("Battery thresholds")
-"""Names of the checks; those of the return are in `hawk.ddc.parameters.return_settings`."""
+"""Names of the checks; those of the return are in `hawk.ddc.parameters.values`."""
 WATCHED_ID_NAMES = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """The parameter with the id that the ground-station failsafe watches: since ArduPilot 4.7, and before."""
 HIGHEST_ID_NAME = "MAV_GCS_SYSID_HI"

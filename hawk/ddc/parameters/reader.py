@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Ask, Log, ReadParameter, SetParameters
-from hawk.ddc.facts import Answer, Facts, VehicleEvent
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.parameters.failsafes import MAY_BE_MISSING, wanted_values, watched_names
-from hawk.ddc.parameters.return_settings import RETURN_ALTITUDE_NAMES
+from hawk.ddc.parameters.values import RETURN_ALTITUDE_NAMES
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.remote_control import SWITCH_NAMES
 from hawk.model.sentences import say
 

@@ -10,10 +10,32 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from hawk.ddc.facts import POSE_TIMEOUT_S, GroundFacts
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.model.poses import VehiclePose
 from hawk.model.sentences import say
-from hawk.model.vehicle import LANDED_TIMEOUT_S, LandedState, VehicleState
+from hawk.model.vehicle import (
+    LANDED_TIMEOUT_S,
+    LandedState,
+    VehicleState,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class GroundFacts:
+    """Armed and landed as the autopilot gives them. `Facts.vehicle` holds what is believed.
+
+    The mode of a HEARTBEAT whose "disarmed" is doubted is not believed either.
+    """
+
+    armed_said: bool = False
+    landed_said: LandedState = LandedState.UNDEFINED
+    landed_age: float = math.inf
+    """Seconds since the last EXTENDED_SYS_STATE."""
+    doubt: str = ""
+    """Reason why the autopilot's word is not believed; empty when it is."""
+    doubted_s: float = 0.0
+    """Seconds since the doubt began."""
+
 
 AIR_HEIGHT_M = 3.0
 """An armed drone that is higher than this above its arm place does not stand there: on the ground the height drifts by

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from hawk.ddc.facts import POSE_TIMEOUT_S
 from hawk.ddc.readings.belief import AIR_HEIGHT_M, Belief, Motion
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.model.operation import Fall
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say

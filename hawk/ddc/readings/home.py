@@ -7,17 +7,45 @@ its path once, with home as it is at that moment; `hawk.ddc.states.homing` begin
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from hawk.comm.topic import Stamped
-from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
 from hawk.ddc.fence.geometry import contains, to_map
-from hawk.ddc.orders import Cause, ToLand, ToReturn
 from hawk.ddc.words import metres
 from hawk.model.frames import offset_ned
 from hawk.model.limits import Fence
 from hawk.model.operation import Health
 from hawk.model.poses import ArmPlace, GlobalPose
-from hawk.model.sentences import joined, say
+from hawk.model.sentences import say
+
+HOME_TOLERANCE_M = 3.0
+"""Distance in space between home and the arm place that is no move, metres. ArduCopter sets home at arming to within
+2 cm of the pose that it reports then; a receiver may drift until "armed" is heard."""
+
+
+@dataclass(frozen=True, slots=True)
+class HomeFacts:
+    """Home as the autopilot reports it, compared with the arm place (`hawk.ddc.readings.home`)."""
+
+    place: GlobalPose | None = None
+    age: float = math.inf
+    away: float | None = None
+    """Distance from the arm place in space, metres; None while disarmed, and before a reading of this arming."""
+    moved_s: float | None = None
+    """Seconds since home left the arm place; None when it is there and has been for a while."""
+    is_inside: bool = False
+    """Home lies inside our fence, and about as high as the arm place."""
+
+    @property
+    def is_moved(self) -> bool:
+        """True while home is not at the arm place: `moved_s` lasts a little longer."""
+        return self.away is not None and self.away > HOME_TOLERANCE_M
+
+    @property
+    def misleads(self) -> bool:
+        """True while RTL would leave the fence."""
+        return self.is_moved and not self.is_inside
+
 
 HOME_HEIGHT_M = 5.0
 """A home farther above or below the arm place changes the return height too much, metres."""
@@ -27,42 +55,6 @@ HOLDS_S = 3.0
 """Home is back when it has been right for this time, seconds."""
 HOME_WAIT_S = 3.0
 """Home that is not back within this time stays moved, seconds."""
-
-
-def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:
-    """Return the transition of a return that cannot wait, nor fly a path.
-
-    Land where RTL would not end at home, and where the drone's own place is doubted.
-    """
-    if facts.witness.misleads_home:
-        return ToLand(cause_here(facts, cause))
-    return (
-        ToLand(astray(facts, cause)) if leaves(facts) else ToReturn(cause, straight=say("the program cannot lead it"))
-    )
-
-
-def cause_here(facts: Facts, cause: Cause) -> Cause:
-    """Return the cause of a landing in place of a return that would fly to a place that is doubted."""
-    return Cause(joined(cause.text, facts.witness.doubt), cause.kind, cause.details)
-
-
-def leaves(facts: Facts) -> bool:
-    """Return True while RTL would not end at home, nor at a home that somebody moved inside the fence."""
-    home = facts.position.autopilot_home
-    return home.misleads or (bool(facts.kept.astray) and not home.is_moved)
-
-
-def astray(facts: Facts, cause: Cause | None) -> Cause | None:
-    """Return the cause of a landing in place of a return; None keeps a landing that nobody caused."""
-    if cause is None:
-        return None
-    return Cause(joined(cause.text, astray_words(facts)), cause.kind, cause.details)
-
-
-def astray_words(facts: Facts) -> str:
-    """Return in words why RTL would not end at home."""
-    home = facts.position.autopilot_home
-    return home_words(home) if home.is_moved else facts.kept.astray
 
 
 def home_words(home: HomeFacts) -> str:

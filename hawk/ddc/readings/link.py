@@ -2,12 +2,45 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from dataclasses import dataclass
+from enum import StrEnum
 
-from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.model.vehicle import ForeignWrite, LandedState, VehicleState
+
+
+class VehicleEvent(StrEnum):
+    """A change at the autopilot since the last tick."""
+
+    FOUND = "found"
+    """The autopilot is heard for the first time."""
+    LINK_LOST = "link lost"
+    LINK_BACK = "link back"
+    FOREIGN_MODE = "foreign mode"
+    """The mode changed and no request of ours asked for it."""
+    DOUBTED = "doubted"
+    """Its words on armed and landed contradict each other or its motion: `GroundFacts.doubt`."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkFacts:
+    """The link to the autopilot. ``is_up``: found, and heard within the limit."""
+
+    is_up: bool = False
+    age: float = math.inf
+    """Seconds since the last HEARTBEAT."""
+    mode_changed_at: float = -math.inf
+    events: tuple[VehicleEvent, ...] = ()
+    words: str = ""
+    """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
+    second_sender: str = ""
+    """Words for a sender beside the autopilot, which is not heard; empty while there is none."""
+    foreign_writes: tuple[ForeignWrite, ...] = ()
+    """Messages by which other stations wrote to the autopilot lately, as far as our link brings them; newest last."""
+
 
 KEPT_WRITES = 16
 WRITES_S = 30.0

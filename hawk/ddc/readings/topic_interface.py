@@ -11,16 +11,22 @@ from dataclasses import dataclass
 
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.topic import Topic
-from hawk.ddc.facts import POSE_TIMEOUT_S, TARGET_POSE_AGE_S, VERDICT_AGE_S
-from hawk.model.ground_motion import GroundStep
+from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
 from hawk.model.sentences import say
-from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
+
+TARGET_POSE_AGE_S = 0.5
+"""No target is sent on an older pose, seconds (design, section 6)."""
+POSE_TIMEOUT_S = 1.0
+"""An older pose makes the position unhealthy, seconds."""
+VERDICT_AGE_S = 1.0
+"""An older verdict is void, seconds."""
+
 
 LINK_TIMEOUT_S = 3.0
 """Without a HEARTBEAT (1 Hz) for this time the link is lost, seconds."""

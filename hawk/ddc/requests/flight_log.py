@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 
 from hawk.comm.protocol.base import listed
 from hawk.comm.protocol.heartbeat import LogEntry
-from hawk.ddc.orders import Level
+from hawk.model.operation import Level
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import say
 from hawk.model.vehicle import StatusText

@@ -47,13 +47,14 @@ from hawk.ddc.acts import (
     ShowUserError,
     UseOutline,
 )
-from hawk.ddc.facts import VERDICT_AGE_S, Facts
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.outline import outline_of
 from hawk.ddc.fence.plan import Standpoint, plan_of
 from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition, Wish
 from hawk.ddc.parameters.failsafes import return_altitude
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.readings.operator import SOME_OPERATOR
+from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
 from hawk.ddc.rules.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard, place_of, refusal, route_refusal
 from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
 from hawk.ddc.rules.outline_rules import taken_words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hawk.comm.protocol.outline_messages import SetOutline
+from hawk.comm.protocol.commands import SetOutline
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline_of, size_words

@@ -15,13 +15,12 @@ from hawk.ddc.fence.geometry import FenceError, contains, extent, sees_all, to_m
 from hawk.ddc.fence.plan import where_outside
 from hawk.ddc.parameters.failsafes import AutopilotView, FlightLimits, check_failsafes, return_altitude
 from hawk.ddc.parameters.heights import ParameterError, check_heights
-from hawk.ddc.parameters.return_settings import RETURN_HEIGHT
-from hawk.ddc.parameters.values import NOT_READ, FailsafeCheck, Values
+from hawk.ddc.parameters.values import NOT_READ, RETURN_HEIGHT, FailsafeCheck, Values
+from hawk.ddc.readings.clearance import slope_words
 from hawk.ddc.readings.fall import fall_words
 from hawk.ddc.readings.home import HOME_AGE_S, home_words
 from hawk.ddc.readings.remote_control import remote_control_check
 from hawk.ddc.readings.remote_id import remote_id_checks
-from hawk.ddc.readings.slope import slope_words
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.witnesses.witness import COMPASS_LOST
 from hawk.ddc.words import metres

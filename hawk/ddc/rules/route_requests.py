@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from hawk.comm.protocol.commands import RouteAnswer, RouteRequest
 from hawk.comm.protocol.heartbeat import ClientId, Point
 from hawk.ddc.acts import Acts, AskPlace, Reply
-from hawk.ddc.facts import VERDICT_AGE_S, Facts
+from hawk.ddc.facts import Facts
+from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
 from hawk.ddc.rules.judge import place_of, place_refusal
 from hawk.model.plans import DesiredPose, Inbound, Verdict
 from hawk.model.poses import MapPoint

@@ -20,16 +20,51 @@ from hawk.ddc.fence.geometry import (
 )
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand, ToReturn
-from hawk.ddc.readings.home import cause_here
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
-from hawk.ddc.states.camera_hold import held, raised
+from hawk.ddc.states.returning import cause_here
 from hawk.ddc.words import metres, seconds
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
+
+FARTHEST_M = 30.0
+"""A position that has gone farther is followed no more: what the camera adds up is then off by some metres."""
+
+
+def held(facts: Facts, goal: Goal, off_then: tuple[float, float]) -> Goal | None:
+    """Return the target that keeps the drone where it is by the camera; None where the camera cannot hold it.
+
+    Args:
+        facts: The facts of this moment; the position is doubted.
+        goal: The place to hold as it was reported when it was chosen.
+        off_then: How far the reported position was off at that moment, metres north and east.
+    """
+    place, fence = facts.witness.place, facts.limits.fence
+    if fence is None or not place.is_followed or place.off_m > FARTHEST_M:
+        return None
+    true = MapPoint(goal.north - off_then[0], goal.east - off_then[1])
+    if not contains(fence, true):
+        true = inside_point(fence, true)
+    target = MapPoint(true.north + place.off[0], true.east + place.off[1])
+    return replace(goal, north=target.north, east=target.east) if contains(fence, target) else None
+
+
+def raised(facts: Facts, goal: Goal, off_then: float) -> Goal | None:
+    """Return the target that keeps the drone at its true height; None above our ceiling.
+
+    Args:
+        facts: The facts of this moment; place or height is doubted.
+        goal: The place to hold, its height as it was reported when it was chosen.
+        off_then: How far the reported height was above the true one at that moment, metres.
+    """
+    height = max(goal.height + facts.witness.height.off - off_then, facts.limits.heights.minimum)
+    if height > facts.ceiling(on_ground=False):
+        return None
+    return replace(goal, height=height)
+
 
 LOW_SHARE = 0.9
 """From this share of Min upwards a drone just below Min holds at Min; lower it brakes where it is."""

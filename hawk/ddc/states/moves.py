@@ -6,9 +6,10 @@ from dataclasses import replace
 from itertools import pairwise
 
 from hawk.ddc.acts import STAY, Acts, Desire, Log, ShowUserError, Step
-from hawk.ddc.facts import VERDICT_AGE_S, Facts
+from hawk.ddc.facts import Facts
 from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower
 from hawk.ddc.orders import MoveOrder, Order, ToHover
+from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState
 from hawk.ddc.states.explore import Travelling

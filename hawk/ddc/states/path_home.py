@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.battery.energy import Reserve
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
 from hawk.ddc.fence.geometry import contains, path_is_inside
 from hawk.ddc.fence.path import is_in_sight, length, route_inside
 from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower, stopping_point
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.explore import Travelling
 from hawk.ddc.words import metres, sentence

@@ -11,7 +11,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-from hawk.ddc.doubt import Doubt
+from hawk.ddc.stopwatch import Doubt
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say
 

@@ -15,11 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 
-from hawk.ddc.doubt import Doubt
+from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.words import metres
-from hawk.model.ground_motion import GroundStep
+from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.sentences import say
-from hawk.model.stall_size import StallSize
 
 WINDOW_S = 60.0
 """Time over which camera and rangefinder count, seconds: ground slopes, and their errors add up. While the height is

@@ -12,7 +12,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from hawk.ddc.doubt import Doubt
+from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.words import metres
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say

@@ -16,13 +16,12 @@ from hawk.sim.autopilot.failsafes import ArmingView, Failsafes, Fallback, Watche
 from hawk.sim.autopilot.fence import Fence, FenceItem, FenceType
 from hawk.sim.autopilot.gps import Estimate, Estimator
 from hawk.sim.autopilot.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, Stabilize
+from hawk.sim.autopilot.options import AutopilotOptions
 from hawk.sim.autopilot.parameters import Parameters, copter_parameters
 from hawk.sim.autopilot.radio import Radio
 from hawk.sim.autopilot.rally import Rally, RallyPlace, RallyPoint
-from hawk.sim.autopilot.rangefinder import SIMULATED, Rangefinder
-from hawk.sim.autopilot.sensors import Barometer, Compasses, Receiver
+from hawk.sim.autopilot.sensors import SIMULATED, Barometer, Compasses, Rangefinder, Receiver
 from hawk.sim.geometry import Origin, Vector, add, subtract
-from hawk.sim.options import AutopilotOptions
 from hawk.sim.vehicle import GRAVITY, Body, Demand, Wind, step_body
 
 log = logging.getLogger(__name__)

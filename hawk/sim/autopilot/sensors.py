@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from hawk.sim.geometry import Flat, Vector, wrap_angle
+from hawk.sim.autopilot.parameters import Parameters
+from hawk.sim.geometry import Flat, Slope, Vector, wrap_angle
+from hawk.sim.vehicle import Body
 
 
 class Receiver:
@@ -112,3 +114,42 @@ class Heading:
             return False
         self.error, self.is_by_motion = math.copysign(RESET_ERROR, self.error), True
         return True
+
+
+SIMULATED: Final = 100
+"""RNGFND1_TYPE of ArduPilot's own simulation."""
+DOWN: Final = 25
+"""RNGFND1_ORIENT of a sensor that looks down (MAV_SENSOR_ROTATION_PITCH_270)."""
+STEEPEST: Final = math.radians(75.0)
+"""A drone that leans more measures nothing."""
+FARTHEST_CM: Final = 65_535
+
+
+class Rangefinder:
+    """One sensor. ``stuck_cm`` is a fault: it measures this whatever is below; None: none."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self.stuck_cm: int | None = None
+        self.boot()
+
+    def boot(self) -> None:
+        """Take up the sensor that the parameters name."""
+        values = self._parameters
+        self.is_there = values.flag("RNGFND1_TYPE") == SIMULATED and values.flag("RNGFND1_ORIENT") == DOWN
+
+    @property
+    def limits_cm(self) -> tuple[int, int]:
+        """Shortest and longest distance."""
+        return round(self._parameters["RNGFND1_MIN"] * 100), round(self._parameters["RNGFND1_MAX"] * 100)
+
+    def measure_cm(self, body: Body, slope: Slope) -> int:
+        """Return the distance along the sensor's axis."""
+        if self.stuck_cm is not None:
+            return self.stuck_cm
+        north, east, down = body.position
+        lean = math.cos(body.roll) * math.cos(body.pitch)
+        if lean <= math.cos(STEEPEST):
+            return FARTHEST_CM
+        height = -down - slope.height(north, east)
+        return min(FARTHEST_CM, max(0, round(height / lean * 100)))

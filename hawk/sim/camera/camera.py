@@ -15,8 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model.pictures import CameraModel
-from hawk.model.rotation import angles, rotation
+from hawk.model.pictures import CameraModel, angles, rotation
 
 
 class SimulationClock:

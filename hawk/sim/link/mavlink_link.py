@@ -22,7 +22,7 @@ from hawk.sim.autopilot.remote_id import MESSAGES as REMOTE_ID_MESSAGES
 from hawk.sim.autopilot.remote_id import Transmitter
 from hawk.sim.autopilot.telemetry import BUILDERS, Message, build, heartbeat
 from hawk.sim.geometry import Vector, add
-from hawk.sim.link.others import Others
+from hawk.sim.link.udp import Others
 
 log = logging.getLogger(__name__)
 _FIRST_IDS = 255

@@ -10,7 +10,7 @@ from urllib.parse import quote
 from hawk.comm.protocol.authority import Role
 from hawk.config import options as values
 from hawk.config.sections import Config, ConfigError, load_config
-from hawk.web.access.make_certificate import (
+from hawk.web.access.tls import (
     LONGEST_DAYS,
     CertificateError,
     CertificatePlan,

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from hawk.comm.protocol.authority import Role
-from hawk.runtime.private_files import leave_to_owner, write_private
+from hawk.runtime.files import leave_to_owner, write_private
 
 LOG = logging.getLogger(__name__)
 

@@ -18,9 +18,10 @@ from hawk.runtime.supervision import until_first_ends
 from hawk.web.access.access import OPEN, access_of
 from hawk.web.door import Visit
 from hawk.web.services import COUNTERS, SERVICES
-from hawk.web.video.ack_tap import AckTap, acknowledged_sequence
 from hawk.web.video.video_wire import (
     BOUNDARY,
+    AckTap,
+    acknowledged_sequence,
     chunked_part,
     marked_sequence,
     opening,

@@ -9,18 +9,98 @@ import asyncio
 import contextlib
 import fcntl
 import logging
+import math
 import sys
 import termios
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from enum import Enum
 from typing import Final
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
 from hawk.comm.topic import Topic
+from hawk.formats.image import NoImage, decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
-from hawk.web.video.link_pace import SLOW_S, LinkPace
-from hawk.web.video.small_frames import SmallFrames
 from hawk.web.video.video_wire import Wire, WireCache, sequence_of
+
+STEPS: Final = 4
+"""Steps below the whole picture; the number of the smallest one."""
+LEAST_RATIO: Final = 1.5
+"""Least ratio of a picture's bytes to those of the next smaller step."""
+MOST_RATIO: Final = 3.0
+"""Greatest ratio of a picture's bytes to those of the next smaller step, up to 1920 pixels wide."""
+SLOW_S: Final = 1.0
+"""Real seconds from sending a picture to its arrival, above which smaller ones follow."""
+FRESH_S: Final = SLOW_S / MOST_RATIO
+"""Real seconds within which pictures arrive before a larger step is tried: the larger one then takes `SLOW_S`."""
+HOLD_S: Final = 5.0
+"""Real seconds until the step of a slow picture is tried again, unless an acknowledged one shows room for it."""
+LONGEST_HOLD_S: Final = 60.0
+"""Real seconds until a step that was too large several times is tried again, at most."""
+TRIAL_S: Final = 20.0
+"""A slow picture within this time after a larger step shows that the step is too large, real seconds."""
+_NONE: Final = -1
+
+
+class LinkPace:
+    """The step of one viewer's pictures."""
+
+    def __init__(self, *, is_acknowledged: bool = True) -> None:
+        """Begin with the smallest picture, which shows how fast the link is.
+
+        Without acknowledgements by the viewer the first picture is whole: programs that read a stream scale every
+        picture to the size of the first. There buffers may swallow a small picture, so that its arrival says little
+        about a larger one: steps become larger by one at a time.
+        """
+        self.step = STEPS if is_acknowledged else 0
+        self._is_acknowledged = is_acknowledged
+        self._grown_at: float | None = None
+        """Time of the last larger step while it is on trial."""
+        self._grown_from = STEPS
+        self._too_large = _NONE
+        self._failed_at = float("-inf")
+        self._hold_s = 0.0
+
+    def arrived(self, now: float, seconds: float) -> None:
+        """Note that a picture of the present step has arrived.
+
+        Args:
+            now: Real seconds.
+            seconds: From sending it to its arrival; delay counts as if it were lack of speed.
+        """
+        if seconds > SLOW_S:
+            self._shrink(now, seconds)
+            return
+        if self._grown_at is not None and now - self._grown_at > TRIAL_S:
+            self._grown_at = None
+            if self.step <= self._too_large:
+                self._too_large, self._hold_s = _NONE, HOLD_S
+        if self.step > 0 and seconds <= FRESH_S:
+            self._grow(now, seconds)
+
+    def _shrink(self, now: float, seconds: float) -> None:
+        on_trial = self._grown_at is not None
+        failed_again = on_trial and self.step <= self._too_large
+        self._hold_s = min(2 * self._hold_s, LONGEST_HOLD_S) if failed_again else HOLD_S
+        self._too_large, self._failed_at, self._grown_at = self.step, now, None
+        smaller = math.ceil(math.log(seconds / SLOW_S) / math.log(LEAST_RATIO))
+        was_enough = on_trial and seconds <= SLOW_S * MOST_RATIO  # else the link itself became slower
+        self.step = min(self.step + max(1, smaller), self._grown_from if was_enough else STEPS)
+
+    def _grow(self, now: float, seconds: float) -> None:
+        room = math.floor(math.log(FRESH_S / max(seconds, 1e-6)) / math.log(MOST_RATIO)) if self._is_acknowledged else 0
+        step = max(0, self.step - max(1, room))
+        if room == 0 and now - self._failed_at < self._hold_s:  # room that an acknowledgement shows is not waited for
+            step = max(step, self._too_large + 1)
+        if step < self.step:
+            self._grown_from, self.step = self.step, step
+            self._grown_at = now
+
 
 LOG = logging.getLogger(__name__)
 
@@ -265,3 +345,76 @@ def unacknowledged(descriptor: int) -> int:
         return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, bytes(4)), sys.byteorder)
     except OSError:
         return 0
+
+
+SMALL_WIDTH: Final = 320
+"""Pixels of the smallest step; with its quality a picture of a lot has some 10 kB, an eighth of a whole one."""
+QUALITIES: Final = (75, 67, 60, 52, 45)
+"""JPEG qualities by step; that of step 0 is not used: whole pictures come encoded."""
+
+_REDUCTIONS: Final = (1, 2, 4)
+"""Parts of its size at which a JPEG is decoded for less time."""
+
+
+class SmallFrames:
+    """Makes the smaller forms of frames on a thread of its own."""
+
+    def __init__(self) -> None:
+        self._executor = ThreadPoolExecutor(1, thread_name_prefix="web-small-frames")
+        self._maker = _Maker()
+        self._of: AnnotatedFrame | None = None
+        self._made: dict[int, asyncio.Future[AnnotatedFrame]] = {}
+
+    def of(self, frame: AnnotatedFrame, step: int) -> asyncio.Future[AnnotatedFrame]:
+        """Return the form of a frame at a step from 1 to `STEPS`; the frame itself where it cannot be made smaller.
+
+        The future is shared by all who ask: do not cancel it.
+        """
+        if self._of is not frame:
+            self._of, self._made = frame, {}
+        made = self._made.get(step)
+        if made is None:
+            made = asyncio.get_running_loop().run_in_executor(self._executor, self._maker.make, frame, step)
+            self._made[step] = made
+        return made
+
+    def close(self) -> None:
+        """End the thread."""
+        self._executor.shutdown(wait=False, cancel_futures=True)
+
+
+class _Maker:
+    """Decodes each frame at most once for the steps that need the same size; used by one thread."""
+
+    def __init__(self) -> None:
+        self._of: AnnotatedFrame | None = None
+        self._pictures: dict[int, NDArray[np.uint8]] = {}
+
+    def make(self, frame: AnnotatedFrame, step: int) -> AnnotatedFrame:
+        if self._of is not frame:
+            self._of, self._pictures = frame, {}
+        try:
+            width, height = jpeg_size(frame.jpeg)
+            size = (width_at(width, step), max(1, round(height * width_at(width, step) / width)))
+            reduction = max(each for each in _REDUCTIONS if width >= each * size[0])
+            if reduction not in self._pictures:
+                self._pictures[reduction] = decode(frame.jpeg, reduction)
+        except (NoImage, ValueError):
+            return frame
+        return frame if size[0] >= width else _encoded(frame, self._pictures[reduction], size, QUALITIES[step])
+
+
+def shrink(frame: AnnotatedFrame, step: int = STEPS) -> AnnotatedFrame:
+    """Return the frame at a step from 1 to `STEPS`; the frame itself where it has no picture, or one small already."""
+    return _Maker().make(frame, step)
+
+
+def width_at(whole: int, step: int) -> int:
+    """Return the width in pixels at a step: from step to step by the same share, down to `SMALL_WIDTH`."""
+    return whole if whole <= SMALL_WIDTH else round(whole * (SMALL_WIDTH / whole) ** (step / STEPS))
+
+
+def _encoded(frame: AnnotatedFrame, picture: NDArray[np.uint8], size: tuple[int, int], quality: int) -> AnnotatedFrame:
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    done, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return replace(frame, jpeg=data.tobytes()) if done and len(data) < len(frame.jpeg) else frame

@@ -6,7 +6,7 @@ from benchmarks.probe import Probe, is_heartbeat, main
 from hawk.comm.protocol.commands import Ack
 from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.web.clients import ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 
 async def test_an_idle_loop_is_sampled_until_the_probe_is_told_to_end() -> None:

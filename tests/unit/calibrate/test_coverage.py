@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from hawk.calibrate.camera_command import coverage_lines
 from hawk.calibrate.coverage import CELL_CORNERS, CELLS, FAR, LEAST_VIEWS, NEAR, TILTED, View, coverage
-from hawk.calibrate.shown import coverage_lines
 
 SIZE = (1280, 720)
 LEANS = [(TILTED, 0.0), (-TILTED, 0.0), (0.0, TILTED), (0.0, -TILTED)]

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hawk.algo.vision.motion import expected_motion
+from hawk.algo.vision.odometry import expected_motion
 from hawk.algo.vision.rectify import ground_homography, intrinsics
-from hawk.calibrate.advice import LARGEST_SPREADS, Advice, advise, table
 from hawk.calibrate.flight import Flown
+from hawk.calibrate.flight_command import LARGEST_SPREADS, Advice, advise, table
 from hawk.calibrate.geometry import carried, motions, mounted
 from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import Matches

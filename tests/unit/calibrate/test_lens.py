@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from hawk.calibrate.camera_command import Session
-from hawk.calibrate.camera_info import camera_info, write_camera_info
 from hawk.calibrate.coverage import View
-from hawk.calibrate.lens import MOST_RMS, NAMES, Lens, LensError, calibrate
-from hawk.calibrate.views import LEAST_CORNERS, BoardFinder, Collector
+from hawk.calibrate.lens import LEAST_CORNERS, MOST_RMS, NAMES, BoardFinder, Collector, Lens, LensError, calibrate
+from hawk.calibrate.settings_file import camera_info, write_camera_info
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings
 from tests.unit.calibrate.boards import TRUE, Picture, Studio

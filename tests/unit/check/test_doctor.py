@@ -10,14 +10,13 @@ import pytest
 
 from hawk import cli
 from hawk.check import commands, doctor
-from hawk.check.doctor import collect, run_command, write_bundle
+from hawk.check.doctor import SecretFilter, collect, known_secrets, run_command, write_bundle
 from hawk.check.result import CheckResult, failed
-from hawk.check.secrets import SecretFilter, known_secrets
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import Config
-from hawk.runtime.private_files import ADDRESS_FILE, cookie_secret
+from hawk.runtime.files import ADDRESS_FILE, cookie_secret
 from hawk.store.journal_state import pack
-from hawk.web.access.make_certificate import CertificatePlan, make_certificate
+from hawk.web.access.tls import CertificatePlan, make_certificate
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 
 WEB_TOKEN = "settings-token-Zk3vQ9"

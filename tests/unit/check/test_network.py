@@ -22,7 +22,7 @@ from hawk.check.result import Outcome
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import AutopilotSettings, Config, WebSettings
 from hawk.runtime.programs import Kind, Processes
-from hawk.web.access.make_certificate import CertificatePlan, make_certificate
+from hawk.web.access.tls import CertificatePlan, make_certificate
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from tests.unit.check.fakes import write_process, write_sockets
 

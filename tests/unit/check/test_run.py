@@ -21,8 +21,21 @@ from hawk.check.camera import CameraTimes
 from hawk.check.machine import RELEASED, DiskReading
 from hawk.check.model import ground_size, look_at_model
 from hawk.check.network import NetworkTools
-from hawk.check.report import as_object, last_line, print_json, print_table
-from hawk.check.result import CheckResult, Look, Outcome, all_passed, failed, not_looked_at, passed, run_looks, warning
+from hawk.check.result import (
+    CheckResult,
+    Look,
+    Outcome,
+    all_passed,
+    as_object,
+    failed,
+    last_line,
+    not_looked_at,
+    passed,
+    print_json,
+    print_table,
+    run_looks,
+    warning,
+)
 from hawk.check.run import Tools, check_all
 from hawk.comm.clock import Clock
 from hawk.config.option_settings import load_settings

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.check.last_flight import NO_FLIGHT, Line, last_flight, read_journal, tell
+from hawk.check.doctor import NO_FLIGHT, Line, last_flight, read_journal, tell
 from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     HealthItem,

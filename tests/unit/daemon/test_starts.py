@@ -10,7 +10,7 @@ from typing import IO
 import pytest
 
 from hawk.daemon.starts import Starts
-from hawk.ddc.rules.restart import FLIGHT_KEPT_S, RestartRule
+from hawk.ddc.rules.follower import FLIGHT_KEPT_S, RestartRule
 from hawk.model.moment import Moment
 from hawk.model.operation import FlightSoFar
 from hawk.store.journal import FlightJournal

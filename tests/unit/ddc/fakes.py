@@ -10,10 +10,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hawk.comm.autopilot.rangefinder import RangeReading
 from hawk.comm.autopilot.remote_control import RemoteControl
 from hawk.comm.autopilot.remote_id import RemoteIdReport
-from hawk.comm.autopilot.terrain import TerrainWatch
+from hawk.comm.autopilot.terrain import RangeReading, TerrainWatch
 from hawk.comm.autopilot.vehicle import AutopilotError, OtherFenceError, VehicleTopics
 from hawk.comm.protocol.commands import (
     Ack,
@@ -35,8 +34,7 @@ from hawk.ddc.fence.geometry import to_map
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface, Sender
-from hawk.ddc.settings import DdcSettings, ManagerSetup
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
 from hawk.model.limits import Fence
 from hawk.model.moment import Moment
 from hawk.model.operation import Fall, FlightSoFar, Health, StateName, UserError

@@ -26,7 +26,7 @@ from hawk.ddc.acts import (
 )
 from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import Facts, VehicleEvent, WindFacts
+from hawk.ddc.facts import Facts, WindFacts
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -44,6 +44,7 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.wind import Wind
 from hawk.ddc.rules.guard import reaction
 from hawk.ddc.rules.kill import KillTokens

@@ -10,20 +10,12 @@ import pytest
 
 from hawk.comm.autopilot.terrain import Terrain
 from hawk.ddc import facts as limits
-from hawk.ddc.facts import (
-    Answer,
-    BatteryFacts,
-    Facts,
-    GroundFacts,
-    HomeFacts,
-    KeptFacts,
-    LimitFacts,
-    LinkFacts,
-    PositionFacts,
-    SightFacts,
-    WindFacts,
-)
+from hawk.ddc.facts import Answer, BatteryFacts, Facts, KeptFacts, LimitFacts, PositionFacts, SightFacts, WindFacts
+from hawk.ddc.readings.belief import GroundFacts
 from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts
+from hawk.ddc.readings.link import LinkFacts
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, TARGET_POSE_AGE_S, VERDICT_AGE_S
 from hawk.model.operation import Health
 from hawk.model.plans import Inbound, Route, Verdict
 from hawk.model.poses import MapPoint, MapPose
@@ -51,9 +43,9 @@ def home(**changes: Any) -> Facts:
 
 def test_the_limits_of_time_and_place() -> None:
     """Seconds, and metres for home: the specification's and the safety page's figures."""
-    assert (limits.TARGET_POSE_AGE_S, limits.POSE_TIMEOUT_S, limits.POSITION_CONFIRM_S) == (0.5, 1.0, 2.0)
+    assert (TARGET_POSE_AGE_S, POSE_TIMEOUT_S, limits.POSITION_CONFIRM_S) == (0.5, 1.0, 2.0)
     assert (limits.BATTERY_UNKNOWN_S, limits.FAULT_CONFIRM_S, limits.RESERVE_CONFIRM_S) == (30.0, 1.0, 3.0)
-    assert (limits.VERDICT_AGE_S, limits.HOME_TOLERANCE_M) == (1.0, 3.0)
+    assert (VERDICT_AGE_S, HOME_TOLERANCE_M) == (1.0, 3.0)
 
 
 def test_before_anything_was_heard_nothing_is_known() -> None:

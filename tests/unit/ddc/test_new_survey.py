@@ -9,7 +9,7 @@ import pytest
 
 from hawk.comm.protocol.commands import AutonomousExplore, NewSurvey
 from hawk.comm.protocol.heartbeat import VehicleStatus
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.settings import SurveyMemory
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import FlightDrain, StateName, SurveyLeft
 from tests.unit.ddc.fakes import UTC_START, Rig

@@ -52,9 +52,8 @@ from hawk.ddc.acts import (
     UseOutline,
 )
 from hawk.ddc.fence.geometry import ring_from_map
-from hawk.ddc.fence.outline_keeper import OutlineKeeper
 from hawk.ddc.fence.plan import FencePlan, Standpoint
-from hawk.ddc.fence.stored import FenceKeeper
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
@@ -63,7 +62,7 @@ from hawk.ddc.requests.fence_checks import FenceChecks
 from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.settings import SurveyMemory
 from hawk.model.limits import HeightParameters, Outline
 from hawk.model.operation import Fall, StateName, UserError
 from hawk.model.plans import DesiredPose

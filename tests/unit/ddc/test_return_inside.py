@@ -13,12 +13,14 @@ from hawk.comm.protocol.commands import Arm, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
 from hawk.ddc.battery.energy import LANDING_PERCENT, Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts, HomeFacts, LinkFacts, VehicleEvent
+from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts
 from hawk.ddc.fence import path as fence_path
 from hawk.ddc.fence.geometry import contains, outside_by, polygon_fence
 from hawk.ddc.motion import PROGRESS_S, Goal
 from hawk.ddc.orders import Cause, CauseKind, ToReturn
-from hawk.ddc.requests.target_gate import Limits, target_refusal
+from hawk.ddc.readings.home import HomeFacts
+from hawk.ddc.readings.link import LinkFacts, VehicleEvent
+from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.ddc.rules.failing import AIR_S
 from hawk.ddc.rules.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home

@@ -11,11 +11,12 @@ import pytest
 from hawk.comm.protocol.commands import Ack
 from hawk.ddc.acts import Acts, Log, ShowUserError
 from hawk.ddc.battery.charge import NO_CHARGE, ChargeFacts
-from hawk.ddc.facts import Facts, HomeFacts, KeptFacts
+from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.orders import ToIdle
 from hawk.ddc.parameters.values import Values
 from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.judge import Bench, Case, options
 from hawk.ddc.rules.preflight import preflight_items

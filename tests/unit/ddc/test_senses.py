@@ -15,18 +15,17 @@ from hawk.comm.autopilot.remote_id import RemoteIdReport
 from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.acts import Ask, SetMode
 from hawk.ddc.battery.energy import ASSUMED_DRAIN, SAFETY_FACTOR, seconds_home
-from hawk.ddc.battery.survey_watch import SurveyWatch
-from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.battery.survey import SurveyWatch
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
-from hawk.ddc.fence.outline_keeper import OutlineKeeper
-from hawk.ddc.fence.stored import FenceKeeper
+from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.senses import Senses, Sources
-from hawk.ddc.settings import DdcSettings
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.settings import DdcSettings, SurveyMemory
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Fall, Health, StateName

@@ -22,7 +22,7 @@ from hawk.model.poses import GlobalPose, LocalPose, MapPose
 from hawk.model.vehicle import BatteryInfo
 from hawk.runtime.program_log import ProgramLog
 from hawk.web.clients import ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 from tests.unit.ddc.fakes import PLACE, Rig
 
 MAP = OccupancyMap(map_id="m", version=3, counts=Counts(free=5, taken=6, unknown=2))

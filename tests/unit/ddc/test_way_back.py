@@ -14,7 +14,7 @@ from hawk.ddc.acts import SendTarget
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError, circle, contains, inside_point, outside_by, polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
-from hawk.ddc.requests.target_gate import Limits, target_refusal
+from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.ddc.states.hover import Holding
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose, VehiclePose

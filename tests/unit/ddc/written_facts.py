@@ -7,18 +7,10 @@ from dataclasses import replace
 from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.acts import Act, Acts
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import (
-    BatteryFacts,
-    Facts,
-    LimitFacts,
-    LinkFacts,
-    OperatorFacts,
-    PositionFacts,
-    SightFacts,
-    VehicleEvent,
-)
+from hawk.ddc.facts import BatteryFacts, Facts, LimitFacts, OperatorFacts, PositionFacts, SightFacts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.readings.remote_control import RemoteControlFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings

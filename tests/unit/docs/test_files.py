@@ -8,9 +8,9 @@ import pytest
 
 from hawk.ddc.fence.stored import FENCE_FILE
 from hawk.ddc.parameters.heights import PARAMETER_FILE
-from hawk.runtime.private_files import ADDRESS_FILE, SECRET_FILE
-from hawk.web.access.access_keeper import LOGIN_FILE
-from hawk.web.access.make_certificate import CERTIFICATE_FILE, KEY_FILE
+from hawk.runtime.files import ADDRESS_FILE, SECRET_FILE
+from hawk.web.access.access import LOGIN_FILE
+from hawk.web.access.tls import CERTIFICATE_FILE, KEY_FILE
 from hawk.web.access.tokens import TOKEN_FILE
 
 TEXT = (Path(__file__).parents[3] / "docs" / "files.md").read_text(encoding="utf-8")

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.ddc.fence.geojson import Outline, read_outline
+from hawk.ddc.fence.geojson import FenceFile, read_fence, read_survey_outline
 from hawk.ddc.fence.geometry import FenceError
-from hawk.ddc.fence.outline_geojson import read_survey_outline
 from hawk.formats.area_file import LARGEST_BYTES, AreaError, read_areas
 
 RING = ((43.26, -79.92), (43.26, -79.91), (43.27, -79.91), (43.27, -79.92))
@@ -43,12 +42,12 @@ LINE = feature({"type": "LineString", "coordinates": positions()[:2]})
 ALMOST = (RING[0][0] + 1e-10, RING[0][1] - 1e-10)
 
 
-def fence_of(tmp_path: Path, data: bytes | str | dict[str, Any], name: str = "f.geojson") -> Outline:
+def fence_of(tmp_path: Path, data: bytes | str | dict[str, Any], name: str = "f.geojson") -> FenceFile:
     path = tmp_path / name
     if isinstance(data, dict):
         data = json.dumps(data)
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
-    return read_outline(path)
+    return read_fence(path)
 
 
 @pytest.mark.fault(
@@ -94,7 +93,7 @@ def fence_of(tmp_path: Path, data: bytes | str | dict[str, Any], name: str = "f.
     ],
 )
 def test_what_has_one_clear_meaning_is_a_fence(tmp_path: Path, content: dict[str, Any]) -> None:
-    assert fence_of(tmp_path, content) == Outline(RING, (), None)
+    assert fence_of(tmp_path, content) == FenceFile(RING, (), None)
 
 
 @pytest.mark.fault(
@@ -113,7 +112,7 @@ def test_zones_are_holes_and_polygons_that_are_exclusions(tmp_path: Path, said: 
     content = collection(
         feature(polygon(positions(), positions(HOLE)), ceiling_m="60"), feature(polygon(), Exclusion=said)
     )
-    assert fence_of(tmp_path, content) == Outline(RING, (HOLE, RING), 60.0)
+    assert fence_of(tmp_path, content) == FenceFile(RING, (HOLE, RING), 60.0)
 
 
 @pytest.mark.fault(
@@ -174,10 +173,10 @@ CEILING_DATA = '<ExtendedData><SchemaData><SimpleData name="ceiling_m">55</Simpl
 @pytest.mark.parametrize("namespace", ["http://www.opengis.net/kml/2.2", "http://earth.google.com/kml/2.1"])
 def test_google_earth_s_kml_is_a_fence(tmp_path: Path, namespace: str) -> None:
     text = kml(KML_POINT, placemark(kml_polygon(RING, [HOLE]), CEILING_DATA), namespace=namespace)
-    assert fence_of(tmp_path, text, "lot.kml") == Outline(RING, (HOLE,), 55.0)
+    assert fence_of(tmp_path, text, "lot.kml") == FenceFile(RING, (HOLE,), 55.0)
     several = f"<MultiGeometry>{kml_polygon()}</MultiGeometry>"
     zoned = kml(placemark(several), placemark(kml_polygon(HOLE), ZONE_DATA), namespace=namespace)
-    assert fence_of(tmp_path, zoned, "lot.kml") == Outline(RING, (HOLE,), None)
+    assert fence_of(tmp_path, zoned, "lot.kml") == FenceFile(RING, (HOLE,), None)
 
 
 def packed(text: str, name: str = "doc.kml") -> bytes:

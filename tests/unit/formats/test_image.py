@@ -4,8 +4,17 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.formats.image import DamagedImage, NoImage, decode, decode_any, jpeg_size, read_jpeg, upright, whole_jpeg
-from hawk.formats.picture_steps import largest_step
+from hawk.formats.image import (
+    DamagedImage,
+    NoImage,
+    decode,
+    decode_any,
+    jpeg_size,
+    largest_step,
+    read_jpeg,
+    upright,
+    whole_jpeg,
+)
 from tests.unit.comm.cameras.pictures import picture
 from tests.unit.jpegs import jpeg, oriented, scene, with_extra_bytes, without
 

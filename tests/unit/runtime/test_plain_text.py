@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.runtime.plain_text import plain, plain_lines
+from hawk.runtime.repeated_log import plain, plain_lines
 
 
 @pytest.mark.parametrize(

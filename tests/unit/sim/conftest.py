@@ -11,9 +11,9 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot.autopilot import Autopilot
+from hawk.sim.autopilot.options import AutopilotOptions
 from hawk.sim.geometry import Origin
 from hawk.sim.link.mavlink_link import MavlinkLink
-from hawk.sim.options import AutopilotOptions
 
 STREAM_IDS = (0, 1, 24, 30, 32, 33, 147, 242, 245)
 

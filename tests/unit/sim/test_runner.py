@@ -8,10 +8,10 @@ import aiohttp
 import numpy as np
 import pytest
 
+from hawk.sim.autopilot.options import AutopilotOptions
 from hawk.sim.camera.camera import Camera, Shot, SimulationClock
 from hawk.sim.geometry import Origin
 from hawk.sim.link.udp import UdpUrl
-from hawk.sim.options import AutopilotOptions
 from hawk.sim.runner import CHUNK_S, Flyer, RunOptions, fly, follow
 from tests.unit.sim.camera.test_camera import GreyRenderer, HandClock
 

@@ -35,7 +35,7 @@ from hawk.comm.protocol.heartbeat import (
 from hawk.model.operation import StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.web.clients import ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 BEAT_S = 0.2
 

@@ -6,7 +6,7 @@ import zlib
 import numpy as np
 import pytest
 
-from hawk.comm.protocol.map_update import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
+from hawk.comm.protocol.heartbeat import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
 from hawk.model.lot_map import TILE_CELLS, Cell, StallState
 from hawk.model.poses import GlobalPose
 from hawk.survey.client import BadMapError, ClientMap

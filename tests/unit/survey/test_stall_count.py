@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.model.lot_map import Counts, Stall, StallState
+from hawk.model.lot_map import SPREADS, Counts, Stall, StallState, free_interval, free_variance, variance_of
 from hawk.model.plans import WHOLE_SHARE, ExploreStatus
-from hawk.model.stall_count import SPREADS, free_interval, free_variance, variance_of
 
 SHARES = st.floats(0, 1)
 

@@ -4,8 +4,8 @@ import numpy as np
 import shapely
 
 from hawk.worlds.cars import LONG_KINDS, footprint_m
+from hawk.worlds.generate import SiteSize
 from hawk.worlds.plan import PlannedStall, SitePlan
-from hawk.worlds.site import SiteSize
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.streets import plan_street_site

@@ -9,7 +9,7 @@ from typing import Any
 import aiohttp
 
 from hawk.comm.protocol.authority import Role
-from hawk.web.access.access_keeper import KEEPER
+from hawk.web.access.access import KEEPER
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from tests.unit.web.rig import Rig, Visitor, browser
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.ddc.fence.area_import import editable_area
+from hawk.ddc.fence.geojson import editable_area
 from hawk.formats.area_file import LARGEST_BYTES
 from hawk.web import area_file
 from tests.unit.formats.test_area_file import (

@@ -7,8 +7,7 @@ import secrets
 import pytest
 
 from hawk.config.sections import OperatorSettings
-from hawk.web.asking import AGAIN_S, ANSWER_S, OPEN_S, PAUSE_S
-from hawk.web.sessions import RENAME_S, ControlDesk
+from hawk.web.sessions import AGAIN_S, ANSWER_S, OPEN_S, PAUSE_S, RENAME_S, ControlDesk
 from tests.manual_clock import ManualClock
 from tests.unit.web.rig import Connect, Rig
 

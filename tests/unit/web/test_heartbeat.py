@@ -28,7 +28,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.poses import MapPoint
 from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
-from hawk.web.session import ControlView
+from hawk.web.sessions import ControlView
 
 CONTROL = ControlView("Operator 1", in_control=True)
 

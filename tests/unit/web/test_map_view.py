@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.protocol.map_update import MapUpdate
+from hawk.comm.protocol.heartbeat import MapUpdate
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.poses import MapPoint
 from hawk.model.sharded import Sharded

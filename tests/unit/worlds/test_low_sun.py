@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hawk.worlds.canvas import Canvas
-from hawk.worlds.car_shadows import ShadowsAmong
-from hawk.worlds.cars import draw_vehicle
+from hawk.worlds.cars import ShadowsAmong, draw_vehicle
 from hawk.worlds.light import LOW_SUN_SHARE, Shadows, Sun, sample_sun, shade_gain
 from hawk.worlds.plan import Building, Tree, Vehicle
 from hawk.worlds.render import draw_plan

@@ -9,9 +9,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hawk.worlds.generate import SiteSize, plan_lot_site
 from hawk.worlds.layout import asphalt_details, plan_section
 from hawk.worlds.plan import SitePlan
-from hawk.worlds.site import SiteSize, plan_lot_site
 from hawk.worlds.style import LotStyle, sample_style
 from tests.unit.worlds.builders import EAST, areas_of, generator, largest_overlap, plain_plan, plain_style
 from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site

@@ -5,11 +5,18 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import threading
+import time
 from abc import abstractmethod
 from collections.abc import AsyncGenerator, Callable
+from pathlib import Path
 from typing import Final
+from urllib.parse import unquote, urlsplit
 
-from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame, without_secrets
 
 _CLOSE_S: Final = 6.0
 """Real seconds that a driver may take to return from a read."""
@@ -101,3 +108,44 @@ class _Thread:
     def _end(self) -> None:
         self._over.set()
         self._news.set()
+
+
+_QUALITY = 90
+_FILE_RATE_HZ = 15.0
+
+
+class OpenCvSource(ThreadedSource):
+    """``file:///path``."""
+
+    def __init__(self, url: str, clock: Callable[[], float]) -> None:
+        super().__init__(without_secrets(url))
+        self._path = Path(unquote(urlsplit(url).path))
+        self._clock = clock
+
+    def capture(self, give: Give, stopping: threading.Event) -> None:
+        """Play the film once. Raises CameraError at its end."""
+        if not self._path.exists():
+            raise CameraError("there is no such file")
+        film = cv2.VideoCapture(str(self._path), cv2.CAP_FFMPEG)
+        try:
+            if not film.isOpened():
+                raise CameraError("cannot be opened; is it a film?")
+            rate = film.get(cv2.CAP_PROP_FPS)
+            period = 1.0 / (rate if 1 <= rate <= 240 else _FILE_RATE_HZ)
+            while not stopping.is_set():
+                started = time.monotonic()
+                whole, picture = film.read()
+                if not whole or picture is None:
+                    raise CameraError("the file has ended")
+                give(SourceFrame(encoded(np.asarray(picture, np.uint8)), self._clock()))
+                stopping.wait(max(0.0, period - (time.monotonic() - started)))
+        finally:
+            film.release()
+
+
+def encoded(picture: NDArray[np.uint8]) -> bytes:
+    """Return a picture, (height, width, 3) BGR, as JPEG. Raises CameraError."""
+    done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    if not done:
+        raise CameraError("a picture cannot be encoded")
+    return bytes(data.tobytes())

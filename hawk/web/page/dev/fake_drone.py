@@ -57,12 +57,11 @@ from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
 from hawk.ddc.rules.command_table import TABLE, table_reason
-from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.plans import ExploreStatus
 from hawk.model.poses import MapPoint
-from hawk.model.stall_count import free_interval
 from hawk.runtime.performance import LagSummary
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices

@@ -13,10 +13,9 @@ from hawk.algo.frame import AlgoError
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.model.lot_map import TILE_CELLS, Cell, OccupancyMap, Stall, StallState
+from hawk.model.lot_map import TILE_CELLS, Cell, OccupancyMap, Stall, StallState, variance_of
 from hawk.model.plans import Inbound
 from hawk.model.poses import MapPose
-from hawk.model.stall_count import variance_of
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
 from hawk.algo.mapper.evidence import EVIDENCE_M
-from hawk.algo.mapper.standing_cars import LENGTH_M, WIDTH_M, CarBoxes, car_boxes
+from hawk.algo.mapper.suggestions import CAR_LENGTHS_M, CAR_WIDTHS_M, CarBoxes, car_boxes
 from hawk.algo.vision import quads
 
 WINDOW = Window(-150, -150, 300, 300, EVIDENCE_M)
@@ -48,7 +48,7 @@ def test_a_car_is_found_where_it_stands(north: float, east: float, angle: float,
 
 @pytest.mark.parametrize(
     ("width", "length"),
-    [(0.9, 2.0), (WIDTH_M[1] + 0.6, 5.0), (2.0, LENGTH_M[1] + 0.6), (2.0, 2.4)],
+    [(0.9, 2.0), (CAR_WIDTHS_M[1] + 0.6, 5.0), (2.0, CAR_LENGTHS_M[1] + 0.6), (2.0, 2.4)],
     ids=["bicycle", "wide", "coach", "short"],
 )
 def test_what_has_another_size_is_no_car(width: float, length: float) -> None:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from hawk.algo.mapper.core import MapCore
 from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.mapper.standing_cars import CarBoxes
 from hawk.algo.mapper.suggestions import (
     LENGTH_M,
     PASS_M,
     PASS_S,
     SCORE,
     WIDTH_M,
+    CarBoxes,
     Geometry,
     Sight,
     Suggestion,

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.algo.path_plan.bridges import with_bridges
+from hawk.algo.path_plan.field import with_bridges
 
 SHAPE = (60, 80)
 FREE = np.ones(SHAPE, np.uint8)

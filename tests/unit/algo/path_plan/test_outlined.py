@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.path_plan.outlined import OutlinedGround, cells_inside
+from hawk.algo.path_plan.lot_ground import OutlinedGround, cells_inside
 from hawk.model.limits import AskedGround
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.poses import MapPoint

@@ -10,7 +10,7 @@ import pytest
 import shapely
 
 from hawk.algo.ground import COARSE_M, Window
-from hawk.algo.path_plan.bridges import with_bridges
+from hawk.algo.path_plan.field import with_bridges
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import NO_LOT_THERE, NO_ROUTE, RouteKeeper, lot_route
 from hawk.model.limits import Fence

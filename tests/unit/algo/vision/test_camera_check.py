@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.camera_check import CameraCheck, Evidence, Pair, View
-from hawk.algo.vision.motion import Motion, expected_motion, find_features, measured_motion
+from hawk.algo.vision.odometry import Motion, expected_motion, find_features, measured_motion
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health, StateName
 from hawk.model.poses import MapPose

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.engines import Engine, EngineError, open_runner
-from hawk.algo.vision.network import StallNetwork, VisionModelError, packaged_weights
+from hawk.algo.vision.network import Engine, EngineError, StallNetwork, VisionModelError, open_runner, packaged_weights
 from hawk.config.sections import Config, ConfigError, load_config
 from hawk.config.sections import VisionSettings as VisionSection
 from hawk.daemon.algorithms import make_manager

@@ -23,7 +23,7 @@ from hawk.comm.autopilot.remote_id import EPOCH, OperatorPlace, where, who
 from hawk.comm.autopilot.vehicle import AutopilotError
 from hawk.comm.mavlink.peer import Expected
 from hawk.config.sections import RemoteIdSettings
-from hawk.runtime.plain_text import plain
+from hawk.runtime.repeated_log import plain
 
 HEARTBEAT_S = 0.2
 WAIT_S = 10.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.autopilot.rangefinder import looks_down, read_distance
+from hawk.comm.autopilot.terrain import looks_down, read_distance
 from hawk.model.frames import Attitude
 
 LEVEL = Attitude(10.0, 0.0, 0.0, 0.0)

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.autopilot.rangefinder import RangeReading
-from hawk.comm.autopilot.terrain import FRESH_S, Terrain, TerrainWatch, ground_below
+from hawk.comm.autopilot.terrain import FRESH_S, RangeReading, Terrain, TerrainWatch, ground_below
 
 STEP_S = 0.1
 SPEED = 4.0

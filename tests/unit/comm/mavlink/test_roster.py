@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from hawk.comm.mavlink.frames import Heartbeat
-from hawk.comm.mavlink.roster import SHOWN_S, Roster
+from hawk.comm.mavlink.peer import SHOWN_S, Roster
 
 TRACKER = Heartbeat(2, 1, 5, 3, 0)
 QUADROTOR = Heartbeat(1, 1, 2, 3, 0)

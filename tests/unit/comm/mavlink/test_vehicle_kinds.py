@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.comm.mavlink.vehicle_kinds import is_copter, kind_words
+from hawk.comm.mavlink.frames import is_copter, kind_words
 
 COPTERS = {2, 3, 4, 13, 14, 15, 29, 35, 43}
 NAMES = {

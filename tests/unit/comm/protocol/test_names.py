@@ -4,9 +4,8 @@ import json
 
 import pytest
 
-from hawk.comm.protocol.commands import BadMessageError, parse_command
-from hawk.comm.protocol.control_messages import OperatorName
-from hawk.comm.protocol.names import LONGEST_PERSON, cleaned, distinct
+from hawk.comm.protocol.authority import LONGEST_PERSON, cleaned, distinct
+from hawk.comm.protocol.commands import BadMessageError, OperatorName, parse_command
 
 
 def sent(name: object) -> str | None:

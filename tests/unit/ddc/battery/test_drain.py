@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.ddc.battery.drain import DRAIN_AGE_S, FASTEST, LEAST_S, SLOWEST, DrainMeter, known_drain
+from hawk.ddc.battery.energy import DRAIN_AGE_S, FASTEST, LEAST_S, SLOWEST, DrainMeter, known_drain
 from hawk.model.operation import FlightDrain
 
 NOW = 1_700_000_000.0

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.ddc.battery import home_path
-from hawk.ddc.battery.energy import LANDING_PERCENT, SLOWEST_M_S, Reserve
-from hawk.ddc.battery.home_path import LOOK_S, HomePath, mean_speed
+from hawk.ddc.battery import energy
+from hawk.ddc.battery.energy import LANDING_PERCENT, LOOK_S, SLOWEST_M_S, HomePath, Reserve, mean_speed
 from hawk.ddc.fence.path import length, path_inside
 from hawk.ddc.readings.wind import Wind
 from hawk.model.limits import Fence
@@ -30,7 +29,7 @@ def test_a_path_is_looked_for_once_a_second_and_begins_at_the_drone(monkeypatch:
         looked.append(start)
         return path_inside(fence, start, end)
 
-    monkeypatch.setattr(home_path, "path_inside", counted)
+    monkeypatch.setattr(energy, "path_inside", counted)
     path = HomePath()
     for tick in range(41):
         here = MapPoint(WEST.north - tick * 0.2, WEST.east)

@@ -22,7 +22,7 @@ from hawk.ddc.battery.survey import (
     need_on_ground,
 )
 from hawk.ddc.rules.notices import SHORT_CONFIRM_S, SurveyNotice
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.settings import SurveyMemory
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import FlightDrain, StateName, SurveyLeft
 from hawk.model.plans import ExploreStatus, PathPlan

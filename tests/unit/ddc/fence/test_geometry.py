@@ -10,10 +10,10 @@ import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hawk.ddc.fence.geojson import read_outline
+from hawk.ddc.fence.geojson import read_fence
 from hawk.ddc.fence.geometry import (
     FenceError,
-    check_outline,
+    check_fence_ring,
     circle,
     contains,
     extent,
@@ -168,7 +168,7 @@ def test_an_outline_is_taken_only_when_it_is_a_simple_polygon(corners: list[tupl
     ring = tuple(corners)
     refusal = ""
     try:
-        check_outline(ring)
+        check_fence_ring(ring)
     except FenceError as error:
         refusal = str(error)
     shape = shapely.Polygon(ring)
@@ -197,7 +197,7 @@ RING = [[-79.92, 43.26], [-79.91, 43.26], [-79.91, 43.27], [-79.92, 43.26]]
     ids=["geometry", "feature", "collection"],
 )
 def test_geojson_is_read_with_latitude_first(tmp_path: Path, content: object) -> None:
-    assert read_outline(write(tmp_path / "f.geojson", content)).ring == (
+    assert read_fence(write(tmp_path / "f.geojson", content)).ring == (
         (43.26, -79.92),
         (43.26, -79.91),
         (43.27, -79.91),
@@ -222,7 +222,7 @@ def test_geojson_is_read_with_latitude_first(tmp_path: Path, content: object) ->
 def test_a_bad_fence_file_is_named_with_what_is_wrong(tmp_path: Path, content: object, words: str) -> None:
     path = write(tmp_path / "f.geojson", content)
     with pytest.raises(FenceError, match=words) as caught:
-        read_outline(path)
+        read_fence(path)
     assert str(path) in str(caught.value)
 
 
@@ -232,4 +232,4 @@ def test_a_file_that_cannot_be_read(tmp_path: Path, data: bytes | None) -> None:
     if data is not None:
         path.write_bytes(data)
     with pytest.raises(FenceError, match="cannot be read"):
-        read_outline(path)
+        read_fence(path)

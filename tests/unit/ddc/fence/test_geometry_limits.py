@@ -12,7 +12,7 @@ from hawk.ddc.fence.geometry import (
     Ring,
     area,
     autopilot_fence,
-    check_outline,
+    check_fence_ring,
     circle,
     contains,
     converted,
@@ -53,7 +53,7 @@ ZONED = polygon_fence(OUTER, 5, 100, 3, [box(10, 10, 20, 20), box(-20, -20, -10,
 
 def refusal(ring: Ring) -> str:
     try:
-        check_outline(ring)
+        check_fence_ring(ring)
     except FenceError as error:
         return str(error)
     return ""

@@ -16,11 +16,10 @@ from hypothesis import strategies as st
 from hawk.comm.protocol.commands import Ack, AutonomousExplore, ClearOutline, SetOutline
 from hawk.comm.protocol.heartbeat import DroneStatus, FenceCorner
 from hawk.config.sections import FlightSettings
+from hawk.ddc.fence.geojson import read_survey_outline
 from hawk.ddc.fence.geometry import polygon_fence, ring_from_map
 from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline_of
-from hawk.ddc.fence.outline_geojson import read_survey_outline
-from hawk.ddc.settings import DdcSettings
-from hawk.ddc.survey_memory import SurveyMemory
+from hawk.ddc.settings import DdcSettings, SurveyMemory
 from hawk.model.limits import Outline
 from hawk.model.operation import StateName, UserError
 from hawk.model.plans import ExploreStatus, PathPlan

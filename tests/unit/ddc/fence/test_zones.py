@@ -29,9 +29,9 @@ from hawk.ddc.fence.geometry import (
     shape,
     zone_of,
 )
-from hawk.ddc.fence.zones import check_zones
+from hawk.ddc.fence.plan import check_zones
 from hawk.ddc.motion import Goal
-from hawk.ddc.requests.target_gate import Limits, target_refusal
+from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 

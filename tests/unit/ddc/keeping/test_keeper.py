@@ -20,9 +20,8 @@ from hawk.ddc.acts import (
     SetHome,
     UploadFence,
 )
-from hawk.ddc.facts import Answer, Facts, HomeFacts
-from hawk.ddc.keeping.changes import UNKNOWN, changed_by
-from hawk.ddc.keeping.effort import PAUSE_S, TRIES, WINDOW_S, Effort
+from hawk.ddc.facts import Answer, Facts
+from hawk.ddc.keeping.effort import PAUSE_S, TRIES, UNKNOWN, WINDOW_S, Effort, changed_by
 from hawk.ddc.keeping.fence import COMPARE_S, RETRY_S, STALE_S, SWITCH_CONFIRM_S, KeptFence, is_inside
 from hawk.ddc.keeping.home import LOST_S, KeptHome
 from hawk.ddc.keeping.keeper import Keeper
@@ -30,6 +29,7 @@ from hawk.ddc.keeping.parameters import PATIENCE_S, KeptParameters
 from hawk.ddc.orders import ToHover, ToManual
 from hawk.ddc.parameters.failsafes import check_failsafes
 from hawk.ddc.parameters.values import FailsafeCheck
+from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules.preflight import autopilot_view
 from hawk.ddc.states.base import State
 from hawk.ddc.states.hover import Hover, Manual

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.ddc.battery.chemistry import LIHV, LIION, LIPO
-from hawk.ddc.parameters.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
 from hawk.ddc.parameters.failsafes import (
     ALL_NAMES,
     CEILING_NAME,
@@ -22,8 +21,15 @@ from hawk.ddc.parameters.failsafes import (
     wanted_values,
     watched_names,
 )
-from hawk.ddc.parameters.return_settings import ALL_RETURN_NAMES, RETURN_ALTITUDE_NAMES
-from hawk.ddc.parameters.values import NOT_READ, FailsafeCheck
+from hawk.ddc.parameters.values import (
+    ALL_RETURN_NAMES,
+    NOT_READ,
+    RETURN_ALTITUDE_NAMES,
+    THRESHOLD_NAMES,
+    FailsafeCheck,
+    threshold_problem,
+    threshold_words,
+)
 from hawk.ddc.readings.remote_control import SWITCH_NAMES
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
 

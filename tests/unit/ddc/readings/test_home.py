@@ -12,11 +12,12 @@ from hawk.comm.protocol.commands import Arm, CompulsiveMove, Hold, Land, Resume,
 from hawk.comm.topic import Stamped
 from hawk.ddc.acts import Ask, Log, SetHome, SetMode
 from hawk.ddc.battery.energy import seconds_home
-from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
-from hawk.ddc.readings.home import HomeWatch, astray, home_health, returning
+from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeWatch, home_health
 from hawk.ddc.states.hover import Hover
+from hawk.ddc.states.returning import astray, returning
 from hawk.model.operation import StateName as S
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.vehicle import CopterMode

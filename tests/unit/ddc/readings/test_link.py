@@ -7,8 +7,7 @@ from typing import cast
 
 import pytest
 
-from hawk.ddc.facts import VehicleEvent
-from hawk.ddc.readings.link import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkWatch
+from hawk.ddc.readings.link import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkWatch, VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.stopwatch import Stopwatch

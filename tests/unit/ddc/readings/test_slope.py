@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.ddc.fence.geometry import circle, polygon_fence
-from hawk.ddc.readings.slope import Slope, SlopeWatch, slope_of, slope_words
+from hawk.ddc.readings.clearance import Slope, SlopeWatch, slope_of, slope_words
+from hawk.model.pictures import rotation
 from hawk.model.poses import MapPoint
-from hawk.model.rotation import rotation
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import pose
 

@@ -6,7 +6,7 @@ import pytest
 
 from hawk.ddc.fence.geometry import inside_point, polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
-from hawk.ddc.requests.target_gate import ABOVE_M, ENTRANCE_M, Limits, target_refusal
+from hawk.ddc.requests.service_interface import ABOVE_M, ENTRANCE_M, Limits, target_refusal
 from hawk.model.limits import HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from hawk.ddc.acts import STAY, Ask, CountStart, ForgetAskedModes, Log, SetArmed, Step
-from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -21,6 +21,7 @@ from hawk.ddc.orders import (
     ToReturn,
     Transition,
 )
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.rules.follower import VehicleFollower, state_from_autopilot
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state

@@ -18,9 +18,10 @@ from hawk.comm.protocol.commands import (
     ReturnToLaunch,
     Takeoff,
 )
-from hawk.ddc.facts import Facts, HomeFacts, KeptFacts
+from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
+from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules.judge import (
     LOT_IS_SEEN,
     OUTLINE_IS_SEEN,

@@ -6,7 +6,8 @@ import pytest
 
 from hawk.comm.protocol.commands import Ack, Arm, ClearKill, Hold, Kill, KillRequest, KillToken
 from hawk.ddc.acts import Acts, Ask, CutMotors
-from hawk.ddc.facts import Facts, LinkFacts
+from hawk.ddc.facts import Facts
+from hawk.ddc.readings.link import LinkFacts
 from hawk.ddc.rules import command_desk
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
 from hawk.model.operation import StateName

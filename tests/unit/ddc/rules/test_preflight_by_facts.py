@@ -12,12 +12,13 @@ from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, 
 from hawk.ddc.battery.charge import ChargeFacts
 from hawk.ddc.battery.chemistry import LIION, LIPO
 from hawk.ddc.battery.survey import SurveyNeed
-from hawk.ddc.facts import Facts, GroundFacts, HomeFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import Ring, ring_from_map
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.parameters.failsafes import FlightLimits
-from hawk.ddc.readings.clearance import BelowFacts
-from hawk.ddc.readings.slope import Slope
+from hawk.ddc.readings.belief import GroundFacts
+from hawk.ddc.readings.clearance import BelowFacts, Slope
+from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules.preflight import autopilot_view, failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import Fence, HeightParameters

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.commands import CompulsiveMove, Hold, Land, ReturnToLaunch
-from hawk.ddc.rules.restart import (
+from hawk.ddc.rules.follower import (
     FLIGHT_KEPT_S,
     RESTART_WINDOW_S,
     RestartRule,

@@ -7,7 +7,8 @@ from dataclasses import replace
 from hawk.comm.protocol.commands import RouteAnswer, RouteRequest
 from hawk.comm.protocol.heartbeat import Point
 from hawk.ddc.acts import Acts, AskPlace, Reply
-from hawk.ddc.facts import VERDICT_AGE_S, Facts
+from hawk.ddc.facts import Facts
+from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
 from hawk.ddc.rules.route_requests import NOT_JUDGED, WAITING_LIMIT, RouteRequests
 from hawk.model.plans import DesiredPose, Inbound, Route, Verdict
 from hawk.model.poses import MapPoint

@@ -18,8 +18,9 @@ from hawk.comm.protocol.commands import (
     ReturnToLaunch,
 )
 from hawk.ddc.acts import STAY, Acts, Ask, SendMode, SetVoice
-from hawk.ddc.facts import Facts, LinkFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import ToReturn
+from hawk.ddc.readings.link import LinkFacts
 from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceWatch
 from hawk.ddc.states.base import State
 from hawk.ddc.states.ground import Arm as ArmState

@@ -13,7 +13,7 @@ from hawk.ddc.acts import (
     SetArmed,
     SetMode,
 )
-from hawk.ddc.facts import Facts, HomeFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -21,6 +21,7 @@ from hawk.ddc.orders import (
     ToLand,
     ToReturn,
 )
+from hawk.ddc.readings.home import HomeFacts
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.by_facts import (
     answered,

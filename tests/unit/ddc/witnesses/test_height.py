@@ -12,16 +12,14 @@ from hawk.comm.protocol.commands import AutonomousExplore
 from hawk.ddc.facts import Facts
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, ToExplore, ToHover, ToLand, ToReturn
-from hawk.ddc.readings.home import returning
 from hawk.ddc.rules import guard
-from hawk.ddc.rules.witness_reports import WitnessReports
-from hawk.ddc.states.camera_hold import raised
-from hawk.ddc.states.hover import STRAYS_S
+from hawk.ddc.rules.notices import WitnessReports
+from hawk.ddc.states.hover import STRAYS_S, raised
+from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import AGREES_S, SETTLED_S, SILENT_S, WINDOW_S, HeightFacts, HeightWatch
 from hawk.ddc.witnesses.witness import COMPASS_LOST, WitnessFacts, compass_part
-from hawk.model.ground_motion import GroundStep
+from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.operation import Health
-from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import Diagnostics, GnssHeight
 from tests.unit.ddc.by_facts import at, made, targets, texts
 from tests.unit.ddc.fakes import Rig

@@ -24,11 +24,10 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
-from hawk.ddc.readings.home import returning
 from hawk.ddc.rules import guard
-from hawk.ddc.rules.witness_reports import WitnessReports
-from hawk.ddc.states.camera_hold import FARTHEST_M, held
-from hawk.ddc.states.hover import FOLLOWS_M_S, STRAYS_S
+from hawk.ddc.rules.notices import WitnessReports
+from hawk.ddc.states.hover import FARTHEST_M, FOLLOWS_M_S, STRAYS_S, held
+from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import HeightFacts
 from hawk.ddc.witnesses.place import PlaceFacts
 from hawk.ddc.witnesses.witness import WitnessFacts

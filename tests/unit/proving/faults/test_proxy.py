@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.daemon.simulation import free_udp_port
+from hawk.sim.launch import free_udp_port
 from proving.faults.proxy import HOST, Direction, Proxy, Rule, commands_of, kinds_of, packed
 from proving.faults.station import command_fields
 

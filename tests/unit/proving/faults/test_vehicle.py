@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.daemon.simulation import SimulationAddress, SimulationError, SimulationOptions
+from hawk.sim.launch import SimulationAddress, SimulationError, SimulationOptions
 from proving.faults.fault import Drone
 from proving.faults.gnss_error import GnssError
 from proving.faults.observer import SYSTEM, Observer

@@ -10,8 +10,8 @@ import pytest
 
 from hawk.sim.autopilot.autopilot import Autopilot, RefusedError
 from hawk.sim.autopilot.modes import ModeNumber
+from hawk.sim.autopilot.options import AutopilotOptions
 from hawk.sim.geometry import Origin
-from hawk.sim.options import AutopilotOptions
 
 
 def autopilot(seed: int = 1, **changes: Any) -> Autopilot:

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot.telemetry import build
 from hawk.sim.cli import make_parser
-from hawk.sim.ground import Slope
+from hawk.sim.geometry import Slope
 from hawk.sim.vehicle import Body, Demand, step_body
 from tests.unit.sim.test_faults import put
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from hawk.sim.camera.camera import Frame
-from hawk.sim.camera.pictures import EVERY, LOST_BYTES, damage, orient
-from hawk.sim.faults import CameraFaults
+from hawk.sim.faults import EVERY, LOST_BYTES, CameraFaults, damage, orient
 
 NOISE = np.random.default_rng(1).integers(0, 255, (240, 320, 3), np.uint8)
 JPEG = cv2.imencode(".jpg", NOISE)[1].tobytes()

@@ -15,10 +15,9 @@ import pytest
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import WebSettings
 from hawk.web import door
-from hawk.web.access.access import OPEN
-from hawk.web.access.access_keeper import KEEPER, LOGIN_FILE
+from hawk.web.access.access import KEEPER, LOGIN_FILE, OPEN
 from hawk.web.access.guesses import FIRST_WAIT_S, FREE_GUESSES
-from hawk.web.access.login_words import WRONG
+from hawk.web.access.login_page import WRONG
 from hawk.web.access.logins import HOUR_S, LOGIN_LIMIT, Logins
 from hawk.web.access.tokens import TOKEN_FILE, Tokens, rotate
 from hawk.web.app import WebServer

@@ -10,7 +10,7 @@ import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.web.access.guesses import FREE_GUESSES
-from hawk.web.access.login_words import ENGLISH, FRENCH, LoginWords, login_words
+from hawk.web.access.login_page import ENGLISH, FRENCH, LoginWords, login_words
 from tests.unit.web.stand import Stand
 
 

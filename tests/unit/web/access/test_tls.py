@@ -24,16 +24,19 @@ from hawk.comm.protocol.authority import Role
 from hawk.config.sections import ConfigError, WebSettings
 from hawk.survey.client import DroneClient
 from hawk.survey.run import trusted
-from hawk.web.access.make_certificate import (
+from hawk.web.access.tls import (
+    DAY_S,
     LONGEST_DAYS,
     RELEASED,
     CertificateError,
     CertificatePlan,
+    Tls,
     clock_doubt,
+    load_tls,
     make_certificate,
     usual_names,
+    watch_certificate,
 )
-from hawk.web.access.tls import DAY_S, Tls, load_tls, watch_certificate
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from hawk.web.app import WebServer
 from hawk.web.door import FIRST_REQUEST_S, Places

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web.app import WebServer
-from hawk.web.video.ack_tap import LEFT_S, AckTap
+from hawk.web.video.video_wire import LEFT_S, AckTap
 from hawk.web.ws import PING_INTERVAL_S
 from tests.manual_clock import ManualClock
 from tests.unit.web.rig import PATIENCE_S, Rig
@@ -147,7 +147,7 @@ async def test_a_viewer_that_acknowledges_is_not_ended_for_a_late_pong(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("hawk.web.video.video.PING_INTERVAL_S", 0.4)
-    monkeypatch.setattr("hawk.web.video.ack_tap.LEFT_S", 0.1)
+    monkeypatch.setattr("hawk.web.video.video_wire.LEFT_S", 0.1)
     async with viewer_of(rig) as (reader, writer):
         for number in range(1, 31):
             rig.video.publish(AnnotatedFrame(number, 0.5, b"\xff\xd8%d\xff\xd9" % number))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from hawk.web.video.link_pace import FRESH_S, HOLD_S, LONGEST_HOLD_S, SLOW_S, STEPS, TRIAL_S, LinkPace
+from hawk.web.video.viewers import FRESH_S, HOLD_S, LONGEST_HOLD_S, SLOW_S, STEPS, TRIAL_S, LinkPace
 
 SIZES = (80_000, 40_000, 22_000, 13_000, 8_000)
 """Bytes by step, as of a picture of a lot 960 pixels wide."""

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hawk.model.pictures import AnnotatedFrame
-from hawk.web.video.small_frames import shrink
+from hawk.web.video.viewers import shrink
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.video.slow_link import slow_link
 

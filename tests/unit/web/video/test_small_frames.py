@@ -12,9 +12,8 @@ import pytest
 
 from hawk.formats.image import decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
-from hawk.web.video import small_frames
-from hawk.web.video.link_pace import LEAST_RATIO, MOST_RATIO, STEPS
-from hawk.web.video.small_frames import QUALITIES, SMALL_WIDTH, SmallFrames, shrink, width_at
+from hawk.web.video import viewers
+from hawk.web.video.viewers import LEAST_RATIO, MOST_RATIO, QUALITIES, SMALL_WIDTH, STEPS, SmallFrames, shrink, width_at
 
 
 def picture(width: int, quality: int = QUALITIES[0]) -> bytes:
@@ -59,7 +58,7 @@ def test_a_smaller_form_has_the_shape_and_the_moment_of_the_whole() -> None:
 async def test_each_step_is_made_once_for_all_off_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded: Counter[tuple[int, int]] = Counter()
     decoded: list[tuple[int, str]] = []
-    encode = small_frames._encoded
+    encode = viewers._encoded
 
     def count(frame: AnnotatedFrame, image: Any, size: tuple[int, int], quality: int) -> AnnotatedFrame:
         encoded[size] += 1
@@ -69,8 +68,8 @@ async def test_each_step_is_made_once_for_all_off_the_loop(monkeypatch: pytest.M
         decoded.append((reduction, threading.current_thread().name))
         return decode(data, reduction)
 
-    monkeypatch.setattr(small_frames, "_encoded", count)
-    monkeypatch.setattr(small_frames, "decode", note)
+    monkeypatch.setattr(viewers, "_encoded", count)
+    monkeypatch.setattr(viewers, "decode", note)
     frames = SmallFrames()
     frame = AnnotatedFrame(1, 0.0, picture(1280))
     try:

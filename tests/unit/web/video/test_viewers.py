@@ -12,9 +12,7 @@ import pytest
 from hawk.comm.topic import Topic
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web.video import viewers as module
-from hawk.web.video.link_pace import STEPS
-from hawk.web.video.small_frames import SmallFrames
-from hawk.web.video.viewers import AT_ONCE, Departure, End, Viewer, Viewers
+from hawk.web.video.viewers import AT_ONCE, STEPS, Departure, End, SmallFrames, Viewer, Viewers
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 

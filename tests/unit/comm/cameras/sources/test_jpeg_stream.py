@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.cameras.sources.jpeg_stream import JpegSplitter
+from hawk.comm.cameras.sources.rpicam import JpegSplitter
 from tests.unit.comm.cameras.pictures import picture
 
 A, B, C = picture(32, 16, 10), picture(64, 48, 128), picture(16, 16, 240)

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from hawk.comm.cameras.sources.kernel_clock import captured_at
+from hawk.comm.cameras.stamp_clock import captured_at
 from tests.manual_clock import ManualClock
 
 NOW = {time.CLOCK_MONOTONIC: 1000.0, time.CLOCK_BOOTTIME: 4600.0, time.CLOCK_REALTIME: 1.7e9}

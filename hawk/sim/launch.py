@@ -1,0 +1,168 @@
+"""Starts and ends the simulated drone, a process of its own, on free ports."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import importlib.util
+import json
+import os
+import signal
+import socket
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from hawk.runtime.programs import remedy
+from hawk.sim.values import FASTEST, SLOWEST
+
+READY_TIMEOUT_S = 120.0
+"""Drawing a large world takes long on a slow machine."""
+STOP_TIMEOUT_S = 5.0
+_USAGE = 2
+"""Exit status of wrong options."""
+SPEED_HELP = f"simulated seconds per second, {SLOWEST:g}-{FASTEST:g}"
+"""Of ``--speed``, for hawk-drone and hawk-sim."""
+SIMULATOR_MISSING = f"the simulator needs pymavlink, which is not installed: {remedy('sim')}"
+"""Error message of both programs where `simulator_installed` is False."""
+
+
+class SimulationError(Exception):
+    """The simulated drone did not start; the text gives the reason."""
+
+
+class SimulatorOptionError(SimulationError):
+    """hawk-sim refused its options, by status 2: a picture, a truth or a place in them cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationOptions:
+    """Options of ``hawk-sim``, under the same names.
+
+    ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
+    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
+    ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
+    ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
+    ``gnss_bias`` is N,E in metres, ``battery_cells`` the battery's cells, ``mavlink_version`` 1 or 2; ``others``, with
+    commas between, are others on the link (`hawk.sim.autopilot.options.Other`).
+    ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
+    `FASTEST`.
+    """
+
+    seed: int = 1
+    condition: str | None = None
+    world: Path | None = None
+    metres_per_pixel: float | None = None
+    truth: Path | None = None
+    start: str | None = None
+    speed: float = 1.0
+    gnss_sigma: float | None = None
+    wind: float | None = None
+    slope: str | None = None
+    rangefinder: float | None = None
+    noise_seed: int | None = None
+    gnss_bias: str | None = None
+    battery_cells: int | None = None
+    mavlink_version: int | None = None
+    others: str | None = None
+
+    def arguments(self) -> list[str]:
+        """Return the command line of ``hawk-sim`` for these options."""
+        values = asdict(self) | ({"seed": None} if self.world else {})
+        return [f"--{name.replace('_', '-')}={value}" for name, value in values.items() if value is not None]
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationAddress:
+    """Addresses of a running simulation: ``autopilot_url`` for MAVSDK, ``http`` for camera, truth and faults."""
+
+    http: str
+    autopilot_url: str
+
+    @property
+    def camera_url(self) -> str:
+        """URL of the simulated camera's stream."""
+        return f"{self.http}/stream"
+
+
+class Simulation:
+    """One ``hawk-sim`` process."""
+
+    def __init__(self, options: SimulationOptions) -> None:
+        self._options = options
+        self._process: asyncio.subprocess.Process | None = None
+        self._drain: asyncio.Task[None] | None = None
+
+    async def start(self, log: int | None = None) -> SimulationAddress:
+        """Start the process and wait until it is ready. Raises SimulationError.
+
+        ``log`` is a file descriptor for its standard error; the daemon's own when None.
+        """
+        port = free_udp_port()
+        command = [sys.executable, "-m", "hawk.sim.cli", *self._options.arguments()]
+        command += [f"--mavlink=udpout:127.0.0.1:{port}", "--http=127.0.0.1:0", f"--parent-pid={os.getpid()}"]
+        self._process = await asyncio.create_subprocess_exec(
+            *command,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=log,
+            start_new_session=True,  # Ctrl-C is for us: the drone must still be there to come home
+        )
+        try:
+            line = await asyncio.wait_for(self._ready_line(), READY_TIMEOUT_S)
+        except TimeoutError:
+            await self.stop()
+            raise SimulationError(f"hawk-sim was not ready after {READY_TIMEOUT_S:.0f} s") from None
+        self._drain = asyncio.create_task(self._drain_output(), name="hawk-sim output")
+        return SimulationAddress(json.loads(line)["http"].rstrip("/"), f"udpin://127.0.0.1:{port}")
+
+    async def _ready_line(self) -> str:
+        assert self._process is not None  # noqa: S101
+        assert self._process.stdout is not None  # noqa: S101
+        async for raw in self._process.stdout:
+            line = raw.decode(errors="replace").strip()
+            if line.startswith("{"):
+                return line
+        status = await self._process.wait()
+        words = f"hawk-sim ended with status {status} before it was ready; see its message above"
+        raise SimulatorOptionError(words) if status == _USAGE else SimulationError(words)
+
+    async def _drain_output(self) -> None:
+        assert self._process is not None  # noqa: S101
+        assert self._process.stdout is not None  # noqa: S101
+        async for _ in self._process.stdout:
+            pass
+
+    async def stop(self) -> None:
+        """End the process, by force after `STOP_TIMEOUT_S`."""
+        if self._process is None:
+            return
+        await end_process(self._process, STOP_TIMEOUT_S)
+        if self._drain is not None:
+            self._drain.cancel()
+            await asyncio.gather(self._drain, return_exceptions=True)
+
+
+async def end_process(process: asyncio.subprocess.Process, timeout_s: float) -> None:
+    """End a process by SIGTERM, by force after that time in seconds; one that has ended is left alone."""
+    if process.returncode is not None:
+        return
+    with contextlib.suppress(ProcessLookupError):
+        process.send_signal(signal.SIGTERM)
+    try:
+        await asyncio.wait_for(process.wait(), timeout_s)
+    except TimeoutError:
+        process.kill()
+        await process.wait()
+
+
+def simulator_installed() -> bool:
+    """Return True when the package that only the simulator needs is installed."""
+    return importlib.util.find_spec("pymavlink") is not None
+
+
+def free_udp_port() -> int:
+    """Return a free UDP port of the loopback."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

@@ -1,0 +1,102 @@
+"""The senses of second witnesses: what they hear in flight, and that on the ground everything begins again."""
+
+from __future__ import annotations
+
+import pytest
+
+from hawk.comm.autopilot.terrain import Terrain
+from hawk.comm.autopilot.vehicle import VehicleTopics
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.ddc.witnesses.witness import Witnesses
+from hawk.model.ground_motion import GroundStep, StallSize
+from hawk.model.vehicle import CopterMode, GnssHeight, LandedState, VehicleState
+from tests.manual_clock import ManualClock
+
+
+class Rig:
+    """Witnesses between topics of their own."""
+
+    def __init__(self) -> None:
+        self.clock = ManualClock(100.0)
+        self.vehicle = VehicleTopics.create(self.clock)
+        self.inputs = DdcInputs.create(self.clock)
+        self.witnesses = Witnesses(DdcTopicInterface(self.vehicle, self.inputs, self.clock))
+
+    def be(self, *, armed: bool = True, landed: LandedState = LandedState.IN_AIR) -> None:
+        now = self.clock()
+        self.witnesses.update(VehicleState(True, armed, int(CopterMode.GUIDED), landed, now, now), now)
+
+    def hear(self, ground: float = 2.0, doubt: str = "") -> None:
+        """Hear the camera, GNSS and the rangefinder."""
+        self.clock.advance(0.5)
+        now = self.clock()
+        self.inputs.ground_step.publish(GroundStep(now - 0.5, now, (1.0, 0.0), (1.0, 0.0), 0.0, 0.0, 20.0))
+        self.vehicle.gnss_height.publish(GnssHeight(now, 120.0, 1.0, 120.0))
+        self.vehicle.terrain.publish(Terrain(now, distance=18.0, ground=ground, most=50.0, doubt=doubt))
+
+    def heard(self) -> tuple[bool, bool, bool]:
+        """Return whether camera, GNSS and rangefinder were heard."""
+        self.be()
+        facts = self.witnesses.facts(self.clock())
+        assert (facts.height.by_camera is not None) is (facts.place.camera_age < 1.0)
+        height = facts.height
+        return height.by_camera is not None, height.by_gnss is not None, height.by_range is not None
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+def test_before_take_off_only_gnss_is_heard(rig: Rig) -> None:
+    rig.hear()
+    assert rig.heard() == (False, True, False)
+
+
+@pytest.mark.parametrize(
+    ("armed", "landed"), [(True, LandedState.ON_GROUND), (False, LandedState.IN_AIR), (False, LandedState.ON_GROUND)]
+)
+def test_on_the_ground_everything_begins_again(rig: Rig, armed: bool, landed: LandedState) -> None:
+    rig.be()
+    rig.hear()
+    rig.be(armed=armed, landed=landed)
+    assert rig.heard() == (False, True, False)
+    rig.be(armed=armed, landed=landed)
+    rig.hear()
+    assert rig.heard() == (False, True, False)
+
+
+def test_in_the_air_all_are_heard(rig: Rig) -> None:
+    rig.be()
+    rig.hear()
+    assert rig.heard() == (True, True, True)
+
+
+def test_the_size_of_stalls_is_heard_in_the_air_only(rig: Rig) -> None:
+    def size() -> float | None:
+        for count in range(90):
+            rig.clock.advance(0.5)
+            rig.inputs.stall_size.publish(StallSize(rig.clock(), 2.5 if count < 75 else 5.0, 20.0))
+        rig.be()
+        return rig.witnesses.facts(rig.clock()).height.by_size
+
+    assert size() is None
+    assert size() == pytest.approx(10.0)
+    rig.be(landed=LandedState.ON_GROUND)
+    assert size() is None
+    assert size() == pytest.approx(10.0)
+    rig.witnesses.close()
+    assert size() is None
+
+
+def test_a_rangefinder_that_is_not_believed_is_not_heard(rig: Rig) -> None:
+    rig.be()
+    rig.hear(doubt="stuck")
+    assert rig.heard() == (True, True, False)
+
+
+def test_after_the_end_nothing_is_heard(rig: Rig) -> None:
+    rig.be()
+    rig.witnesses.close()
+    rig.hear()
+    assert rig.heard() == (False, False, False)
