@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY
+from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY, Right
 from hawk.comm.protocol.base import Model, wire_key
 from hawk.comm.protocol.commands import schema
 
@@ -26,6 +26,15 @@ TARGET: Final = DOCS / "protocol.md"
 MESSAGES: Final = DOCS / "examples" / "messages.json"
 REQUESTS: Final = DOCS / "examples" / "http.json"
 PARTS: Final = "Parts of messages"
+SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
+"""Requests whose answers are shown; all of them stand in the file."""
+EXCERPTS: Final = {
+    "Heartbeat": ("Type", "State", "Detail", "Armed", "North", "East", "Occupancy Map", "Messages", "Options", "Health")
+}
+"""Keys that are shown of an example which would fill pages."""
+_USUAL: Final = Right.CONTROL.value
+ELSEWHERE: Final = {"Sentences": "The texts of this message as codes ([SentenceItem](#sentenceitem))."}
+"""Texts on this page of keys that several messages have; the rules above the messages say the rest."""
 
 _HEADER: Final = """# Protocol
 
@@ -34,7 +43,8 @@ Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/p
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
-WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`.
+WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
+[http.json](examples/http.json), [messages.json](examples/messages.json).
 """
 _RULES: Final = """## WebSocket
 
@@ -50,6 +60,8 @@ _RULES: Final = """## WebSocket
 - Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
   `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
   value that is not known.
+- `number?` in a table is a number or null. `Sentences` lists the sentences among a message's texts, each once, and is
+  left out when there are none. Texts that others worded, such as the autopilot's, are not listed.
 - Close code 4401: the login or its token has ended. 1008: messages came too fast. 1001: the drone's server stops.
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
@@ -67,7 +79,10 @@ def page() -> str:
         parts |= model.get("$defs", {})
     sent_as, received_as = ({each["Type"]: each for each in examples[key]} for key in ("toDrone", "fromDrone"))
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
-    blocks += ["## To the drone\n", "`Id` may be left out of every command.\n"]
+    blocks += [
+        "## To the drone\n",
+        f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL}.\n",
+    ]
     for name, model in sorted(commands.items(), key=lambda each: _type_of(each[1])):
         blocks += _message(name, model, sent_as[_type_of(model)], who=_who(_type_of(model)))
     blocks.append("## From the drone\n")
@@ -86,7 +101,7 @@ def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
         yield f"| `{each['method']} {each['route']}` | {each['for']} | {each['text']} |"
     yield ""
     for each in requests:
-        if not any(key in each for key in ("body", "lines")):
+        if each["route"] not in SHOWN:
             continue
         yield f"Example: `{each['method']} {each['path']}`, status {each['status']}, `{each['type']}`:\n"
         lines = each["lines"] if "lines" in each else compact(each["body"]).split("\n")
@@ -95,15 +110,16 @@ def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
 
 def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], who: str = "") -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
-    yield f"{_summary(model)}\n"
-    if who:
-        yield f"Taken from: {who}.\n"
+    yield f"{_summary(model)}{f' Taken from {who}.' if who and who != _USUAL else ''}\n"
     yield from _table(name, model)
-    yield f"```json\n{compact(example)}\n```\n"
+    shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
+    if len(shown) < len(example):
+        yield "A part of one:\n"
+    yield f"```json\n{compact(shown)}\n```\n"
 
 
 def _table(name: str, model: Mapping[str, Any]) -> Iterator[str]:
-    texts, needed = field_texts(name), set(model.get("required", ()))
+    texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
     rows = [
         f"| `{key}` | {_type(value)} | {_cell(texts.get(key, ''))}{_default(value) if key not in needed else ''} |"
@@ -127,7 +143,9 @@ def _type(value: Mapping[str, Any]) -> str:
     if "enum" in value:
         return ", ".join(f"`{json.dumps(each)}`" for each in value["enum"])
     if "anyOf" in value:
-        return " or ".join(dict.fromkeys(_type(each) for each in value["anyOf"]))
+        kinds = dict.fromkeys(_type(each) for each in value["anyOf"])
+        others = [kind for kind in kinds if kind != "null"]
+        return " or ".join(others) + ("?" if "null" in kinds else "")
     if "prefixItems" in value:
         return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
     if value.get("type") == "array":

@@ -107,7 +107,7 @@ def test_texts_of_fields_come_from_the_class_and_its_bases() -> None:
         ({"type": "number", "minimum": -10, "maximum": 10}, "number, -10 to 10"),
         ({"type": "number", "exclusiveMinimum": 0, "maximum": 1000}, "number, above 0 to 1000"),
         ({"type": "string", "minLength": 16, "maxLength": 128}, "string, 16 to 128 characters"),
-        ({"anyOf": [{"type": "number"}, {"type": "null"}]}, "number or null"),
+        ({"anyOf": [{"type": "number"}, {"type": "null"}]}, "number?"),
         ({"type": "array", "minItems": 2, "items": {"$ref": "/Point"}}, "list of [Point](#point), 2 items or more"),
         ({"enum": ["a", "b"]}, '`"a"`, `"b"`'),
     ],
