@@ -69,9 +69,10 @@ def reference(parsers: list[argparse.ArgumentParser]) -> str:
     """Return the page (Markdown): a section for each program, and one for each of its commands."""
     blocks = [_HEADER]
     for program in parsers:
-        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_tables(program)]
+        described: dict[str, str] = {}
+        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_tables(program, described)]
         for parser, purpose in commands(program):
-            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_tables(parser)]
+            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_tables(parser, described)]
         blocks += [f"Exit status: {STATUS[program.prog]}", ""]
     return "\n".join(blocks)
 
@@ -102,9 +103,21 @@ def shown(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return [each for each in parser._actions if each.help != argparse.SUPPRESS and not isinstance(each, hidden)]
 
 
-def _tables(parser: argparse.ArgumentParser) -> list[str]:
-    rows = [f"| `{_usage(each)}` | {_meaning(each)} |" for each in shown(parser)]
-    return ["| option | meaning |", "|---|---|", *rows, ""] if rows else []
+def _tables(parser: argparse.ArgumentParser, described: dict[str, str]) -> list[str]:
+    """Return the table of a command's options; those that an earlier command has alike are named before it.
+
+    ``described`` has the command of each row so far, and gets this one's.
+    """
+    rows, named = [], dict[str, list[str]]()
+    for each in shown(parser):
+        row = f"| `{_usage(each)}` | {_meaning(each)} |"
+        if row in described:
+            named.setdefault(described[row], []).append(f"`{_usage(each)}`")
+        else:
+            rows.append(row)
+            described[row] = parser.prog
+    alike = [f"As in `{prog}`: {', '.join(options)}.\n" for prog, options in named.items()]
+    return [*alike, *(["| option | meaning |", "|---|---|", *rows, ""] if rows else [])]
 
 
 def _usage(action: argparse.Action) -> str:

@@ -33,22 +33,23 @@ def page(found: Sequence[Setting]) -> str:
     """Return the page (Markdown): a table for each section."""
     blocks = [_HEADER]
     for section, group in groupby(found, lambda each: each.section):
-        rows = [f"| `{each.key}` | {_value(each)} | {_bounds(each)} | {_cell(each.text)} |" for each in group]
-        blocks.append(
-            "\n".join([f"## {section}", "", "| key | default | bounds | meaning |", "|---|---|---|---|", *rows, ""])
-        )
+        rows, before = [], ""
+        for each in group:
+            text = "as above" if each.text == before else _cell(each.text)
+            rows.append(f"| `{each.key}` | {_value(each)} | {text} |")
+            before = each.text
+        head = ["| key | default, bounds | meaning |", "|---|---|---|"]
+        blocks.append("\n".join([f"## {section}", "", *head, *rows, ""]))
     return "\n".join(blocks)
 
 
 def _value(setting: Setting) -> str:
+    """Return the default and the bounds, with the unit behind the last of them."""
     text = _text(setting.default)
-    return f"`{text}` {setting.unit}".rstrip() if text else "none"
-
-
-def _bounds(setting: Setting) -> str:
-    if setting.lowest is None or setting.highest is None:
-        return ""
-    return f"{setting.lowest:.10g} to {setting.highest:.10g} {setting.unit}".rstrip()
+    parts = [f"`{text}`" if text else "none"]
+    if setting.lowest is not None and setting.highest is not None:
+        parts.append(f"{setting.lowest:.10g} to {setting.highest:.10g}")
+    return f"{', '.join(parts)} {setting.unit if text or len(parts) > 1 else ''}".rstrip()
 
 
 def _text(value: Value) -> str:
