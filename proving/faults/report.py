@@ -94,7 +94,7 @@ def _seen(outcome: Outcome) -> str:
         if isinstance(step, See):
             has_seen = True
             parts.append(step.words_with(next(seconds, None)))
-        elif has_seen:
+        elif has_seen and not isinstance(step, CountAnew):
             parts.append(f"then {act(step)}")
     failed = () if outcome.passed else (f"**failed**: {'; '.join(outcome.problems)}",)
     return "; ".join((*parts, *outcome.figures, *failed))
