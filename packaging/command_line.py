@@ -70,9 +70,9 @@ def reference(parsers: list[argparse.ArgumentParser]) -> str:
     blocks = [_HEADER]
     for program in parsers:
         described: dict[str, str] = {}
-        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_tables(program, described)]
+        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_options(program, described)]
         for parser, purpose in commands(program):
-            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_tables(parser, described)]
+            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_options(parser, described)]
         blocks += [f"Exit status: {STATUS[program.prog]}", ""]
     return "\n".join(blocks)
 
@@ -103,21 +103,21 @@ def shown(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return [each for each in parser._actions if each.help != argparse.SUPPRESS and not isinstance(each, hidden)]
 
 
-def _tables(parser: argparse.ArgumentParser, described: dict[str, str]) -> list[str]:
-    """Return the table of a command's options; those that an earlier command has alike are named before it.
+def _options(parser: argparse.ArgumentParser, described: dict[str, str]) -> list[str]:
+    """Return the list of a command's options; those that an earlier command has alike are named before it.
 
     ``described`` has the command of each row so far, and gets this one's.
     """
     rows, named = [], dict[str, list[str]]()
     for each in shown(parser):
-        row = f"| `{_usage(each)}` | {_meaning(each)} |"
+        row = f"- `{_usage(each)}`: {_meaning(each)}"
         if row in described:
             named.setdefault(described[row], []).append(f"`{_usage(each)}`")
         else:
             rows.append(row)
             described[row] = parser.prog
     alike = [f"As in `{prog}`: {', '.join(options)}.\n" for prog, options in named.items()]
-    return [*alike, *(["| option | meaning |", "|---|---|", *rows, ""] if rows else [])]
+    return [*alike, *([*rows, ""] if rows else [])]
 
 
 def _usage(action: argparse.Action) -> str:

@@ -60,7 +60,7 @@ _RULES: Final = """## WebSocket
 - Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
   `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
   value that is not known.
-- `number?` in a table is a number or null. `Sentences` lists the sentences among a message's texts, each once, and is
+- `number?` is a number or null. `Sentences` lists the sentences among a message's texts, each once, and is
   left out when there are none. Texts that others worded, such as the autopilot's, are not listed.
 - Close code 4401: the login or its token has ended. 1008: messages came too fast. 1001: the drone's server stops.
 
@@ -90,7 +90,7 @@ def page() -> str:
         blocks += _message(name, model, received_as[_type_of(model)])
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
-        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_table(name, model)]
+        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model)]
     return "\n".join(blocks)
 
 
@@ -111,28 +111,28 @@ def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
 def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], who: str = "") -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
     yield f"{_summary(model)}{f' Taken from {who}.' if who and who != _USUAL else ''}\n"
-    yield from _table(name, model)
+    yield from _keys(name, model)
     shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
     if len(shown) < len(example):
         yield "A part of one:\n"
     yield f"```json\n{compact(shown)}\n```\n"
 
 
-def _table(name: str, model: Mapping[str, Any]) -> Iterator[str]:
+def _keys(name: str, model: Mapping[str, Any]) -> Iterator[str]:
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
     rows = [
-        f"| `{key}` | {_type(value)} | {_cell(texts.get(key, ''))}{_default(value) if key not in needed else ''} |"
+        f"- `{key}`: {_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}"
         for key, value in model["properties"].items()
         if key != "Type" and not (is_sent and key == "Id")
     ]
     if rows:
-        yield "\n".join(["| key | type | meaning |", "|---|---|---|", *rows, ""])
+        yield "\n".join([*rows, ""])
 
 
 def _default(value: Mapping[str, Any]) -> str:
     default = value.get("default")
-    return f" Default: `{json.dumps(default)}`." if default not in (None, "", [], {}) else ""
+    return f", default `{json.dumps(default)}`" if default not in (None, "", [], {}) else ""
 
 
 def _type(value: Mapping[str, Any]) -> str:
@@ -208,8 +208,8 @@ def _summary(model: Mapping[str, Any]) -> str:
     return " ".join(str(model.get("description", "")).replace("``", "`").split())
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "\\<").replace("``", "`")
+def _words(text: str) -> str:
+    return f". {text}".replace("<", "\\<").replace("``", "`") if text else ""
 
 
 def compact(value: Any, indent: int = 0) -> str:

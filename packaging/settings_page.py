@@ -25,21 +25,20 @@ command-line options set them; the last wins. They are checked as a whole before
 be used is named with file, line, key and remedy, and the status is 2; so is a variable `HAWK_...` that is no setting,
 and an option that would change nothing. `~` in a path is the home folder. The page shows all of them with their present
 values under **Settings**, programs find them at `/api/settings.json`. How to add one:
-[how-to/add-a-setting.md](how-to/add-a-setting.md).
+[how-to/add-a-setting.md](how-to/add-a-setting.md). A key is followed by its default and its bounds.
 """
 
 
 def page(found: Sequence[Setting]) -> str:
-    """Return the page (Markdown): a table for each section."""
+    """Return the page (Markdown): a list for each section."""
     blocks = [_HEADER]
     for section, group in groupby(found, lambda each: each.section):
         rows, before = [], ""
         for each in group:
-            text = "as above" if each.text == before else _cell(each.text)
-            rows.append(f"| `{each.key}` | {_value(each)} | {text} |")
+            text = "as above" if each.text == before else _plain(each.text)
+            rows.append(f"- `{each.key}` ({_value(each)}): {text}")
             before = each.text
-        head = ["| key | default, bounds | meaning |", "|---|---|---|"]
-        blocks.append("\n".join([f"## {section}", "", *head, *rows, ""]))
+        blocks.append("\n".join([f"## {section}", "", *rows, ""]))
     return "\n".join(blocks)
 
 
@@ -60,8 +59,8 @@ def _text(value: Value) -> str:
     return "" if value is None else str(value)
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "\\<")
+def _plain(text: str) -> str:
+    return text.replace("<", "\\<")
 
 
 def main() -> int:
