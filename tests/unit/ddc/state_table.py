@@ -342,13 +342,33 @@ def document() -> str:
     """Return docs/states.md."""
     reasons: list[str] = []
     head = ["| | " + " | ".join(column.name for column in COLUMNS) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
-    commands, others = [*head], [*head]
+    commands: dict[tuple[str, ...], list[str]] = {}
+    events: dict[tuple[str, ...], list[str]] = {}
     for (group, name), cells in table().items():
-        shown = (_cell(cells[column.name], reasons) for column in COLUMNS)
-        rows, words = (commands, name) if group == "Command" else (others, f"{group}: {name}")
-        rows.append(f"| {words} | " + " | ".join(shown) + " |")
+        shown = tuple(_cell(cells[column.name], reasons) for column in COLUMNS)
+        rows, words = (commands, name) if group == "Command" else (events, f"{group}: {name[0].lower()}{name[1:]}")
+        rows.setdefault(shown, []).append(words)
     refusals = [f"{number}. {reason}" for number, reason in enumerate(reasons, start=1)]
-    return "\n".join([_HEAD, "## Commands", "", *commands, "", *refusals, "", "## Events", "", *others, ""])
+    parts = [
+        "## Commands",
+        "",
+        *head,
+        *_lines(commands),
+        "",
+        *refusals,
+        "",
+        "## Events",
+        "",
+        *head,
+        *_lines(events),
+        "",
+    ]
+    return "\n".join([_HEAD, *parts])
+
+
+def _lines(rows: dict[tuple[str, ...], list[str]]) -> list[str]:
+    """Return a line of a table for each row: what leads to the same in every state stands in one."""
+    return [f"| {'; '.join(names)} | {' | '.join(cells)} |" for cells, names in rows.items()]
 
 
 def _cell(text: str, reasons: list[str]) -> str:
@@ -368,8 +388,9 @@ _HEAD = """# States and events
 
 `.venv/bin/python -m tests.unit.ddc.state_table` puts each event to the decider in each state and writes this page; a
 test compares the two. One event happens to a drone on which all is well. The cell is the state that follows; it is
-empty where the state stays. A number: the command is refused, with that reason below its table. The operator in control
-gives the commands. "Lost" is CommunicationLost, in which the operator is away; "RTL" is Return To Launch.
+empty where the state stays. A number: the command is refused, with that reason below its table. What leads to the same
+in every state stands in one row. The operator in control gives the commands. "Lost" is CommunicationLost, in which the
+operator is away; "RTL" is Return To Launch.
 """
 
 if __name__ == "__main__":
