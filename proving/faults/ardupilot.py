@@ -15,7 +15,7 @@ from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.launch import SimulationOptions
 from proving.faults.fault import Fault, Outcome
 from proving.faults.record import DOCS, REAL, keep_outcome, read_outcomes
-from proving.faults.report import names, reporter, rewrite, short_table, summary
+from proving.faults.report import names, reporter, rewrite, short_table, summary, table
 from proving.faults.run import ALL, SEED, START, run_faults
 from proving.faults.table_vehicle import VEHICLE
 from proving.faults.vehicle import ArduCopter, can_be_given
@@ -35,8 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run by command line; return the exit status: 1 when a flight did not end as it must, 2 for wrong options."""
     options = make_parser().parse_args(arguments)
     flights = selected(options.only, fitting(ALL) if options.others else ())
-    if options.list:
-        print("\n".join(names(flights)))
+    if options.list or options.table:
+        print("\n".join(names(flights)) if options.list else table(read_outcomes(REAL, flights)))
         return 0
     try:
         copter, world = copter_of(options), world_of(options)
@@ -76,6 +76,9 @@ def make_parser() -> argparse.ArgumentParser:
         "--others", action="store_true", help="also the faults of docs/faults.md that a real vehicle can be given"
     )
     parser.add_argument("--list", action="store_true", help="print the flights, fly none")
+    parser.add_argument(
+        "--table", action="store_true", help="print what must be seen and what was measured last, fly none"
+    )
     parser.add_argument("--out", type=Path, help="folder for the programs' logs and files")
     parser.add_argument("--write", action="store_true", help=f"keep the outcomes ({REAL.name}), write {PAGE.name}")
     parser.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture, in place of a drawn lot")

@@ -43,9 +43,16 @@ def table(outcomes: Iterable[Outcome]) -> str:
 
 
 def short_table(outcomes: Iterable[Outcome]) -> str:
-    """Return the same without what was not lost."""
-    head = "| fault | when | seen after it, of the time allowed |\n|---|---|---|"
-    return "\n".join([head, *map(_row, outcomes)])
+    """Return a row for each outcome with what was seen and when alone, without acts, limits and sights that last."""
+    rows = (f"| {each.fault.name} | {each.fault.when.value} | {_times(each)} |" for each in outcomes)
+    return "\n".join(["| fault | when | seen after it, or after the last act, s |", "|---|---|---|", *rows])
+
+
+def _times(outcome: Outcome) -> str:
+    sights = (step for step in outcome.fault.steps if isinstance(step, See))
+    timed = zip(sights, outcome.seconds, strict=False)
+    seen = (f"{see.sight.words}: {value:g}" for see, value in timed if not see.lasts)
+    return "; ".join((*seen, *outcome.figures, *_failed(outcome)))
 
 
 def rewrite(page: Path, text: str, mark: str = BEGIN) -> None:
@@ -96,8 +103,11 @@ def _seen(outcome: Outcome) -> str:
             parts.append(step.words_with(next(seconds, None)))
         elif has_seen and not isinstance(step, CountAnew):
             parts.append(f"then {act(step)}")
-    failed = () if outcome.passed else (f"**failed**: {'; '.join(outcome.problems)}",)
-    return "; ".join((*parts, *outcome.figures, *failed))
+    return "; ".join((*parts, *outcome.figures, *_failed(outcome)))
+
+
+def _failed(outcome: Outcome) -> tuple[str, ...]:
+    return () if outcome.passed else (f"**failed**: {'; '.join(outcome.problems)}",)
 
 
 def act(step: Act) -> str:

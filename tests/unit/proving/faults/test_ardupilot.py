@@ -44,6 +44,13 @@ def test_words_select_flights(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == "on the ground: a whole survey\n"
 
 
+def test_what_must_be_seen_stands_beside_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--table", "whole survey"]) == 0
+    _, _, row = capsys.readouterr().out.splitlines()
+    assert row.startswith("| a whole survey | on the ground | whole lot surveyed, recall ≥ 0.9, precision ≥ 0.9: ")
+    assert " of 420 s; " in row
+
+
 def test_faults_of_the_simulated_drone_come_after_the_flights_each_once() -> None:
     flights = selected([], fitting(ALL))
     assert flights[: len(VEHICLE)] == VEHICLE
