@@ -81,7 +81,8 @@ def page() -> str:
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
     blocks += [
         "## To the drone\n",
-        f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL}.\n",
+        f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL}. A command "
+        'without keys of its own looks like `{"Type": "Hold", "Id": 7}`.\n',
     ]
     for name, model in sorted(commands.items(), key=lambda each: _type_of(each[1])):
         blocks += _message(name, model, sent_as[_type_of(model)], who=_who(_type_of(model)))
@@ -96,9 +97,10 @@ def page() -> str:
 
 def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
     yield "## HTTP\n"
-    yield "| request | for | gives |\n|---|---|---|"
+    yield "For viewers and operators, where nothing else is said.\n"
     for each in requests:
-        yield f"| `{each['method']} {each['route']}` | {each['for']} | {each['text']} |"
+        who = "" if each["for"] == "viewer, operator" else f" ({each['for']})"
+        yield f"- `{each['method']} {each['route']}`{who}: {each['text']}"
     yield ""
     for each in requests:
         if each["route"] not in SHOWN:
@@ -112,6 +114,8 @@ def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], wh
     yield f"### {_type_of(model)}\n"
     yield f"{_summary(model)}{f' Taken from {who}.' if who and who != _USUAL else ''}\n"
     yield from _keys(name, model)
+    if set(example) <= {"Type", "Id"}:
+        return  # nothing that the rules do not say
     shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
     if len(shown) < len(example):
         yield "A part of one:\n"

@@ -92,7 +92,7 @@ def test_every_message_has_an_example_and_its_keys_are_on_the_page() -> None:
             (section,) = re.findall(rf"^### {re.escape(kind)}\n(.*?)(?=^### |^## |\Z)", text, re.MULTILINE | re.DOTALL)
             keys = set(model["properties"]) - {"Type", "Id"}
             assert keys <= set(re.findall(r"^- `([^`]+)`:", section, re.MULTILINE)), kind
-            assert f'"Type": "{kind}"' in section, kind
+            assert f'"Type": "{kind}"' in section or not keys, kind
 
 
 def test_texts_of_fields_come_from_the_class_and_its_bases() -> None:
