@@ -180,8 +180,6 @@ def test_a_network_that_cannot_be_used_fails(tmp_path: Path) -> None:
     wrong.write_bytes(b"no network")
     config = Config.model_validate({"vision": {"model": wrong}})
     assert look_at_model(config).outcome is Outcome.FAILED
-    without = Config.model_validate({"vision": {"use_network": False}})
-    assert look_at_model(without).outcome is Outcome.PASSED
 
 
 def test_the_package_s_network_looks_at_a_frame() -> None:
