@@ -33,8 +33,8 @@ EXCERPTS: Final = {
 }
 """Keys that are shown of an example which would fill pages."""
 _USUAL: Final = Right.CONTROL.value
-ELSEWHERE: Final = {"Sentences": "The texts of this message as codes ([SentenceItem](#sentenceitem))."}
-"""Texts on this page of keys that several messages have; the rules above the messages say the rest."""
+ELSEWHERE: Final = {"Sentences": ""}
+"""Texts on this page of keys that several messages have; the rules above the messages describe them."""
 
 _HEADER: Final = """# Protocol
 
