@@ -116,8 +116,17 @@ def _options(parser: argparse.ArgumentParser, described: dict[str, str]) -> list
         else:
             rows.append(row)
             described[row] = parser.prog
-    alike = [f"As in `{prog}`: {', '.join(options)}.\n" for prog, options in named.items()]
+    alike = [f"{_alike(prog, options, described)}\n" for prog, options in named.items()]
     return [*alike, *([*rows, ""] if rows else [])]
+
+
+def _alike(prog: str, options: list[str], described: dict[str, str]) -> str:
+    """Return which options are as those of an earlier command: all but a few, or those that are named."""
+    its = [row.removeprefix("- ").partition(": ")[0] for row, owner in described.items() if owner == prog]
+    others = [option for option in its if option not in options]
+    if len(others) < len(options) / 3:
+        return f"All of `{prog}`" + (f" but {', '.join(others)}." if others else ".")
+    return f"As in `{prog}`: {', '.join(options)}."
 
 
 def _usage(action: argparse.Action) -> str:
