@@ -259,6 +259,14 @@ class VisionSettings(Section):
     minimum_height_m: float = Field(default=6.0, ge=1, le=100)
     minimum_stalls: int = Field(default=3, ge=1, le=100)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _without_what_changes_nothing(cls, given: Any) -> Any:
+        """A file of an earlier version states ``use_network = true``, as it holds now: the drone starts with it."""
+        if isinstance(given, dict) and given.get("use_network") in (True, "true"):
+            return {key: value for key, value in given.items() if key != "use_network"}
+        return given
+
 
 class WebSettings(Section):
     """The operator page."""

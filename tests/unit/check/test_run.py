@@ -18,7 +18,7 @@ from hawk import cli
 from hawk.algo.vision.network import NetworkMaps, VisionModelError
 from hawk.check import commands
 from hawk.check.camera import CameraTimes
-from hawk.check.machine import RELEASED, DiskReading
+from hawk.check.machine import DiskReading
 from hawk.check.model import ground_size, look_at_model
 from hawk.check.network import NetworkTools
 from hawk.check.result import (
@@ -41,6 +41,7 @@ from hawk.comm.clock import Clock
 from hawk.config.option_settings import load_settings
 from hawk.config.sections import Config, ConfigError
 from hawk.runtime.programs import Kind, Processes
+from hawk.web.access.tls import RELEASED
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures
 from tests.unit.comm.cameras.pictures import picture
 

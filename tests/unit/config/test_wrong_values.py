@@ -121,7 +121,7 @@ def test_a_variable_that_would_change_nothing_is_refused(name: str, near: str) -
 
 def test_a_setting_of_earlier_versions_is_named_with_what_to_do(tmp_path: Path) -> None:
     file = tmp_path / "config.toml"
-    file.write_text("[vision]\nthreads = 1\nuse_network = true\n")
+    file.write_text("[vision]\nthreads = 1\nuse_network = false\n")
     words = "vision.use_network: is no setting any more: the network alone finds stalls. Delete it from your settings"
     with pytest.raises(ConfigError) as caught:
         load_config(file, {})
@@ -129,6 +129,13 @@ def test_a_setting_of_earlier_versions_is_named_with_what_to_do(tmp_path: Path) 
     with pytest.raises(ConfigError) as caught:
         load_config(None, {"HAWK_VISION__USE_NETWORK": "false"})
     assert str(caught.value) == f"HAWK_VISION__USE_NETWORK: {words}"
+
+
+def test_a_setting_of_earlier_versions_that_changes_nothing_keeps_no_drone_from_starting(tmp_path: Path) -> None:
+    file = tmp_path / "config.toml"
+    file.write_text("[vision]\nthreads = 2\nuse_network = true\n")
+    assert load_config(file, {}).vision.threads == 2
+    assert load_config(None, {"HAWK_VISION__USE_NETWORK": "true"}).vision == load_config(None, {}).vision
 
 
 def test_the_home_folder_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
