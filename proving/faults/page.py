@@ -45,7 +45,7 @@ def section(subjects: Iterable[Subject], outcomes: Sequence[Outcome]) -> str:
     """Return the page's section: a table a subject, with what was measured. Raises PageError."""
     parts: list[str] = []
     for subject in subjects:
-        parts.append(f"### {subject.title}\n")
+        parts.append(f"## {subject.title}\n")
         parts.append("\n".join([_HEAD, *(_line(row, outcomes) for row in subject.rows)]) + "\n")
     return "\n".join(parts).rstrip()
 

@@ -25,7 +25,7 @@ def test_a_row_has_what_its_flights_measured() -> None:
     outcomes = [Outcome(fault, seconds) for fault, seconds in zip(FAULTS, [(1.5, 3.0), (0.5, 3.0)], strict=True)]
     drone = "LAND after {mode LAND}, down after {landed}, RTL after {mode R*}"
     title, _, head, _, row = rows_of(drone, *outcomes)
-    assert title == "### Position"
+    assert title == "## Position"
     assert head == "| fault | the drone | you | flights |"
     assert row == "| no GNSS | LAND after 0.5 s to 1.5 s, down after 0.5 s to 1.5 s, RTL after 3 s | wait | 2 |"
 
