@@ -14,6 +14,8 @@ import sys
 import textwrap
 from collections.abc import Iterator, Mapping
 from functools import cache
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -125,13 +127,16 @@ def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], wh
 def _keys(name: str, model: Mapping[str, Any]) -> Iterator[str]:
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
-    rows = [
-        f"- `{key}`: {_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}"
+    rows = (
+        (key, f"{_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}")
         for key, value in model["properties"].items()
         if key != "Type" and not (is_sent and key == "Id")
+    )
+    lines = [
+        f"- {', '.join(f'`{key}`' for key, _ in alike)}: {words}" for words, alike in groupby(rows, key=itemgetter(1))
     ]
-    if rows:
-        yield "\n".join([*rows, ""])
+    if lines:
+        yield "\n".join([*lines, ""])
 
 
 def _default(value: Mapping[str, Any]) -> str:

@@ -91,7 +91,8 @@ def test_every_message_has_an_example_and_its_keys_are_on_the_page() -> None:
             kind = model["properties"]["Type"]["const"]
             (section,) = re.findall(rf"^### {re.escape(kind)}\n(.*?)(?=^### |^## |\Z)", text, re.MULTILINE | re.DOTALL)
             keys = set(model["properties"]) - {"Type", "Id"}
-            assert keys <= set(re.findall(r"^- `([^`]+)`:", section, re.MULTILINE)), kind
+            named = " ".join(re.findall(r"^- (`[^:]+`): ", section, re.MULTILINE))
+            assert keys <= set(re.findall(r"`([^`]+)`", named)), kind
             assert f'"Type": "{kind}"' in section or not keys, kind
 
 
