@@ -69,6 +69,7 @@ docs: $(STAMP)
 	$(BIN)/python packaging/settings_page.py
 	$(BIN)/python packaging/protocol_page.py
 	$(BIN)/python packaging/command_line.py
+	$(BIN)/python -m proving.faults --page
 	$(BIN)/python packaging/docs_site.py $(ARGS)
 
 fast: $(STAMP)
