@@ -65,3 +65,7 @@ def test_the_page_has_the_rows_and_the_last_outcomes() -> None:
     assert rewritten(page, section(SUBJECTS, read_outcomes(SIMULATED, ALL))) == page, (
         "write it again: python -m proving.faults --page"
     )
+
+
+def test_faults_that_tests_show_stand_at_their_tests_alone() -> None:
+    assert ".py::" not in PAGE.read_text(encoding="utf-8")
