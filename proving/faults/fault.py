@@ -364,6 +364,12 @@ class See:
         """The sight and its time."""
         return f"{self.sight.words} ({'for' if self.lasts else '≤'} {self.within_s:g} s)"
 
+    def words_with(self, seconds: float | None) -> str:
+        """Return the sight with the seconds until it was seen, and its limit; None: it was not seen."""
+        if self.lasts or seconds is None:
+            return self.words
+        return f"{self.sight.words}: {seconds:g} of {self.within_s:g} s"
+
 
 @dataclass(frozen=True, slots=True)
 class Fault:

@@ -60,6 +60,10 @@ def test_the_switch_sits_on_channel_five_and_its_last_position_is_stabilize(radi
         assert radio.knows(f"FLTMODE{position}")
 
 
+@pytest.mark.fault(
+    "the receiver is lost and ArduCopter repeats its last pulses",
+    "SYS_STATUS decides; it says so only while FS_THR_ENABLE is not 0, which refuses Arm",
+)
 def test_a_lost_receiver_keeps_its_last_pulses_and_shows_in_the_health_alone(radio: Vehicle) -> None:
     radio.set({"FS_THR_ENABLE": 1})
     radio.faults.radio(False)

@@ -207,6 +207,12 @@ async def test_the_rest_is_flown_and_the_lot_is_whole(swap: Swap) -> None:
     assert found["stall_precision"] > 0.95, account
 
 
+@pytest.mark.fault(
+    "battery swapped in the middle of a survey: both computers without power, another boot, 5 m beside, the "
+    "receiver off by 1.9 m",
+    "map, datum and ids are kept; Explore flies the rest; 95 % of the stalls stay within 1 m and none is "
+    "counted twice; the arm place of before is dropped",
+)
 async def test_stalls_of_before_stay_in_place_and_keep_their_ids(swap: Swap) -> None:
     before, after = swap.half, swap.again.ended
     gone = before.stalls.keys() - after.stalls.keys()
@@ -214,6 +220,10 @@ async def test_stalls_of_before_stay_in_place_and_keep_their_ids(swap: Swap) -> 
     assert np.percentile(moved(before, after), 95) < 1.0
 
 
+@pytest.mark.fault(
+    "battery swapped in the middle of a survey: both computers without power, another boot, 5 m beside, the "
+    "receiver off by 1.9 m"
+)
 async def test_no_stall_is_counted_twice(swap: Swap) -> None:
     places = np.array([(stall.north, stall.east) for stall in swap.again.ended.stalls.values()])
     nearest = KDTree(places).query(places, k=2)[0][:, 1]

@@ -107,6 +107,7 @@ async def stays_away_until_disarmed(stack: SimulatedStack, pilot: Operator) -> N
     assert not status["crashed"]
 
 
+@pytest.mark.fault("SIGHUP in the air (a lost terminal)")
 async def test_without_its_operator_it_holds_and_then_comes_home(flown: Flown) -> None:
     assert flown.stack.daemon is not None
     async with operator(flown.url) as watcher:

@@ -45,6 +45,8 @@ async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flown
         await stack.stop()
 
 
+@pytest.mark.fault("downlink dead, and RTL messages are lost too")
+@pytest.mark.fault("downlink dead, uplink alive, in the air")
 async def test_a_mute_autopilot_is_sent_home_landed_by_hand_and_heard_again(flown: Flown) -> None:
     await flown.put(late_parameters_s=2.0)  # the failsafes are set all the same
     async with operator(flown.url) as pilot:

@@ -48,6 +48,11 @@ async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[tuple
         await stack.stop()
 
 
+@pytest.mark.fault(
+    "local and global position jump together by 25 m (EKF reset after a GPS glitch) while the drone holds "
+    "(Hover, CommunicationLost)",
+    "the goal is formed again at the new estimate; the true drone stays (within 2 m)",
+)
 async def test_a_held_drone_stays_when_its_estimate_jumps_by_25_metres(flown: tuple[SimulatedStack, Operator]) -> None:
     stack, pilot = flown
     before = await true_place(stack)
@@ -64,6 +69,7 @@ async def test_a_held_drone_stays_when_its_estimate_jumps_by_25_metres(flown: tu
     assert math.dist(await true_place(stack), before) < 3.0
 
 
+@pytest.mark.fault("another station moves home in flight (300 m, or up or down)")
 async def test_a_home_that_was_moved_is_set_back_and_the_return_ends_at_the_arm_place(
     flown: tuple[SimulatedStack, Operator],
 ) -> None:

@@ -37,6 +37,7 @@ async def test_the_slope_is_told_before_arm_and_refuses_nothing(standing: tuple[
     await pilot.take_off()
 
 
+@pytest.mark.fault("a task flies closer over something than the least clearance")
 async def test_a_move_into_the_slope_ends_above_it(standing: tuple[SimulatedStack, Operator]) -> None:
     stack, pilot = standing
     assert pilot.beat.height_above_ground == pytest.approx(8.0, abs=1.5)

@@ -205,6 +205,7 @@ def test_the_pictures_of_a_frozen_camera_are_not_mapped(rig: Rig) -> None:
     assert all(output.vision_health.is_healthy and output.annotated_jpeg for output in outputs)
 
 
+@pytest.mark.fault("the check of the camera fails", "camera unhealthy with that frame")
 def test_a_check_of_the_camera_that_fails_is_no_healthy_camera(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rig.check, "look", _broken)
     output = rig.run(flight(21)[-1])

@@ -39,6 +39,10 @@ def test_there_are_as_many_as_there_are() -> None:
     assert len(numeric()) > 35
 
 
+@pytest.mark.fault(
+    "a number in the settings beyond what is physically right",
+    "the daemon does not start; file, line, name, value and both bounds are shown",
+)
 @pytest.mark.parametrize(("section", "key"), numeric())
 def test_a_number_beyond_either_bound_is_refused_with_name_value_and_both_bounds(section: str, key: str) -> None:
     found = bounds(section, key)

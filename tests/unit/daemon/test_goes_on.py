@@ -126,6 +126,10 @@ async def started(folder: Path, now: Moment, *, flies: bool = False, continues: 
         await again.close()
 
 
+@pytest.mark.fault(
+    "the wall clock steps by 3 days between two starts on the ground",
+    "the survey goes on; one that is set aside is shown in log and page",
+)
 @pytest.mark.parametrize("step", [31 * 60.0, 3 * DAY, -3 * DAY, 40 * 365 * DAY])
 async def test_a_step_of_the_wall_clock_begins_no_survey_and_makes_none_young(tmp_path: Path, step: float) -> None:
     young = replace(NOW.before(-100.0), utc=NOW.utc + step)
@@ -176,6 +180,7 @@ async def test_a_survey_that_is_set_aside_is_told_with_its_name_and_age(tmp_path
     assert found.kept.survey_id != first
 
 
+@pytest.mark.fault("the wall clock steps by 3 days between two starts on the ground")
 async def test_the_page_tells_of_a_survey_that_was_set_aside(tmp_path: Path) -> None:
     old = this_moment().before(2 * DAY)
     journal = FlightJournal(tmp_path / "journal", moment=lambda: old)
@@ -211,6 +216,7 @@ async def test_a_new_simulated_world_sets_a_survey_aside_without_a_word(tmp_path
         await again.close()
 
 
+@pytest.mark.fault("the store became read-only in the air", "the start goes on without it")
 @pytest.mark.parametrize("flies", [True, False])
 async def test_a_store_that_cannot_be_written_stops_no_start_in_the_air(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, flies: bool

@@ -77,6 +77,10 @@ def test_a_reaction_names_nobody() -> None:
     assert program.state.asked_by == ""
 
 
+@pytest.mark.fault(
+    "control is given back in the air and nobody takes it",
+    "the drone holds for `operator_hold_s`, then returns home; Hold is refused meanwhile",
+)
 async def test_control_given_back_in_the_air_holds_and_then_returns_home(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.desk.client, fresh.desk.former = None, "Ana"

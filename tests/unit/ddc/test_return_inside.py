@@ -103,6 +103,7 @@ def flown(made: Decider, now: float, seconds: float, change: Change = lambda fac
 # -- the path ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("a return in a bent fence: the straight line home leaves it")
 def test_it_is_led_by_targets_that_the_gate_takes_until_home_is_in_sight() -> None:
     made, facts = returning(bent(10.0)), bent(10.0)
     acts = made.tick(facts).acts
@@ -281,6 +282,11 @@ def no_reserve(facts: Facts) -> Facts:
     return replace(facts, battery=replace(facts.battery, reserve=None))
 
 
+@pytest.mark.fault(
+    "a return in a bent fence with an old or distrusted position, outside the fence, without a path, with too "
+    "little charge",
+    "RTL straight at once, with the reason",
+)
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -340,6 +346,10 @@ def aged(seconds: float) -> Change:
     return lambda facts: replace(facts, position=replace(facts.position, age=seconds))
 
 
+@pytest.mark.fault(
+    "a return along a path inside a bent fence: too little charge, no progress, or GUIDED refused",
+    "RTL straight, within 3 s for the charge and 10 s without progress",
+)
 @pytest.mark.parametrize(
     ("change", "seconds", "reason"),
     [
@@ -383,6 +393,7 @@ def test_a_dip_of_the_charge_ends_nothing() -> None:
     assert modes(flown(made, 12.6, RESERVE_CONFIRM_S - 0.5)) == []
 
 
+@pytest.mark.fault("a return along a path inside a bent fence: too little charge, no progress, or GUIDED refused")
 def test_guided_that_is_refused_is_not_waited_for() -> None:
     def brakes(facts: Facts) -> Facts:
         return replace(facts, vehicle=replace(facts.vehicle, custom_mode=int(CopterMode.BRAKE)))
@@ -398,6 +409,10 @@ def test_guided_that_is_refused_is_not_waited_for() -> None:
     assert "Straight home, beyond the fence: GUIDED was refused: Not now." in texts(acts)
 
 
+@pytest.mark.fault(
+    "a return along a path inside a bent fence: a step of it raises, or the program ends",
+    "RTL straight",
+)
 def test_a_fault_in_the_path_leads_straight_home(monkeypatch: pytest.MonkeyPatch) -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
@@ -432,6 +447,10 @@ def foreign(mode: CopterMode) -> Change:
     return change
 
 
+@pytest.mark.fault(
+    "a return along a path inside a bent fence: a pilot or a failsafe of the autopilot changes the mode",
+    "nothing is asked for, no target is sent",
+)
 @pytest.mark.parametrize(
     ("mode", "state"),
     [(CopterMode.LOITER, S.MANUAL), (CopterMode.RTL, S.RETURN_TO_LAUNCH), (CopterMode.LAND, S.LAND)],
@@ -451,6 +470,7 @@ def test_another_mode_is_not_countermanded(mode: CopterMode, state: S) -> None:
     assert not of_kind(acts, SendTarget)
 
 
+@pytest.mark.fault("a return along a path inside a bent fence: the autopilot is not heard", "RTL is sent after 3 s")
 def test_a_silent_autopilot_is_sent_rtl_after_three_seconds() -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
@@ -486,6 +506,7 @@ def test_heard_again_in_rtl_it_stays_in_rtl() -> None:
     assert made.state.identity is S.RETURN_TO_LAUNCH
 
 
+@pytest.mark.fault("a return along a path inside a bent fence: a step of it raises, or the program ends")
 def test_the_end_of_the_program_has_rtl_fly_straight() -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
@@ -612,6 +633,10 @@ async def test_paths_are_prepared_off_the_loop_when_the_fence_comes_into_force(
     assert {name.startswith("hawk-parameters") for _, name in made} == {True}
 
 
+@pytest.mark.fault(
+    "the reserve counts the straight line where the path is longer",
+    "it counts the path, so that the drone turns home in time",
+)
 async def test_the_reserve_counts_the_path_where_it_is_longer(rig: Rig) -> None:
     await draw(rig, fence(U_SHAPE))
     rig.order(Arm())

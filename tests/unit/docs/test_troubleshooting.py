@@ -11,7 +11,7 @@ from hawk.comm.protocol.command_table import COMMAND_TABLE
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
-SYMPTOMS = re.findall(r"^\| (?!it says|check: |---)(.*?) \|", TEXT, re.MULTILINE)
+SYMPTOMS = re.findall(r"^- ((?:[^`:]|`[^`]*`)*): ", TEXT, re.MULTILINE)
 SAID = sorted({words for symptom in SYMPTOMS for words in re.findall(r"`([^`]+)`", symptom)})
 NO_WORDS = {"/dev/tty…", "camera.mount_yaw_deg"}
 """Marked for another reason."""

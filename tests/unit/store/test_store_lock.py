@@ -23,6 +23,7 @@ with held_store(Path(sys.argv[1]), {"version": "1.2.3", "port": "3000"}):
 """
 
 
+@pytest.mark.fault("a second daemon is started on the store of one that runs")
 def test_a_second_program_is_refused_by_name_and_may_hold_it_when_the_first_was_killed(tmp_path: Path) -> None:
     store = tmp_path / "a" / "store"
     first = subprocess.Popen([sys.executable, "-c", HOLDER, str(store)], stdout=subprocess.PIPE)

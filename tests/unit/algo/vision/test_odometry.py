@@ -73,6 +73,11 @@ def summed(pairs: Iterable[tuple[float, float]]) -> tuple[float, float]:
     return float(north), float(east)
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task",
+    "reported at 3 m within 10 s, the task ends by Hover, the camera holds the true place within 1.5 m; new "
+    "tasks are refused; nothing is mapped",
+)
 def test_a_walk_of_the_position_that_the_drone_follows_is_seen(eye: Eye) -> None:
     """GNSS walks north by 0.7 m/s and the autopilot holds: the drone flies south, and nothing is reported."""
     steps = eye.fly(lambda k: replace(STILL, north=-0.7 * STEP_S * k, roll=0.03 * math.sin(k)), lambda k: STILL, 25)

@@ -396,6 +396,7 @@ class TestKill:
         await rig.autopilot.kill()
         assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
 
+    @pytest.mark.fault("a Kill hangs", "the next one, 0.2 s later, has a thread of its own and goes out")
     async def test_a_kill_that_hangs_stops_no_later_one(self, rig: Rig) -> None:
         rig.autopilot.calls.deadline_s = 0.01
         await rig.connect()
@@ -473,6 +474,7 @@ class TestHanging:
         await rig.autopilot.set_mode(CopterMode.RTL)
         release.set()
 
+    @pytest.mark.fault("a target hangs in MAVSDK", "after 3 s a new sender takes over, the hang is counted")
     async def test_a_target_that_hangs_is_counted_and_later_ones_go_out(self, rig: Rig) -> None:
         await rig.connect()
         await rig.arm_here()
@@ -621,6 +623,10 @@ class TestFence:
         assert (values["FENCE_ALT_MAX"], values["FENCE_TYPE"], values["FENCE_ACTION"]) == (100.0, 5.0, 1.0)
         assert values["FENCE_ENABLE"] == 1.0
 
+    @pytest.mark.fault(
+        "the autopilot had another kind of fence on (FENCE_TYPE 7) when ours is uploaded before Arm",
+        "it is switched off for the upload, so that SYS_STATUS shows later that a command switched ours off",
+    )
     @pytest.mark.parametrize("armed", [False, True])
     async def test_one_of_other_kinds_is_off_before_it_is_uploaded_on_the_ground_and_never_in_flight(
         self, rig: Rig, monkeypatch: pytest.MonkeyPatch, armed: bool
@@ -688,6 +694,7 @@ class TestFence:
         with pytest.raises(AutopilotError, match="another one: it has 2 exclusion zones, ours has 0"):
             await rig.autopilot.compare_fence(FENCE)
 
+    @pytest.mark.fault("the upload is acknowledged but another fence is held", "the upload has failed")
     @pytest.mark.parametrize(
         ("change", "words"),
         [
@@ -772,6 +779,10 @@ class TestFence:
         await until(lambda: rig.topics.foreign_write.value is not None)
         assert rig.topics.foreign_write.value == ForeignWrite(7.0, 254, 190, "rally")
 
+    @pytest.mark.fault(
+        "a fence that fills the autopilot's memory, which ends ArduCopter's program",
+        "not sent; refused while it is drawn",
+    )
     @pytest.mark.parametrize(("corners", "zones"), [(70, 0), (66, 1), (57, 4), (31, 12)])
     async def test_a_fence_that_fills_the_autopilots_memory_is_not_sent(
         self, rig: Rig, corners: int, zones: int

@@ -37,6 +37,10 @@ def diagnose(rig: Rig, **estimator: float | None) -> str:
     return found.estimator_fault
 
 
+@pytest.mark.fault(
+    "EKF_STATUS_REPORT: GPS glitch, no absolute position, constant position, not initialised, variance above 0.8",
+    "position unhealthy within 1 s with the reason; no Arm; a task ends by Hover after 2 s",
+)
 @pytest.mark.parametrize(
     ("report", "words"),
     [
@@ -61,6 +65,10 @@ def test_a_report_that_is_not_well_makes_the_position_unhealthy(
     assert diagnose(rig, **report) == words
 
 
+@pytest.mark.fault(
+    "EKF_STATUS_REPORT stops, or never comes",
+    "position unhealthy 5 s after the last one, with the reason; no Arm; a task ends by Hover after 2 s",
+)
 def test_silence_of_the_estimator_is_a_fault_before_its_first_report_and_after_its_last(rig: Rig) -> None:
     silent = Rig()
     silent.take(silent.said.gps(), silent.said.system())
@@ -98,6 +106,11 @@ def north_of(rig: Rig) -> float:
     return pose.map.north
 
 
+@pytest.mark.fault(
+    "local and global position jump together by 25 m (EKF reset after a GPS glitch) in a task",
+    "no pose and no target from the leap on; 0.3 s later (three looks) reported with its metres, Hover at the "
+    "new estimate",
+)
 class TestJump:
     """EKF-local and globe leap together: the drone did not move."""
 
@@ -142,6 +155,7 @@ class TestJump:
         assert rig.jumps == [pytest.approx(15.0, abs=0.05)]
         assert jumps == [pytest.approx(10.0, abs=0.05)]
 
+    @pytest.mark.fault("a position of one datagram is 25 m off", "no event, no pose for 0.3 s")
     def test_a_spike_of_one_sample_is_none(self, rig: Rig, jumps: list[float]) -> None:
         rig.advance()
         rig.take(rig.said.attitude(), rig.said.local(25.0, 0.0, 0.0), rig.said.world(25.0))
@@ -159,6 +173,11 @@ class TestJump:
             )
         assert jumps == [pytest.approx(25.0, abs=0.2)]
 
+    @pytest.mark.fault(
+        "local and global position jump together by 25 m (EKF reset after a GPS glitch) while the map grows",
+        "nothing is mapped until the position is back within 2 m, or until the next Arm; the mapper's health "
+        "gives the reason; Explore ends",
+    )
     def test_nothing_is_mapped_until_it_is_back(self, rig: Rig, jumps: list[float]) -> None:
         rig.take(rig.said.estimator())
         assert rig.telemetry.map_problem(rig.clock()) == ""
@@ -181,6 +200,10 @@ class TestJump:
         assert jumps == []
 
 
+@pytest.mark.fault(
+    "the position creeps away from its own velocity (3 m in 2 s)",
+    "position unhealthy within 1 s with the reason; no Arm; a task ends by Hover after 2 s",
+)
 def test_an_estimate_that_creeps_away_from_its_velocity_is_not_trusted(rig: Rig) -> None:
     rig.arm_here()
     for index in range(60):

@@ -96,6 +96,10 @@ def test_before_a_report_nothing_can_be_mapped() -> None:
     assert "the gimbal's attitude is not reported" in problem
 
 
+@pytest.mark.fault(
+    "the attitude of the camera's gimbal does not come, or is older than 0.5 s",
+    "nothing is mapped; the mapper's health names the age",
+)
 def test_an_old_report_is_none_and_its_age_is_named() -> None:
     watch = watching((10.0, status()))
     assert watch.aim(CAMERA, 10.0 + FRESH_S, leaning())[1] == ""

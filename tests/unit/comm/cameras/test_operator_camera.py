@@ -67,6 +67,7 @@ async def test_pictures_of_the_daemon_are_given_as_bgr(blocking: ThreadPoolExecu
     assert "operator-camera" not in [thread.name for thread in threading.enumerate()]
 
 
+@pytest.mark.fault("the daemon serves HTTPS", "Operator Camera and Message Socket speak it, by a trusted certificate")
 async def test_pictures_come_by_https_from_a_certificate_that_is_trusted(
     tmp_path: Path, blocking: ThreadPoolExecutor
 ) -> None:

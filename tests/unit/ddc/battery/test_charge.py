@@ -72,6 +72,10 @@ class TestAtRest:
         assert facts.believed == pytest.approx(believed, abs=0.1)
         assert facts.volts == pytest.approx(each)
 
+    @pytest.mark.fault(
+        "the counter says 100 % at 11.0 V of three cells, or 30 to 100 % at 3.2 to 3.85 V a cell at rest",
+        "Arm is refused with what the voltage allows",
+    )
     @pytest.mark.parametrize(
         ("counter", "each"),
         [
@@ -184,6 +188,7 @@ class TestUnderLoad:
         assert pack.fly(4.4).volts is None
         assert pack.fly(0.7).is_critical
 
+    @pytest.mark.fault("a dip of 2 s right after take-off", "the flight goes on")
     @pytest.mark.parametrize("each_s", [0.25, 0.5, 1.0])
     def test_a_dip_of_two_seconds_right_after_take_off_does_not_count(self, each_s: float) -> None:
         """The motors take their largest current there. ``each_s``: time between two readings."""
@@ -205,6 +210,7 @@ class TestUnderLoad:
             facts.append(watch.update(reading, (3,), now, is_airborne=True))
         assert sum(each.volts is None for each in facts[50:]) <= 20
 
+    @pytest.mark.fault("dips of 2.5 s, a voltage that trembles about the limit, a broken wire", "the flight goes on")
     @pytest.mark.parametrize("lasting_s", [0.5, 1.5, 2.5])
     def test_a_dip_does_not_count(self, lasting_s: float) -> None:
         pack = Pack()
@@ -216,6 +222,7 @@ class TestUnderLoad:
             pack.each = 3.7
             assert not pack.fly(6.0).is_low
 
+    @pytest.mark.fault("dips of 2.5 s, a voltage that trembles about the limit, a broken wire")
     def test_a_voltage_that_trembles_about_the_limit_counts_by_its_middle(self) -> None:
         pack = Pack()
         pack.airborne = True
@@ -233,6 +240,7 @@ class TestUnderLoad:
         facts = pack.run(1.0)
         assert (facts.is_low, facts.is_critical) == (False, False)
 
+    @pytest.mark.fault("dips of 2.5 s, a voltage that trembles about the limit, a broken wire")
     @pytest.mark.parametrize("each", [0.0, 0.3, 1.9])
     def test_a_wire_that_broke_is_no_empty_battery(self, each: float) -> None:
         pack = Pack()
@@ -307,6 +315,9 @@ class TestTheCounter:
         assert pack.fly(70.0, drain=0.0).doubt == ""
         assert pack.fly(10.0, drain=0.0).doubt
 
+    @pytest.mark.fault(
+        "the counter stands still in flight, creeps, begins again, or says more than the voltage under load allows"
+    )
     def test_one_that_creeps_is_counted_by_time(self) -> None:
         """BATT_CAPACITY is ten times too large."""
         pack = Pack()
@@ -362,6 +373,9 @@ class TestTheCounter:
             facts = watch.update(info, (3,), float(second), is_airborne=True)
         assert bool(facts.doubt) is doubted
 
+    @pytest.mark.fault(
+        "the counter stands still in flight, creeps, begins again, or says more than the voltage under load allows"
+    )
     @pytest.mark.parametrize("rise", [5.0, 25.0])
     def test_one_that_begins_again_is_not_believed(self, rise: float) -> None:
         pack = Pack()
@@ -426,6 +440,9 @@ class TestTheCounter:
         pack.each = 4.0
         assert pack.fly(1200.0, drain=0.0).believed == 0.0
 
+    @pytest.mark.fault(
+        "the counter stands still in flight, creeps, begins again, or says more than the voltage under load allows"
+    )
     def test_a_voltage_under_load_contradicts_it(self) -> None:
         pack = Pack()
         pack.each = 4.0

@@ -466,6 +466,10 @@ async def test_a_fence_is_checked_on_a_thread_of_its_own(rig: Rig, monkeypatch: 
     assert threads[0].startswith("hawk-fence")
 
 
+@pytest.mark.fault(
+    "256 Check Fence of one client",
+    "the tick does none of it: a thread answers the newest, the others are refused at once",
+)
 async def test_of_one_clients_questions_the_newest_is_checked_and_each_is_answered(rig: Rig) -> None:
     asked = [CheckFence(corners=corners(SQUARE), ceiling=80, id=number) for number in range(256)]
     answers = await rig.later("eve", *asked)

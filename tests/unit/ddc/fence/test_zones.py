@@ -199,6 +199,7 @@ def test_a_fence_with_other_zones_is_another_one() -> None:
 # -- fences that cannot be flown in -----------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("zones that cut the inside into pieces", "refused with the zone's number")
 @pytest.mark.parametrize(
     ("zones", "words"),
     [
@@ -268,6 +269,10 @@ def test_a_zone_that_is_taken_leaves_one_whole_inside(corners: list[tuple[float,
 HEIGHTS = HeightParameters()
 
 
+@pytest.mark.fault(
+    "a target in an exclusion zone, or straight across one",
+    "refused by the gate, for tasks and for holding",
+)
 @pytest.mark.parametrize("holds", [False, True], ids=["a task", "holding"])
 @pytest.mark.parametrize(
     ("at", "target", "words"),

@@ -32,6 +32,11 @@ def late(rig: Rig, *, armed: bool | None = None, landed: LandedState | None = No
     rig.manager.process()
 
 
+@pytest.mark.fault(
+    "EXTENDED_SYS_STATE stops after Arm, the drone climbs",
+    "State Arm is left for Hover: by height (3 m) or climb (1 m/s) at the next tick, else after 2 s; guard, "
+    "Hold and RTL work; health part `ground` and one message within 0.5 s",
+)
 class TestTheLandedStateStopsAfterArm:
     """EXTENDED_SYS_STATE stops on the ground; somebody else takes the drone up to 8 m."""
 
@@ -58,6 +63,10 @@ class TestTheLandedStateStopsAfterArm:
         await up.run(0.2)
         up.expect(S.COMMUNICATION_LOST)
 
+    @pytest.mark.fault(
+        "Disarm is asked for in the air while the landed state is old or wrong",
+        "It is refused and never sent",
+    )
     async def test_a_disarm_is_refused_and_never_sent(self, up: Rig) -> None:
         assert not up.command(Disarm()).accepted
         up.order(Land())
@@ -89,6 +98,10 @@ class TestInTheAir:
         flying.expect(S.HOVER)
         assert not any("Landed" in text for text in flying.log)
 
+    @pytest.mark.fault(
+        'One HEARTBEAT "disarmed" of before comes late in the air, with or without a late "on the ground"',
+        "No state changes, no arm place moves",
+    )
     async def test_a_late_disarmed_with_a_late_landed_ends_no_flight(self, flying: Rig) -> None:
         late(flying, armed=False, landed=LandedState.ON_GROUND)
         flying.expect(S.HOVER)
@@ -107,6 +120,10 @@ class TestInTheAir:
         await fresh.run(1.0)
         fresh.expect(S.COMPULSIVE_MOVE)
 
+    @pytest.mark.fault(
+        'The landed state says "on the ground" at 30 m for ever',
+        "It is not believed; shown after 0.5 s; the flight goes on",
+    )
     async def test_a_landed_state_that_lies_for_ever_is_a_fault_that_is_shown(self, flying: Rig) -> None:
         flying.autopilot.landed = LandedState.ON_GROUND
         await flying.run(1.0)
@@ -129,6 +146,10 @@ class TestInTheAir:
         assert facts.is_airborne
         assert facts.ground.landed_age == pytest.approx(5.0, abs=0.1)
 
+    @pytest.mark.fault(
+        "EXTENDED_SYS_STATE stops in flight",
+        'The flight goes on, "in the air"; shown after 3 s; the landing ends 5 s after HEARTBEAT says "disarmed"',
+    )
     async def test_without_the_landed_state_a_landing_ends_five_seconds_after_disarmed(self, flying: Rig) -> None:
         flying.autopilot.landed_flows = False
         await flying.run(3.0)
@@ -146,6 +167,10 @@ class TestInTheAir:
 
 
 class TestOnTheGround:
+    @pytest.mark.fault(
+        "Height drifts by metres on the ground",
+        "State Arm stays; no doubt below 3 m above the arm place",
+    )
     async def test_drift_does_not_make_a_standing_drone_fly(self, fresh: Rig) -> None:
         await fresh.enter(S.ARM)
         for height in (1.0, 2.5, -2.0, -6.0):
@@ -175,6 +200,7 @@ class TestOnTheGround:
         await fresh.run(1.0)
         fresh.expect(S.ARM)
 
+    @pytest.mark.fault("No landed state before Arm", "Arm is refused")
     async def test_arm_is_refused_before_the_landed_state_is_heard(self, fresh: Rig) -> None:
         fresh.autopilot.landed = LandedState.UNDEFINED
         await fresh.run(3.0)
@@ -352,6 +378,10 @@ def test_an_old_pose_and_one_that_is_not_finite_say_nothing() -> None:
     assert Motion.of(broken, 0.0) == Motion()
 
 
+@pytest.mark.fault(
+    "Late, repeated, reordered HEARTBEAT and EXTENDED_SYS_STATE in any order while the height is known",
+    'Never "disarmed", never "on the ground"',
+)
 @given(
     words=st.lists(
         st.tuples(

@@ -123,6 +123,7 @@ def test_readings_below_the_limit_count_from_the_first() -> None:
     assert watch.low(now + GAP_S + 0.1) == NOT_LOW, "none is heard any more"
 
 
+@pytest.mark.fault("single readings of the rangefinder are too short")
 @pytest.mark.parametrize(
     "distances",
     [
@@ -139,6 +140,7 @@ def test_single_bad_readings_do_nothing(distances: list[float | None]) -> None:
     assert watch.low(now) == NOT_LOW
 
 
+@pytest.mark.fault("the rangefinder repeats one distance")
 def test_a_doubted_range_does_nothing() -> None:
     watch, now = watched(*[3.0] * 20, doubt="its distance does not follow the height")
     assert watch.low(now) == NOT_LOW
@@ -173,6 +175,10 @@ def test_min_itself_may_be_flown() -> None:
 # -- the whole room ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a task flies closer over something than the least clearance",
+    "within 0.5 s of readings the task ends by Hover, Min above it",
+)
 async def test_a_move_towards_a_roof_ends_above_it(flying: Rig) -> None:
     flying.autopilot.below = lambda north, _: 26.0 if north > 20.0 else 0.0
     flying.order(CompulsiveMove(x=60.0, y=0.0))
@@ -192,6 +198,7 @@ async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     assert "rangefinder" not in dict(flying.manager.situation().facts.parts)
 
 
+@pytest.mark.fault("single readings of the rangefinder are too short", "no state changes")
 async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
     readings = iter([0.0] * 40 + [27.0] * 2 + [0.0] * 10_000)
     flying.autopilot.below = lambda _north, _east: next(readings)
@@ -218,6 +225,7 @@ async def test_a_landing_goes_down_to_the_ground(flying: Rig) -> None:
 # -- health ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("the rangefinder falls silent in flight, or its range ends")
 def test_the_health_of_the_rangefinder() -> None:
     assert range_health(None, float("inf")) is None
     good = range_health(Terrain(1.0, 20.0, 0.0, 50.0), 0.1)

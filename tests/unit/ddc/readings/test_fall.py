@@ -106,6 +106,12 @@ BEATS = (0.0, 0.3, 0.65, 0.95)
 """Seconds between a HEARTBEAT and the disarming."""
 
 
+@pytest.mark.fault(
+    "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, climbing, "
+    "sinking, landing, at any moment between two HEARTBEATs",
+    "“Motors off in the air”, red, with height, place and UTC; Arm is locked until an operator clears it, "
+    "after a restart too",
+)
 @pytest.mark.parametrize("beat", BEATS)
 @pytest.mark.parametrize("height", [1.6, 2.0, 3.0, 5.0, 8.0, 17.7, 30.0, 60.0])
 def test_motors_that_go_off_in_the_air_are_a_fall(height: float, beat: float) -> None:
@@ -121,6 +127,10 @@ def test_motors_that_go_off_in_the_air_are_a_fall(height: float, beat: float) ->
     assert world.fall.latitude == 43.0
 
 
+@pytest.mark.fault(
+    "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, climbing, "
+    "sinking, landing, at any moment between two HEARTBEATs"
+)
 @pytest.mark.parametrize("climb", [3.0, -1.5, -2.4])
 @pytest.mark.parametrize("phase", [AIR, LandedState.TAKING_OFF, LANDING])
 def test_so_are_those_that_go_off_while_it_climbs_or_sinks(climb: float, phase: LandedState) -> None:
@@ -134,6 +144,10 @@ def test_so_are_those_that_go_off_while_it_climbs_or_sinks(climb: float, phase: 
     assert world.fall.height == pytest.approx(height, abs=1.0)
 
 
+@pytest.mark.fault(
+    "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, climbing, "
+    "sinking, landing, at any moment between two HEARTBEATs"
+)
 def test_a_crash_that_the_autopilot_ends_is_a_fall() -> None:
     """It tumbles with its motors on, strikes the ground, and is disarmed two seconds later."""
     world = World()
@@ -146,6 +160,10 @@ def test_a_crash_that_the_autopilot_ends_is_a_fall() -> None:
     assert world.fall.height == pytest.approx(12.0, abs=0.6)
 
 
+@pytest.mark.fault(
+    "a landing on a hill, in a hollow, with a height that drifted by 13 m, or by a pilot who disarms at once",
+    "“Landed”, no lock",
+)
 @pytest.mark.parametrize("beat", BEATS)
 @pytest.mark.parametrize("sink", [0.5, 1.0, 1.5, 2.4])
 @pytest.mark.parametrize(("ground", "drift"), [(0.0, 0.0), (6.0, 0.0), (-8.0, 0.0), (0.0, 13.0), (0.0, -13.0)])
@@ -159,6 +177,9 @@ def test_a_landing_is_none(ground: float, drift: float, sink: float, beat: float
     assert world.fall is None
 
 
+@pytest.mark.fault(
+    "a landing on a hill, in a hollow, with a height that drifted by 13 m, or by a pilot who disarms at once",
+)
 def test_a_pilot_lands_and_disarms_before_the_autopilot_notices_the_ground() -> None:
     world = World()
     world.take_off(20.0)
@@ -232,6 +253,10 @@ def test_a_height_that_leaps_while_nothing_is_seen_is_no_fall() -> None:
     assert world.fall is None
 
 
+@pytest.mark.fault(
+    "the autopilot is not heard from 17.7 m on, and is disarmed when it is heard again",
+    "within 12 s, faster than any landing: “Motors off in the air”; later: “Landed”",
+)
 @pytest.mark.parametrize(("silent_s", "falls"), [(2.0, True), (6.0, True), (11.0, True), (13.0, False), (60.0, False)])
 @pytest.mark.parametrize("posed", [True, False])
 def test_a_flight_whose_end_was_not_heard(silent_s: float, falls: bool, posed: bool) -> None:
@@ -440,6 +465,10 @@ class TestOnTheRealManager:
             False,
         )
 
+    @pytest.mark.fault(
+        "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, "
+        "climbing, sinking, landing, at any moment between two HEARTBEATs"
+    )
     async def test_it_is_told_in_red_and_arm_is_locked_until_it_is_cleared(self, flying: Rig) -> None:
         await fallen(flying)
         flying.expect(StateName.IDLE)
@@ -466,6 +495,10 @@ class TestOnTheRealManager:
         await flying.run(1.0)
         assert flying.command(Arm()).accepted
 
+    @pytest.mark.fault(
+        "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, "
+        "climbing, sinking, landing, at any moment between two HEARTBEATs"
+    )
     async def test_a_program_that_starts_again_keeps_the_lock(self, tmp_path: Path) -> None:
         kept = Fall(UTC_START, 43.26, -79.92, 17.7)
         rig = Rig(tmp_path, fall=kept)

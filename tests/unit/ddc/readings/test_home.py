@@ -54,6 +54,10 @@ def away(rig: Rig) -> float:
 # -- set back -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "another station moves home in flight (300 m, or up or down)",
+    'reported, set back at once (repeated each second), "again at the arm place" after it held 3 s',
+)
 async def test_a_home_that_was_moved_in_flight_is_set_back_to_the_arm_place(flying: Rig) -> None:
     await flying.run(1)
     move_home(flying)
@@ -109,6 +113,7 @@ async def test_a_station_that_moves_it_again_and_again_does_not_fill_the_log(fly
     assert sum("was moved" in line for line in flying.log) == 1
 
 
+@pytest.mark.fault("home moved while a pilot flies", "reported, nothing sent; set back at Resume")
 async def test_while_a_pilot_flies_home_is_only_told(fresh: Rig) -> None:
     await fresh.enter(S.MANUAL)
     move_home(fresh)
@@ -127,6 +132,7 @@ async def test_on_the_ground_disarmed_nothing_is_set(rig: Rig) -> None:
     assert rig.autopilot.count("set_home") == 0
 
 
+@pytest.mark.fault("home set by another station before Arm (locked: arming does not move it)")
 async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) -> None:
     """A home that another station set stays at the arming (ArduCopter locks it)."""
     rig.order(Arm())
@@ -146,6 +152,7 @@ async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) 
 # -- return ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("home is moved and not set back for 10 s", "new tasks are refused at once, then the flight ends")
 async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -173,6 +180,10 @@ async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:
     assert flying.autopilot.mode == CopterMode.RTL
 
 
+@pytest.mark.fault(
+    "home cannot be set back and lies outside the fence; the drone returns by itself",
+    "reported after 3 s; led home by targets 3 s after the return began, Land there",
+)
 async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -184,6 +195,10 @@ async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flyin
     assert flying.log[-1].endswith("Home is 300 m from the arm place, outside the fence. Landing.")
 
 
+@pytest.mark.fault(
+    "home cannot be set back, outside the fence or inside; the operator returns",
+    "reported after 3 s; led home by targets 3 s after the return began, Land there",
+)
 @pytest.mark.parametrize("metres", [300.0, 60.0], ids=["outside", "inside"])
 async def test_where_home_stays_moved_the_operators_return_is_led_home_and_lands_there(
     flying: Rig, metres: float
@@ -203,6 +218,10 @@ async def test_where_home_stays_moved_the_operators_return_is_led_home_and_lands
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
 
 
+@pytest.mark.fault(
+    "home cannot be set back, and the drone cannot be led (no position, no charge)",
+    "Land where it is; Hover with the reason when the operator asked",
+)
 async def test_where_it_cannot_be_led_the_operators_return_holds(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -217,6 +236,10 @@ async def test_where_it_cannot_be_led_the_operators_return_holds(flying: Rig) ->
     assert flying.autopilot.mode == CopterMode.LAND
 
 
+@pytest.mark.fault(
+    "the autopilot's RTL began with a moved home, home is back",
+    "BRAKE, then RTL again: home as it is at the begin of RTL counts",
+)
 async def test_an_rtl_of_the_autopilot_that_began_with_a_moved_home_begins_again(flying: Rig) -> None:
     """RTL flies to home as it was when RTL began, whatever it is set to later."""
     await flying.run(1)
@@ -233,6 +256,10 @@ async def test_an_rtl_of_the_autopilot_that_began_with_a_moved_home_begins_again
     assert abs(flying.autopilot.north) < 1.0
 
 
+@pytest.mark.fault(
+    "home cannot be set back and lies outside the fence; the autopilot's own RTL",
+    "led home after 3 s, Land there",
+)
 async def test_an_rtl_of_the_autopilot_to_a_home_that_stays_outside_ends_by_landing(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -258,6 +285,7 @@ async def test_a_home_that_is_moved_during_rtl_is_set_back_and_rtl_goes_on(flyin
     assert abs(flying.autopilot.north) < 1.0
 
 
+@pytest.mark.fault("the program ends in the air while home lies outside the fence", "Land")
 async def test_at_the_end_of_the_program_the_drone_lands_where_home_is_outside(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -282,6 +310,7 @@ async def test_hold_ends_a_return_that_waits(flying: Rig) -> None:
 # -- reserve and preflight --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("home moved farther away", "the battery reserve counts the farther place")
 async def test_the_reserve_counts_the_distance_to_the_autopilots_home(flying: Rig) -> None:
     flying.autopilot.keeps_home = False
     await flying.run(1)
@@ -297,6 +326,10 @@ async def test_the_reserve_counts_the_distance_to_the_autopilots_home(flying: Ri
     assert after.needed - before.needed == pytest.approx(1.3 * farther * 100 / 900, rel=0.02)
 
 
+@pytest.mark.fault(
+    "home set by another station before Arm (locked: arming does not move it)",
+    "Arm refused outside the fence; inside it is set after arming, Takeoff refused until then",
+)
 @pytest.mark.parametrize(
     ("metres", "passed", "value"),
     [(0.0, True, "at the drone"), (60.0, True, "60 m away; Arm sets it here"), (300.0, False, "300 m away, outside")],

@@ -52,6 +52,11 @@ def test_a_switch_that_lets_a_pilot_take_over_passes_and_is_shown() -> None:
     assert found.value == "switch at LOITER (position 6), 8 channels"
 
 
+@pytest.mark.fault(
+    "no remote control: RC_CHANNELS missing or old, receiver lost, no mode switch, its pulse not valid, its "
+    "parameters not read",
+    "Arm is refused with consequence and remedy",
+)
 @pytest.mark.parametrize(
     ("facts", "values", "value"),
     [
@@ -84,6 +89,10 @@ def test_each_way_without_a_pilot_fails_with_consequence_and_remedy(
     assert found.remedy
 
 
+@pytest.mark.fault(
+    "no position of the mode switch commands a mode that is flown by hand",
+    "Arm is refused and names the modes",
+)
 @pytest.mark.parametrize("mode", sorted(set(CopterMode)))
 def test_one_position_of_a_hand_flown_mode_is_enough_and_no_other_mode_is(mode: CopterMode) -> None:
     found = remote_control_check(WELL, {**VALUES, "FLTMODE6": 4.0, "FLTMODE2": float(mode)}, SETTINGS)
@@ -131,12 +140,17 @@ class TestSwitchSeen:
         assert not self.look(watch, (30.1, 31.2), 1295)
         assert not self.look(watch, (31.3, 60.0), 1800)
 
+    @pytest.mark.fault(
+        "a dying receiver invents pulses",
+        "they are no move of the switch (`switch_must_move`); a boot forgets a move",
+    )
     def test_the_pulses_of_a_lost_receiver_are_not(self) -> None:
         watch = RemoteControlWatch(SETTINGS)
         self.look(watch, (0.0, 5.0), 1800)
         self.look(watch, (5.1, 6.1), 1500)
         assert not self.look(watch, (6.2, 20.0), 1500, hears=False)
 
+    @pytest.mark.fault("a dying receiver invents pulses")
     def test_a_boot_forgets_it(self) -> None:
         watch = RemoteControlWatch(SETTINGS)
         self.look(watch, (0.0, 2.0), 1800)
@@ -188,6 +202,10 @@ def no_hand_flown(rig: Rig) -> None:
         rig.autopilot.tell(name, CopterMode.GUIDED)
 
 
+@pytest.mark.fault(
+    "no remote control: RC_CHANNELS missing or old, receiver lost, no mode switch, its pulse not valid, its "
+    "parameters not read"
+)
 @pytest.mark.parametrize("spoil", [no_channels, receiver_lost, no_switch, no_pulse, no_hand_flown])
 async def test_arm_is_refused_without_a_pilot_who_could_take_over(rig: Rig, spoil: Callable[[Rig], None]) -> None:
     assert shown(rig).passed
@@ -227,6 +245,7 @@ async def test_flown_without_a_remote_control_where_none_is_required(tmp_path: P
     await rig.close()
 
 
+@pytest.mark.fault("the receiver is lost and ArduCopter repeats its last pulses")
 async def test_a_remote_control_whose_failsafe_is_off_is_refused_where_it_is_required(tmp_path: Path) -> None:
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, "FS_THR_ENABLE": 0})
     await rig.run(2.0)
@@ -234,6 +253,10 @@ async def test_a_remote_control_whose_failsafe_is_off_is_refused_where_it_is_req
     await rig.close()
 
 
+@pytest.mark.fault(
+    "the remote control is lost in flight",
+    "health and one message; the flight goes on, the autopilot's failsafe decides",
+)
 async def test_a_receiver_lost_in_flight_is_told_once_and_the_flight_goes_on(fresh: Rig) -> None:
     rig = fresh
     await rig.enter(StateName.HOVER)

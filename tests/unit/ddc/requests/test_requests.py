@@ -36,6 +36,7 @@ async def never() -> None:
     await asyncio.get_running_loop().create_future()
 
 
+@pytest.mark.fault("a request is never answered", "it fails within its limit (4 to 45 s) with words")
 async def test_one_that_nobody_answers_fails_with_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acts, "_REQUEST_S", 0.01)
     ended: list[tuple[str, str]] = []

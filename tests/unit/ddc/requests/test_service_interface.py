@@ -292,6 +292,7 @@ async def test_a_return_altitude_may_read_back_half_a_metre_off(
             await rig.service.set_rtl_alt(60.0)
 
 
+@pytest.mark.fault("a parameter is confirmed and reads as its old value")
 async def test_a_failsafe_that_reads_as_the_old_value_for_a_moment_is_read_again(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -81,6 +81,16 @@ def modes(rig: Rig) -> list[CopterMode]:
     return rig.autopilot.asked("set_mode")
 
 
+@pytest.mark.fault(
+    "every act (target, request) raises in every tick in the air",
+    "Return To Launch is asked for within 0.5 s, past the state machine; no failed tick is progress, so the "
+    "watchdog ends the process within 1.2 s",
+)
+@pytest.mark.fault(
+    "guard, state, transition, switch, follower or gathering raises in every tick in the air",
+    "Return To Launch is asked for within 0.5 s, past the state machine; no failed tick is progress, so the "
+    "watchdog ends the process within 1.2 s",
+)
 @pytest.mark.parametrize("breaks", VITAL, ids=lambda each: each.__name__)
 async def test_in_the_air_it_is_sent_home_within_a_second_and_no_progress_is_told(
     breaks: Break, flying: Rig, monkeypatch: pytest.MonkeyPatch
@@ -116,6 +126,7 @@ async def test_a_fault_that_passes_is_shown_and_forgiven(flying: Rig, monkeypatc
     flying.expect(S.HOVER)
 
 
+@pytest.mark.fault("a step fails every second tick", "Return To Launch within 4 s")
 async def test_a_step_that_fails_every_second_tick_is_a_fault_too(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     real, calls = guard.reaction, iter(range(10_000))
     monkeypatch.setattr(guard, "reaction", lambda *given: boom() if next(calls) % 2 else real(*given))
@@ -134,6 +145,10 @@ async def test_a_pilot_and_the_autopilot_itself_are_left_alone(
     assert modes(flying) == []
 
 
+@pytest.mark.fault(
+    "a tick fails all the time on the ground",
+    "Arm and Takeoff are refused; the fault is shown for 10 s, then the watchdog starts the program again",
+)
 @pytest.mark.parametrize("breaks", [the_guard, the_senses, the_decider], ids=lambda each: each.__name__)
 async def test_on_the_ground_the_fault_can_be_read_before_the_restart(
     breaks: Break, rig: Rig, monkeypatch: pytest.MonkeyPatch
@@ -194,6 +209,7 @@ async def test_a_socket_that_fails_keeps_no_tick_from_deciding(flying: Rig, monk
     assert not flying.manager.own_health.is_healthy
 
 
+@pytest.mark.fault("the recording raises at every record", "shown; every request and target is sent all the same")
 async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
     flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -206,6 +222,7 @@ async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
         await flying.service.set_mode(CopterMode.LAND)
 
 
+@pytest.mark.fault("a fault in notices, parameter reader, routes or follower", "the guard reacts in the same tick")
 @pytest.mark.parametrize(
     "step",
     [

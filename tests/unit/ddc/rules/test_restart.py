@@ -229,6 +229,7 @@ FLOWN = FlightSoFar(300.0, 812.5, NOW)
 MONTH = 30 * 86400.0
 
 
+@pytest.mark.fault("the wall clock steps by 31 minutes or 3 days in the air, forward or back")
 @pytest.mark.parametrize("step", [0.0, 31 * 60.0, -31 * 60.0, 3 * 86400.0, -MONTH])
 def test_a_step_of_the_wall_clock_changes_nothing_within_a_boot(step: float) -> None:
     def later(seconds: float) -> Moment:

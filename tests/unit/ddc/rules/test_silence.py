@@ -56,6 +56,11 @@ def told(acts: Acts) -> list[CopterMode]:
 # -- by itself --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "downlink dead, uplink alive, in the air",
+    "Return To Launch is sent without an answer after 3 s (real ArduCopter: RTL 2.9 s after the cut), 6 "
+    "times, 0.5 s apart",
+)
 async def test_after_three_seconds_it_is_told_to_return_and_our_heartbeats_end(flying: Rig) -> None:
     await lose_downlink(flying, SILENCE_S - 0.2)
     assert flying.autopilot.count("send_mode") == 0
@@ -86,6 +91,7 @@ async def test_a_landing_stays_a_landing(flying: Rig) -> None:
     flying.expect(StateName.LAND)
 
 
+@pytest.mark.fault("downlink dead while a pilot flies", "nothing is sent; our heartbeats are held back")
 async def test_while_a_pilot_flies_nothing_is_told(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick(2)
@@ -103,6 +109,7 @@ async def test_what_the_autopilot_began_itself_is_left_to_it(flying: Rig) -> Non
     assert flying.autopilot.count("send_mode") == 0
 
 
+@pytest.mark.fault("downlink dead in the climb, landed state late", "Return To Launch is sent after 3 s")
 async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> None:
     await rig.enter(StateName.TAKEOFF)
     state = rig.topics.vehicle.state.value
@@ -119,6 +126,10 @@ async def test_on_the_ground_nothing_is_told_and_heartbeats_go_on(fresh: Rig, st
     assert fresh.autopilot.count("send_mode") == fresh.autopilot.count("set_voice") == 0
 
 
+@pytest.mark.fault(
+    "the link comes back",
+    "heartbeats begin at the next tick, RTL is asked for with an answer, Hold is possible",
+)
 async def test_heard_again_it_speaks_again_returns_and_can_be_held(flying: Rig) -> None:
     flying.autopilot.uplink = False
     await lose_downlink(flying)
@@ -135,6 +146,7 @@ async def test_heard_again_it_speaks_again_returns_and_can_be_held(flying: Rig) 
     assert flying.autopilot.asked("set_voice") == [False, True, False], "the next silence is one again"
 
 
+@pytest.mark.fault("a gap of 2 s in the downlink", "nothing changes")
 async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
     await lose_downlink(flying, 2.0)
     flying.autopilot.connected = True
@@ -216,6 +228,11 @@ def test_each_state_of_one_silence_tells_its_own_mode_at_once() -> None:
 # -- the operator's commands ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "downlink dead, the operator gives Return To Launch or Land",
+    "sent at once in every armed state, without an answer, 6 times; also 20 s after we fell silent (real "
+    "ArduCopter: on the wire)",
+)
 @pytest.mark.parametrize("state", sorted(set(StateName) - {StateName.IDLE, StateName.CONFIGURE}))
 @pytest.mark.parametrize(
     ("command", "mode", "leads_to"),
@@ -241,6 +258,7 @@ async def test_return_and_land_are_sent_in_every_state_that_is_armed(
     assert fresh.autopilot.mode == mode
 
 
+@pytest.mark.fault("downlink dead, the operator gives Return To Launch or Land")
 async def test_they_are_sent_after_we_fell_silent_too_and_as_often_as_they_are_given(flying: Rig) -> None:
     flying.autopilot.uplink = False
     await lose_downlink(flying, 20.0)
@@ -277,6 +295,10 @@ async def test_someone_without_control_cannot_send_them(flying: Rig) -> None:
     assert flying.command(Land(), client="eve").reason == "Someone else has control."
 
 
+@pytest.mark.fault(
+    "downlink dead, the operator gives Kill",
+    'sent every 0.2 s for 5 s; an old "disarmed" confirms nothing',
+)
 async def test_a_kill_is_repeated_for_its_five_seconds(flying: Rig) -> None:
     await lose_downlink(flying, 0.1)
     token = flying.manager.handle_now("ana", KillRequest())

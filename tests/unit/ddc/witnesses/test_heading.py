@@ -42,6 +42,10 @@ def test_before_the_first_step_nothing_is_said() -> None:
     assert (facts, facts.is_doubted, facts.words) == (HeadingFacts(), False, "")
 
 
+@pytest.mark.fault(
+    "all compasses turn by 25° and more within 30 s, all flags good",
+    "reported, the part `position` unhealthy, the task ends by Hover, new tasks are refused, nothing is mapped",
+)
 @pytest.mark.parametrize("error", [15.0, -15.0])
 def test_a_heading_that_turns_away_is_doubted_at_the_limit(error: float) -> None:
     flight = Flight()
@@ -139,6 +143,7 @@ def test_on_the_ground_it_is_forgotten() -> None:
     assert flight.fly(STEP_S) == HeadingFacts()
 
 
+@pytest.mark.fault("all compasses turn by 25° and more within 30 s, all flags good")
 def test_the_guard_ends_a_task_while_the_heading_is_doubted() -> None:
     facts = flying(10.0)
     doubt = WitnessFacts(heading=HeadingFacts(math.radians(-60.0), 1.0))
@@ -164,6 +169,7 @@ async def test_a_drone_whose_heading_is_doubted_goes_on_holding(fresh: Rig) -> N
     assert "heading" in answer.reason
 
 
+@pytest.mark.fault("all compasses turn by 25° and more within 30 s, all flags good")
 async def test_the_camera_ends_a_task_and_nothing_is_mapped(fresh: Rig) -> None:
     await fresh.enter(StateName.AUTONOMOUS_EXPLORE)
     for _ in range(12):

@@ -69,6 +69,12 @@ def test_before_a_reading_nothing_is_said() -> None:
     assert (facts, facts.off, facts.words, facts.is_doubted) == (HeightFacts(), 0.0, "", False)
 
 
+@pytest.mark.fault(
+    "the barometer drifts by 0.5 m/s, up or down, and the height and climb with it, all flags good",
+    "reported at 4 m by two of GNSS altitude, camera and rangefinder; the task ends by Hover, which keeps the "
+    "true height up to the ceiling; new tasks are refused; a return that is needed becomes Land while the "
+    "drone is lower than reported",
+)
 def test_a_barometer_that_drifts_is_doubted_by_gnss_and_camera() -> None:
     flight = Flight()
     assert not flight.fly(6.0, 0.5).is_doubted
@@ -85,6 +91,7 @@ def test_a_barometer_that_falls_is_doubted_too() -> None:
     assert facts.off == pytest.approx(-6.0, abs=1.5)
 
 
+@pytest.mark.fault("GNSS altitude wanders by 3 m, or the ground slopes: one witness alone", "no alarm")
 @pytest.mark.parametrize("silent", ["gnss", "camera"])
 def test_one_witness_is_none(silent: str) -> None:
     assert not Flight(40.0).fly(20.0, 0.5, **{silent: False}).is_doubted
@@ -106,6 +113,7 @@ def test_witnesses_that_contradict_each_other_doubt_nothing() -> None:
         assert not flight.facts().is_doubted
 
 
+@pytest.mark.fault("GNSS altitude wanders by 3 m, or the ground slopes: one witness alone")
 def test_the_wander_of_gnss_and_a_slope_are_no_doubt() -> None:
     flight = Flight()
     for k in range(300):
@@ -246,6 +254,9 @@ def test_a_minute_of_camera_and_rangefinder_counts() -> None:
         assert found.by_range == ranged
 
 
+@pytest.mark.fault(
+    "the barometer drifts by 0.5 m/s, all flags good, and GNSS altitude, or every witness, goes silent in the doubt"
+)
 def test_an_error_that_stays_is_none_the_less_when_gnss_goes_silent() -> None:
     flight = Flight(40.0)
     flight.fly(24.0, 0.5)
@@ -311,6 +322,10 @@ class Sizes(Beginning):
         return facts
 
 
+@pytest.mark.fault(
+    "the barometer drifts by 0.05 m/s, too slowly for the camera's minute",
+    "doubted at 4 m by GNSS altitude and the size of the stalls",
+)
 def test_a_drift_that_is_too_slow_for_the_cameras_minute_is_doubted_by_size_and_gnss() -> None:
     flight = Sizes()
     flight.fly(120.0)
@@ -422,6 +437,7 @@ def test_a_doubt_ends_a_task_and_makes_the_position_unhealthy() -> None:
     assert facts.witness.position_health(Health()).reason == found.transition.reason
 
 
+@pytest.mark.fault("the barometer drifts by 0.5 m/s, up or down, and the height and climb with it, all flags good")
 def test_a_drone_that_is_lower_than_reported_lands_in_place_of_a_return() -> None:
     cause = Cause("The program ends.", CauseKind.ALWAYS)
     found = guard.reaction(low(doubted(flying(0.0))), made(ToHover()))
@@ -434,6 +450,7 @@ def test_a_drone_that_is_lower_than_reported_lands_in_place_of_a_return() -> Non
     assert isinstance(returning(doubted(flying(0.0), -6.0), cause), ToReturn)
 
 
+@pytest.mark.fault("the barometer drifts by 0.5 m/s, up or down, and the height and climb with it, all flags good")
 def test_hover_keeps_the_true_height() -> None:
     state = made(ToHover())
     assert targets(state.process(flying(0.05)))[0].height == 30.0
@@ -444,6 +461,10 @@ def test_hover_keeps_the_true_height() -> None:
     assert targets(begun.process(at(doubted(flying(0.1), 7.0))))[0].height == 31.0
 
 
+@pytest.mark.fault(
+    "the barometer drifts by 0.5 m/s, all flags good, and GNSS altitude, or every witness, goes silent in the doubt",
+    "the doubt stays and the drone keeps its height: it does not sink by what was known",
+)
 def test_hover_does_not_sink_when_the_witnesses_go_silent() -> None:
     flight, state = Flight(40.0), made(ToHover())
 
@@ -481,6 +502,10 @@ def test_a_height_that_cannot_be_kept_below_the_ceiling_ends_in_a_landing() -> N
 # -- compasses ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "all compasses fail in flight",
+    "reported, part `compass` unhealthy, the flight goes on; Arm is refused on the ground",
+)
 def test_compasses_that_fail_are_reported_once_and_shown() -> None:
     reports, hover = WitnessReports(), made(ToHover())
     lost = replace(flying(0.0), diagnostics=replace(flying(0.0).diagnostics, compass_ok=False))

@@ -90,6 +90,7 @@ def test_a_walk_while_it_holds_is_doubted_at_three_metres() -> None:
     assert flight.facts().doubted_s == pytest.approx(10.0, abs=0.01)
 
 
+@pytest.mark.fault("GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task")
 @pytest.mark.parametrize("walk", [0.7 + 0j, -0.7 + 0j, 0.7j, 0.5 - 0.5j])
 @pytest.mark.parametrize("reported", [4 + 0j, 4j])
 def test_a_walk_while_it_flies_is_doubted_too(reported: complex, walk: complex) -> None:
@@ -106,6 +107,7 @@ def test_a_walk_in_fast_straight_flight_is_doubted_at_its_turn() -> None:
     assert flight.doubted_after(10.0, -8 + 0j, walk=0.7) <= 8.0
 
 
+@pytest.mark.fault("GNSS wanders by 0.5 m within minutes; a height or a compass that is off by 10 % or 5°", "no alarm")
 def test_a_slow_wander_of_gnss_is_none() -> None:
     """Half a metre to and fro within minutes: 0.26 m in ten seconds at most."""
     flight = Flight()
@@ -115,6 +117,7 @@ def test_a_slow_wander_of_gnss_is_none() -> None:
     assert facts.apart < 1.0
 
 
+@pytest.mark.fault("GNSS wanders by 0.5 m within minutes; a height or a compass that is off by 10 % or 5°")
 @pytest.mark.parametrize("camera", [1.1, 0.9, complex(math.cos(0.08), math.sin(0.08))])
 def test_a_wrong_scale_or_compass_is_no_walk(camera: complex) -> None:
     flight = Flight()
@@ -122,6 +125,7 @@ def test_a_wrong_scale_or_compass_is_no_walk(camera: complex) -> None:
         assert not flight.fly(30.0, reported, camera=camera).is_doubted
 
 
+@pytest.mark.fault("a camera that is turned, or frozen, contradicts the position", "the position is not doubted for it")
 def test_a_camera_that_never_agreed_is_believed_only_while_the_drone_holds() -> None:
     turned = Flight()
     assert not turned.fly(40.0, 4 + 0j, camera=1j).is_doubted
@@ -149,6 +153,7 @@ def test_a_camera_is_believed_in_flight_after_it_agreed_for_fifteen_metres() -> 
     assert proven.fly(10.0, 4 + 0j, walk=2.0).is_doubted
 
 
+@pytest.mark.fault("a camera that is turned, or frozen, contradicts the position")
 def test_a_picture_that_stands_still_is_the_cameras_fault() -> None:
     flight = Flight()
     flight.fly(30.0, 2 + 0j)
