@@ -163,7 +163,7 @@ def line(points: Sequence[Point]) -> shapely.LineString:
     return shapely.LineString([(p.north, p.east) for p in points])
 
 
-async def test_the_straight_way_leaves_the_lot_and_the_flown_one_does_not(flight: Flight) -> None:
+async def test_the_straight_path_leaves_the_lot_and_the_flown_one_does_not(flight: Flight) -> None:
     places = [place(beat) for beat in flight.beats]
     assert not shapely.covers(LOT.buffer(GNSS_M), shapely.LineString([places[0], TARGET]))
     assert shapely.covers(LOT.buffer(GNSS_M), shapely.LineString(places))
@@ -171,7 +171,7 @@ async def test_the_straight_way_leaves_the_lot_and_the_flown_one_does_not(flight
     assert flight.arrived.detail.startswith("There.")
 
 
-async def test_the_way_was_told_before_and_nothing_flew_for_it(flight: Flight) -> None:
+async def test_the_distance_was_known_before_and_nothing_flew_for_it(flight: Flight) -> None:
     assert flight.told.refused is None
     assert flight.told.length is not None
     assert shapely.covers(LOT, line(flight.told.points))
@@ -180,7 +180,7 @@ async def test_the_way_was_told_before_and_nothing_flew_for_it(flight: Flight) -
     assert flown == pytest.approx(flight.told.length, rel=0.15)
 
 
-async def test_the_way_that_is_left_is_shown_on_the_way_and_not_after(flight: Flight) -> None:
+async def test_the_distance_left_is_shown_in_flight_and_not_after(flight: Flight) -> None:
     moving = [beat for beat in flight.beats if beat.state == StateName.AUTONOMOUS_MOVE]
     assert len(moving) > 20
     assert all(len(beat.route) >= 2 for beat in moving)

@@ -75,7 +75,7 @@ def test_growing_keeps_the_middle() -> None:
 
 
 @given(st.floats(0, 6.2), places, places)
-def test_a_picture_is_laid_where_its_pixels_say_they_are(yaw: float, north: float, east: float) -> None:
+def test_a_picture_is_placed_where_its_pixels_say_they_are(yaw: float, north: float, east: float) -> None:
     """One bright pixel lands in the cell whose centre is nearest to its place."""
     c, s = math.cos(yaw), math.sin(yaw)
     to_map = np.array([[-s * 0.2, -c * 0.2, north], [c * 0.2, -s * 0.2, east]])

@@ -143,7 +143,7 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(
     assert one.errors.max() < 1e-6
 
 
-def test_a_wrong_compass_and_height_are_told_and_lead_the_drone_astray() -> None:
+def test_errors_of_compass_and_height_change_the_reported_pose_and_the_goal() -> None:
     errors = Errors(height=1.2, compass=0.1)
     told = errors.told(MapPose(3.0, 4.0, 35.0, 0.01, 0.02, 0.5))
     assert (told.north, told.east, told.roll, told.pitch) == (3.0, 4.0, 0.01, 0.02)

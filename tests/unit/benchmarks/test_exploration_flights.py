@@ -120,7 +120,7 @@ def test_time_is_by_the_oracle_s_of_the_same_lot(small: SeedRun) -> None:
     assert times["seconds_over_oracle_0_3_ha_median"] == pytest.approx(3.0)
 
 
-def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
+def test_the_best_distance_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
     slow, fast = (replace(small.planner, way=small.oracle.way * factor) for factor in (1.2, 0.9))
     assert replace(small, flights={PLANNER: slow}).best_way == small.oracle.way
     lucky = replace(small, flights={PLANNER: slow, NEAREST: fast})
@@ -128,7 +128,7 @@ def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: See
     assert way_over_oracle(lucky) == pytest.approx(1.2 / 0.9)
 
 
-def test_who_was_told_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -> None:
+def test_a_pilot_that_knows_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -> None:
     told = small.flights[KNOWN_LOT]
     assert told.end == "seen"
     assert told.way == pytest.approx(told.whole_way, abs=0.5)

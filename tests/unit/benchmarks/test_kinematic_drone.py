@@ -28,7 +28,7 @@ def fly(one: Drone, goal: Goal, seconds: float) -> float:
     return most
 
 
-def test_it_flies_to_a_goal_leans_meanwhile_and_counts_its_way() -> None:
+def test_it_flies_to_a_goal_leans_meanwhile_and_counts_its_distance() -> None:
     one = drone()
     lean = fly(one, Goal(20.0, 10.0, 35.0, math.pi / 2), 20.0)
     assert (one.true.north, one.true.east, one.true.height) == pytest.approx((20.0, 10.0, 35.0), abs=0.3)

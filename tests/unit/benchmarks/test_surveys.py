@@ -31,7 +31,7 @@ def by_key(found: list[Figure]) -> dict[str, Figure]:
     return {figure.key: figure for figure in found}
 
 
-def test_the_least_way_is_the_area_beyond_the_first_picture_by_the_width_of_a_picture() -> None:
+def test_the_least_distance_is_the_area_beyond_the_first_picture_by_the_width_of_a_picture() -> None:
     # 20 m wide, 11.25 m deep pictures over 100 m x 40 m
     assert least_way(truth(lot(100, 40)), 10.0, RIGHT_ANGLE) == pytest.approx((4000 - 20 * 11.25) / 20)
 
@@ -41,7 +41,7 @@ def test_lots_that_overlap_are_counted_once() -> None:
     assert least_way(truth(lot(100, 40), lot(50, 40, 25)), 10.0, RIGHT_ANGLE) == pytest.approx(one)
 
 
-def test_a_lot_within_one_picture_takes_no_way() -> None:
+def test_a_lot_within_one_picture_takes_no_distance() -> None:
     assert least_way(truth(lot(5, 5)), 10.0, RIGHT_ANGLE) == 0.0
 
 
@@ -72,7 +72,7 @@ def test_a_survey_that_did_not_land_is_not_finished() -> None:
     assert not Survey("seed-1", {}, 0.0).finished
 
 
-def test_figures_of_several_surveys_tell_mean_and_worst() -> None:
+def test_figures_of_several_surveys_have_mean_and_worst() -> None:
     worse = {**GOOD, "stall_f1": 0.8, "free_count_error": -0.2, "free_count_error_stalls": -9.0, "excursions": 2}
     found = by_key(figures([Survey("seed-1", GOOD, 100.0), Survey("seed-2", worse, 150.0)]))
     assert found["stall_f1"].value == pytest.approx(0.85)

@@ -149,7 +149,7 @@ def values(*runs: Run) -> dict[str, float | None]:
     return flat([Shown("video", figures(runs))])
 
 
-def test_what_is_promised_is_of_the_worse_way() -> None:
+def test_limits_hold_for_the_worse_transport() -> None:
     found = values(run(SOCKET, 5.0, 80.0, 90.0), run(STREAM, 6.0, 70.0, 60.0, 0.5), run(USTREAMER, 20.0, 1000.0, 100.0))
     assert found["socket_fast_p99_over_ustreamer"] == pytest.approx(0.25)
     assert found["fast_p99_over_ustreamer"] == pytest.approx(0.3)
@@ -173,7 +173,7 @@ def test_without_ustreamer_there_are_no_ratios() -> None:
     assert found["control_rtt_p99_ms"] == pytest.approx(4.0)
 
 
-def test_a_way_that_delivered_nothing_has_no_ratio() -> None:
+def test_a_transport_that_delivered_nothing_has_no_ratio() -> None:
     silent = Run(SOCKET, 16, 14, seconds=10.0)
     found = values(silent, run(STREAM, 6.0, 70.0, 60.0), run(USTREAMER, 20.0, 1000.0, 100.0))
     assert found["socket_cpu_per_frame_over_ustreamer"] is None

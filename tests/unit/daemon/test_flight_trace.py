@@ -143,7 +143,7 @@ def test_journald_gave_the_flight_back_with_its_priorities() -> None:
     ]
 
 
-def test_the_last_flight_is_told_from_the_journal() -> None:
+def test_the_last_flight_is_shown_from_the_journal() -> None:
     flight = last_flight(read_journal(REAL.read_text()))
     assert [line.event for line in flight][:2] == ["start", "arm"]
     assert flight[-1].event == "disarm"

@@ -122,7 +122,7 @@ class TestOffsetWatch:
         assert self.look(watch, (8.0, 0.0, 0.0)) is None
         assert not watch.sure
 
-    def test_looks_that_disagree_start_anew(self) -> None:
+    def test_looks_that_disagree_start_again(self) -> None:
         watch = OffsetWatch()
         for shift in (3.0, 6.0, 9.0, 12.0):
             assert self.look(watch, (shift, 0.0, 0.0)) is None

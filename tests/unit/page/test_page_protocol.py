@@ -27,7 +27,7 @@ def test_the_page_knows_every_message_as_it_is() -> None:
     assert written == page_protocol.protocol(), "run: python packaging/page_protocol.py"
 
 
-def test_check_tells_when_the_types_are_out_of_date(
+def test_check_fails_when_the_types_are_out_of_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = tmp_path / "protocol.ts"

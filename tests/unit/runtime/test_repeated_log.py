@@ -16,7 +16,7 @@ from hawk.runtime.repeated_log import EVERY_S, Repeated
 from tests.manual_clock import ManualClock
 
 
-def test_what_stays_wrong_is_told_at_once_and_then_once_a_minute() -> None:
+def test_what_stays_wrong_is_reported_at_once_and_then_once_a_minute() -> None:
     clock = ManualClock()
     repeated = Repeated(clock)
     said = []
@@ -29,7 +29,7 @@ def test_what_stays_wrong_is_told_at_once_and_then_once_a_minute() -> None:
     assert len(told) == 3
 
 
-def test_another_line_is_told_at_once_and_one_that_ended_too() -> None:
+def test_another_line_is_reported_at_once_and_one_that_ended_too() -> None:
     repeated = Repeated(ManualClock())
     assert repeated.due("a") == "a"
     assert repeated.due("b") == "b"

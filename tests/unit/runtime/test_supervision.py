@@ -67,7 +67,7 @@ async def test_a_task_that_ended_waits_a_second_before_it_begins_again(monkeypat
     ],
     ids=["error", "return", "cancelled inside"],
 )
-async def test_a_task_that_ends_is_told_and_started_again(end: BaseException | None, words: str) -> None:
+async def test_a_task_that_ends_is_reported_and_started_again(end: BaseException | None, words: str) -> None:
     told: list[tuple[str, str]] = []
     clock = ManualClock(0.0)
     supervisor = Supervisor(lambda name, reason: told.append((name, reason)), 0.0, clock)

@@ -107,7 +107,7 @@ async def test_failsafes_that_cannot_be_set_end_it_on_the_ground() -> None:
     assert drone.told(Arm) == []
 
 
-async def test_an_autopilot_that_is_never_found_is_told() -> None:
+async def test_an_autopilot_that_is_never_found_is_reported() -> None:
     outcome = await fly(FakeDrone(connected_at=math.inf))
     assert outcome.status is SurveyStatus.FAILED
     assert "autopilot is not reached" in outcome.reason
@@ -309,7 +309,7 @@ async def test_a_lost_operator_that_is_back_goes_on_exploring() -> None:
     assert len(drone.told(AutonomousExplore)) == 2
 
 
-async def test_the_way_home_is_asked_for_again_when_someone_stops_it() -> None:
+async def test_the_return_is_asked_for_again_when_someone_stops_it() -> None:
     drone = FakeDrone(stop_once_on_the_way_home=True)
     assert (await fly(drone)).status is SurveyStatus.DONE
     assert len(drone.told(ReturnToLaunch)) == 2
@@ -347,7 +347,7 @@ async def test_ctrl_c_before_arming_touches_nothing() -> None:
     assert drone.told(Arm) == drone.told(Disarm) == []
 
 
-async def test_a_link_that_is_lost_for_good_is_told_and_the_end_is_not_claimed() -> None:
+async def test_a_link_that_is_lost_for_good_is_reported_and_the_end_is_not_claimed() -> None:
     drone = FakeDrone(silent_after=6.0)
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED
@@ -370,7 +370,7 @@ async def test_a_restarted_drone_does_not_shorten_a_wait() -> None:
     assert (await fly(drone)).status is SurveyStatus.DONE
 
 
-async def test_a_drone_that_does_not_come_down_is_told() -> None:
+async def test_a_drone_that_does_not_come_down_is_reported() -> None:
     drone = FakeDrone(refusals={"Return To Launch": "No home."})
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED

@@ -162,7 +162,7 @@ def test_a_question_that_nobody_follows_lapses(desk: ControlDesk, clock: ManualC
     assert desk.request("ben") is not None
 
 
-def test_one_who_was_refused_is_told_and_asks_again_after_a_while(desk: ControlDesk, clock: ManualClock) -> None:
+def test_a_refused_client_is_notified_and_asks_again_after_a_while(desk: ControlDesk, clock: ManualClock) -> None:
     desk.ask("ben")
     assert desk.answer("ana", gives=False) is None
     assert [desk.seen_by(client).kept for client in ("ana", "ben", "cleo")] == [False, True, False]
@@ -177,7 +177,7 @@ def test_one_who_was_refused_is_told_and_asks_again_after_a_while(desk: ControlD
     assert not desk.seen_by("ben").kept
 
 
-def test_control_given_back_is_told_until_somebody_takes_it(desk: ControlDesk) -> None:
+def test_control_given_back_is_shown_until_somebody_takes_it(desk: ControlDesk) -> None:
     desk.ask("ben")
     assert desk.release("ana") is None
     assert (desk.given_back_by(), desk.seen_by("ben").asked_by) == ("Ana", None)

@@ -257,7 +257,7 @@ def test_places_leave_descriptors_to_the_flight(descriptors: int, clients: int, 
         assert places.waiting + places.answered + RESERVED_DESCRIPTORS <= descriptors
 
 
-async def test_a_process_that_may_open_few_files_is_told_at_the_start(
+async def test_a_process_that_may_open_few_files_is_reported_at_the_start(
     rig: Rig, caplog: pytest.LogCaptureFixture
 ) -> None:
     rig.web = WebSettings(port=0, maximum_clients=1000)

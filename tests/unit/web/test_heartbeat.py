@@ -148,7 +148,7 @@ def test_a_long_log_comes_in_parts() -> None:
     assert got == list(range(2 * LOG_LIMIT + 5))
 
 
-def test_trail_points_come_once_until_it_begins_anew() -> None:
+def test_trail_points_come_once_until_another_trail_begins() -> None:
     view = ClientView()
     trail = tuple(MapPoint(float(n), 0.0) for n in range(TRAIL_LIMIT + 3))
     first = beat(view, DroneStatus(trail=trail, trail_id=4))
@@ -168,7 +168,7 @@ def test_the_shared_part_is_built_once_a_status() -> None:
     assert json.loads(other.shared_json)["Sequence"] == 1
 
 
-def test_one_client_does_not_change_what_another_is_told() -> None:
+def test_one_client_does_not_change_what_another_is_sent() -> None:
     status = DroneStatus(log=(entry(1),))
     one, two = ClientView(), ClientView()
     for view in (one, two):

@@ -123,7 +123,7 @@ def test_nearest_tiles_come_first_and_the_backlog_is_counted() -> None:
     assert first.backlog == 10 - len(columns)
 
 
-def test_a_lot_of_stalls_leaves_room_for_tiles_and_the_other_way_round() -> None:
+def test_a_lot_of_stalls_leaves_room_for_tiles_and_the_reverse() -> None:
     stalls = {number: stall(number) for number in range(2000)}
     tiles: dict[TileKey, EncodedTile] = {(0, column): heavy_tile(column) for column in range(50)}
     update = MapView().update(OccupancyMap(tiles, {}, stalls), HERE)

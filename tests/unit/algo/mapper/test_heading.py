@@ -45,13 +45,13 @@ def steady(east: float, compass: float, *, turns_back: bool) -> float:
     return math.degrees(heading.turn)
 
 
-def test_a_steady_drift_is_told_from_a_compass_where_the_drone_flies_back() -> None:
+def test_a_steady_drift_is_distinguished_from_a_compass_error_where_the_drone_flies_back() -> None:
     assert abs(steady(0.05, 0.0, turns_back=False)) > 0.3
     assert abs(steady(0.05, 0.0, turns_back=True)) < 0.1
     assert steady(0.05, math.radians(2), turns_back=True) == pytest.approx(2.0, abs=0.2)
 
 
-def test_the_slower_the_drone_the_more_is_laid_to_the_drift() -> None:
+def test_the_slower_the_drone_the_more_is_ascribed_to_the_drift() -> None:
     def turned(seconds: float) -> float:
         heading = Heading()
         for _ in range(6):
@@ -92,7 +92,7 @@ def test_what_an_earlier_flight_learned_is_taken_up(turn: float) -> None:
 
 
 @given(st.lists(st.floats(-0.1, 0.1), min_size=1, max_size=40))
-def test_never_more_than_was_told(told: list[float]) -> None:
+def test_the_turn_never_exceeds_the_measured_ones(told: list[float]) -> None:
     heading = Heading()
     for one in told:
         heading.move(abs(WAY), SECONDS)

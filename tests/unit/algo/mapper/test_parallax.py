@@ -68,7 +68,7 @@ def test_stalls_on_a_roof_do_not_count(height: float) -> None:
 
 
 @pytest.mark.flight
-def test_without_that_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_rule_for_raised_stalls_they_would_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stalls_module, "RAISED", 9.0)
     assert fly(5.0)[1] >= RAISED / 2
 

@@ -97,7 +97,7 @@ def test_all_rows_within_reach_are_taken_and_none_is_lost(
     assert all(math.dist(places[i - 1], at) < reach + SQUARE_M * math.sqrt(2) + 1e-6 for i in taken)
 
 
-def test_squares_at_a_corner() -> None:
+def test_a_place_at_a_corner_belongs_to_four_squares() -> None:
     assert set(squares_about(0.0, 0.0, 1.0)) == {(0, 0), (-1, 0), (0, -1), (-1, -1)}
     assert squares_about(32.0, 32.0, 1.0) == [(0, 0)]
 

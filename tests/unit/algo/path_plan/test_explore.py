@@ -39,7 +39,7 @@ def test_a_lot_is_seen_whole_and_the_drone_stays_inside_the_fence(seed: int) -> 
             assert inside.covers(shapely.LineString([place, (plan.target.north, plan.target.east)]))
 
 
-def test_over_some_lots_the_way_is_near_the_least() -> None:
+def test_over_some_lots_the_distance_is_near_the_least() -> None:
     ratios = []
     for seed in (9, 11):
         lot, start = random_lot(seed)
@@ -80,7 +80,7 @@ def test_it_begins_with_a_turn_on_the_spot_that_shows_what_lies_about_the_drone(
     assert flown.plans[len(begin)].explore.seen > begin[0].explore.seen
 
 
-def test_the_way_is_told_on_from_the_target_and_shrinks(flown: Flight) -> None:
+def test_the_route_begins_at_the_target_and_shrinks(flown: Flight) -> None:
     told = [p for p in flown.plans if p.target is not None]
     assert all(p.route[0] == p.target for p in told)
     assert any(len(p.route) > 2 for p in told)
@@ -166,7 +166,7 @@ def test_the_end_of_a_lane_is_looked_at_and_leads_to_the_other_lot() -> None:
     assert flight.coverage >= 0.98
 
 
-def test_what_is_not_worth_the_way_is_left_out() -> None:
+def test_ground_that_is_not_worth_the_distance_is_left_out() -> None:
     lots, known = half_known_lots()
     hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0))
     flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), hurried, known=known)

@@ -112,7 +112,7 @@ def test_in_a_corner_the_picture_swings_outwards() -> None:
     assert not LEANING.shown(aside, begin, north, corners())[0].any()
 
 
-def test_back_the_way_it_came_the_picture_swings_farthest() -> None:
+def test_on_a_flight_straight_back_the_picture_swings_farthest() -> None:
     back = np.array([[-60.0, 0.0]])
     cells = np.array([[35.0, 0.0], [37.0, 0.0], [30.0, 12.0]], np.float32)
     assert LEANING.shown(cells, np.zeros((1, 2)), back, corners())[0].tolist() == [True, False, True]
@@ -155,7 +155,7 @@ def test_a_drone_that_leans_less_than_expected_is_found_out_and_one_that_leans_m
         assert watch.share == pytest.approx(share)
 
 
-def test_a_drone_that_only_hovers_tells_nothing_of_its_lean() -> None:
+def test_a_drone_that_only_hovers_shows_nothing_of_its_lean() -> None:
     watch = LeanWatch(PathPlanSettings())
     for _ in range(200):
         watch.take(MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0), speed=0.3)

@@ -95,7 +95,7 @@ def test_after_every_move_the_books_are_right(
 
 @settings(max_examples=20)
 @given(st.integers(0, 10_000))
-def test_without_heat_no_move_makes_a_tour_dearer(seed: int) -> None:
+def test_without_heat_no_move_makes_a_tour_costlier(seed: int) -> None:
     rng = np.random.default_rng(seed)
     places = np.vstack([[0.0, 0.0], rng.uniform(-60, 60, (5, 2))])
     tour = Tour(Terms(FOOTPRINT, turn_m=2.0, leg_m=1.0), ground((-30, 60, -50, 50)), places, 0.5, rng)
@@ -121,7 +121,7 @@ def test_two_lots_are_both_shown_and_the_nearer_comes_first() -> None:
     assert tour.places[-1][1] > 50
 
 
-def test_no_way_point_lies_where_the_drone_may_not_be() -> None:
+def test_no_waypoint_lies_where_the_drone_may_not_be() -> None:
     terms = Terms(FOOTPRINT, short_by=60.0, allowed=lambda places: places[:, 1] < 10.0)
     tour = searched(tour_over(ground((-20, 20, -60, 25)), (0.0, -50.0), terms=terms))
     assert (tour.places[:, 1] < 10.0).all()
@@ -227,7 +227,7 @@ def test_a_lane_s_end_where_no_waypoint_may_be_is_left_out() -> None:
     assert (places[:, 1] < 150).all()
 
 
-def test_nothing_wanted_gives_no_way_points() -> None:
+def test_nothing_wanted_gives_no_waypoints() -> None:
     nothing = Wanted(np.empty((0, 2), np.float32), np.empty(0, np.float32), 0.0)
     assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
 

@@ -173,7 +173,7 @@ def test_two_rows_across_each_other_are_both_found() -> None:
 @pytest.mark.slow
 @settings(max_examples=25)
 @given(turn=st.floats(0, math.pi), pitch=st.floats(2.4, 3.1), seed=st.integers(0, 99))
-def test_it_does_not_matter_which_way_a_row_runs(turn: float, pitch: float, seed: int) -> None:
+def test_the_direction_of_a_row_does_not_matter(turn: float, pitch: float, seed: int) -> None:
     drawing = Drawing(turn, seed=seed)
     recall, precision = shares(drawing, paint_row(drawing, pitch=pitch, cars=(1, 4)))
     assert recall >= 0.85
@@ -252,7 +252,7 @@ def test_nothing_is_found_where_the_camera_saw_nothing() -> None:
     assert all(s.east < 21.0 for s in found.stalls)
 
 
-def test_maps_tell_lot_car_and_core_apart() -> None:
+def test_maps_distinguish_lot_car_and_core() -> None:
     drawing = Drawing(size=(600, 600))
     drawing.fill(np.array([[-30, -30], [30, -30], [30, -4], [-30, -4.0]]), (60, 120, 70))  # grass behind the row
     true = paint_row(drawing, cars=(2,))

@@ -110,7 +110,9 @@ class TestJump:
         rig.topics.estimate_jump.listen(found.append)
         return found
 
-    def test_it_is_told_together_with_the_first_pose_at_the_new_place(self, rig: Rig, jumps: list[float]) -> None:
+    def test_a_jump_is_reported_together_with_the_first_pose_at_the_new_place(
+        self, rig: Rig, jumps: list[float]
+    ) -> None:
         """A goal that is formed on the jump must not be formed from the pose of before."""
         at_jump: list[float] = []
         before: list[float] = []
@@ -128,16 +130,14 @@ class TestJump:
         assert at_jump == [pytest.approx(25.0, abs=0.1)]
         assert before == [pytest.approx(25.0, abs=0.1)]
 
-    def test_it_is_told_within_half_a_second(self, rig: Rig, jumps: list[float]) -> None:
+    def test_a_jump_is_reported_within_half_a_second(self, rig: Rig, jumps: list[float]) -> None:
         rig.fly(0.5, ekf=(0.0, -25.0, 0.0), north=0.0)
         assert len(rig.jumps) == 1  # east has no globe in this rig: EKF-local alone moved
         assert jumps == []
         rig.fly(0.5, ekf=(25.0, -25.0, 0.0), north=25.0)
         assert jumps == [pytest.approx(25.0, abs=0.05)]
 
-    def test_of_a_leap_of_both_by_different_amounts_each_event_tells_its_own(
-        self, rig: Rig, jumps: list[float]
-    ) -> None:
+    def test_of_a_leap_of_both_by_different_amounts_each_event_has_its_own(self, rig: Rig, jumps: list[float]) -> None:
         rig.fly(1.0, ekf=(25.0, 0.0, 0.0), north=10.0)
         assert rig.jumps == [pytest.approx(15.0, abs=0.05)]
         assert jumps == [pytest.approx(10.0, abs=0.05)]
@@ -148,7 +148,7 @@ class TestJump:
         rig.fly(1.0)
         assert jumps == []
 
-    def test_the_way_flown_meanwhile_is_none(self, rig: Rig, jumps: list[float]) -> None:
+    def test_the_distance_flown_meanwhile_is_no_part_of_the_jump(self, rig: Rig, jumps: list[float]) -> None:
         for index in range(20):
             rig.advance()
             north = 0.25 * index + (25.0 if index > 5 else 0.0)

@@ -111,7 +111,7 @@ def test_a_step_in_a_gap_is_noticed_too(fps: float, step: float, gap: float) -> 
 @pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
 @pytest.mark.parametrize("more", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_delay_on_the_way_is_no_step(fps: float, more: float, seed: int) -> None:
+def test_a_delay_in_transit_is_no_step(fps: float, more: float, seed: int) -> None:
     camera = Camera(fps, seed)
     list(camera.run(10.0))
     for _ in range(3):

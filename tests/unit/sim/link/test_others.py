@@ -30,7 +30,7 @@ def test_others_are_heard_once_a_second_before_the_copter(station: Any) -> None:
     assert set(beats(station)) == {(1, 1, 2)}
 
 
-def test_a_station_s_parameters_are_told_on_every_link_and_its_answers_on_its_own(station: Any) -> None:
+def test_a_station_s_parameters_are_sent_on_every_link_and_its_answers_on_its_own(station: Any) -> None:
     station.wait_for_position()
     station.heard.clear()
     problems, _, _ = put(station, parameters={"BATT_FS_LOW_ACT": 5, "NO_SUCH": 1})

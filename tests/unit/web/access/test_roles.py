@@ -73,7 +73,7 @@ async def test_every_type_of_command_is_among_those_tried() -> None:
     assert refusal("Something New", Role.VIEWER), "a command that nobody listed is refused as well"
 
 
-async def test_a_viewer_is_told_its_role_and_sees_everything(stand: Stand) -> None:
+async def test_a_viewer_knows_its_role_and_sees_everything(stand: Stand) -> None:
     viewer = await stand.page(session := await stand.browser(Role.VIEWER))
     operator = await stand.page(await stand.browser(Role.OPERATOR))
     assert (viewer.welcome["Role"], viewer.welcome["Login"]) == ("viewer", True)
