@@ -70,7 +70,7 @@ from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file
 from hawk.store.store_lock import StoreInUseError, held_store
-from hawk.versions.flight_word import FlightWord
+from hawk.versions.flight_state import FlightStateFile
 from hawk.web.access.tls import Tls, load_tls, watch_certificate
 from hawk.web.access.tokens import TokensError
 from hawk.web.app import WebServer
@@ -193,7 +193,7 @@ class Daemon:
         self._journal = FlightJournal(config.store.directory / "journal")
         self._recording = Recording(config.store, self.clock, self._metadata())
         runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
-        self._flight_word = FlightWord(Path(runtime) if runtime else None)
+        self._flight_state = FlightStateFile(Path(runtime) if runtime else None)
         self._make_vehicle()
         self._make_operations()
         self._make_results()
@@ -210,7 +210,7 @@ class Daemon:
             ),
             self.inputs,
             self.manager.log.add,
-            lambda: self._flight_word.say(may_fly=self._may_fly()),
+            lambda: self._flight_state.write(may_fly=self._may_fly()),
         )
         self._web = WebServer(self._web_services())
 
@@ -488,7 +488,7 @@ class Daemon:
         await self._recording.close()
         await self._journal.close()
         self._output.close()
-        self._flight_word.close()
+        self._flight_state.close()
 
     async def _keep_last_map(self) -> None:
         if self._map_keeper is None:
@@ -553,7 +553,7 @@ class Daemon:
 
     def _record_flights(self, state: VehicleState) -> None:
         if state.armed:
-            self._flight_word.say(may_fly=True)  # at once: no version is switched from now on
+            self._flight_state.write(may_fly=True)  # at once: no version is switched from now on
         if state.connected and not state.armed:
             self._starts.found_disarmed()
         if state.connected:
