@@ -24,7 +24,7 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.figures import tell
+from benchmarks.figures import print_and_write
 from benchmarks.perception.places import folder_option
 from benchmarks.perception.regions import Regions, ground_option
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sections = network_sections(network, material)
     if not options.no_classical:
         sections.append(classical_section(material))
-    tell(sections, options.json)
+    print_and_write(sections, options.json)
     return 0
 
 

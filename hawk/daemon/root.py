@@ -384,7 +384,7 @@ class Daemon:
             await self._stopping.wait()
             flew = await self.manager.shutdown_in_air()
             self._starts.ended_in_order()
-            self._trace.end("in the air, with a way home" if flew else "in order")
+            self._trace.end("in the air, with a return under way" if flew else "in order")
         finally:
             ticker.stop()
             await self._close()

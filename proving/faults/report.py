@@ -9,7 +9,7 @@ from typing import Final
 from proving.faults.fault import (
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Disk,
     Drone,
     Fault,
@@ -124,7 +124,7 @@ def act(step: Act) -> str:
             return f"signal {number}"
         case StartAgain():
             return "the daemon is started again"
-        case CountAnew():
+        case CountAgain():
             return "counted from here"
         case Survey():
             return "a survey"

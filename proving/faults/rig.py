@@ -19,13 +19,13 @@ from hawk.sim.launch import SimulationOptions
 from hawk.store.replay import RecordingError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError
-from hawk.survey.run import FenceWatch
+from hawk.survey.run import FenceSender
 from hawk.survey.stack import SimulatedStack
 from proving.faults.disk import DiskError, OwnDisk
 from proving.faults.fault import (
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Disk,
     Drone,
     Fault,
@@ -277,7 +277,7 @@ class Rig:
                 self.stack.daemon.send_signal(number)
             case StartAgain():
                 self._service.withheld = False
-            case CountAnew():
+            case CountAgain():
                 self._since.passed, self._since.truth = self._passed(), self._truth
             case SecondDaemon(shared):
                 await self._start_second(shared)
@@ -334,7 +334,7 @@ class Rig:
         """Let a real vehicle's true place be measured against the fence of the daemon."""
         beat = self._beat()
         if isinstance(self.stack, VehicleStack) and beat is not None:
-            watch = FenceWatch(self.stack)
+            watch = FenceSender(self.stack)
             watch.look(beat)
             await watch.close()
 

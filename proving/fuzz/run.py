@@ -64,8 +64,8 @@ class Run:
         """The house that the messages are sent to."""
         return self._house
 
-    async def run(self, tell: Callable[[Result], None] = lambda _: None) -> Result:
-        """Send everything; ``tell`` is called after each hundredth."""
+    async def run(self, report: Callable[[Result], None] = lambda _: None) -> Result:
+        """Send everything; ``report`` is called after each hundredth."""
         result, begun = self.result, time.monotonic()
         memory: float | None = None
         async with self._house.open(), aiohttp.ClientSession() as session:
@@ -81,7 +81,7 @@ class Run:
                 if memory is None and at >= len(self._numbers) // 10:
                     memory = memory_mb()
                 if (at // ROUND) % max(32, len(self._numbers) // ROUND // 100) == 0:
-                    tell(result)
+                    report(result)
                 if len(result.findings) >= FINDINGS:
                     break
             await asyncio.gather(*self._wires)

@@ -127,7 +127,7 @@ def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same
     lot = setup.lot(3)
     flights = [fly(lot, setup, TourPilot([(10.0, 0.0)], turns=turns), errors=False) for turns in (False, True)]
     assert flights[1].coverage > flights[0].coverage + 0.03
-    assert flights[1].whole_way == pytest.approx(flights[0].whole_way, abs=1.0)
+    assert flights[1].whole_distance_m == pytest.approx(flights[0].whole_distance_m, abs=1.0)
     assert flights[1].end == "done"
 
 
@@ -190,7 +190,7 @@ def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(
     lot = setup.lot(seed)
     tour = shipped(setup.name).tour(lot, setup)
     assert math.dist(tour.places[0], lot.start) < 1.0
-    assert length_of(tour.places) == pytest.approx(tour.way, rel=0.02)
+    assert length_of(tour.places) == pytest.approx(tour.distance_m, rel=0.02)
     leant = setup.height * math.tan(math.radians(PathPlanSettings().lean_deg))
     far = lot.shape.difference(shapely.LineString(tour.places).buffer(setup.swath.reach + leant))
     assert far.area <= 0.02 * lot.area
@@ -220,4 +220,4 @@ def test_a_flight_ends_when_nothing_moves() -> None:
 
     flight = fly(lot, setup, Idle())
     assert flight.end == "stuck"
-    assert flight.way is None
+    assert flight.distance_m is None

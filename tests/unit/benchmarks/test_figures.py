@@ -96,6 +96,6 @@ def test_the_table_has_figure_reference_ratio_limit_and_what_was_void() -> None:
     figure = Figure("lag", "loop lag", 30.0, "ms", Reference("idle loop", 10.0), Limit(highest=20.0))
     out = io.StringIO()
     print_table([Section("latency", [figure], "VOID: [others] worked")], Console(file=out, width=120))
-    told = out.getvalue()
+    printed = out.getvalue()
     for part in ("loop lag", "30", "ms", "idle loop 10", "3.00", "≤ 20", "MISSED", "latency: VOID: [others] worked"):
-        assert part in told
+        assert part in printed

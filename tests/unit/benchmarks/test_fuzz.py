@@ -90,7 +90,7 @@ def refusal(reason: str) -> dict[str, Any]:
         ('{"Type": "Hold", "Fast": 1}', "Fast: is not permitted", "no remedy"),
         ('{"Type": "Hold", "Fast": 1}', "", "0 characters"),
         ('{"Type": "Hold"}', "On the ground.", ""),
-        ('{"Type": "Hold"}', "no way at all", "no sentence"),
+        ('{"Type": "Hold"}', "nonsense", "no sentence"),
         (b"\x00", "message: is binary; send JSON text", ""),
         (b"\x00", "On the ground.", "binary"),
     ],

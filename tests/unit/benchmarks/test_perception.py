@@ -107,8 +107,8 @@ def test_probabilities_that_are_meant_have_no_calibration_error() -> None:
 def test_places_are_read(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "lot.jpg"), np.zeros((100, 100, 3), np.uint8))
     stalls = [{"corners_m": quad.tolist(), "state": "unclear"} for quad in ROW]
-    told = {"metres_per_pixel": 0.2, "stalls": stalls, "lots_m": [LOT.tolist()]}
-    (tmp_path / "lot.json").write_text(json.dumps(told))
+    labels = {"metres_per_pixel": 0.2, "stalls": stalls, "lots_m": [LOT.tolist()]}
+    (tmp_path / "lot.json").write_text(json.dumps(labels))
     (found,) = read_lots(tmp_path)
     assert found.metres_per_pixel == 0.2
     assert set(found.truth.states) == {"unknown"}

@@ -136,12 +136,12 @@ def test_the_slow_link_carries_its_bytes_and_never_makes_up_for_an_empty_time() 
     assert source.taken <= 1_500_000.0 * 10 * SLOW_TICK_S
 
 
-def run(way: str, fast_ms: float, slow_ms: float, cpu_us: float, share: float = 1.0) -> Run:
+def run(transport: str, fast_ms: float, slow_ms: float, cpu_us: float, share: float = 1.0) -> Run:
     """A run of 16 viewers over 10 s."""
     fast = [fast_ms] * round(14 * 300 * share)
-    found = Run(way, 16, 14, fast, [slow_ms] * 160, [5.0] * 200, seconds=10.0, memory_mb=50.0)
+    found = Run(transport, 16, 14, fast, [slow_ms] * 160, [5.0] * 200, seconds=10.0, memory_mb=50.0)
     found.cpu_s = cpu_us * 1e-6 * found.delivered
-    found.control_ms = [] if way == USTREAMER else [4.0] * 100
+    found.control_ms = [] if transport == USTREAMER else [4.0] * 100
     return found
 
 
@@ -206,7 +206,7 @@ def test_real_servers_are_measured(
     async def work() -> Any:
         return await measure(Setting(file, tmp_path, 2.0, feeder), (3,), 1)
 
-    runs = {each.way: each for each in asyncio.run(work())}
+    runs = {each.transport: each for each in asyncio.run(work())}
     assert set(runs) == {SOCKET, STREAM} | ({USTREAMER} if with_ustreamer else set())
     for each in runs.values():
         assert len(each.fast_ms) >= 20

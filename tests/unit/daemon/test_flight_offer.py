@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from hawk.calibrate.flight_command import give_way
+from hawk.calibrate.flight_command import use_least_priority
 from hawk.cli import make_parser
 from hawk.config.sections import CameraSettings
 from hawk.daemon.flight_offer import COMMAND, FlightOffer
@@ -166,7 +166,7 @@ def test_an_estimate_in_the_background_runs_at_low_priority(tmp_path: Path) -> N
     score = tmp_path / "score"
     pid = os.fork()
     if pid == 0:
-        give_way(score)
+        use_least_priority(score)
         os._exit(os.getpriority(os.PRIO_PROCESS, 0))
     assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 19
     assert score.read_text() == "800"

@@ -33,5 +33,5 @@ def test_every_exit_status_is_documented(status: SurveyStatus) -> None:
 
 
 def test_every_measure_of_the_report_is_documented() -> None:
-    told = set(re.findall(r"`(\w+)`", DOCUMENT))
-    assert keys_of_the_report() <= told
+    documented = set(re.findall(r"`(\w+)`", DOCUMENT))
+    assert keys_of_the_report() <= documented

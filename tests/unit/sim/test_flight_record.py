@@ -53,7 +53,7 @@ def test_the_distance_is_over_the_ground_and_the_time_in_the_air(station: Any) -
     record = FlightRecord(station.autopilot)
     move(station, record, (0.0, 0.0, -10.0), (3.0, 4.0, -10.0), (3.0, 4.0, -30.0), (3.0, 4.0, 0.0))
     summary = record.summary()
-    assert summary["way_m"] == pytest.approx(5.0)
+    assert summary["distance_flown_m"] == pytest.approx(5.0)
     assert summary["flown_s"] == pytest.approx(0.33)
     assert summary["highest_m"] == 30.0
 

@@ -349,12 +349,12 @@ async def test_a_full_disk_is_reported_and_nothing_is_lost_when_there_is_room_ag
 async def test_after_a_wait_for_the_disk_the_journal_is_healthy(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     disk = Disk()
     journal = make(opener=disk.open)
-    told: list[bool] = []
-    tell = journal._wake_synced
+    healthy: list[bool] = []
+    wake = journal._wake_synced
 
     def watched(target: int) -> None:
-        told.append(journal.health.is_healthy)
-        tell(target)
+        healthy.append(journal.health.is_healthy)
+        wake(target)
 
     monkeypatch.setattr(journal, "_wake_synced", watched)
     disk.full = True
@@ -362,7 +362,7 @@ async def test_after_a_wait_for_the_disk_the_journal_is_healthy(make: Make, monk
     assert not await journal.flush(0.3)
     disk.full = False
     assert await journal.flush(5.0)
-    assert told == [True]
+    assert healthy == [True]
 
 
 async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_path: Path) -> None:
@@ -378,7 +378,7 @@ async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_
 
 
 async def test_a_folder_that_cannot_be_made_is_reported_and_puts_go_on(tmp_path: Path) -> None:
-    (tmp_path / "journal").write_text("a file is in the way")
+    (tmp_path / "journal").write_text("a file in its place")
     journal = FlightJournal(tmp_path / "journal")
     journal.put_map({"a": b"1"})
     assert not await journal.flush(0.2)

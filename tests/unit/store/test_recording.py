@@ -223,7 +223,7 @@ async def test_a_disk_that_fails_is_reported_and_what_was_written_stays(make: Ma
 
 
 async def test_a_folder_that_cannot_be_made_is_reported(make: Make, tmp_path: Path) -> None:
-    (tmp_path / "recordings").write_text("a file is in the way")
+    (tmp_path / "recordings").write_text("a file in its place")
     recording = make()
     recording.begin()
     recording.record("tick", {"n": 1})

@@ -52,7 +52,7 @@ async def ticking(rig: Rig) -> AsyncIterator[None]:
     async def tick() -> None:
         while True:
             rig.serve_commands()
-            rig.tell()
+            rig.publish_status()
             await asyncio.sleep(0.001)
 
     task = asyncio.create_task(tick(), name="tick")

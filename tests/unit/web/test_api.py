@@ -95,7 +95,7 @@ async def test_the_report_is_of_the_present_map(rig: Rig) -> None:
         "free_range": [1, 4],
         "lot_area_m2": 120.0,
         "explored": 0.5,
-        "way_m": 12.0,
+        "distance_flown_m": 12.0,
         "state": "Hover",
     }
 

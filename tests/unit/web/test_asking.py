@@ -201,13 +201,13 @@ async def test_a_question_goes_from_page_to_page(rig: Rig, connect: Connect) -> 
     await ben.ask(Type="Name", Name="Ben")
     await ana.take_control()
     assert (await ben.ask(Type="Control", Action="Ask"))["Accepted"]
-    rig.tell()
+    rig.publish_status()
     asked, asking = await ana.next("Heartbeat"), await ben.next("Heartbeat")
     assert (asked["In Control"], asked["Control Asked By"], asked["Own Name"]) == (True, "Ben", "Ana")
     assert (asking["In Control"], asking["Control Free In"], asking["Own Name"]) == (False, ANSWER_S, "Ben")
     assert (await ben.ask(Type="Control", Action="Give"))["Reason"] == "You do not have control."
     assert (await ana.ask(Type="Control", Action="Give"))["Accepted"]
-    rig.tell()
+    rig.publish_status()
     given = await ben.next("Heartbeat")
     assert (given["In Control"], given["Control Asked By"]) == (True, None)
 

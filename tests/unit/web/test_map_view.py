@@ -63,15 +63,17 @@ class Model:
             stalls |= {n: stall(n, self._version, float(n)) for n in range(1000, 1400)}
         elif action == "gone":
             stalls = {n: s for n, s in stalls.items() if n % 7 != number % 7}
-        elif action == "anew":
+        elif action == "another map":
             tiles, mosaic, stalls = {}, {}, {}
-        map_id = f"m{self._version}" if action == "anew" else self.now.map_id
+        map_id = f"m{self._version}" if action == "another map" else self.now.map_id
         self.now = OccupancyMap(tiles, mosaic, stalls, version=self._version, map_id=map_id)
 
 
 STEPS = st.lists(
     st.tuples(
-        st.sampled_from(["tile", "tile", "heavy", "mosaic", "stall", "stall", "many", "gone", "anew", "nothing"]),
+        st.sampled_from(
+            ["tile", "tile", "heavy", "mosaic", "stall", "stall", "many", "gone", "another map", "nothing"]
+        ),
         st.integers(0, 24),
         st.integers(0, 50),
         st.booleans(),

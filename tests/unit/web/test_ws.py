@@ -352,8 +352,8 @@ async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, conn
             rig.publish(DroneStatus(operation=OperationStatus(detail="x" * 20_000)))
             assert (await page.next("Heartbeat"))["Sequence"] == rig.sequence
         assert rig.app is not None
-        told_to_stuck = rig.app[COUNTERS].heartbeats - 100
-        assert told_to_stuck <= IN_FLIGHT_LIMIT, "they do not pile up on the way"
+        sent_to_stuck = rig.app[COUNTERS].heartbeats - 100
+        assert sent_to_stuck <= IN_FLIGHT_LIMIT, "they do not pile up in transit"
         assert (await page.ask(Type="Heartbeat"))["Accepted"]
         await stuck.socket.close()
 

@@ -104,11 +104,11 @@ def test_a_place_at_a_corner_belongs_to_four_squares() -> None:
 
 @given(st.lists(PLACE, min_size=1, max_size=20), st.lists(PLACE, min_size=1, max_size=6))
 def test_wherever_the_drone_goes_what_is_near_is_at_hand(
-    places: list[tuple[float, float]], way: list[tuple[float, float]]
+    places: list[tuple[float, float]], path: list[tuple[float, float]]
 ) -> None:
     tracker = StallTracker()
     tracker.restore(rows_at(*places), 1)
-    for at in way:
+    for at in path:
         tracker.attend(*at, 100.0)
         near = {i for i, place in enumerate(places, 1) if math.dist(place, at) < 100.0}
         assert near <= set(tracker.rows["id"].tolist())

@@ -73,7 +73,7 @@ def assert_cuts_lie_over(known: DrawnLot, found: Route) -> None:
     corners = itertools.accumulate((a.distance(b) for a, b in itertools.pairwise(found.points)), initial=0.0)
     for at, turn in zip(corners, found.turns, strict=True):
         if turn > 0:
-            places = [line.interpolate((at + way) / COARSE_M) for way in (-turn, 0.0, turn)]
+            places = [line.interpolate((at + offset) / COARSE_M) for offset in (-turn, 0.0, turn)]
             assert shapely.covers(known.area(), shapely.Polygon(places))
     for (a, b), (one, other) in zip(itertools.pairwise(found.points), itertools.pairwise(found.turns), strict=True):
         assert one + other <= a.distance(b) + 1e-6

@@ -157,7 +157,7 @@ def outlook(place: tuple[float, float], wanted: Wanted) -> Outlook:
 
 @pytest.mark.slow
 def test_a_course_leads_over_all_of_it_and_ends() -> None:
-    wanted, place, course, way = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
+    wanted, place, course, length = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
     for _ in range(600):
         left = course.follow(outlook(place, wanted))
         if len(left) == 0:
@@ -166,12 +166,12 @@ def test_a_course_leads_over_all_of_it_and_ends() -> None:
         away = math.hypot(d_n, d_e)
         step = min(2.0, away)
         place = (place[0] + d_n / away * step, place[1] + d_e / away * step)
-        way += step
+        length += step
         on = np.array([[place[0] + d_n / away, place[1] + d_e / away]])
         shown = FOOTPRINT.shown(wanted.cells, np.array([place]), on)[0]
         wanted = Wanted(wanted.cells[~shown], wanted.weights[~shown], 0.0)
     assert wanted.total < 120  # of 12 000
-    assert way < 420  # three lines of 100 m and what joins them are 380 m
+    assert length < 420  # three lines of 100 m and what joins them are 380 m
 
 
 @pytest.mark.slow
@@ -199,9 +199,9 @@ def test_a_course_that_was_prepared_follows_without_a_long_first_step(monkeypatc
         prepared.prepare(seen)
         assert len(sweeps) <= 2
     sweeps.clear()
-    way = length_of(np.vstack([seen.place, prepared.follow(seen)]))
+    length = length_of(np.vstack([seen.place, prepared.follow(seen)]))
     assert len(sweeps) <= 2
-    assert way < 1.2 * length_of(np.vstack([seen.place, other.follow(seen)]))
+    assert length < 1.2 * length_of(np.vstack([seen.place, other.follow(seen)]))
     assert len(sweeps) > 6
 
 

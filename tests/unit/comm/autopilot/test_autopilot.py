@@ -196,8 +196,8 @@ async def test_the_link_looks_around_for_others_once_a_second(rig: Rig) -> None:
 
 @pytest.mark.parametrize("part", ["open", "find"])
 async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) -> None:
-    told: list[tuple[str, str]] = []
-    rig = Rig(supervisor=Supervisor(lambda name, words: told.append((name, words)), 0.0))
+    reported: list[tuple[str, str]] = []
+    rig = Rig(supervisor=Supervisor(lambda name, words: reported.append((name, words)), 0.0))
     whole, faults = getattr(rig.link, part), [ValueError("broken")]
 
     def broken(*arguments: Any) -> Any:
@@ -208,7 +208,7 @@ async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) ->
 
     setattr(rig.link, part, broken)
     await rig.connect()
-    assert told == [("autopilot-link", "ValueError: broken")]
+    assert reported == [("autopilot-link", "ValueError: broken")]
     assert rig.topics.state.value is not None
     assert rig.topics.state.value.connected
     await rig.autopilot.close()
@@ -427,8 +427,8 @@ class TestSilence:
         await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
         await rig.autopilot.send_mode(CopterMode.RTL)
         assert rig.link.commanded == []
-        (told,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
-        assert (told["param1"], told["param2"]) == (1.0, 6.0)
+        (sent,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
+        assert (sent["param1"], sent["param2"]) == (1.0, 6.0)
 
     async def test_heartbeats_are_switched_on_the_link(self, rig: Rig) -> None:
         await rig.connect()

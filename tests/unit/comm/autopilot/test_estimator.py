@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hawk.comm.autopilot.estimator import LEAP_M, LeapWatch
+from hawk.comm.autopilot.estimator import LEAP_M, LeapObserver
 from hawk.comm.autopilot.streams import wanted_streams
 from hawk.model.frames import EkfPosition
 from tests.unit.comm.autopilot.telemetry_rig import IN_AIR, Rig
@@ -205,7 +205,7 @@ def test_flight_of_any_kind_neither_leaps_nor_creeps(
     steps: list[tuple[float, tuple[float, float, float], float]],
 ) -> None:
     """Positions that follow their velocities, with noise of centimetres."""
-    watch = LeapWatch()
+    watch = LeapObserver()
     time, place, velocity = 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for dt, following, noise in steps:
         time += dt
@@ -219,7 +219,7 @@ def test_flight_of_any_kind_neither_leaps_nor_creeps(
 @given(st.tuples(*[st.floats(-60, 60)] * 3), st.floats(0.02, 0.5))
 def test_a_leap_is_measured_to_the_centimetre(leap: tuple[float, float, float], dt: float) -> None:
     assume(abs(math.hypot(*leap) - LEAP_M) > 0.01)
-    watch = LeapWatch()
+    watch = LeapObserver()
     found = []
     for index in range(10):
         moved = leap if index > 4 else (0.0, 0.0, 0.0)
@@ -231,7 +231,7 @@ def test_a_leap_is_measured_to_the_centimetre(leap: tuple[float, float, float], 
 
 
 def test_samples_a_second_apart_are_not_compared_and_a_repeated_one_is_ignored() -> None:
-    watch = LeapWatch()
+    watch = LeapObserver()
     assert not watch.look(EkfPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not watch.look(EkfPosition(1.0, 25.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not watch.look(EkfPosition(1.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -246,7 +246,7 @@ def standing(time: float, north: float) -> EkfPosition:
 
 @pytest.mark.parametrize(("metres", "leaps"), [(1.0, False), (-1.0, False), (1.01, True), (-1.01, True)])
 def test_more_than_a_metre_is_a_leap(metres: float, leaps: bool) -> None:
-    watch = LeapWatch()
+    watch = LeapObserver()
     watch.look(standing(0.0, 0.0))
     assert watch.look(standing(0.5, metres)) is leaps
     assert watch.settle() == ((metres, 0.0, 0.0) if leaps else (0.0, 0.0, 0.0))
@@ -255,14 +255,14 @@ def test_more_than_a_metre_is_a_leap(metres: float, leaps: bool) -> None:
 
 @pytest.mark.parametrize(("apart", "compared"), [(0.99, True), (1.0, False)])
 def test_samples_less_than_a_second_apart_are_compared(apart: float, compared: bool) -> None:
-    watch = LeapWatch()
+    watch = LeapObserver()
     watch.look(standing(0.0, 0.0))
     assert watch.look(standing(apart, 25.0)) is compared
 
 
-def creeping(step_m: float, steps: int) -> LeapWatch:
+def creeping(step_m: float, steps: int) -> LeapObserver:
     """A watch that saw a position move every half second, until that many steps were done."""
-    watch = LeapWatch()
+    watch = LeapObserver()
     for index in range(steps + 1):
         assert not watch.look(standing(0.5 * index, step_m * index))
     return watch

@@ -58,8 +58,8 @@ def test_a_step_of_the_cameras_clock_places_no_picture_wrongly(fps: float, step:
     camera.offset += step
     after = list(camera.run(20.0))
     assert 0 < check(after) <= 13, "the next pictures are placed again"
-    (told,) = [found.stepped_s for _, found in after if found.stepped_s is not None]
-    assert told == pytest.approx(step, abs=0.1)
+    (reported,) = [found.stepped_s for _, found in after if found.stepped_s is not None]
+    assert reported == pytest.approx(step, abs=0.1)
     assert camera.clock.has_stepped == (step < 0)
 
 

@@ -124,7 +124,7 @@ async def test_a_viewer_with_the_operators_session_cookie_commands_nothing_and_k
         for command in ({"Type": "Land"}, {"Type": "Hold"}, {"Type": "Control", "Action": "Release"}):
             assert (await thief.ask(**command))["Reason"] == VIEWERS_COMMAND_NOTHING
         assert (await thief.ask(Type="Heartbeat"))["Accepted"]
-        stand.rig.tell()
+        stand.rig.publish_status()
         assert (await thief.next("Heartbeat"))["In Control"] is False
     stand.rig.clock.advance(1.1)
     assert stand.rig.side.desk.controller_is_lost(), "a viewer's sign of life is not the operator's"
