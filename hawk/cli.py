@@ -213,7 +213,8 @@ def _run(options: argparse.Namespace) -> int:
         _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
-    from hawk.daemon.root import DaemonOptions, run_daemon
+    from hawk.daemon.root import DaemonOptions
+    from hawk.daemon.start import run_daemon
 
     status = asyncio.run(
         run_daemon(

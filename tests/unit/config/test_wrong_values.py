@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import hawk.cli
-import hawk.daemon.root
+import hawk.daemon.start
 import hawk.sim.cli
 import hawk.survey.run
 from hawk.config.sections import Config, ConfigError, bounds, load_config, variable_of
@@ -307,7 +307,7 @@ def nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     def started(*_: object) -> None:
         raise AssertionError("something was started")
 
-    monkeypatch.setattr(hawk.daemon.root, "run_daemon", started)
+    monkeypatch.setattr(hawk.daemon.start, "run_daemon", started)
     monkeypatch.setattr(hawk.survey.run, "SimulatedStack", started)
     monkeypatch.setattr(hawk.survey.run, "DroneClient", started)
     monkeypatch.chdir(tmp_path)
