@@ -28,7 +28,7 @@ from hawk.comm.clock import Clock
 from hawk.config.sections import AutopilotSettings
 from hawk.sim.launch import free_udp_port
 from proving.fuzz.datagrams import AUTOPILOT, STRANGE_MODE, Datagrams, frame
-from proving.fuzz.house import Faults
+from proving.fuzz.rig import Faults
 from proving.fuzz.run import FINDINGS
 
 ROUND: Final = 64

@@ -38,14 +38,14 @@ async def test_a_defect_behind_a_command_is_found(tmp_path: Path) -> None:
         raise RuntimeError("a defect")
 
     run = Run(tmp_path, 1, 320)
-    run.house.side.socket.attach(broken)
+    run.rig.side.socket.attach(broken)
     result = await run.run()
     assert any("a defect" in finding for finding in result.findings)
 
 
 async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
     run = Run(tmp_path, 1, 64)
-    send = run.house.side.hub.send_to
+    send = run.rig.side.hub.send_to
     answers: list[str] = []
 
     def lossy(client: ClientId, text: str) -> None:
@@ -53,7 +53,7 @@ async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
         if len(answers) % 20:
             send(client, text)
 
-    run.house.side.socket._send_to = lossy
+    run.rig.side.socket._send_to = lossy
     result = await run.run()
     assert any("messages" in finding or "witness" in finding for finding in result.findings)
 

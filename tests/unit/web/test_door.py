@@ -176,7 +176,7 @@ async def test_an_answer_that_is_received_slowly_goes_on_and_one_that_is_not_rec
     text = b"GET /large.bin HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     stranger = await come(server, strangers, text, limit=1024)
     await stranger.reader.readuntil(b"\r\n\r\n")
-    (visit,) = server.door.visits()
+    (visit,) = server.door.waiting_connections()
     for _ in range(3):
         rig.real.advance(IDLE_S)
         server.door.sweep()
