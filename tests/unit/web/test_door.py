@@ -176,14 +176,14 @@ async def test_an_answer_that_is_received_slowly_goes_on_and_one_that_is_not_rec
     text = b"GET /large.bin HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     stranger = await come(server, strangers, text, limit=1024)
     await stranger.reader.readuntil(b"\r\n\r\n")
-    (visit,) = server.door.waiting_connections()
+    (connection,) = server.door.waiting_connections()
     for _ in range(3):
         rig.real.advance(IDLE_S)
         server.door.sweep()
         assert server.door.waiting == 1, "it received some"
-        before = visit.unsent
+        before = connection.unsent
         async with asyncio.timeout(PATIENCE_S):
-            while visit.unsent == before:
+            while connection.unsent == before:
                 await stranger.reader.readexactly(64 * 1024)
     for _ in range(2):
         rig.real.advance(IDLE_S)
