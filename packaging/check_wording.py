@@ -23,13 +23,8 @@ from typing import Final, NamedTuple
 ROOT: Final = Path(__file__).resolve().parent.parent
 
 NOT_YET_CLEAN: Final[tuple[str, ...]] = (
-    "benchmarks/perception/relief.py",
-    "hawk/comm/message_socket.py",
-    "hawk/comm/protocol/authority.py",
-    "hawk/comm/protocol/commands.py",
     "hawk/ddc",
     "hawk/web/page/src/messages/drone-en.ftl",
-    "hawk/web/services.py",
     "proving/mutants/modules.py",
     "tests/e2e/test_fence_by_clicks.py",
     "tests/e2e/test_zones_by_clicks.py",

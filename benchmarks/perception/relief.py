@@ -105,8 +105,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for height_m in HEIGHTS_M:
             offsets = measure(finder, worlds, height_m, options.frames)
             cells = [offsets.height(height_m, taken=taken) for taken in (False, True)]
-            told = [f"{found:.2f} m ± {error:.2f} ({count})" for found, error, count in cells]
-            print(f"| {kind} | {height_m:g} m | " + " | ".join(told) + " |", flush=True)
+            parts = [f"{found:.2f} m ± {error:.2f} ({count})" for found, error, count in cells]
+            print(f"| {kind} | {height_m:g} m | " + " | ".join(parts) + " |", flush=True)
             for name, (found, _, _) in zip(("free", "taken"), cells, strict=True):
                 figures[f"relief_{kind}_{height_m:g}_{name}_m"] = found
     if options.json is not None:
