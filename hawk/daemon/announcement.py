@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hawk.runtime.files import shown_address
+from hawk.runtime.process import started_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,5 @@ def write_ready_file(file: Path, url: str, first_tick_s: float | None) -> None:
 
 
 def seconds_since_process_start() -> float:
-    """Return real seconds since the kernel started this process (proc(5), stat, field 22)."""
-    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
-    ticks = int(fields[19]) / os.sysconf("SC_CLK_TCK")
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks
+    """Return real seconds since the kernel started this process."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - started_s(os.getpid())

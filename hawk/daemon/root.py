@@ -36,7 +36,7 @@ from hawk.daemon.announcement import PageShown, announcement, seconds_since_proc
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.map_keeper import MapKeeper
-from hawk.daemon.monitor import Monitor, MonitoredParts, watch_parent
+from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
     listening_problem,
     make_folder,
@@ -86,12 +86,14 @@ class DaemonOptions:
 
     ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that runs already, at
     ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
+    ``parent_pid``: end when that process ends.
     """
 
     simulation: SimulationOptions | None = None
     attached_simulation: str | None = None
     speed: float = 1.0
     ready_file: Path | None = None
+    parent_pid: int | None = None
     is_again: bool = False
     """An earlier run ended by a fault: its survey goes on, also over the same simulated world."""
 
@@ -314,8 +316,6 @@ class Daemon:
         try:
             self._own("loop-lag", self._lag.run)
             self._own("monitor", self._monitor.run)
-            if self._options.attached_simulation is not None:
-                self._own("parent", lambda: watch_parent(self._stopping.set))
             if (tls := self._tls) is not None:
                 self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
             await self._serve()
@@ -330,6 +330,11 @@ class Daemon:
             ticker.stop()
             await self._close()
         return 0
+
+    def stop_without_parent(self) -> None:
+        """End in order: the program that started this one has ended."""
+        _LOG.warning("the program that started this one has ended")
+        self._stopping.set()
 
     async def _serve(self) -> None:
         """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""

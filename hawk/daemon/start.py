@@ -11,7 +11,7 @@ from hawk.daemon.start_checks import check_access, check_background, check_files
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.rules.follower import flight_goes_on
 from hawk.model.moment import this_moment
-from hawk.runtime.process import LOOP_NICENESS, set_niceness, set_session_niceness
+from hawk.runtime.process import LOOP_NICENESS, ParentGoneError, set_niceness, set_session_niceness, watched_parent
 from hawk.runtime.program_log import ProgramLog
 from hawk.sim.launch import Simulation, SimulationAddress
 from hawk.store.run_notes import RunNotes, notes_file
@@ -63,7 +63,10 @@ async def _run_alone(config: Config, options: DaemonOptions, log: ProgramLog, tl
         if not daemon.flew_lately:
             check_model(config.vision)
             check_background(config.web)
-        return await daemon.run()
+        with watched_parent(options.parent_pid, daemon.stop_without_parent):
+            return await daemon.run()
+    except ParentGoneError as error:
+        raise ConfigError(f"--parent-pid: {error}") from error
     except (FenceError, InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error
     finally:

@@ -234,7 +234,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/comm/mavlink/frames.py": ("vehicle_kinds",),
     "hawk/comm/autopilot/telemetry.py": ("telemetry", "telemetry_places"),
     "hawk/daemon/starts.py": ("starts", "goes_on"),
-    "hawk/runtime/process.py": ("watchdog", "ticker", "priority"),
+    "hawk/runtime/process.py": ("watchdog", "ticker", "priority", "parent"),
 }
 """Module -> names of its own test files where they do not bear its name."""
 
