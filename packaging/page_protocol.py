@@ -1,7 +1,7 @@
-"""Write the page's TypeScript types from the messages that drone and operator exchange.
+"""Write the page's TypeScript from the messages that drone and operator exchange, and from the table of commands.
 
-``python packaging/page_protocol.py`` writes ``hawk/web/page/src/protocol.ts``; ``--check`` fails when that is out of
-date.
+``python packaging/page_protocol.py`` writes ``protocol.ts`` and ``command-table.ts`` of ``hawk/web/page/src``;
+``--check`` fails when one is out of date.
 """
 
 from __future__ import annotations
@@ -12,13 +12,48 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.comm.protocol.commands import schema
 
-TARGET = Path(__file__).resolve().parent.parent / "hawk" / "web" / "page" / "src" / "protocol.ts"
+SOURCES = Path(__file__).resolve().parent.parent / "hawk" / "web" / "page" / "src"
 
 _HEADER = (
     "// Written by packaging/page_protocol.py from hawk/comm/protocol/commands.py: change that and run this again.\n"
 )
+_TABLE_HEAD = """\
+// Written by packaging/page_protocol.py from hawk/comm/protocol/command_table.py: change that and run this again.
+
+import type { Messages } from "./messages/keys.ts";
+import type { Command } from "./protocol.ts";
+
+/** What the page must know of a command. */
+export interface CommandRow {
+  /** Key of the label of the button that sends it; null where there is none. */
+  button: keyof Messages | null;
+  /** How it is confirmed on the page; "overruling": by a slide while somebody else flies, and sent as confirmed. */
+  confirm: "never" | "slide" | "overruling" | "two_steps";
+}
+
+export const COMMAND_TABLE = {
+"""
+_TABLE_END = """\
+} as const satisfies Record<Command["Type"], CommandRow>;
+
+type Table = typeof COMMAND_TABLE;
+
+/** Labels of the buttons that send commands. */
+export type CommandButton = Exclude<Table[keyof Table]["button"], null>;
+
+/** The commands that a button sends. */
+export type SentBy<Button extends CommandButton> = {
+  [T in keyof Table]: Table[T]["button"] extends Button ? T : never;
+}[keyof Table];
+
+/** The commands that a slide confirms. */
+export type Slid = {
+  [T in keyof Table]: Table[T]["confirm"] extends "slide" | "overruling" ? T : never;
+}[keyof Table];
+"""
 _PRIMITIVES = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
 
@@ -40,6 +75,24 @@ def protocol() -> str:
     return "\n".join([_HEADER, *blocks]).replace("\n;", ";")
 
 
+def command_table() -> str:
+    """Return the TypeScript source of what the page knows of each command."""
+    rows = ""
+    for kind, row in COMMAND_TABLE.items():
+        button, confirm = json.dumps(row.button or None), json.dumps(row.confirm.name.lower())
+        rows += f"  {_key(kind)}: {{ button: {button}, confirm: {confirm} }},\n"
+    return f"{_TABLE_HEAD}{rows}{_TABLE_END}"
+
+
+def files() -> dict[Path, str]:
+    """Return the text of each file that is written."""
+    return {SOURCES / "protocol.ts": protocol(), SOURCES / "command-table.ts": command_table()}
+
+
+def _key(text: str) -> str:
+    return text if text.isidentifier() else json.dumps(text)
+
+
 def _command(name: str) -> str:
     return f"{name}Command"
 
@@ -55,8 +108,7 @@ def _interface(name: str, model: dict[str, Any], *, sending: bool) -> str:
     for key, value in model["properties"].items():
         may_lack = value.get("optional", False) or (sending and key not in required and key != "Type")
         optional = "?" if may_lack else ""
-        quoted = key if key.isidentifier() else json.dumps(key)
-        lines.append(f"  {quoted}{optional}: {_type(value)};")
+        lines.append(f"  {_key(key)}{optional}: {_type(value)};")
     return "\n".join([*lines, "}\n"])
 
 
@@ -83,14 +135,15 @@ def _type(value: dict[str, Any]) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--check", action="store_true", help="only say whether the file is up to date")
+    parser.add_argument("--check", action="store_true", help="only say whether the files are up to date")
     if not parser.parse_args(arguments).check:
-        TARGET.write_text(protocol(), "utf-8")
+        for path, text in files().items():
+            path.write_text(text, "utf-8")
         return 0
-    if TARGET.read_text("utf-8") == protocol():
-        return 0
-    print(f"{TARGET.name} is out of date: run python packaging/page_protocol.py", file=sys.stderr)
-    return 1
+    late = [path.name for path, text in files().items() if path.read_text("utf-8") != text]
+    if late:
+        print(f"out of date, run python packaging/page_protocol.py: {', '.join(late)}", file=sys.stderr)
+    return 1 if late else 0
 
 
 if __name__ == "__main__":

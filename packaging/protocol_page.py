@@ -1,4 +1,4 @@
-"""Write the reference of the protocol from the messages and the examples of ``docs/examples``.
+"""Write the reference of the protocol from the messages, the table of commands and the examples of ``docs/examples``.
 
 ``python packaging/protocol_page.py`` writes ``docs/protocol.md``; ``--check`` fails when that is out of date. Tests
 send the examples: a command to the parser, a request to the web server.
@@ -12,14 +12,16 @@ import inspect
 import json
 import sys
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY
+from hawk.comm.protocol.authority import Sender
 from hawk.comm.protocol.base import Model, wire_key
+from hawk.comm.protocol.command_table import COMMAND_TABLE, TAKEN, CommandRow
 from hawk.comm.protocol.commands import schema
+from hawk.model.operation import StateName
 
 DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
 TARGET: Final = DOCS / "protocol.md"
@@ -29,8 +31,9 @@ PARTS: Final = "Parts of messages"
 
 _HEADER: Final = """# Protocol
 
-Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/protocol/commands.py` and the examples in
-`docs/examples`: change those and run this again. Tests send every example.
+Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/protocol/commands.py`, the rows of
+`hawk/comm/protocol/command_table.py` and the examples in `docs/examples`: change those and run this again. Tests send
+every example.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
@@ -54,6 +57,11 @@ _RULES: Final = """## WebSocket
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
+_ID: Final = {"Id": 7}
+_COMMANDS: Final = """`Id` may be left out of every command. A command that is refused changes nothing; its answer has
+the reason. The reasons of each state: [States and events](states.md#command). What a command needs is looked at in the
+order of the list.
+"""
 
 
 def page() -> str:
@@ -65,14 +73,16 @@ def page() -> str:
     parts = {name: model for name, model in sent.items() if name not in commands}
     for model in received.values():
         parts |= model.get("$defs", {})
-    sent_as, received_as = ({each["Type"]: each for each in examples[key]} for key in ("toDrone", "fromDrone"))
+    received_as = {each["Type"]: each for each in examples["fromDrone"]}
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
-    blocks += ["## To the drone\n", "`Id` may be left out of every command.\n"]
-    for name, model in sorted(commands.items(), key=lambda each: _type_of(each[1])):
-        blocks += _message(name, model, sent_as[_type_of(model)], who=_who(_type_of(model)))
+    blocks += ["## To the drone\n", _COMMANDS]
+    for kind, example in sorted(sent_examples().items()):
+        row = COMMAND_TABLE[kind]
+        name = type(row.example).__name__
+        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_said_of(row)])
     blocks.append("## From the drone\n")
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
-        blocks += _message(name, model, received_as[_type_of(model)])
+        blocks += _message(name, model, received_as[_type_of(model)], [f"{_summary(model)}\n"])
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
         blocks += [f"### {name}\n", f"{_summary(model)}\n", *_table(name, model)]
@@ -93,11 +103,45 @@ def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
         yield "\n".join([f"```{'json' if 'body' in each else 'text'}", *lines, "```", ""])
 
 
-def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], who: str = "") -> Iterator[str]:
+def sent_examples() -> dict[str, dict[str, Any]]:
+    """Return an example of each command by its type, in the order of the table, as JSON values."""
+    found = {}
+    for kind, row in COMMAND_TABLE.items():
+        values = row.example.model_dump(mode="json", by_alias=True, exclude_unset=True)
+        found[kind] = {"Type": kind, **({} if row.sender is Sender.EVERYBODY else _ID), **_shortest(values)}
+    return found
+
+
+def _shortest(value: Any) -> Any:
+    """Return a JSON value in which whole numbers have no decimals."""
+    match value:
+        case float():
+            return int(value) if value.is_integer() else value
+        case list():
+            return [_shortest(each) for each in value]
+        case dict():
+            return {key: _shortest(each) for key, each in value.items()}
+    return value
+
+
+def _said_of(row: CommandRow) -> Iterator[str]:
+    """Yield what the table says of a command, where it says anything."""
+    taken = [state.value for state in StateName if row.states.get(state) == TAKEN]
+    yield f"- From: {row.sender.value}"
+    if row.states:
+        yield f"- In: {'every state' if len(taken) == len(StateName) else ', '.join(taken)}"
+    if row.needs:
+        yield f"- Needs: {'; '.join(need.value for need in row.needs)}"
+    if row.confirm.value:
+        yield f"- Confirmed: {row.confirm.value}"
+    if row.urgency.value:
+        yield f"- Order: {row.urgency.value}"
+    yield ""
+
+
+def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], texts: Iterable[str]) -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
-    yield f"{_summary(model)}\n"
-    if who:
-        yield f"Taken from: {who}.\n"
+    yield from texts
     yield from _table(name, model)
     yield f"```json\n{compact(example)}\n```\n"
 
@@ -174,20 +218,16 @@ def field_texts(name: str) -> dict[str, str]:
     return found
 
 
-def _who(kind: str) -> str:
-    if kind in VIEWER_MAY:
-        return "every client, viewers included"
-    if kind in ANSWERED_BY_THE_WEB_SERVER:
-        return "every operator"
-    return RIGHTS[kind].value.replace("anyone", "every operator", 1)
-
-
 def _type_of(model: Mapping[str, Any]) -> str:
     return str(model["properties"]["Type"]["const"])
 
 
 def _summary(model: Mapping[str, Any]) -> str:
-    return " ".join(str(model.get("description", "")).replace("``", "`").split())
+    return _plain(str(model.get("description", "")))
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.replace("``", "`").split())
 
 
 def _cell(text: str) -> str:

@@ -19,19 +19,8 @@ from typing import Final, Literal
 
 from hawk.comm.async_message_socket import RETRY_S, AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket
-from hawk.comm.protocol.authority import RIGHTS, Right
-from hawk.comm.protocol.commands import (
-    Ack,
-    BadMessageError,
-    Command,
-    Hold,
-    Kill,
-    KillRequest,
-    Land,
-    Outgoing,
-    ReturnToLaunch,
-    parse_command,
-)
+from hawk.comm.protocol.command_table import COMMAND_TABLE, Urgency
+from hawk.comm.protocol.commands import Ack, BadMessageError, Command, Outgoing, parse_command
 from hawk.comm.protocol.heartbeat import ClientId, CommandHandler
 from hawk.comm.threads import LoopThread
 from hawk.model.sentences import say
@@ -49,10 +38,6 @@ TICK_COMMANDS: Final = 4
 CLOSE_TIMEOUT_S: Final = 3.0
 SERVER_RETRY_S: Final = (0.05,)
 """Pause between attempts to listen on a port that is taken; for a client a server waits without one."""
-SAVING: Final = (Hold, ReturnToLaunch, Land, Kill)
-"""Commands that stop or save the drone: one that is accepted voids what waits."""
-URGENT: Final = (*SAVING, KillRequest)
-"""Commands that pass the queue."""
 
 
 class NoMessagesError(Exception):
@@ -258,7 +243,7 @@ class ServerMessageSocket:
         answer = self._gate(client, command) if self._gate is not None else None
         if answer is not None:
             self.reply(client, answer)
-        elif isinstance(command, URGENT):
+        elif COMMAND_TABLE[command.type].urgency is not Urgency.WAITS:
             self.reply(client, self._act_now(client, command))
         elif len(self._waiting.get(client, ())) >= CLIENT_WAITING:
             reason = f"Too many commands: send at most {CLIENT_WAITING} at once."
@@ -287,7 +272,8 @@ class ServerMessageSocket:
         if self._handler is None:
             return Ack(id=command.id, accepted=False, reason=say("The drone is starting; send it again."))
         answer = self._handler(client, command)
-        if isinstance(command, SAVING) and isinstance(answer, Ack) and answer.accepted:
+        is_saving = COMMAND_TABLE[command.type].urgency is Urgency.SAVING
+        if is_saving and isinstance(answer, Ack) and answer.accepted:
             self._void(say("{command} came first: send it again if you still want it.", command=command.type))
         return answer
 
@@ -296,7 +282,7 @@ class ServerMessageSocket:
         waiting, self._waiting = self._waiting, {}
         for client, commands in waiting.items():
             for command in commands:
-                if RIGHTS.get(command.type) is Right.ANYONE:
+                if COMMAND_TABLE[command.type].only_asks:
                     self._waiting.setdefault(client, deque()).append(command)
                 else:
                     self.reply(client, Ack(id=command.id, accepted=False, reason=reason))

@@ -10,14 +10,13 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, LogEntry
 from hawk.runtime.program_log import NOTICE, TRACE
 from hawk.runtime.repeated_log import Repeated
 
 _LOG: Final = logging.getLogger(TRACE)
 _LEVELS: Final = {"info": logging.INFO, "ok": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
-QUESTIONS: Final = frozenset({"Route Request", "Check Fence", "Kill Request"})
-"""Commands that only ask: nothing is flown, so they leave no line unless they are refused."""
 
 
 class FlightTrace:
@@ -97,7 +96,7 @@ class FlightTrace:
 
     def _answer(self, payload: Mapping[str, Any]) -> None:
         command, accepted = payload["command"], payload["accepted"]
-        if accepted and command in QUESTIONS:
+        if accepted and COMMAND_TABLE[command].only_asks:
             return
         name = self._names().get(payload["client"], "somebody")
         words = f"{name} asked for {command}: " + ("accepted" if accepted else f"refused: {payload['reason']}")

@@ -20,14 +20,14 @@ from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.rules.follower import FALLEN, VehicleFollower
-from hawk.ddc.rules.judge import Bench, Case
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
+from hawk.ddc.rules.needs import Interlocks, Situation
 from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
 from hawk.ddc.rules.silence import SilenceWatch
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
-from hawk.ddc.states.ground import Idle
+from hawk.ddc.states.ground import IdleState
 from hawk.ddc.states.returning import returning
 from hawk.ddc.words import fault_words
 from hawk.model.operation import StateName
@@ -78,7 +78,7 @@ class Decider:
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
-        self.state: State = Idle(now, say("Looking for the autopilot."))
+        self.state: State = IdleState(now, say("Looking for the autopilot."))
         self._entered = _entering(self.state)
 
     @property
@@ -91,11 +91,11 @@ class Decider:
         """True while the motors are being cut."""
         return self._kill.is_sending
 
-    def case(self, facts: Facts) -> Case:
+    def situation(self, facts: Facts) -> Situation:
         """Return what commands are judged on at this moment."""
         reader, kill = self._keeper.reader, self._kill
-        bench = Bench(kill.state, kill.is_killed, reader.is_setting, self._keeper.fence_problem, kill.fall)
-        return Case(self._with_kept(facts), self.state, self._settings, reader.values(), bench)
+        locks = Interlocks(kill.state, kill.is_killed, reader.is_setting, self._keeper.fence_problem, kill.fall)
+        return Situation(self._with_kept(facts), self.state, self._settings, reader.values(), locks)
 
     def _with_kept(self, facts: Facts) -> Facts:
         """Return the facts with the keeper's word, which guard and states need."""
@@ -129,7 +129,7 @@ class Decider:
     # -- steps ---------------------------------------------------------------------------------------------------
 
     def _rule(self, facts: Facts, client: ClientId, command: Command) -> Ruling:
-        ruling = self._desk.rule(client, command, self.case(facts))
+        ruling = self._desk.rule(client, command, self.situation(facts))
         self._carry_out(ruling, facts)
         if any(isinstance(act, BeginSurvey) for act in ruling.acts):
             self._continues_survey, self._survey = False, SurveyNotice(continues_survey=False)
@@ -158,7 +158,7 @@ class Decider:
         yield True, lambda: self._note_kept(facts)
         facts = self._with_kept(facts)
         yield False, lambda: self._do(self._survey.tick(facts, self.state))
-        yield False, lambda: self._inquire(facts)
+        yield False, lambda: self._check_lot(facts)
         yield True, lambda: self._react(facts)
         if not facts.link.is_up and not self.state.on_ground:
             return  # nothing that is decided now would reach the autopilot
@@ -191,9 +191,9 @@ class Decider:
         self._do((Log("error", say("Cutting the motors was not confirmed. Confirm again if it must be.")),))
         self._step(self._follower.adopt(facts, self.state), facts)
 
-    def _inquire(self, facts: Facts) -> None:
-        if self._desk.inquiries.is_open:
-            self._carry_out(self._desk.inquiries.tick(self.case(facts)), facts)
+    def _check_lot(self, facts: Facts) -> None:
+        if self._desk.lot_check.is_open:
+            self._carry_out(self._desk.lot_check.tick(self.situation(facts)), facts)
 
     def _react(self, facts: Facts) -> None:
         reaction = guard.reaction(facts, self.state) if facts.link.is_up else None
@@ -228,7 +228,7 @@ class Decider:
         self._entered = _entering(following)
         self._do((*messages, Record("state", changed), self._entered))
         self._do(self._left(former, facts))
-        self._do(self._desk.inquiries.supersede())
+        self._do(self._desk.lot_check.supersede())
         if isinstance(transition, ToIdle) and transition.gave_up_arming:
             self._follower.abandon_arming(facts.now)
         if isinstance(transition, ToManual):

@@ -31,8 +31,9 @@ from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed
 from hawk.ddc.rules.failing import FailingTicks, holds_in_air
 from hawk.ddc.rules.follower import flight_goes_on
-from hawk.ddc.rules.judge import Case, command_type, options
+from hawk.ddc.rules.judge import options
 from hawk.ddc.rules.kill import KillTokens
+from hawk.ddc.rules.needs import Situation
 from hawk.ddc.senses import Senses, Sources
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
@@ -140,7 +141,7 @@ class OperationsManager:
         """
         answer = self._command(client, command)
         if answer is None:
-            raise ValueError(f"{command_type(command)} is not a command that passes the queue")
+            raise ValueError(f"{command.type} is not a command that passes the queue")
         return answer
 
     @property
@@ -148,13 +149,13 @@ class OperationsManager:
         """The active state."""
         return self._decider.state
 
-    def case(self) -> Case:
+    def situation(self) -> Situation:
         """Return what commands are judged on at this moment."""
-        return self._decider.case(self._senses.look())
+        return self._decider.situation(self._senses.look())
 
     def options(self) -> tuple[CommandOption, ...]:
         """Return for every command whether it would be accepted now, and the reason if not."""
-        return options(self.case())
+        return options(self.situation())
 
     async def shutdown_in_air(self) -> bool:
         """Ask for Return To Launch in the air before the program ends (not in Manual, RTL, Land).
@@ -270,7 +271,7 @@ class OperationsManager:
             self._topics.doubt_pub.publish(facts.witness.doubt)
         self._reporter.follow(facts)
         if self._reporter.is_due(facts.now, self._tick_s):
-            self._reporter.report(self._decider.case(facts), self.own_health)
+            self._reporter.report(self._decider.situation(facts), self.own_health)
 
     def _guarded(self, step: Callable[[], None]) -> None:
         """An unexpected exception makes us unhealthy and visible; it never stops the ticks."""

@@ -123,14 +123,14 @@ class ArmOrder:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class SafetyOrder:
     """An accepted Hold, Return To Launch or Land, and the name of the one who asked; empty when it is not known."""
 
     command: Hold | Land | ReturnToLaunch
     by: str = ""
 
 
-Order = Command | ArmOrder | Wish | MoveOrder | ConfigureOrder | FenceOrder
+Order = Command | ArmOrder | SafetyOrder | MoveOrder | ConfigureOrder | FenceOrder
 
 
 @dataclass(frozen=True, slots=True)

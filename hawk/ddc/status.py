@@ -28,7 +28,8 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import Ring
 from hawk.ddc.requests.flight_log import FlightLog, Trail
 from hawk.ddc.requests.requests import Outcomes
-from hawk.ddc.rules.judge import Case, options
+from hawk.ddc.rules.judge import options
+from hawk.ddc.rules.needs import Situation
 from hawk.model.lot_map import free_interval
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPoint
@@ -77,21 +78,21 @@ class Reporter:
         self._next = now + HEARTBEAT_S if now - self._next > HEARTBEAT_S else self._next + HEARTBEAT_S
         return True
 
-    def report(self, case: Case, own: Health) -> None:
+    def report(self, situation: Situation, own: Health) -> None:
         """Publish a status; ``own`` is the manager's health."""
-        self._topic.publish(self._status(case, own))
+        self._topic.publish(self._status(situation, own))
 
-    def _status(self, case: Case, own: Health) -> DroneStatus:
-        facts, setups = case.facts, self._setups()
+    def _status(self, situation: Situation, own: Health) -> DroneStatus:
+        facts, setups = situation.facts, self._setups()
         self._sequence += 1
         utc = datetime.fromtimestamp(facts.utc, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         return DroneStatus(
             stamp=StatusStamp(sequence=self._sequence, time=facts.now, utc=utc),
-            operation=self._operation(case),
+            operation=self._operation(situation),
             vehicle=vehicle_status(facts),
             pose=pose_status(facts),
-            site=site_status(case),
-            travel=self._travel(case),
+            site=site_status(situation),
+            travel=self._travel(situation),
             perception=perception_status(facts),
             parts=parts_status(facts, own),
             fence_setup=setups.fence,
@@ -101,27 +102,27 @@ class Reporter:
             trail_id=self._trail.identity,
         )
 
-    def _operation(self, case: Case) -> OperationStatus:
-        state, facts = case.state, case.facts
+    def _operation(self, situation: Situation) -> OperationStatus:
+        state, facts, locks = situation.state, situation.facts, situation.interlocks
         return OperationStatus(
             state=state.identity,
             detail=state.detail(facts),
             asked_by=state.asked_by or None,
             user_error=self._outcomes.user_error,
             user_error_text=self._outcomes.user_error_text,
-            options=options(case),
-            checks=case.checks if state.on_ground else (),
-            killed=case.bench.is_killed,
-            fallen=case.bench.fall is not None and case.bench.kill_state == "none",  # motors that were cut fell, too
-            kill_state=case.bench.kill_state,
+            options=options(situation),
+            checks=situation.checks if state.on_ground else (),
+            killed=locks.is_killed,
+            fallen=locks.fall is not None and locks.kill_state == "none",  # motors that were cut fell, too
+            kill_state=locks.kill_state,
             return_in=state.return_in(facts),
         )
 
-    def _travel(self, case: Case) -> TravelStatus:
-        facts, goal = case.facts, case.state.goal
+    def _travel(self, situation: Situation) -> TravelStatus:
+        facts, goal = situation.facts, situation.state.goal
         return TravelStatus(
             target=None if goal is None else Point.of(goal.point),
-            route=_points(case.state.route(facts)),
+            route=_points(situation.state.route(facts)),
             flight_time=self._trail.flight_time(facts.now),
             distance_flown=self._trail.distance,
         )
@@ -177,9 +178,9 @@ def pose_status(facts: Facts) -> PoseStatus:
     )
 
 
-def site_status(case: Case) -> SiteStatus:
+def site_status(situation: Situation) -> SiteStatus:
     """Return home, map origin and the limits of the flight."""
-    limits, position = case.facts.limits, case.facts.position
+    limits, position = situation.facts.limits, situation.facts.position
     fence, datum, heights, outline = limits.fence, position.datum, limits.heights, limits.outline
     return SiteStatus(
         home=None if position.home is None else Point.of(position.home),
@@ -188,7 +189,7 @@ def site_status(case: Case) -> SiteStatus:
         fence_limit=() if fence is None else _ring(fence.autopilot_polygon),
         fence_zones=() if fence is None else tuple(_ring(zone) for zone in fence.zones),
         fence_zone_limits=() if fence is None else tuple(_ring(zone) for zone in fence.autopilot_zones),
-        ceiling=case.facts.ceiling(case.state.on_ground),
+        ceiling=situation.facts.ceiling(situation.state.on_ground),
         heights=(heights.minimum, heights.desired, heights.maximum),
         outline_area=None if outline is None else round(outline.area, 1),
         outline_outside=None if outline is None else round(outline.outside, 1),

@@ -13,7 +13,8 @@ from aiohttp import web
 
 from hawk.comm.clock import Clock
 from hawk.comm.message_socket import Gate, ServerMessageSocket
-from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, role_refusal
+from hawk.comm.protocol.authority import role_refusal
+from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
 from hawk.comm.protocol.commands import Ack, Command, Control, MapResync, OperatorName, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, DroneStatus
 from hawk.comm.topic import Topic
@@ -109,9 +110,6 @@ class WebServices:
 KEPT_PLACES: Final = 4
 """Connections of the operator in control beyond the limit of all: after a lost link the old ones close late."""
 
-UNASKED: Final = frozenset({"Heartbeat", "Name", "Map Resync"})
-"""Commands that a page sends by itself: they do not show that somebody sits before it."""
-
 SERVICES = web.AppKey("services", WebServices)
 COUNTERS = web.AppKey("counters", Counters)
 
@@ -120,12 +118,13 @@ def _session_gate(desk: ControlDesk, hub: ClientHub) -> Gate:
     """Return the answers to commands that a role does not allow, and that concern the session only; others pass."""
 
     def answer(client: ClientId, command: Command) -> Outgoing | None:
-        if refused := role_refusal(command.type, desk.role(client)):
+        if refused := role_refusal(sender_of(command.type), desk.role(client)):
             return Ack(id=command.id, accepted=False, reason=refused)
+        row = COMMAND_TABLE[command.type]
         desk.sign_of_life(client)
-        if command.type not in UNASKED:
+        if not row.sent_by_itself:
             desk.acted(client)
-        if command.type not in ANSWERED_BY_THE_WEB_SERVER:
+        if not row.answered_by_web_server:
             return None
         reason = None
         if isinstance(command, Control):

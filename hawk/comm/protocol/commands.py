@@ -165,18 +165,20 @@ class Hold(Command):
     type: Literal["Hold"] = "Hold"
 
 
-class _Confirmable(Command):
+class Confirmable(Command):
+    """Base of the commands that would overrule a pilot."""
+
     confirmed: bool = False
     """Needed while someone else flies (Manual)."""
 
 
-class ReturnToLaunch(_Confirmable):
+class ReturnToLaunch(Confirmable):
     """Fly home and land."""
 
     type: Literal["Return To Launch"] = "Return To Launch"
 
 
-class Land(_Confirmable):
+class Land(Confirmable):
     """Straight down."""
 
     type: Literal["Land"] = "Land"
@@ -188,7 +190,7 @@ class Disarm(Command):
     type: Literal["Disarm"] = "Disarm"
 
 
-class Resume(_Confirmable):
+class Resume(Confirmable):
     """Take the drone back from Manual."""
 
     type: Literal["Resume"] = "Resume"

@@ -451,7 +451,7 @@ class CommandSocket(Protocol):
 
 
 CommandHandler = Callable[[ClientId, Command], Outgoing]
-"""Acts at once on a command that passes every queue (see `hawk.comm.message_socket.URGENT`), and answers."""
+"""Acts at once on a command that passes every queue (see `hawk.comm.protocol.command_table.Urgency`), and answers."""
 
 
 LEAST_CORNERS = 3

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.comm.protocol.commands import (
     Ack,
     Arm,
@@ -18,16 +19,13 @@ from hawk.comm.protocol.commands import (
     Command,
     CompulsiveMove,
     Configure,
-    Control,
     Hold,
     Kill,
     KillRequest,
     KillToken,
     Land,
-    MapResync,
     NewSurvey,
     OperatorHeartbeat,
-    OperatorName,
     Outgoing,
     ReturnToLaunch,
     RouteRequest,
@@ -48,23 +46,36 @@ from hawk.ddc.acts import (
     UseOutline,
 )
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.outline import outline_of
+from hawk.ddc.fence.outline import check_rings, ground_of, outline_of, size_words
 from hawk.ddc.fence.plan import Standpoint, plan_of
-from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition, Wish
+from hawk.ddc.orders import (
+    ArmOrder,
+    ConfigureOrder,
+    FenceOrder,
+    MoveOrder,
+    Order,
+    SafetyOrder,
+    ToLand,
+    ToReturn,
+    Transition,
+)
 from hawk.ddc.parameters.failsafes import return_altitude
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
-from hawk.ddc.rules.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard, place_of, refusal, route_refusal
+from hawk.ddc.rules.judge import fence_ahead, is_sent_unheard, place_of, refusal, route_refusal
 from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
-from hawk.ddc.rules.outline_rules import taken_words
+from hawk.ddc.rules.needs import Refusal, Situation
 from hawk.ddc.rules.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
-from hawk.model.limits import HeightParameters
+from hawk.ddc.settings import DdcSettings
+from hawk.model.limits import HeightParameters, Outline
 from hawk.model.operation import UserError
 from hawk.model.plans import DesiredPose
 from hawk.model.sentences import say
 
 NO_USER_ERROR = ShowUserError(UserError.NONE)
+UNHEARD = say("Sent without an answer: no word from the autopilot.")
+"""Added to the answer to a command that went to an autopilot that is not heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,21 +92,21 @@ class Ruling:
 
 
 @dataclass(frozen=True, slots=True)
-class _Question:
+class _AskedMove:
     client: ClientId
     command: AutonomousMove
     order: MoveOrder
-    asked: float
+    since: float
 
 
-class Inquiries:
+class LotCheck:
     """Asks the planner whether a place lies inside the lot before an Autonomous Move is accepted.
 
-    At most one question is open; its answer goes to the client within a second.
+    At most one Move is asked about; its answer goes to the client within a second.
     """
 
     def __init__(self) -> None:
-        self._open: _Question | None = None
+        self._open: _AskedMove | None = None
 
     @property
     def is_open(self) -> bool:
@@ -103,43 +114,43 @@ class Inquiries:
         return self._open is not None
 
     def open(self, client: ClientId, command: AutonomousMove, order: MoveOrder, facts: Facts) -> Acts:
-        """Ask about the order's place; an older question ends refused."""
+        """Ask about the order's place; an older Move ends refused."""
         acts = self.supersede()
         number = facts.sight.desired_count + 1
-        self._open = _Question(client, command, replace(order, number=number), facts.now)
+        self._open = _AskedMove(client, command, replace(order, number=number), facts.now)
         return (*acts, Desire(DesiredPose(number, order.place.north, order.place.east)))
 
     def supersede(self) -> Acts:
-        """Refuse the open question: another command, or another state, came first."""
+        """Refuse the Move that is asked about: another command, or another state, came first."""
         return self._refuse(self._open, Refusal(say("Something else came first."))) if self._open is not None else ()
 
-    def tick(self, case: Case) -> Ruling:
+    def tick(self, situation: Situation) -> Ruling:
         """Look for the verdict."""
-        question = self._open
-        if question is None:
+        asked = self._open
+        if asked is None:
             return Ruling()
-        verdict = case.facts.verdict(question.order.number)
+        verdict = situation.facts.verdict(asked.order.number)
         error = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
         if verdict is None:
-            if case.facts.now - question.asked <= VERDICT_AGE_S:
+            if situation.facts.now - asked.since <= VERDICT_AGE_S:
                 return Ruling()
-            return Ruling(acts=self._refuse(question, Refusal(NOT_JUDGED, error)))
+            return Ruling(acts=self._refuse(asked, Refusal(NOT_JUDGED, error)))
         reason = verdict_refusal(verdict)
         if reason:
-            return Ruling(acts=self._refuse(question, Refusal(reason, error)))
-        refused = refusal(case, question.client, question.command) or route_refusal(case.facts, verdict.route)
+            return Ruling(acts=self._refuse(asked, Refusal(reason, error)))
+        refused = refusal(situation, asked.client, asked.command) or route_refusal(situation.facts, verdict.route)
         if refused is not None:
-            return Ruling(acts=self._refuse(question, refused))
+            return Ruling(acts=self._refuse(asked, refused))
         self._open = None
-        answer = Ack(id=question.command.id, accepted=True)
-        acts = (NO_USER_ERROR, *_reply(question.client, question.command, answer))
-        return Ruling(acts=acts, order=replace(question.order, route=verdict.route))
+        answer = Ack(id=asked.command.id, accepted=True)
+        acts = (NO_USER_ERROR, *_reply(asked.client, asked.command, answer))
+        return Ruling(acts=acts, order=replace(asked.order, route=verdict.route))
 
-    def _refuse(self, question: _Question, refused: Refusal) -> Acts:
+    def _refuse(self, asked: _AskedMove, refused: Refusal) -> Acts:
         self._open = None
-        ruling = refuse(question.command, refused)
+        ruling = refuse(asked.command, refused)
         assert isinstance(ruling.answer, Ack)  # noqa: S101 - a refusal is an Ack
-        return (Desire(None), *ruling.acts, *_reply(question.client, question.command, ruling.answer))
+        return (Desire(None), *ruling.acts, *_reply(asked.client, asked.command, ruling.answer))
 
 
 def refuse(command: Command, refused: Refusal) -> Ruling:
@@ -151,7 +162,7 @@ def refuse(command: Command, refused: Refusal) -> Ruling:
 
 def answer_record(client: ClientId, command: Command, answer: Ack) -> Record:
     """Return the record of an answer."""
-    entries = (("client", client), ("command", command_type(command)), ("accepted", answer.accepted))
+    entries = (("client", client), ("command", command.type), ("accepted", answer.accepted))
     return Record("answer to operator", (*entries, ("reason", answer.reason)))
 
 
@@ -166,26 +177,25 @@ class CommandDesk:
         self._tokens = tokens
         self._kill_switch = kill
         self._reader = reader
-        self.inquiries = Inquiries()
+        self.lot_check = LotCheck()
         self.routes = RouteRequests()
 
-    def rule(self, client: ClientId, command: Command, case: Case) -> Ruling:
+    def rule(self, client: ClientId, command: Command, situation: Situation) -> Ruling:
         """Return the outcome of a command."""
         match command:
             case OperatorHeartbeat():
                 return Ruling(Ack(id=command.id, accepted=True))
-            case Control() | MapResync() | OperatorName():
-                reason = say("{type}: is answered by the web server.", type=command.type)
-                return Ruling(Ack(id=command.id, accepted=False, reason=reason))
             case CheckFence():
-                return Ruling(acts=(_judge_fence(client, command, case),))
+                return Ruling(acts=(_judge_fence(client, command, situation),))
             case RouteRequest():
                 return Ruling(acts=self.routes.ask(client, command))
-        refused = refusal(case, client, command)
-        return self._accept(client, command, case) if refused is None else refuse(command, refused)
+        if COMMAND_TABLE[command.type].answered_by_web_server:
+            return refuse(command, Refusal(say("{type}: is answered by the web server.", type=command.type)))
+        refused = refusal(situation, client, command)
+        return self._accept(client, command, situation) if refused is None else refuse(command, refused)
 
-    def _accept(self, client: ClientId, command: Command, case: Case) -> Ruling:
-        facts, accepted = case.facts, Ack(id=command.id, accepted=True)
+    def _accept(self, client: ClientId, command: Command, situation: Situation) -> Ruling:
+        facts, accepted = situation.facts, Ack(id=command.id, accepted=True)
         match command:
             case KillRequest():
                 token = self._tokens.issue(client, facts.now)
@@ -204,20 +214,20 @@ class CommandDesk:
                 return Ruling(accepted, (NO_USER_ERROR,))
             case SetOutline():
                 outline = outline_of(command)
-                taken = Log("ok", taken_words(outline, facts, case.settings))
+                taken = Log("ok", _taken_words(outline, facts, situation.settings))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
             case ClearOutline():
                 gone = Log("ok", say("The outline was removed; Explore finds the lot by looking."))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
             case AutonomousMove():
-                return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
-        if is_sent_unheard(facts, command_type(command)):
+                return Ruling(acts=self.lot_check.open(client, command, _move_order(command, facts), facts))
+        if is_sent_unheard(facts, COMMAND_TABLE[command.type]):
             return self._send_unheard(client, command, facts)
-        return Ruling(accepted, self._begin(), _order(client, command, case))
+        return Ruling(accepted, self._begin(), _order(client, command, situation))
 
     def _send_unheard(self, client: ClientId, command: Command, facts: Facts) -> Ruling:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.rules.silence` sends its mode."""
-        words = say("{command} is sent without an answer: no word from the autopilot.", command=command_type(command))
+        words = say("{command} is sent without an answer: no word from the autopilot.", command=command.type)
         answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
         by = facts.operator.name(client)
         straight = say("the autopilot is not heard")
@@ -226,7 +236,7 @@ class CommandDesk:
 
     def _begin(self) -> Acts:
         """An accepted command clears the User Error of an earlier one, and replaces a Move that is still judged."""
-        return (NO_USER_ERROR, *self.inquiries.supersede())
+        return (NO_USER_ERROR, *self.lot_check.supersede())
 
     def _kill(self, client: ClientId, command: Kill, facts: Facts) -> Ruling:
         problem = self._tokens.redeem(client, command.token, facts.now)
@@ -238,14 +248,14 @@ class CommandDesk:
         return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 
-def _order(client: ClientId, command: Command, case: Case) -> Order:
+def _order(client: ClientId, command: Command, situation: Situation) -> Order:
     match command:
         case Hold() | Land() | ReturnToLaunch():
-            return Wish(command, case.facts.operator.name(client))
+            return SafetyOrder(command, situation.facts.operator.name(client))
         case Arm():
-            return ArmOrder(len(case.checks), case.facts.operator.name(client))
+            return ArmOrder(len(situation.checks), situation.facts.operator.name(client))
         case CompulsiveMove():
-            return _move_order(command, case.facts)
+            return _move_order(command, situation.facts)
         case Configure():
             return ConfigureOrder(HeightParameters(command.min, command.des, command.max))
         case SetFence():
@@ -264,8 +274,17 @@ def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveO
     return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)
 
 
-def _judge_fence(client: ClientId, command: CheckFence, case: Case) -> JudgeFence:
-    facts = case.facts
+def _judge_fence(client: ClientId, command: CheckFence, situation: Situation) -> JudgeFence:
+    facts = situation.facts
     place = facts.global_place
-    standpoint = Standpoint(place, facts.position.datum or place, return_altitude(case.values))
+    standpoint = Standpoint(place, facts.position.datum or place, return_altitude(situation.values))
     return JudgeFence(client, command, facts.limits.heights, standpoint)
+
+
+def _taken_words(outline: Outline, facts: Facts, settings: DdcSettings) -> str:
+    """Return the message about an outline that was taken: its size inside the fence, and what the fence leaves out."""
+    ahead = fence_ahead(facts, settings)
+    if ahead is None:
+        return say("The outline is taken: {size}.", size=size_words(check_rings(outline)))
+    ground = ground_of(outline, *ahead)
+    return say("The outline is taken: {size}.", size=size_words(ground.area, ground.outside))

@@ -12,7 +12,7 @@ from hawk.comm.protocol.commands import AutonomousExplore, Hold, Land, ReturnToL
 from hawk.ddc.acts import STAY, Acts, Ask, Request, SetMode, Step
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.motion import Goal
-from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn, Wish
+from hawk.ddc.orders import MoveOrder, Order, Rank, SafetyOrder, ToExplore, ToHover, ToLand, ToMove, ToReturn
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
@@ -135,8 +135,8 @@ class AirborneState(State):
         return self._decide(facts) if order is None else self._follow(facts, order)
 
     def _follow(self, facts: Facts, order: Order) -> Step:
-        wish, by = (order.command, order.by) if isinstance(order, Wish) else (order, "")
-        match wish:
+        asked, by = (order.command, order.by) if isinstance(order, SafetyOrder) else (order, "")
+        match asked:
             case Hold():
                 return Step(ToHover(say("Stopped by {by}.", by=by or SOME_OPERATOR), by=by))
             case ReturnToLaunch():
@@ -144,7 +144,7 @@ class AirborneState(State):
             case Land():
                 return Step(ToLand(by=by))
             case MoveOrder():
-                return Step(ToMove(wish))
+                return Step(ToMove(asked))
             case AutonomousExplore():
                 return Step(ToExplore())
             case _:

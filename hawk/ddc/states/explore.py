@@ -110,7 +110,7 @@ def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
     return joined(words, say("{area} outside the fence were left out.", area=area_words(outline.outside)))
 
 
-class AutonomousExplore(AirborneState):
+class AutonomousExploreState(AirborneState):
     """Follows the planner to the most new information until nothing is left; its height bounded by Min and Max."""
 
     identity = StateName.AUTONOMOUS_EXPLORE

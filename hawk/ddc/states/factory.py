@@ -25,12 +25,12 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
-from hawk.ddc.states.explore import AutonomousExplore
-from hawk.ddc.states.ground import Arm, Configure, ConfigureFence, Idle
-from hawk.ddc.states.homing import Homing, Land, ReturnToLaunch
-from hawk.ddc.states.hover import CommunicationLost, Hover, Manual
-from hawk.ddc.states.moves import AutonomousMove, CompulsiveMove
-from hawk.ddc.states.takeoff import Takeoff
+from hawk.ddc.states.explore import AutonomousExploreState
+from hawk.ddc.states.ground import ArmState, ConfigureFenceState, ConfigureState, IdleState
+from hawk.ddc.states.homing import HomingState, LandState, ReturnToLaunchState
+from hawk.ddc.states.hover import CommunicationLostState, HoverState, ManualState
+from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
+from hawk.ddc.states.takeoff import TakeoffState
 from hawk.ddc.words import direction, metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.sentences import joined, say
@@ -48,42 +48,42 @@ def _make(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[
     now = facts.now
     match transition:
         case ToIdle(reason):
-            return Idle(now, reason), ()
+            return IdleState(now, reason), ()
         case ToConfigure(order):
             return _configure(order, now, settings), ()
         case ToArm(armed, reason, checks):
-            return Arm(now, settings, armed, reason, checks), ()
+            return ArmState(now, settings, armed, reason, checks), ()
         case ToTakeoff():
-            return Takeoff(now), ()
+            return TakeoffState(now), ()
         case ToHover(reason, goal, passive, level):
-            return Hover(now, settings, reason, goal, passive), (Log(level, joined(reason, say("Holding."))),)
+            return HoverState(now, settings, reason, goal, passive), (Log(level, joined(reason, say("Holding."))),)
         case ToExplore():
             begun = say("Lot found. Exploring.") if facts.limits.outline is None else say("Exploring the outline.")
-            return AutonomousExplore(now, settings), (Log("info", begun),)
+            return AutonomousExploreState(now, settings), (Log("info", begun),)
         case ToMove(move):
-            kind = AutonomousMove if move.autonomous else CompulsiveMove
+            kind = AutonomousMoveState if move.autonomous else CompulsiveMoveState
             return kind(now, move, settings), _move_messages(move, facts)
         case ToReturn(cause, by_autopilot, straight):
-            state = ReturnToLaunch(now, settings, cause, by_autopilot, straight)
+            state = ReturnToLaunchState(now, settings, cause, by_autopilot, straight)
             asked = say("Returning home, asked by {by}.", by=transition.by) if transition.by else say("Returning home.")
             return _home(state, asked, say("The autopilot returns home by itself."))
         case ToLand(cause, by_autopilot):
             asked = say("Landing, asked by {by}.", by=transition.by) if transition.by else say("Landing.")
-            return _home(Land(now, cause, by_autopilot), asked, say("The autopilot lands by itself."))
+            return _home(LandState(now, cause, by_autopilot), asked, say("The autopilot lands by itself."))
         case ToCommunicationLost(passive, given_back_by):
-            lost = CommunicationLost(now, settings, passive, given_back_by)
+            lost = CommunicationLostState(now, settings, passive, given_back_by)
             hold = seconds(settings.operator.operator_hold_s)
             then = say("Holds for {hold}, then returns home.", hold=hold)
             return lost, (Log("warning", joined(lost.reason, then)),)
         case ToManual():  # pragma: no branch - the last kind of transition
             text = say("Someone else flies, in {mode}.", mode=facts.vehicle.mode or say("an unknown mode"))
-            return Manual(now), (Log("warning", text, facts.link.words),)
+            return ManualState(now), (Log("warning", text, facts.link.words),)
 
 
 def _configure(order: ConfigureOrder | FenceOrder, now: float, settings: DdcSettings) -> State:
     if isinstance(order, FenceOrder):
-        return ConfigureFence(now, order.plan)
-    return Configure(now, order.heights, settings)
+        return ConfigureFenceState(now, order.plan)
+    return ConfigureState(now, order.heights, settings)
 
 
 def adopted(name: StateName, facts: Facts) -> Transition:
@@ -107,7 +107,7 @@ def adopted(name: StateName, facts: Facts) -> Transition:
             return ToIdle()
 
 
-def _home(state: Homing, text: str, by_itself: str) -> tuple[State, Acts]:
+def _home(state: HomingState, text: str, by_itself: str) -> tuple[State, Acts]:
     cause = state.cause
     if state.by_autopilot:
         return state, (Log("warning", by_itself, "" if cause is None else cause.details),)

@@ -43,7 +43,7 @@ AUTO_DISARM_S = 10.0
 """ArduCopter's DISARM_DELAY: motors stop without take-off."""
 
 
-class Idle(State):
+class IdleState(State):
     """Disarmed, on the ground; the entry state (TRANS_002). Waits for Configure or Arm."""
 
     identity = StateName.IDLE
@@ -68,7 +68,7 @@ class Idle(State):
                 return STAY
 
 
-class Configure(State):
+class ConfigureState(State):
     """Writes the parameter file (off the loop), then sets the return altitude to Max and reads it back."""
 
     identity = StateName.CONFIGURE
@@ -115,7 +115,7 @@ class Configure(State):
         return STAY
 
 
-class ConfigureFence(State):
+class ConfigureFenceState(State):
     """Writes the fence file off the loop; until then Arm is refused and the old fence is valid."""
 
     identity = StateName.CONFIGURE
@@ -163,7 +163,7 @@ class _ArmStep(Enum):
     ARMED = auto()
 
 
-class Arm(State):
+class ArmState(State):
     """Uploads the fence, goes to GUIDED, arms, and waits for take-off.
 
     With ``armed`` it begins with a drone that is armed on the ground in GUIDED.

@@ -63,7 +63,7 @@ LANDING = Doing(
 )
 
 
-class Homing(AirborneState):
+class HomingState(AirborneState):
     """A state that one autopilot mode flies. ``by_autopilot``: the autopilot began it itself and nothing is sent."""
 
     is_homing = True
@@ -132,7 +132,7 @@ class Homing(AirborneState):
         return "" if self.cause is None else self.cause.details
 
 
-class ReturnToLaunch(Homing):
+class ReturnToLaunchState(HomingState):
     """Flies home and lands, by the autopilot: inside a bent fence by targets until home is in straight sight.
 
     Whether a path inside is flown is decided once, at the first tick (`hawk.ddc.states.path_home`).
@@ -342,7 +342,7 @@ class ReturnToLaunch(Homing):
         return Step(ToLand(cause_here(facts, self.cause or Cause("", CauseKind.NEVER))))
 
 
-class Land(Homing):
+class LandState(HomingState):
     """Straight down, by the autopilot; Disarm is followed once it is on the ground."""
 
     identity = StateName.LAND

@@ -253,7 +253,7 @@ def _astray(facts: Facts, holding: Holding) -> Step | None:
     return Step(ToLand(Cause(text, CauseKind.NEVER)))
 
 
-class Hover(AirborneState):
+class HoverState(AirborneState):
     """Holds ``goal``, else the stopping point, and waits for the operator."""
 
     identity = StateName.HOVER
@@ -294,7 +294,7 @@ class Hover(AirborneState):
         return _astray(facts, self._holding) or STAY
 
 
-class CommunicationLost(AirborneState):
+class CommunicationLostState(AirborneState):
     """Holds for ``operator_hold_s``, then returns home; nothing resumes by itself when the operator is back."""
 
     identity = StateName.COMMUNICATION_LOST
@@ -351,7 +351,7 @@ class CommunicationLost(AirborneState):
         return say("{controller} has taken control.", controller=facts.operator.controller or say("Someone"))
 
 
-class Manual(AirborneState):
+class ManualState(AirborneState):
     """Someone else flies: nothing is commanded, everything is shown.
 
     It ends when the pilot gives back, or when the operator takes the drone by a confirmed command.

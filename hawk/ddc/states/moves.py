@@ -20,7 +20,7 @@ from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import joined, say
 
 
-class Move(AirborneState):
+class MoveState(AirborneState):
     """Flies to the place at the present height, bounded by Min and Max."""
 
     is_task = is_guarded = stops_at_fence = needs_operator = may_send_targets = True
@@ -82,13 +82,13 @@ class Move(AirborneState):
         return STAY
 
 
-class CompulsiveMove(Move):
+class CompulsiveMoveState(MoveState):
     """Straight to any place inside the fence; never depends on vision, map or planner."""
 
     identity = StateName.COMPULSIVE_MOVE
 
 
-class AutonomousMove(Move):
+class AutonomousMoveState(MoveState):
     """To a place inside the lot over known lot, as long as a verdict no older than a second gives a route there."""
 
     identity = StateName.AUTONOMOUS_MOVE

@@ -22,7 +22,7 @@ CLIMB_STEP_M = 0.5
 """A gain below this in NO_CLIMB_S is no climb."""
 
 
-class Takeoff(AirborneState):
+class TakeoffState(AirborneState):
     """The autopilot's take-off, watched."""
 
     identity = StateName.TAKEOFF

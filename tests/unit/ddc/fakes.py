@@ -587,12 +587,12 @@ class Rig:
     @property
     def detail(self) -> str:
         """The state's sentence for the operator."""
-        return self.manager.state.detail(self.manager.case().facts)
+        return self.manager.state.detail(self.manager.situation().facts)
 
     @property
     def first_failed(self) -> CheckItem | None:
         """The first preflight check that has not passed."""
-        return next((item for item in self.manager.case().checks if not item.passed), None)
+        return next((item for item in self.manager.situation().checks if not item.passed), None)
 
     @property
     def fence(self) -> Fence | None:

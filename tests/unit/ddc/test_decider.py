@@ -506,7 +506,7 @@ def test_a_command_that_fails_is_refused_with_the_fault(monkeypatch: pytest.Monk
 
 def test_a_route_and_a_waiting_command_that_fail_leave_the_tick_sound(monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.HOVER)
-    monkeypatch.setattr(type(program._desk.inquiries), "is_open", property(_broken))
+    monkeypatch.setattr(type(program._desk.lot_check), "is_open", property(_broken))
     decision = program.tick(flying(0.5))
     assert decision.is_sound
     assert "boom" in decision.fault

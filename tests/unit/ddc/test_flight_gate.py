@@ -24,7 +24,7 @@ from hawk.ddc.acts import Ask, CompareFence, Log, PutFenceInForce, UploadFence
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.keeping.fence import RETRY_S, KeptFence
-from hawk.ddc.states.hover import Hover, Manual
+from hawk.ddc.states.hover import HoverState, ManualState
 from hawk.model.operation import StateName
 from hawk.model.poses import ArmPlace
 from hawk.model.vehicle import CopterMode, LandedState
@@ -293,7 +293,7 @@ def test_the_arm_place_of_an_earlier_flight_is_not_believed_on_the_ground() -> N
     holder = KeptFence(SETTINGS)
     stands = replace(flying(1.0), vehicle=replace(flying(1.0).vehicle, landed=LandedState.ON_GROUND))
     elsewhere = replace(stands, position=replace(stands.position, arm_place=arm_place(60.0)))
-    state = Hover(1.0, SETTINGS)
+    state = HoverState(1.0, SETTINGS)
     assert holder.tick(elsewhere, state, {}) == ()
     assert holder.problem
     assert holder.tick(stands, state, {}) == ()
@@ -302,9 +302,9 @@ def test_the_arm_place_of_an_earlier_flight_is_not_believed_on_the_ground() -> N
 
 def test_disarmed_everything_is_forgotten() -> None:
     holder = KeptFence(SETTINGS)
-    holder.tick(flying(1.0), Hover(1.0, SETTINGS), {})
+    holder.tick(flying(1.0), HoverState(1.0, SETTINGS), {})
     assert holder.problem == ""
-    holder.tick(on_ground(flying(2.0)), Hover(1.0, SETTINGS), {})
+    holder.tick(on_ground(flying(2.0)), HoverState(1.0, SETTINGS), {})
     assert holder.problem
 
 
@@ -312,7 +312,7 @@ def test_a_small_wander_of_the_position_is_not_another_place() -> None:
     holder = KeptFence(SETTINGS)
     facts = flying(1.0)
     near = replace(facts, position=replace(facts.position, arm_place=arm_place(2.0)))
-    assert holder.tick(near, Hover(1.0, SETTINGS), {}) == ()
+    assert holder.tick(near, HoverState(1.0, SETTINGS), {}) == ()
     assert holder.problem == ""
 
 
@@ -327,7 +327,7 @@ def without_fence(now: float, north: float = 0.0, answers: tuple[Answer, ...] = 
 
 
 def test_it_compares_first_and_uploads_where_another_fence_is_held() -> None:
-    holder, state = KeptFence(SETTINGS), Hover(1.0, SETTINGS)
+    holder, state = KeptFence(SETTINGS), HoverState(1.0, SETTINGS)
     first = holder.tick(without_fence(1.0), state, {})
     assert first == (Ask(CompareFence(FENCE), 1.0),)
     other = (Answer("compare fence", 1.0, "failed", "another one"),)
@@ -343,7 +343,7 @@ def test_it_compares_first_and_uploads_where_another_fence_is_held() -> None:
 
 
 def test_outside_the_fence_it_is_not_uploaded_because_the_autopilot_would_act_at_once() -> None:
-    holder, state = KeptFence(SETTINGS), Hover(1.0, SETTINGS)
+    holder, state = KeptFence(SETTINGS), HoverState(1.0, SETTINGS)
     holder.tick(without_fence(1.0, 160.0), state, {})
     other = (Answer("compare fence", 1.0, "failed", "another one"),)
     assert holder.tick(without_fence(1.1, 160.0, other), state, {}) == ()
@@ -353,7 +353,7 @@ def test_outside_the_fence_it_is_not_uploaded_because_the_autopilot_would_act_at
 
 def test_under_a_pilot_it_asks_nothing() -> None:
     holder = KeptFence(SETTINGS)
-    assert holder.tick(without_fence(1.0), Manual(1.0), {}) == ()
+    assert holder.tick(without_fence(1.0), ManualState(1.0), {}) == ()
     assert holder.problem
 
 
@@ -361,13 +361,13 @@ def test_without_a_fence_in_force_that_of_the_arm_place_is_put_in_force() -> Non
     holder = KeptFence(SETTINGS)
     facts = flying(1.0)
     bare = replace(facts, limits=replace(facts.limits, fence=None, held=None))
-    acts = holder.tick(bare, Manual(1.0), {})
+    acts = holder.tick(bare, ManualState(1.0), {})
     assert [type(act) for act in acts] == [PutFenceInForce]
-    assert holder.tick(replace(bare, now=1.1), Manual(1.0), {}) == ()
+    assert holder.tick(replace(bare, now=1.1), ManualState(1.0), {}) == ()
 
 
 def test_a_drawn_fence_that_cannot_be_read_keeps_every_task_off() -> None:
-    holder, state = KeptFence(SETTINGS), Hover(1.0, SETTINGS)
+    holder, state = KeptFence(SETTINGS), HoverState(1.0, SETTINGS)
     facts = without_fence(1.0)
     holder.tick(replace(facts, limits=replace(facts.limits, plan_problem="The drawn fence cannot be used")), state, {})
     assert holder.problem == "The drawn fence cannot be used."
@@ -379,7 +379,7 @@ def test_a_plan_that_makes_no_fence_is_told() -> None:
     ring = tuple((DATUM.latitude + a * side, DATUM.longitude + b * side) for a, b in ((0, 0), (0, 1), (1, 1), (1, 0)))
     facts = without_fence(1.0)
     narrow = replace(facts, limits=replace(facts.limits, plan=FencePlan("drawn", ring, 100.0)))
-    assert holder.tick(narrow, Hover(1.0, SETTINGS), {}) == ()
+    assert holder.tick(narrow, HoverState(1.0, SETTINGS), {}) == ()
     assert "too narrow" in holder.problem
 
 
@@ -387,5 +387,5 @@ def test_on_the_ground_without_a_place_the_arm_place_is_not_believed() -> None:
     holder = KeptFence(SETTINGS)
     stands = replace(flying(1.0), vehicle=replace(flying(1.0).vehicle, landed=LandedState.ON_GROUND))
     lost = replace(stands, position=replace(stands.position, pose=None))
-    assert holder.tick(lost, Hover(1.0, SETTINGS), {}) == ()
+    assert holder.tick(lost, HoverState(1.0, SETTINGS), {}) == ()
     assert holder.problem

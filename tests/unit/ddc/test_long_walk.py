@@ -191,10 +191,10 @@ class Walk(Flight):
 
     def _look(self, fed: bool, failed: bool) -> None:
         manager = self.rig.manager
-        facts, state = manager.case().facts, manager.state
+        facts, state = manager.situation().facts, manager.state
         if failed and facts.is_airborne:
             self._must(not fed, "a failed tick in the air fed the watchdog")
-        if not facts.link.is_up or manager.case().bench.kill_state == "sending":
+        if not facts.link.is_up or manager.situation().interlocks.kill_state == "sending":
             return
         if state.needs_operator and not failed:
             self._must(facts.operator.is_present, "it waits for an operator who is lost")

@@ -53,7 +53,7 @@ async def test_on_the_ground_another_survey_begins(earlier: Rig) -> None:
 async def test_the_drain_of_the_last_flights_stays(earlier: Rig) -> None:
     earlier.order(NewSurvey())
     await earlier.run(2.0)
-    (check,) = [check for check in earlier.manager.case().checks if check.name == "Survey"]
+    (check,) = [check for check in earlier.manager.situation().checks if check.name == "Survey"]
     assert "assumed" not in check.value
 
 

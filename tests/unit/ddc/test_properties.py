@@ -91,7 +91,7 @@ class Flight(RuleBasedStateMachine):
 
     @rule(command=st.sampled_from(SIMPLE), client=st.sampled_from(["ana", "ana", "eve"]))
     def an_operator_commands(self, command: Command, client: str) -> None:
-        checks = self.rig.first_failed is None and not self.rig.manager.case().bench.is_killed
+        checks = self.rig.first_failed is None and not self.rig.manager.situation().interlocks.is_killed
         self._command(command, client)
         if isinstance(command, Arm) and self.rig.state is StateName.ARM and not checks:
             assert self.rig.autopilot.armed, "armed without preflight"
@@ -153,12 +153,12 @@ class Flight(RuleBasedStateMachine):
         true_armed, true_landed, stands = drone.armed, drone.landed, drone.height <= AIR_HEIGHT_M
         if stands or not drone.connected or self.rig.topics.get_pose_age() > 0.5:
             return
-        before = self.rig.manager.case().facts.vehicle.armed
+        before = self.rig.manager.situation().facts.vehicle.armed
         frozen, drone.stuck = drone.stuck, True
         drone.armed, drone.landed = armed, landed
         self._run(seconds, foreign=True)
         drone.armed, drone.landed, drone.stuck = true_armed, true_landed, frozen
-        believed = self.rig.manager.case().facts
+        believed = self.rig.manager.situation().facts
         if before and true_armed:
             assert believed.vehicle.armed
             assert not believed.is_on_ground
@@ -241,7 +241,7 @@ class Flight(RuleBasedStateMachine):
     @rule(task=st.sampled_from([AutonomousExplore(), AutonomousMove(x=30, y=9), CompulsiveMove(x=-25, y=9)]))
     def a_good_operator_goes_on(self, task: Command) -> None:
         self.all_is_well()
-        if self.rig.manager.case().bench.is_killed:
+        if self.rig.manager.situation().interlocks.is_killed:
             self._command(ClearKill(), "ana")
         following: dict[StateName, list[Command]] = {
             StateName.IDLE: [SetFailsafes(), Arm()],
@@ -286,7 +286,7 @@ class Flight(RuleBasedStateMachine):
         def checked(north: float, east: float, height: float, yaw: float) -> None:
             assert all(map(math.isfinite, (north, east, height, yaw)))
             assert self.rig.topics.curr_state_pub.value in COMMANDING_STATES
-            assert manager.case().bench.kill_state != "sending"
+            assert manager.situation().interlocks.kill_state != "sending"
             told = self.rig.topics.get_state()
             assert told.connected
             assert told.armed
@@ -323,7 +323,7 @@ class Flight(RuleBasedStateMachine):
         self._handle(command, client)
         self._run(0.05, foreign=True)
         calls = [name for name, _ in self.rig.autopilot.calls]
-        if self.rig.manager.case().bench.is_killed and isinstance(command, Arm):
+        if self.rig.manager.situation().interlocks.is_killed and isinstance(command, Arm):
             assert calls[-1:] != ["arm"], "armed while the motors are locked"
 
     def _handle(self, command: Command, client: str) -> Outgoing | None:
@@ -333,7 +333,7 @@ class Flight(RuleBasedStateMachine):
         return self.loop.run_until_complete(call())
 
     def _run(self, seconds: float, foreign: bool = False) -> None:
-        linked = self.rig.manager.case().facts.link.is_up
+        linked = self.rig.manager.situation().facts.link.is_up
         self.foreign = foreign or linked != self.rig.autopilot.connected or not self.rig.ticked
         self.loop.run_until_complete(self._ticks(max(1, round(seconds / 0.05))))
 

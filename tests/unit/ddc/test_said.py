@@ -18,7 +18,8 @@ from hawk.ddc.parameters.values import Values
 from hawk.ddc.readings.clearance import BelowFacts
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules import guard
-from hawk.ddc.rules.judge import Bench, Case, options
+from hawk.ddc.rules.judge import options
+from hawk.ddc.rules.needs import Interlocks, Situation
 from hawk.ddc.rules.preflight import preflight_items
 from hawk.ddc.states.factory import make_state
 from hawk.model.operation import Fall, Health
@@ -66,7 +67,7 @@ class Told(Program):
         """Keep what the state says of itself, and why commands are not possible."""
         state = self._decider.state
         self.said += [state.detail(facts), state.hold_refusal(facts)]
-        self.said += [option.reason for option in options(self._decider.case(facts))]
+        self.said += [option.reason for option in options(self._decider.situation(facts))]
 
 
 @pytest.mark.parametrize("column", COLUMNS, ids=lambda column: column.name)
@@ -181,8 +182,9 @@ def _checked(facts: Facts) -> Iterator[str]:
         for fall in (None, FALL):
             for check in preflight_items(facts, values, SETTINGS, is_killed=fall is not None, fall=fall):
                 yield from (check.name, check.value, check.consequence, check.remedy)
-            case = Case(facts, make_state(ToIdle(), facts, SETTINGS)[0], SETTINGS, values, Bench(fall=fall))
-            yield from (option.reason for option in options(case))
+            state, locks = make_state(ToIdle(), facts, SETTINGS)[0], Interlocks(fall=fall)
+            situation = Situation(facts, state, SETTINGS, values, locks)
+            yield from (option.reason for option in options(situation))
 
 
 def test_a_text_without_a_code_is_found() -> None:

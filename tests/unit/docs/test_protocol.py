@@ -34,7 +34,10 @@ from tests.unit.web.rig import Rig, Visitor, browser
 ROOT = Path(__file__).parents[3]
 protocol_page = load("protocol_page")
 PAGE = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
-MESSAGES = json.loads(protocol_page.MESSAGES.read_text(encoding="utf-8"))
+MESSAGES = {
+    "toDrone": list(protocol_page.sent_examples().values()),
+    "fromDrone": json.loads(protocol_page.MESSAGES.read_text(encoding="utf-8"))["fromDrone"],
+}
 REQUESTS: list[dict[str, Any]] = json.loads(protocol_page.REQUESTS.read_text(encoding="utf-8"))
 INCOMING: dict[str, type[Outgoing]] = {
     "Ack": Ack,
@@ -161,7 +164,8 @@ async def test_a_conversation_goes_as_the_page_says(rig: Rig) -> None:
     async with browser() as session, session.ws_connect(rig.server.make_url("/ws")) as socket:
         visitor = Visitor(socket)
         await visitor.next("Welcome")
-        assert (await visitor.ask(**examples["Control"])) == {"Type": "Ack", "Id": 23, "Accepted": True, "Reason": ""}
+        taken = await ask(visitor, examples["Control"], "Ack")
+        assert taken == {"Type": "Ack", "Id": examples["Control"]["Id"], "Accepted": True, "Reason": ""}
         token = await ask(visitor, examples["Kill Request"], "Kill Token")
         assert token["Id"] == examples["Kill Request"]["Id"]
         refused = await ask(visitor, examples["Hold"] | {"Speed": 3}, "Ack")

@@ -22,19 +22,20 @@ def load(name: str) -> ModuleType:
 page_protocol = load("page_protocol")
 
 
-def test_the_page_knows_every_message_as_it_is() -> None:
-    written = (ROOT / "hawk" / "web" / "page" / "src" / "protocol.ts").read_text("utf-8")
-    assert written == page_protocol.protocol(), "run: python packaging/page_protocol.py"
+@pytest.mark.parametrize("path", list(page_protocol.files()), ids=lambda path: str(path.name))
+def test_the_page_knows_every_message_and_command_as_it_is(path: Path) -> None:
+    assert path.read_text("utf-8") == page_protocol.files()[path], "run: python packaging/page_protocol.py"
 
 
-def test_check_fails_when_the_types_are_out_of_date(
+def test_check_names_the_files_that_are_out_of_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    target = tmp_path / "protocol.ts"
-    monkeypatch.setattr(page_protocol, "TARGET", target)
-    target.write_text("old", "utf-8")
+    monkeypatch.setattr(page_protocol, "SOURCES", tmp_path)
+    for name in ("protocol.ts", "command-table.ts"):
+        (tmp_path / name).write_text("old", "utf-8")
     assert page_protocol.main(["--check"]) == 1
-    assert "run python packaging/page_protocol.py" in capsys.readouterr().err
+    late = "out of date, run python packaging/page_protocol.py: protocol.ts, command-table.ts\n"
+    assert capsys.readouterr().err == late
     assert page_protocol.main([]) == 0
     assert page_protocol.main(["--check"]) == 0
 

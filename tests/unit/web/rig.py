@@ -15,6 +15,7 @@ from aiohttp import web
 from aiohttp.test_utils import TestServer
 
 from hawk.comm.protocol.authority import authority_refusal
+from hawk.comm.protocol.command_table import sender_of
 from hawk.comm.protocol.commands import Ack, Command, KillRequest, KillToken, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
@@ -47,7 +48,8 @@ class FakeManager:
         """The judge's first question."""
         assert self.desk is not None
         has_control = client in self.desk.controlling_clients()
-        reason = authority_refusal(command.type, has_control=has_control, control=self.desk.tenure(), homing=False)
+        sender, control = sender_of(command.type), self.desk.tenure()
+        reason = authority_refusal(sender, has_control=has_control, control=control, homing=False)
         return Ack(id=command.id, accepted=False, reason=reason) if reason else None
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from hawk.comm.clock import Clock
 from hawk.comm.protocol.authority import authority_refusal
+from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
 from hawk.comm.protocol.commands import (
     Ack,
     AutonomousMove,
@@ -56,7 +57,6 @@ from hawk.comm.protocol.heartbeat import (
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
-from hawk.ddc.rules.command_table import TABLE, table_reason
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
@@ -282,7 +282,8 @@ class FakeDrone:
             return RouteAnswer(id=command.id, points=[there], length=metres, refused=None)
         kind, desk = command.type, self.side.desk
         homing = self.state in (StateName.RETURN_TO_LAUNCH, StateName.LAND)
-        reason = authority_refusal(kind, has_control=desk.has_control(client), control=desk.tenure(), homing=homing)
+        has_control, control = desk.has_control(client), desk.tenure()
+        reason = authority_refusal(sender_of(kind), has_control=has_control, control=control, homing=homing)
         reason = reason or self.reason(kind)
         if not reason:
             self.act(kind, command)
@@ -292,7 +293,7 @@ class FakeDrone:
         """Return why a command is refused."""
         if kind == "Arm" and self.failed and self.state is StateName.IDLE:
             return "Ground-station failsafe: off."
-        return table_reason(kind, self.state)
+        return COMMAND_TABLE[kind].states[self.state]
 
     def act(self, kind: str, command: Command) -> None:
         """Do what a command says."""
@@ -393,7 +394,8 @@ class FakeDrone:
                 detail="" if grounded else "At its place.",
                 options=tuple(
                     CommandOption(command=each, possible=not self.reason(each), reason=self.reason(each))
-                    for each in TABLE
+                    for each, row in COMMAND_TABLE.items()
+                    if row.states
                 ),
                 checks=tuple(self.checks()) if self.state is StateName.IDLE else (),
                 return_in=24.0 if self.state is StateName.COMMUNICATION_LOST else None,

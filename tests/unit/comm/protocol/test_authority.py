@@ -4,39 +4,33 @@ from typing import get_args
 
 import pytest
 
-from hawk.comm.protocol.authority import (
-    ANSWERED_BY_THE_WEB_SERVER,
-    RIGHTS,
-    Role,
-    Tenure,
-    authority_refusal,
-    role_refusal,
-)
+from hawk.comm.protocol.authority import Role, Tenure, authority_refusal, role_refusal
+from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
 from hawk.comm.protocol.commands import AnyCommand
 
 KINDS = sorted(model.model_fields["type"].default for model in get_args(get_args(AnyCommand)[0]))
-JUDGED = [kind for kind in KINDS if kind not in ANSWERED_BY_THE_WEB_SERVER]
+OF_THE_SESSION = {"Name", "Control", "Heartbeat", "Map Resync"}
+JUDGED = [kind for kind in KINDS if kind not in OF_THE_SESSION]
 
 ASKING = {"Route Request", "Check Fence"}
 FOR_SAFETY = {"Return To Launch", "Land", "Kill Request", "Kill"}
 
 
-def test_every_command_is_either_judged_or_answered_by_the_web_server() -> None:
-    assert set(RIGHTS) | ANSWERED_BY_THE_WEB_SERVER == set(KINDS)
-    assert not set(RIGHTS) & ANSWERED_BY_THE_WEB_SERVER
+def test_the_web_server_answers_what_concerns_the_session_and_nothing_else() -> None:
+    assert {kind for kind in KINDS if COMMAND_TABLE[kind].answered_by_web_server} == OF_THE_SESSION
 
 
 @pytest.mark.parametrize("homing", [False, True])
 @pytest.mark.parametrize("control", [Tenure.HELD, Tenure.LOST])
 @pytest.mark.parametrize("kind", JUDGED)
 def test_the_client_in_control_may_send_every_command(kind: str, control: Tenure, homing: bool) -> None:
-    assert authority_refusal(kind, has_control=True, control=control, homing=homing) == ""
+    assert authority_refusal(sender_of(kind), has_control=True, control=control, homing=homing) == ""
 
 
 @pytest.mark.parametrize("homing", [False, True])
 @pytest.mark.parametrize("kind", JUDGED)
 def test_while_someone_else_has_control(kind: str, homing: bool) -> None:
-    refusal = authority_refusal(kind, has_control=False, control=Tenure.HELD, homing=homing)
+    refusal = authority_refusal(sender_of(kind), has_control=False, control=Tenure.HELD, homing=homing)
     allowed = kind in ASKING or (kind == "Hold" and not homing)
     assert refusal == ("" if allowed else "Someone else has control.")
 
@@ -45,7 +39,7 @@ def test_while_someone_else_has_control(kind: str, homing: bool) -> None:
 @pytest.mark.parametrize("control", [Tenure.FREE, Tenure.LOST])
 @pytest.mark.parametrize("kind", JUDGED)
 def test_while_nobody_has_control_or_its_holder_is_lost(kind: str, control: Tenure, homing: bool) -> None:
-    refusal = authority_refusal(kind, has_control=False, control=control, homing=homing)
+    refusal = authority_refusal(sender_of(kind), has_control=False, control=control, homing=homing)
     allowed = kind in ASKING | FOR_SAFETY or (kind == "Hold" and not homing)
     lost = "The operator in control is lost: take control first."
     assert refusal == ("" if allowed else lost if control is Tenure.LOST else "Take control first.")
@@ -53,11 +47,11 @@ def test_while_nobody_has_control_or_its_holder_is_lost(kind: str, control: Tenu
 
 @pytest.mark.parametrize("control", list(Tenure))
 def test_a_command_that_the_table_does_not_list_needs_control(control: Tenure) -> None:
-    assert authority_refusal("Fly", has_control=False, control=control, homing=False)
-    assert not authority_refusal("Fly", has_control=True, control=Tenure.HELD, homing=False)
+    assert authority_refusal(sender_of("Fly"), has_control=False, control=control, homing=False)
+    assert not authority_refusal(sender_of("Fly"), has_control=True, control=Tenure.HELD, homing=False)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_viewer_commands_nothing_and_an_operators_role_forbids_nothing(kind: str) -> None:
-    assert role_refusal(kind, Role.OPERATOR) == ""
-    assert (role_refusal(kind, Role.VIEWER) == "") is (kind in ("Heartbeat", "Map Resync"))
+    assert role_refusal(sender_of(kind), Role.OPERATOR) == ""
+    assert (role_refusal(sender_of(kind), Role.VIEWER) == "") is (kind in ("Heartbeat", "Map Resync"))

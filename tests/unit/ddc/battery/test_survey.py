@@ -127,7 +127,7 @@ async def looked(rig: Rig, lot_area: float = 0.0) -> Rig:
 
 
 async def checked(rig: Rig) -> str:
-    found = [item for item in rig.manager.case().checks if item.name == "Survey"]
+    found = [item for item in rig.manager.situation().checks if item.name == "Survey"]
     assert [item.passed for item in found] == [True]
     return found[0].value
 
@@ -154,7 +154,7 @@ async def test_what_is_not_known_is_not_told(make: Make) -> None:
     rig = make()
     rig.autopilot.battery = None
     await looked(rig)
-    assert all(item.name != "Survey" for item in rig.manager.case().checks)
+    assert all(item.name != "Survey" for item in rig.manager.situation().checks)
     assert vehicle(rig).battery_needed_survey is None
     assert not rig.command(Arm()).accepted
 
@@ -209,7 +209,7 @@ async def test_in_flight_the_planners_way_counts_and_what_is_left_is_journalled(
     await rig.run(6)
     told = vehicle(rig)
     assert told.survey_basis == "planner"
-    reserve = rig.manager.case().facts.battery.reserve
+    reserve = rig.manager.situation().facts.battery.reserve
     assert reserve is not None
     assert told.battery_needed_home == pytest.approx(reserve.needed, abs=0.5)
     assert told.battery_needed_survey == pytest.approx(MANNER.seconds(200.0, begins=False) * ASSUMED_DRAIN, rel=0.05)

@@ -269,7 +269,7 @@ async def test_a_drone_that_the_wind_carries_into_a_zone_is_led_out_at_the_neare
     aloft.autopilot.north, aloft.autopilot.east = north, east
     sent = len(aloft.autopilot.targets)
     await aloft.run(0.2)
-    assert aloft.manager.case().facts.is_breached
+    assert aloft.manager.situation().facts.is_breached
     assert aloft.detail == "In zone 1 or its margin: going out of it."
     assert aloft.command(CompulsiveMove(x=-20, y=0, frame="Map")).reason.startswith("Outside the fence")
     await aloft.run(9)

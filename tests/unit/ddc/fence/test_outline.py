@@ -280,7 +280,7 @@ async def test_before_take_off_the_battery_is_judged_by_the_outline(rig: Rig) ->
     rig.order(INSIDE)
     await rig.run(1.0)
     assert status_of(rig).vehicle.survey_basis == "outline"
-    (check,) = [each for each in rig.manager.case().checks if each.name == "Survey"]
+    (check,) = [each for each in rig.manager.situation().checks if each.name == "Survey"]
     assert check.value.startswith("enough for the outline (0.3 ha)")
 
 

@@ -32,13 +32,13 @@ from hawk.ddc.parameters.values import FailsafeCheck
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules.preflight import autopilot_view
 from hawk.ddc.states.base import State
-from hawk.ddc.states.hover import Hover, Manual
+from hawk.ddc.states.hover import HoverState, ManualState
 from hawk.model.vehicle import ForeignWrite
 from tests.unit.ddc.by_facts import made, read_all
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import FENCE, SETTINGS, flying, on_ground, pose, without_link
 
-HOVER = Hover(0.0, SETTINGS)
+HOVER = HoverState(0.0, SETTINGS)
 SET = PutBack("BATT_FS_LOW_ACT", 2.0)
 VALUES: dict[str, float | None] = dict(SAFE_PARAMETERS)
 
@@ -357,7 +357,7 @@ class Fences:
             answers=answers,
         )
 
-    def tick(self, *answers: Answer, state: Hover | Manual = HOVER, after: float = 0.05) -> Acts:
+    def tick(self, *answers: Answer, state: HoverState | ManualState = HOVER, after: float = 0.05) -> Acts:
         self.now += after
         values = {"FENCE_TOTAL": self.corners, "FENCE_ENABLE": self.enable}
         return self.kept.tick(self.facts(*answers), state, values)
@@ -443,7 +443,7 @@ class TestFence:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False
-        pilot = Manual(0.0)
+        pilot = ManualState(0.0)
         (told,) = fences.tick(end(ask, "failed", ANOTHER), state=pilot)
         assert isinstance(told, Log)
         assert told.text.endswith("It is put back when the drone is taken from the pilot.")
@@ -531,7 +531,7 @@ class TestSwitch:
         fences.north = 160.0 if hindrance == "outside" else 0.0
         fences.enable = 0 if hindrance == "FENCE_ENABLE" else 1
         fences.held = hindrance != "not held"
-        state = Manual(0.0) if hindrance == "pilot" else HOVER
+        state = ManualState(0.0) if hindrance == "pilot" else HOVER
         for _ in range(10):
             assert asks(fences.tick(state=state, after=0.5), EnableFence) == []
         assert fences.kept.lost == ()

@@ -47,7 +47,7 @@ class TestTheLandedStateStopsAfterArm:
     async def test_it_is_in_the_air(self, up: Rig) -> None:
         up.expect(S.HOVER)
         assert "Not known to stand on the ground. Holding." in up.log
-        assert up.manager.case().facts.is_airborne
+        assert up.manager.situation().facts.is_airborne
         up.order(Hold())
         up.order(ReturnToLaunch())
         await up.run(1.0)
@@ -70,12 +70,12 @@ class TestTheLandedStateStopsAfterArm:
         shown = [text for text in up.log if text.endswith("It counts as in the air.")]
         assert len(shown) == 1
         assert shown[0].startswith("The autopilot says that it is on the ground, but")
-        health = up.manager.case().facts.health("ground")
+        health = up.manager.situation().facts.health("ground")
         assert health.reason == "The autopilot does not say whether it is on the ground."
-        assert all(health.is_healthy for name, health in up.manager.case().facts.parts if name != "ground")
+        assert all(health.is_healthy for name, health in up.manager.situation().facts.parts if name != "ground")
         up.autopilot.landed_flows = True
         await up.tick()
-        assert up.manager.case().facts.health("ground").is_healthy
+        assert up.manager.situation().facts.health("ground").is_healthy
 
 
 class TestInTheAir:
@@ -84,7 +84,7 @@ class TestInTheAir:
     async def test_one_late_disarmed_ends_no_flight(self, flying: Rig) -> None:
         late(flying, armed=False)
         flying.expect(S.HOVER)
-        assert flying.manager.case().facts.is_airborne
+        assert flying.manager.situation().facts.is_airborne
         await flying.run(1.0)
         flying.expect(S.HOVER)
         assert not any("Landed" in text for text in flying.log)
@@ -92,7 +92,7 @@ class TestInTheAir:
     async def test_a_late_disarmed_with_a_late_landed_ends_no_flight(self, flying: Rig) -> None:
         late(flying, armed=False, landed=LandedState.ON_GROUND)
         flying.expect(S.HOVER)
-        assert not flying.manager.case().facts.is_on_ground
+        assert not flying.manager.situation().facts.is_on_ground
         assert flying.command(Hold()).accepted
 
     async def test_the_mode_of_such_a_heartbeat_ends_no_task(self, fresh: Rig) -> None:
@@ -103,7 +103,7 @@ class TestInTheAir:
         fresh.autopilot.topics.state.publish(replace(state, custom_mode=CopterMode.STABILIZE))
         fresh.manager.process()
         fresh.expect(S.COMPULSIVE_MOVE)
-        assert fresh.manager.case().facts.is_guided
+        assert fresh.manager.situation().facts.is_guided
         await fresh.run(1.0)
         fresh.expect(S.COMPULSIVE_MOVE)
 
@@ -111,7 +111,7 @@ class TestInTheAir:
         flying.autopilot.landed = LandedState.ON_GROUND
         await flying.run(1.0)
         flying.expect(S.HOVER)
-        facts = flying.manager.case().facts
+        facts = flying.manager.situation().facts
         assert (facts.vehicle.landed, facts.ground.landed_said) == (LandedState.UNDEFINED, LandedState.ON_GROUND)
         assert facts.health("ground").reason == "The autopilot says that it is on the ground, but its height is 30 m."
         told = flying.manager.status.value
@@ -125,7 +125,7 @@ class TestInTheAir:
         flying.autopilot.landed_flows = False
         await flying.run(5.0)
         flying.expect(S.HOVER)
-        facts = flying.manager.case().facts
+        facts = flying.manager.situation().facts
         assert facts.is_airborne
         assert facts.ground.landed_age == pytest.approx(5.0, abs=0.1)
 
@@ -142,7 +142,7 @@ class TestInTheAir:
         flying.order(Land())
         await flying.until(S.IDLE)
         assert not flying.autopilot.armed
-        assert flying.manager.case().facts.ground.doubt == ""
+        assert flying.manager.situation().facts.ground.doubt == ""
 
 
 class TestOnTheGround:
@@ -153,7 +153,7 @@ class TestOnTheGround:
             fresh.autopilot.publish()
             await fresh.run(1.0)
             fresh.expect(S.ARM)
-            assert fresh.manager.case().facts.is_on_ground
+            assert fresh.manager.situation().facts.is_on_ground
 
     async def test_a_drone_in_the_air_by_its_height_leaves_arm(self, fresh: Rig) -> None:
         """The landed state goes on to say "on the ground", wrongly."""
@@ -170,7 +170,7 @@ class TestOnTheGround:
         await fresh.run(3.0)
         fresh.autopilot.height = 10.0
         await fresh.run(3.0)
-        assert fresh.manager.case().facts.is_on_ground
+        assert fresh.manager.situation().facts.is_on_ground
         fresh.autopilot.armed = True
         await fresh.run(1.0)
         fresh.expect(S.ARM)

@@ -25,12 +25,11 @@ from hawk.ddc.readings.clearance import (
 )
 from hawk.ddc.rules import guard
 from hawk.ddc.states.base import State
-from hawk.ddc.states.explore import AutonomousExplore as Explore
-from hawk.ddc.states.homing import Land, ReturnToLaunch
-from hawk.ddc.states.hover import CommunicationLost, Hover, Manual
-from hawk.ddc.states.moves import AutonomousMove
-from hawk.ddc.states.moves import CompulsiveMove as Compulsive
-from hawk.ddc.states.takeoff import Takeoff
+from hawk.ddc.states.explore import AutonomousExploreState
+from hawk.ddc.states.homing import LandState, ReturnToLaunchState
+from hawk.ddc.states.hover import CommunicationLostState, HoverState, ManualState
+from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
+from hawk.ddc.states.takeoff import TakeoffState
 from hawk.model.operation import StateName
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint
@@ -43,17 +42,17 @@ STEP_S = 0.1
 NOT_LOW = (None, None)
 ORDER = MoveOrder(MapPoint(60, 0), 15.0, 0.0, False, 1, Route((MapPoint(0, 0), MapPoint(60, 0)), (0.0, 0.0)))
 TASKS: list[Callable[[], State]] = [
-    lambda: Explore(0.0, SETTINGS),
-    lambda: Compulsive(0.0, ORDER, SETTINGS),
-    lambda: AutonomousMove(0.0, replace(ORDER, autonomous=True), SETTINGS),
+    lambda: AutonomousExploreState(0.0, SETTINGS),
+    lambda: CompulsiveMoveState(0.0, ORDER, SETTINGS),
+    lambda: AutonomousMoveState(0.0, replace(ORDER, autonomous=True), SETTINGS),
 ]
 OTHERS: list[Callable[[], State]] = [
-    lambda: Hover(0.0, SETTINGS),
-    lambda: CommunicationLost(0.0, SETTINGS),
-    lambda: Takeoff(0.0),
-    lambda: ReturnToLaunch(0.0, SETTINGS, Cause("", CauseKind.ALWAYS), False, ""),
-    lambda: Land(0.0, Cause("", CauseKind.ALWAYS), False),
-    lambda: Manual(0.0),
+    lambda: HoverState(0.0, SETTINGS),
+    lambda: CommunicationLostState(0.0, SETTINGS),
+    lambda: TakeoffState(0.0),
+    lambda: ReturnToLaunchState(0.0, SETTINGS, Cause("", CauseKind.ALWAYS), False, ""),
+    lambda: LandState(0.0, Cause("", CauseKind.ALWAYS), False),
+    lambda: ManualState(0.0),
 ]
 
 
@@ -190,7 +189,7 @@ async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=60.0, y=0.0))
     await flying.run(9.0)
     flying.expect(S.COMPULSIVE_MOVE)
-    assert "rangefinder" not in dict(flying.manager.case().facts.parts)
+    assert "rangefinder" not in dict(flying.manager.situation().facts.parts)
 
 
 async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
@@ -244,7 +243,7 @@ async def test_height_above_ground_is_shown_where_it_is_known(flying: Rig) -> No
     status = flying.manager.status.value
     assert status is not None
     assert status.pose.height_above_ground == pytest.approx(24.0, abs=0.2)
-    assert dict(flying.manager.case().facts.parts)["rangefinder"].is_healthy
+    assert dict(flying.manager.situation().facts.parts)["rangefinder"].is_healthy
 
 
 # -- recordings --------------------------------------------------------------------------------------------------------

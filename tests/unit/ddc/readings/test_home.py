@@ -16,7 +16,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
 from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeWatch, home_health
-from hawk.ddc.states.hover import Hover
+from hawk.ddc.states.hover import HoverState
 from hawk.ddc.states.returning import astray, returning
 from hawk.model.operation import StateName as S
 from hawk.model.poses import ArmPlace, GlobalPose
@@ -94,7 +94,7 @@ async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_told_after_thr
     assert not any("stays moved" in line for line in flying.log)
     await flying.run(0.3)
     assert "Home stays moved: the drone lands where it would return by itself." in flying.log
-    assert not flying.manager.case().facts.health("home").is_healthy
+    assert not flying.manager.situation().facts.health("home").is_healthy
     await flying.run(10)
     assert sum("stays moved" in line for line in flying.log) == 1
     assert sum("was moved" in line for line in flying.log) == 1
@@ -285,13 +285,13 @@ async def test_hold_ends_a_return_that_waits(flying: Rig) -> None:
 async def test_the_reserve_counts_the_distance_to_the_autopilots_home(flying: Rig) -> None:
     flying.autopilot.keeps_home = False
     await flying.run(1)
-    before = flying.manager.case().facts.battery.reserve
+    before = flying.manager.situation().facts.battery.reserve
     move_home(flying, 100.0)
     await flying.run(0.2)
-    after = flying.manager.case().facts.battery.reserve
+    after = flying.manager.situation().facts.battery.reserve
     assert before is not None
     assert after is not None
-    top = flying.manager.case().facts.limits.heights.maximum
+    top = flying.manager.situation().facts.limits.heights.maximum
     speed = flying.settings.flight.speed_m_s
     farther = seconds_home(100.0, 30.0, top, speed) - seconds_home(0.0, 30.0, top, speed)
     assert after.needed - before.needed == pytest.approx(1.3 * farther * 100 / 900, rel=0.02)
@@ -304,7 +304,7 @@ async def test_the_reserve_counts_the_distance_to_the_autopilots_home(flying: Ri
 async def test_home_is_checked_before_arm(rig: Rig, metres: float, passed: bool, value: str) -> None:
     move_home(rig, metres)
     await rig.run(0.2)
-    found_item = next(item for item in rig.manager.case().checks if item.name == "Home")
+    found_item = next(item for item in rig.manager.situation().checks if item.name == "Home")
     assert found_item.passed is passed
     assert value in found_item.value
     assert rig.command(Arm()).accepted is passed
@@ -315,7 +315,7 @@ async def test_an_old_home_does_not_pass(rig: Rig) -> None:
     rig.clock.advance(10.1)
     rig.autopilot._home_told = rig.clock()
     await rig.tick(2)
-    found_item = next(item for item in rig.manager.case().checks if item.name == "Home")
+    found_item = next(item for item in rig.manager.situation().checks if item.name == "Home")
     assert (found_item.passed, found_item.value) == (False, "not known")
 
 
@@ -443,6 +443,6 @@ class TestWatch:
 def test_without_an_arm_place_a_moved_home_is_reported_and_nothing_is_sent() -> None:
     facts = with_home(flying(1.0), FAR)
     facts = replace(facts, position=replace(facts.position, arm_place=None))
-    acts = KeptHome().tick(facts, Hover(0.0, SETTINGS))
+    acts = KeptHome().tick(facts, HoverState(0.0, SETTINGS))
     assert not any(isinstance(act, Ask) for act in acts)
     assert any(isinstance(act, Log) for act in acts)

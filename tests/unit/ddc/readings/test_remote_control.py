@@ -32,7 +32,7 @@ VALUES = {"FLTMODE_CH": 5.0, **dict.fromkeys(MODE_NAMES, 4.0), "FLTMODE6": 5.0}
 
 
 def shown(rig: Rig) -> CheckItem:
-    return next(item for item in rig.manager.case().checks if item.name == "Remote control")
+    return next(item for item in rig.manager.situation().checks if item.name == "Remote control")
 
 
 @pytest.mark.parametrize(

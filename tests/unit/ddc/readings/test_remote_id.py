@@ -21,7 +21,7 @@ GOOD = RemoteIdFacts(good=True, age=0.5)
 
 
 def shown(rig: Rig) -> CheckItem | None:
-    return next((item for item in rig.manager.case().checks if item.name == "Remote ID"), None)
+    return next((item for item in rig.manager.situation().checks if item.name == "Remote ID"), None)
 
 
 def test_where_it_is_off_there_is_no_check() -> None:

@@ -138,20 +138,20 @@ def test_the_same_pose_again_and_a_reset() -> None:
 
 
 async def test_the_check_is_there_on_a_slope_alone_and_never_refuses(rig: Rig) -> None:
-    assert "Slope" not in [item.name for item in rig.manager.case().checks]
+    assert "Slope" not in [item.name for item in rig.manager.situation().checks]
     rig.autopilot.tilt = (0.0, math.radians(2.9))
     await rig.run(1.5)
-    assert "Slope" not in [item.name for item in rig.manager.case().checks], "landing gear"
+    assert "Slope" not in [item.name for item in rig.manager.situation().checks], "landing gear"
     rig.autopilot.tilt = (0.0, math.radians(10.0))
     await rig.run(1.5)
-    item = next(item for item in rig.manager.case().checks if item.name == "Slope")
+    item = next(item for item in rig.manager.situation().checks if item.name == "Slope")
     assert item.passed
     assert "slope of 18 % up to the north" in item.value
     assert "raise it to" in item.value
-    assert all(item.passed for item in rig.manager.case().checks)
+    assert all(item.passed for item in rig.manager.situation().checks)
 
 
 async def test_in_flight_the_tilt_is_no_slope(flying: Rig) -> None:
     flying.autopilot.tilt = (0.0, 0.2)
     await flying.run(2.0)
-    assert flying.manager.case().facts.position.below.slope is None
+    assert flying.manager.situation().facts.position.below.slope is None

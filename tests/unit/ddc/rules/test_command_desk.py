@@ -56,17 +56,17 @@ from hawk.ddc.orders import (
     ConfigureOrder,
     FenceOrder,
     MoveOrder,
+    SafetyOrder,
     ToHover,
     ToIdle,
     ToLand,
     ToReturn,
     Transition,
-    Wish,
 )
 from hawk.ddc.parameters.reader import ParameterReader
-from hawk.ddc.rules.command_desk import NO_USER_ERROR, CommandDesk, Ruling
-from hawk.ddc.rules.judge import UNHEARD, Bench, Case
+from hawk.ddc.rules.command_desk import NO_USER_ERROR, UNHEARD, CommandDesk, Ruling
 from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
+from hawk.ddc.rules.needs import Interlocks, Situation
 from hawk.ddc.states.factory import make_state
 from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import Counts
@@ -94,14 +94,14 @@ class Desk:
         self.reader = ParameterReader(245)
         self.desk = CommandDesk(KillTokens(lambda: TOKEN), self.kill, self.reader)
 
-    def rule(self, command: Command, facts: Facts, state: Transition, bench: Bench | None = None) -> Ruling:
+    def rule(self, command: Command, facts: Facts, state: Transition, locks: Interlocks | None = None) -> Ruling:
         named = replace(facts, operator=replace(facts.operator, names=((ANA, "Ana"),)))
-        return self.desk.rule(ANA, command, case(named, state, bench))
+        return self.desk.rule(ANA, command, situation(named, state, locks))
 
 
-def case(facts: Facts, transition: Transition, bench: Bench | None = None) -> Case:
+def situation(facts: Facts, transition: Transition, locks: Interlocks | None = None) -> Situation:
     state = make_state(transition, flying(0.0), SETTINGS)[0]
-    return Case(facts, state, SETTINGS, dict(SAFE_PARAMETERS), bench or Bench())
+    return Situation(facts, state, SETTINGS, dict(SAFE_PARAMETERS), locks or Interlocks())
 
 
 def standing() -> Facts:
@@ -141,16 +141,16 @@ def test_a_refusal_has_its_reason_and_a_user_error_where_it_is_one() -> None:
 
 
 @pytest.mark.parametrize("command", [Hold(), Land(confirmed=True), ReturnToLaunch(confirmed=True)])
-def test_wishes_carry_the_name_of_the_one_who_asked(command: Hold | Land | ReturnToLaunch) -> None:
+def test_hold_land_and_return_carry_the_name_of_the_one_who_asked(command: Hold | Land | ReturnToLaunch) -> None:
     ruling = Desk().rule(command, flying(NOW), ToHover())
     assert accepted(ruling)
-    assert (ruling.order, ruling.acts, ruling.transition) == (Wish(command, "Ana"), (NO_USER_ERROR,), None)
+    assert (ruling.order, ruling.acts, ruling.transition) == (SafetyOrder(command, "Ana"), (NO_USER_ERROR,), None)
 
 
 def test_orders_of_a_drone_that_stands() -> None:
     desk, facts = Desk(), standing()
     arm = desk.rule(Arm(), facts, ToIdle())
-    checks = len(case(facts, ToIdle()).checks)
+    checks = len(situation(facts, ToIdle()).checks)
     assert (accepted(arm), arm.order) == (True, ArmOrder(checks, "Ana"))
     heights = desk.rule(Configure(min=16, des=21, max=41), facts, ToIdle())
     assert heights.order == ConfigureOrder(HeightParameters(16, 21, 41))
@@ -185,7 +185,7 @@ class TestMoves:
         assert ruling.order.height == 35.0
 
 
-class TestInquiry:
+class TestLotCheck:
     """An Autonomous Move waits for the planner's verdict."""
 
     command = AutonomousMove(id=5, x=10, y=20, frame="Map")
@@ -196,11 +196,11 @@ class TestInquiry:
         facts = replace(facts, sight=replace(facts.sight, desired_count=count))
         ruling = desk.rule(self.command, facts, ToHover())
         assert ruling == Ruling(acts=(Desire(DesiredPose(count + 1, 10, 20)),))
-        assert desk.desk.inquiries.is_open
+        assert desk.desk.lot_check.is_open
         return desk
 
     def tick(self, desk: Desk, verdict: Verdict | None, now: float = NOW + 0.2) -> Ruling:
-        return desk.desk.inquiries.tick(case(judged(flying(now), verdict), ToHover()))
+        return desk.desk.lot_check.tick(situation(judged(flying(now), verdict), ToHover()))
 
     def refused(self, ruling: Ruling) -> str:
         (answer,) = answers(ruling.acts)
@@ -215,9 +215,9 @@ class TestInquiry:
 
     def test_nothing_is_open_at_first(self) -> None:
         desk = Desk()
-        assert not desk.desk.inquiries.is_open
-        assert desk.desk.inquiries.tick(case(flying(NOW), ToHover())) == Ruling()
-        assert desk.desk.inquiries.supersede() == ()
+        assert not desk.desk.lot_check.is_open
+        assert desk.desk.lot_check.tick(situation(flying(NOW), ToHover())) == Ruling()
+        assert desk.desk.lot_check.supersede() == ()
 
     def test_a_place_inside_with_a_route_becomes_the_order(self) -> None:
         desk = self.asked()
@@ -225,17 +225,17 @@ class TestInquiry:
         assert ruling.order == MoveOrder(MapPoint(10, 20), 30.0, 0.0, autonomous=True, number=4, route=self.route)
         assert answers(ruling.acts) == [Ack(id=5, accepted=True)]
         assert ruling.acts[0] == NO_USER_ERROR
-        assert not desk.desk.inquiries.is_open
+        assert not desk.desk.lot_check.is_open
 
     def test_it_waits_a_second_for_the_verdict_on_its_number(self) -> None:
         desk = self.asked()
         other = Verdict(3, Inbound.INSIDE, self.route)
         assert self.tick(desk, other, NOW + 1.0) == Ruling()
-        assert desk.desk.inquiries.is_open
+        assert desk.desk.lot_check.is_open
         ruling = self.tick(desk, other, NOW + 1.01)
         reason = self.refused(ruling)
         assert ShowUserError(OUT_OF_BOUNDS, reason) in ruling.acts
-        assert not desk.desk.inquiries.is_open
+        assert not desk.desk.lot_check.is_open
 
     def test_a_place_outside_the_lot_is_refused(self) -> None:
         ruling = self.tick(self.asked(), Verdict(4, Inbound.OUTSIDE))
@@ -249,7 +249,7 @@ class TestInquiry:
     def test_what_is_impossible_by_now_is_refused(self) -> None:
         desk = self.asked()
         facts = judged(without_link(flying(NOW + 0.2)), Verdict(4, Inbound.INSIDE, self.route))
-        ruling = desk.desk.inquiries.tick(case(facts, ToHover()))
+        ruling = desk.desk.lot_check.tick(situation(facts, ToHover()))
         assert self.refused(ruling) == "No link to the autopilot: wait until it is found."
 
     @pytest.mark.parametrize("later", [Hold(id=6), CompulsiveMove(id=6, x=1, y=1), AutonomousMove(id=6, x=1, y=1)])
@@ -257,7 +257,7 @@ class TestInquiry:
         desk = self.asked()
         ruling = desk.rule(later, flying(NOW), ToHover())
         assert [answer.reason for answer in answers(ruling.acts)] == ["Something else came first."]
-        assert desk.desk.inquiries.is_open is isinstance(later, AutonomousMove)
+        assert desk.desk.lot_check.is_open is isinstance(later, AutonomousMove)
 
 
 class TestKill:
@@ -288,8 +288,8 @@ class TestKill:
 
     def test_one_whose_name_is_not_known_is_an_operator(self) -> None:
         desk, facts = Desk(), flying(NOW)
-        desk.desk.rule(ANA, KillRequest(), case(facts, ToHover()))
-        ruling = desk.desk.rule(ANA, Kill(token=TOKEN), case(facts, ToHover()))
+        desk.desk.rule(ANA, KillRequest(), situation(facts, ToHover()))
+        ruling = desk.desk.rule(ANA, Kill(token=TOKEN), situation(facts, ToHover()))
         (told,) = of_kind(ruling.acts, Log)
         assert isinstance(told, Log)
         assert told.text == "Motors are being cut by the operator."
@@ -297,7 +297,7 @@ class TestKill:
     def test_the_cut_is_cleared(self) -> None:
         desk = Desk()
         desk.kill.begin(standing())
-        ruling = desk.rule(ClearKill(), standing(), ToIdle(), Bench(is_killed=True))
+        ruling = desk.rule(ClearKill(), standing(), ToIdle(), Interlocks(is_killed=True))
         assert accepted(ruling)
         assert not desk.kill.is_killed
         assert ruling.acts[0] == NO_USER_ERROR

@@ -12,7 +12,7 @@ from hawk.ddc import decider as decider_room
 from hawk.ddc.requests.service_interface import ReqFailed
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.failing import AIR_S, ASK_AGAIN_S, GROUND_S, FailingTicks
-from hawk.ddc.states.hover import CommunicationLost, Hover
+from hawk.ddc.states.hover import CommunicationLostState, HoverState
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import TICK_S, Rig
@@ -30,12 +30,12 @@ def the_guard(_: Rig, patch: pytest.MonkeyPatch) -> None:
 
 
 def the_state(_: Rig, patch: pytest.MonkeyPatch) -> None:
-    for state in (Hover, CommunicationLost):
+    for state in (HoverState, CommunicationLostState):
         patch.setattr(state, "process", boom)
 
 
 def the_transition(_: Rig, patch: pytest.MonkeyPatch) -> None:
-    for state in (Hover, CommunicationLost):
+    for state in (HoverState, CommunicationLostState):
         patch.setattr(state, "transition_next_state", boom)
 
 
@@ -230,7 +230,7 @@ async def test_a_fault_in_another_step_does_not_hide_the_guard(
 async def test_another_state_that_works_takes_over_from_one_that_does_not(
     flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Hover, "process", boom)
+    monkeypatch.setattr(HoverState, "process", boom)
     flying.desk.client = None
     ticks = flying.manager.ticks
     await flying.run(1.0)

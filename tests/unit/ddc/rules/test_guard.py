@@ -305,7 +305,7 @@ async def test_a_jump_while_it_goes_back_into_the_fence_forms_the_way_back_again
     flying.autopilot.topics.estimate_jump.publish(10.0)
     await flying.run(12)
     assert flying.autopilot.north < 144.0
-    assert not flying.manager.case().facts.is_breached
+    assert not flying.manager.situation().facts.is_breached
 
 
 async def test_on_the_ground_a_jump_of_the_estimate_is_no_event(rig: Rig) -> None:
@@ -324,7 +324,7 @@ async def test_the_reason_of_a_distrusted_position_is_told(fresh: Rig) -> None:
     await fresh.run(0.4)
     fresh.expect(S.HOVER)
     assert fresh.log[-1] == "The autopilot does not trust its position: GPS glitch. Holding."
-    assert fresh.manager.case().facts.health("position").reason.endswith("GPS glitch.")
+    assert fresh.manager.situation().facts.health("position").reason.endswith("GPS glitch.")
 
 
 # -- several at once --------------------------------------------------------------------------------------------------
@@ -423,7 +423,7 @@ async def test_a_counter_that_stands_still_is_reported_once_and_the_time_flown_c
         if text.startswith("The battery's counter is not believed: the counter stands still")
     ]
     assert len(told) == 1
-    reserve = flying.manager.case().facts.battery.reserve
+    reserve = flying.manager.situation().facts.battery.reserve
     assert reserve is not None
     assert reserve.percentage < 50.0
     await flying.run(240.0)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.comm.protocol.commands import (
     AutonomousExplore,
     AutonomousMove,
@@ -22,18 +23,8 @@ from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
 from hawk.ddc.readings.home import HomeFacts
-from hawk.ddc.rules.judge import (
-    LOT_IS_SEEN,
-    OUTLINE_IS_SEEN,
-    RESUME_WAIT_S,
-    Bench,
-    Case,
-    is_sent_unheard,
-    options,
-    place_refusal,
-    refusal,
-    route_refusal,
-)
+from hawk.ddc.rules.judge import is_sent_unheard, options, place_refusal, refusal, route_refusal
+from hawk.ddc.rules.needs import LOT_IS_SEEN, OUTLINE_IS_SEEN, RESUME_WAIT_S, Interlocks, Situation
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.witnesses.place import PlaceFacts
 from hawk.ddc.witnesses.witness import WitnessFacts
@@ -45,16 +36,16 @@ from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, pose, without_link
 
 SAFE = dict(SAFE_PARAMETERS)
-NO_WORK = Bench()
+NO_LOCKS = Interlocks()
 HERE, THERE = MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)
 
 
-def case(facts: Facts, transition: Transition, bench: Bench = NO_WORK) -> Case:
-    return Case(facts, make_state(transition, flying(0.0), SETTINGS)[0], SETTINGS, SAFE, bench)
+def situation(facts: Facts, transition: Transition, locks: Interlocks = NO_LOCKS) -> Situation:
+    return Situation(facts, make_state(transition, flying(0.0), SETTINGS)[0], SETTINGS, SAFE, locks)
 
 
-def reason(facts: Facts, transition: Transition, command: Command, bench: Bench = NO_WORK) -> str:
-    found = refusal(case(facts, transition, bench), "ana", command)
+def reason(facts: Facts, transition: Transition, command: Command, locks: Interlocks = NO_LOCKS) -> str:
+    found = refusal(situation(facts, transition, locks), "ana", command)
     return "" if found is None else found.reason
 
 
@@ -106,7 +97,7 @@ def test_a_move_from_outside_the_fence_is_refused() -> None:
 
 
 def test_while_the_motors_are_cut_only_kill_and_its_request_are_taken() -> None:
-    sending = case(flying(1.0), ToHover(), Bench(kill_state="sending"))
+    sending = situation(flying(1.0), ToHover(), Interlocks(kill_state="sending"))
     assert {option.command for option in options(sending) if option.possible} == {"Kill Request", "Kill"}
 
 
@@ -115,8 +106,8 @@ def test_return_and_land_go_to_an_armed_drone_that_is_not_heard_and_nothing_else
     assert reason(unheard, ToHover(), ReturnToLaunch()) == ""
     assert reason(unheard, ToHover(), Land()) == ""
     assert "No link" in reason(unheard, ToHover(), Hold())
-    assert not is_sent_unheard(without_link(on_ground(flying(1.0))), "Land")
-    assert not is_sent_unheard(flying(1.0), "Land")
+    assert not is_sent_unheard(without_link(on_ground(flying(1.0))), COMMAND_TABLE["Land"])
+    assert not is_sent_unheard(flying(1.0), COMMAND_TABLE["Land"])
 
 
 def manual(changed: float, now: float = 10.0) -> Facts:
@@ -153,7 +144,7 @@ def test_disarm_needs_the_ground_or_motors_that_are_off_in_a_state_of_the_ground
 ) -> None:
     facts = flying(5.0)
     facts = replace(facts, vehicle=replace(facts.vehicle, armed=armed))
-    found = refusal(case(facts, state), "ana", Disarm())
+    found = refusal(situation(facts, state), "ana", Disarm())
     assert (found is not None and found.reason.startswith("In the air")) is refused
 
 
@@ -198,7 +189,7 @@ def test_take_off_waits_for_home_and_for_the_fence_in_the_autopilot() -> None:
     standing = replace(flying(1.0), vehicle=replace(flying(1.0).vehicle, landed=LandedState.ON_GROUND))
     armed = ToArm(armed=True)
     assert reason(standing, armed, Takeoff()) == ""
-    assert "fence" in reason(standing, armed, Takeoff(), Bench(fence_problem="Another fence is there."))
+    assert "fence" in reason(standing, armed, Takeoff(), Interlocks(fence_problem="Another fence is there."))
     for away, taken in ((3.0, True), (3.1, False)):
         home = HomeFacts(standing.position.datum, 0.1, away, None, is_inside=True)
         moved = replace(standing, position=replace(standing.position, autopilot_home=home))
@@ -208,10 +199,10 @@ def test_take_off_waits_for_home_and_for_the_fence_in_the_autopilot() -> None:
 
 def test_clear_kill_needs_a_kill_and_set_failsafes_waits_for_the_last_one() -> None:
     ground = on_ground(flying(1.0))
-    possible = {option.command: option.possible for option in options(case(ground, ToIdle()))}
+    possible = {option.command: option.possible for option in options(situation(ground, ToIdle()))}
     assert not possible["Clear Kill"]
     assert possible["Set Failsafes"]
-    busy = case(ground, ToIdle(), Bench(is_killed=True, is_setting=True))
+    busy = situation(ground, ToIdle(), Interlocks(is_killed=True, is_setting=True))
     possible = {option.command: option.possible for option in options(busy)}
     assert possible["Clear Kill"]
     assert not possible["Set Failsafes"]
@@ -248,7 +239,7 @@ def test_explore_needs_a_lot_in_sight_or_an_outline_with_ground_inside() -> None
     seen = flying(1.0)
     blind = replace(seen, sight=replace(seen.sight, lot=False))
     assert reason(seen, ToHover(), AutonomousExplore()) == ""
-    found = refusal(case(blind, ToHover()), "ana", AutonomousExplore())
+    found = refusal(situation(blind, ToHover()), "ana", AutonomousExplore())
     assert found is not None
     assert (found.reason, found.error) == ("No lot in sight: move over the lot first.", UserError.NO_LOT_DETECTED)
     outlined = replace(blind, limits=replace(blind.limits, outline=OutlineFacts(900.0, 0.0)))

@@ -21,12 +21,12 @@ from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 
 def check(rig: Rig, name: str) -> CheckItem:
-    return next(item for item in rig.manager.case().checks if item.name == name)
+    return next(item for item in rig.manager.situation().checks if item.name == name)
 
 
 async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
-    assert all(item.passed for item in rig.manager.case().checks)
-    assert [item.name for item in rig.manager.case().checks] == [
+    assert all(item.passed for item in rig.manager.situation().checks)
+    assert [item.name for item in rig.manager.situation().checks] == [
         "Motors",
         "Link",
         "Autopilot",
@@ -115,7 +115,7 @@ async def test_each_failsafe_parameter_alone_refuses_arm(tmp_path: Path, name: s
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, name: value})
     await rig.run(2)
     assert not rig.command(Arm()).accepted
-    assert sum(item.remedy_command == "Set Failsafes" for item in rig.manager.case().checks) == 1
+    assert sum(item.remedy_command == "Set Failsafes" for item in rig.manager.situation().checks) == 1
     await rig.close()
 
 
@@ -300,6 +300,6 @@ async def test_the_drone_must_stand_inside_its_fence(tmp_path: Path, north: floa
 async def test_checks_are_shown_on_the_ground_only(fresh: Rig) -> None:
     await fresh.run(1)
     assert fresh.manager.status.value is not None
-    assert len(fresh.manager.status.value.operation.checks) == len(fresh.manager.case().checks)
+    assert len(fresh.manager.status.value.operation.checks) == len(fresh.manager.situation().checks)
     await fresh.enter(StateName.HOVER)
     assert fresh.manager.status.value.operation.checks == ()

@@ -23,10 +23,9 @@ from hawk.ddc.orders import ToReturn
 from hawk.ddc.readings.link import LinkFacts
 from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceWatch
 from hawk.ddc.states.base import State
-from hawk.ddc.states.ground import Arm as ArmState
-from hawk.ddc.states.homing import Land as Landing
-from hawk.ddc.states.homing import ReturnToLaunch as Returning
-from hawk.ddc.states.hover import Hover, Manual
+from hawk.ddc.states.ground import ArmState
+from hawk.ddc.states.homing import LandState, ReturnToLaunchState
+from hawk.ddc.states.hover import HoverState, ManualState
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import Rig
@@ -36,8 +35,8 @@ from tests.unit.ddc.written_facts import flying as flying_facts
 UNHEARD = "Sent without an answer: no word from the autopilot."
 
 
-def returning(by_autopilot: bool = False) -> Returning:
-    return Returning(0.0, SETTINGS, None, by_autopilot, "")
+def returning(by_autopilot: bool = False) -> ReturnToLaunchState:
+    return ReturnToLaunchState(0.0, SETTINGS, None, by_autopilot, "")
 
 
 async def lose_downlink(rig: Rig, seconds: float = SILENCE_S + 0.2) -> None:
@@ -148,9 +147,9 @@ async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
     ("state", "mode"),
     [
         (returning(), CopterMode.RTL),
-        (Landing(0.0, None, False), CopterMode.LAND),
+        (LandState(0.0, None, False), CopterMode.LAND),
         (returning(by_autopilot=True), None),
-        (Manual(0.0), None),
+        (ManualState(0.0), None),
     ],
     ids=["return", "landing", "the autopilot's own", "pilot"],
 )
@@ -184,7 +183,7 @@ def test_our_heartbeats_are_held_back_after_three_seconds(age: float, voices: li
 
 @pytest.mark.parametrize(("age", "returns"), [(2.99, False), (3.0, True)])
 def test_a_task_becomes_a_return_after_three_seconds(age: float, returns: bool) -> None:
-    step = SilenceWatch().tick(unheard(9.0, age), Hover(0.0, SETTINGS))
+    step = SilenceWatch().tick(unheard(9.0, age), HoverState(0.0, SETTINGS))
     assert isinstance(step.transition, ToReturn) is returns
     assert told(step.acts) == []
 
@@ -211,7 +210,7 @@ def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_sile
 def test_each_state_of_one_silence_tells_its_own_mode_at_once() -> None:
     watch = SilenceWatch()
     assert told(watch.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
-    assert told(watch.tick(unheard(9.1, 4.1), Landing(9.1, None, False)).acts) == [CopterMode.LAND]
+    assert told(watch.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
 
 
 # -- the operator's commands ------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from hawk.ddc.orders import (
     ToReturn,
 )
 from hawk.ddc.states.base import State
-from hawk.ddc.states.hover import CommunicationLost, Holding, Hover
+from hawk.ddc.states.hover import CommunicationLostState, Holding, HoverState
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
@@ -118,7 +118,7 @@ def test_a_stopping_point_near_the_edge_but_inside_stays() -> None:
 
 @pytest.mark.parametrize(
     "hold",
-    [Holding(SETTINGS), Hover(0.0, SETTINGS), CommunicationLost(0.0, SETTINGS)],
+    [Holding(SETTINGS), HoverState(0.0, SETTINGS), CommunicationLostState(0.0, SETTINGS)],
     ids=lambda hold: type(hold).__name__,
 )
 def test_a_hold_sends_its_target_unless_it_is_said_that_the_autopilot_holds(hold: Holding | State) -> None:
@@ -264,4 +264,4 @@ def test_outside_the_autopilots_own_fence_the_place_inside_is_sent_at_once(
 @pytest.mark.parametrize(("now", "left"), [(0.0, 60.0), (59.0, 1.0), (60.0, 0.0), (65.0, 0.0)])
 def test_the_time_until_the_return_ends_at_zero(now: float, left: float) -> None:
     settings = replace(SETTINGS, operator=SETTINGS.operator.model_copy(update={"operator_hold_s": 60.0}))
-    assert CommunicationLost(0.0, settings).return_in(flying(now)) == left
+    assert CommunicationLostState(0.0, settings).return_in(flying(now)) == left

@@ -507,7 +507,7 @@ async def test_a_drifting_barometer_is_found_by_gnss_and_rangefinder(holding: Ri
         topics.terrain.publish(Terrain(now + 0.01, distance=1.0, ground=29.0, most=50.0, doubt="stuck"))
         topics.gnss_height.publish(GnssHeight(now, 130.0 - sunk, 1.0, 130.0))
         await holding.run(0.5)
-    facts = holding.manager.case().facts
+    facts = holding.manager.situation().facts
     assert facts.witness.height.by_range == pytest.approx(8.75)
     assert "truly about" in facts.health("position").reason
     assert "truly about" in holding.command(AutonomousExplore()).reason

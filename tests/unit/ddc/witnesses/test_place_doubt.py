@@ -397,7 +397,7 @@ async def test_gnss_that_walks_ends_the_exploration_and_the_camera_holds_the_dro
     fresh.expect(S.HOVER)
     assert math.hypot(*walker.off) <= 7.01
     assert any("The camera sees the drone move" in line for line in fresh.log)
-    assert not fresh.manager.case().facts.health("position").is_healthy
+    assert not fresh.manager.situation().facts.health("position").is_healthy
     assert "The camera sees" in (fresh.topics.doubt_pub.value or ""), "nothing is mapped"
     await walker.run(3.0, (0.0, 0.7))
     there = walker.true
@@ -427,21 +427,21 @@ async def test_the_operator_may_land_or_return_in_doubt(holding: Rig) -> None:
 async def test_after_the_landing_nothing_is_doubted(holding: Rig) -> None:
     walker = Walker(holding)
     await walker.run(8.0, (0.7, 0.0))
-    assert holding.manager.case().facts.witness.doubt
+    assert holding.manager.situation().facts.witness.doubt
     holding.order(Land())
     await walker.run(60.0)
     holding.expect(S.IDLE)
-    assert not holding.manager.case().facts.witness.doubt
+    assert not holding.manager.situation().facts.witness.doubt
     assert holding.topics.doubt_pub.value == ""
-    assert holding.manager.case().facts.health("position").is_healthy
+    assert holding.manager.situation().facts.health("position").is_healthy
 
 
 async def test_a_leap_of_the_estimate_is_followed_no_more(holding: Rig) -> None:
     walker = Walker(holding)
     await walker.run(8.0, (0.7, 0.0))
-    assert holding.manager.case().facts.witness.place.is_followed
+    assert holding.manager.situation().facts.witness.place.is_followed
     holding.autopilot.topics.estimate_jump.publish(5.0)
-    assert not holding.manager.case().facts.witness.place.is_followed
+    assert not holding.manager.situation().facts.witness.place.is_followed
     await holding.close()
     holding.inputs.ground_step.publish(GroundStep(0.0, 1.0, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 30.0))
 

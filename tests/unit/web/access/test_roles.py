@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from pathlib import Path
-from typing import Any
 
 import aiohttp
 import pytest
 
-from hawk.comm.protocol.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY, VIEWERS_COMMAND_NOTHING, Role
-from hawk.comm.protocol.authority import role_refusal as refusal
+from hawk.comm.protocol.authority import VIEWERS_COMMAND_NOTHING, Role, role_refusal
+from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
 from hawk.config.sections import WebSettings
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from hawk.web.app import WebServer
@@ -19,24 +19,17 @@ from hawk.web.services import KEPT_PLACES
 from tests.unit.web.rig import Rig, Visitor, browser
 from tests.unit.web.stand import Stand
 
-CORNERS = [{"Latitude": 60.0, "Longitude": 24.0 + n / 1000} for n in range(3)]
-CONTENT: dict[str, dict[str, Any]] = {
-    "Configure": {"Min": 15, "Des": 35, "Max": 60},
-    "Compulsive Move": {"X": 1, "Y": 1},
-    "Autonomous Move": {"X": 1, "Y": 1},
-    "Route Request": {"X": 1, "Y": 1},
-    "Kill": {"Token": "t" * 32},
-    "Set Fence": {"Corners": CORNERS, "Ceiling": 60},
-    "Check Fence": {"Corners": CORNERS, "Ceiling": 60},
-    "Set Outline": {"Polygons": [CORNERS]},
-    "Name": {"Name": "Anna"},
-}
 CONTROL = ["Request", "Release", "Ask", "Withdraw", "Give", "Keep"]
+VIEWER_MAY = {"Heartbeat", "Map Resync"}
 COMMANDS = [
-    *({"Type": kind, **CONTENT.get(kind, {})} for kind in sorted(RIGHTS.keys() | ANSWERED_BY_THE_WEB_SERVER)
-      if kind not in VIEWER_MAY and kind != "Control"),
+    *(json.loads(row.example.model_dump_json(by_alias=True, exclude={"id"}))
+      for kind, row in COMMAND_TABLE.items() if kind not in VIEWER_MAY and kind != "Control"),
     *({"Type": "Control", "Action": action} for action in CONTROL),
 ]  # fmt: skip
+
+
+def refusal(kind: str, role: Role) -> str:
+    return role_refusal(sender_of(kind), role)
 
 
 # -- every command ----------------------------------------------------------------------------------------------------

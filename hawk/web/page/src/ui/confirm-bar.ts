@@ -4,7 +4,7 @@ import { keyed } from "lit/directives/keyed.js";
 import type { Command, Point } from "../protocol.ts";
 import type { Question } from "../state/question.ts";
 import { cannot } from "../words/actions.ts";
-import { type AskedCommand, confirmWords, OVERRULING } from "../words/confirm.ts";
+import { type AskedCommand, confirmWords, overrules } from "../words/confirm.ts";
 import { say, sentences } from "../words/say.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
 import { Part } from "./element.ts";
@@ -65,11 +65,11 @@ export class ConfirmBar extends Part {
   private simple(about: AskedCommand): TemplateResult {
     const view = this.model.view();
     const { question, second, slide, label } = confirmWords(view, about);
-    const overrules = OVERRULING.has(about);
-    const reason = overrules ? "" : cannot(view, about);
+    const overruling = overrules(about);
+    const reason = overruling ? "" : cannot(view, about);
     const run = (): void => {
       this.model.ask(null);
-      void this.model.command(overrules ? { Type: about, Confirmed: true } : { Type: about }, label);
+      void this.model.command(overruling ? { Type: about, Confirmed: true } : { Type: about }, label);
     };
     return this.frame(question, reason === "" ? second : `${reason}.`, nothing, slide, reason === "" ? run : null);
   }

@@ -1,9 +1,8 @@
+import { COMMAND_TABLE } from "../command-table.ts";
+import type { Command } from "../protocol.ts";
 import type { Operator } from "../state/operator.ts";
 import { type Action, COMMANDS } from "../words/actions.ts";
-import { type AskedCommand, OVERRULING } from "../words/confirm.ts";
-
-/** Starts the motors or makes the drone fly somewhere: one click is not enough. */
-const ASKED = new Set(["Arm", "Takeoff", "Autonomous Explore", "Resume"]);
+import type { AskedCommand } from "../words/confirm.ts";
 
 /** Starts an action of the bar: asks first, or sends its command. */
 export function startAction(model: Operator, action: Action): void {
@@ -17,7 +16,8 @@ export function startAction(model: Operator, action: Action): void {
   else void model.command({ Type: type }, action.label);
 }
 
-/** Land and Return home are asked about only while a pilot flies, who would be overruled. */
-function isAsked(type: string, manual: boolean): type is AskedCommand {
-  return ASKED.has(type) || (manual && OVERRULING.has(type as AskedCommand));
+/** One click is not enough to start the motors or to fly somewhere, and to overrule a pilot. */
+function isAsked(type: Command["Type"], manual: boolean): type is AskedCommand {
+  const { confirm } = COMMAND_TABLE[type];
+  return confirm === "slide" || (manual && confirm === "overruling");
 }

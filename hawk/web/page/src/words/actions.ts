@@ -1,10 +1,12 @@
+import { COMMAND_TABLE, type CommandButton, type SentBy } from "../command-table.ts";
 import type { Command } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "./format.ts";
 import { pointer, say } from "./say.ts";
 import { linkOf, option, type View } from "./view.ts";
 
-export type ActionName = "arm" | "takeoff" | "explore" | "move" | "home" | "land" | "hold" | "disarm" | "resume";
+/** Buttons of the bar. */
+export type ActionName = Extract<CommandButton, "arm" | "takeoff" | "explore" | "move" | "home" | "land" | "hold" | "disarm" | "resume">;
 export type ActionKind = "possible" | "running" | "impossible" | "failed";
 
 export interface Action {
@@ -17,18 +19,9 @@ export interface Action {
   progress: number | null;
 }
 
-/** Commands that may be sent by their name alone. */
-export type SimpleCommand = { [T in Command["Type"]]: { Type: T } extends Extract<Command, { Type: T }> ? T : never }[Command["Type"]];
-
-export const COMMANDS: Record<Exclude<ActionName, "move">, SimpleCommand> = {
-  arm: "Arm",
-  takeoff: "Takeoff",
-  explore: "Autonomous Explore",
-  home: "Return To Launch",
-  land: "Land",
-  hold: "Hold",
-  disarm: "Disarm",
-  resume: "Resume",
+/** The command of each button that sends only one. */
+export const COMMANDS = Object.fromEntries(Object.entries(COMMAND_TABLE).map(([type, { button }]) => [button, type])) as {
+  [Name in Exclude<ActionName, "move">]: SentBy<Name>;
 };
 
 /** The guided actions, in the order of a flight. */

@@ -1,3 +1,4 @@
+import { COMMAND_TABLE } from "../command-table.ts";
 import type { Question } from "../state/question.ts";
 import * as format from "./format.ts";
 import { say } from "./say.ts";
@@ -15,8 +16,10 @@ export interface ConfirmWords {
   label: string;
 }
 
-/** Asked because a pilot would be overruled: sent as confirmed. */
-export const OVERRULING = new Set<AskedCommand>(["Return To Launch", "Land", "Resume"]);
+/** Whether it is asked because a pilot would be overruled: it is sent as confirmed then. */
+export function overrules(about: AskedCommand): boolean {
+  return COMMAND_TABLE[about].confirm === "overruling";
+}
 
 export function confirmWords(view: View, about: AskedCommand): ConfirmWords {
   switch (about) {

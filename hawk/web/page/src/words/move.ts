@@ -1,3 +1,4 @@
+import type { SentBy } from "../command-table.ts";
 import type { Heartbeat, Point } from "../protocol.ts";
 import { CELL } from "../state/tile-data.ts";
 import * as format from "./format.ts";
@@ -6,7 +7,7 @@ import type { Units } from "./units.ts";
 import { option, type View } from "./view.ts";
 
 /** Inside the lot (the drone refuses other places), or anywhere inside the fence. */
-export type MoveKind = "Autonomous Move" | "Compulsive Move";
+export type MoveKind = SentBy<"move">;
 
 /** A kind of move as the bar offers it; `reason`: why it is not possible. */
 export interface MoveChoice {
