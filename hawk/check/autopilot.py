@@ -264,7 +264,7 @@ def _not_found(url: str, autopilot: MavsdkAutopilot) -> CheckResult:
         return failed(_NAME, f"Not the expected autopilot is heard: {other}", remedy)
     heard = autopilot.hearing.heard
     if heard:
-        remedy = "Is the copter switched on? Then let its messages come this way, too (SERIALn_PROTOCOL, router)."
+        remedy = "Is the copter switched on? Then forward its messages to this link, too (SERIALn_PROTOCOL, router)."
         return failed(_NAME, f"No copter is heard at {url}, but: {heard}.", remedy)
     value = f"No autopilot is heard at {url}."
     if "opened" in autopilot.problem:

@@ -9,7 +9,7 @@ from typing import Final
 from proving.faults.fault import (
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Disk,
     Drone,
     Fault,
@@ -101,7 +101,7 @@ def _seen(outcome: Outcome) -> str:
         if isinstance(step, See):
             has_seen = True
             parts.append(step.words_with(next(seconds, None)))
-        elif has_seen and not isinstance(step, CountAnew):
+        elif has_seen and not isinstance(step, CountAgain):
             parts.append(f"then {act(step)}")
     return "; ".join((*parts, *outcome.figures, *_failed(outcome)))
 
@@ -123,7 +123,7 @@ def act(step: Act) -> str:
             return f"signal {number}"
         case StartAgain():
             return "the daemon is started again"
-        case CountAnew():
+        case CountAgain():
             return "counted from here"
         case Survey():
             return "a survey"

@@ -77,7 +77,7 @@ def test_a_lost_receiver_keeps_its_last_pulses_and_shows_in_the_health_alone(rad
     radio.wait(lambda: receiver(radio, "health"), 10.0)
 
 
-def test_with_its_failsafe_off_a_lost_receiver_is_not_told(radio: Vehicle) -> None:
+def test_with_its_failsafe_off_a_lost_receiver_is_not_reported(radio: Vehicle) -> None:
     radio.set({"FS_THR_ENABLE": 0})
     radio.faults.radio(False)
     radio.let_pass(4.0)

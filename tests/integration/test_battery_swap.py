@@ -163,7 +163,7 @@ def moved(before: Look, after: Look) -> list[float]:
     return [math.dist(*((s.north, s.east) for s in (before.stalls[i], after.stalls[i]))) for i in kept]
 
 
-async def test_the_battery_ended_the_first_flight_half_way(swap: Swap) -> None:
+async def test_the_battery_ended_the_first_flight_midway(swap: Swap) -> None:
     assert swap.half.beat.state == StateName.IDLE
     assert len(swap.half.stalls) < 0.9 * len(swap.truth.stalls)
 
@@ -175,7 +175,7 @@ async def test_after_the_swap_the_map_is_the_same_one(swap: Swap) -> None:
     assert all(metres < 0.1 for metres in moved(before, after))
 
 
-async def test_before_take_off_it_is_told_that_an_earlier_survey_goes_on(swap: Swap) -> None:
+async def test_before_take_off_the_drone_reports_that_an_earlier_survey_goes_on(swap: Swap) -> None:
     (text,) = [text for text in swap.again.said if text.startswith("An earlier survey goes on")]
     assert f"{len(swap.half.stalls)} stalls" in text
     (check,) = [check for check in swap.again.ready.checks if check.name == "Survey"]

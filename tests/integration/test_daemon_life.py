@@ -126,7 +126,7 @@ async def test_without_its_operator_it_holds_and_then_comes_home(flown: Flown) -
     assert not (await flown.stack.status())["crashed"]
 
 
-async def test_told_to_end_in_the_air_it_sends_the_drone_home_first(flown: Flown) -> None:
+async def test_a_daemon_that_is_stopped_in_the_air_sends_the_drone_home_first(flown: Flown) -> None:
     async with operator(flown.url) as pilot:
         await pilot.take_off()
     async with asyncio.timeout(STOP_S):

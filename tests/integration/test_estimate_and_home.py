@@ -58,13 +58,13 @@ async def test_a_held_drone_stays_when_its_estimate_jumps_by_25_metres(flown: tu
     before = await true_place(stack)
     await fault(stack, gps_glitch=[25.0, 0.0, 0.0])
     await pilot.until(lambda b: "GPS glitch" in health(b, "position").reason)
-    told = await pilot.until_said("estimate jumped by 25 m")
-    assert told.state == StateName.HOVER
-    await pilot.until(lambda b: b.time > told.time + 8.0)  # long enough to fly 25 m
+    beat = await pilot.until_said("estimate jumped by 25 m")
+    assert beat.state == StateName.HOVER
+    await pilot.until(lambda b: b.time > beat.time + 8.0)  # long enough to fly 25 m
     assert math.dist(await true_place(stack), before) < 2.0
     assert "jumped by 25 m against the map" in health(pilot.beat, "mapper").reason
     await fault(stack, gps_glitch=[0.0, 0.0, 0.0])
-    await pilot.until(lambda b: b.time > told.time + 9.0 and "against the map" not in health(b, "mapper").reason)
+    await pilot.until(lambda b: b.time > beat.time + 9.0 and "against the map" not in health(b, "mapper").reason)
     await pilot.until(lambda b: health(b, "position").healthy)
     assert math.dist(await true_place(stack), before) < 3.0
 

@@ -63,7 +63,7 @@ def flight_goes_on(kept: FlightSoFar | None, now: Moment, speed: float) -> tuple
         passed = max(now.seconds, min(now.utc - kept.moment.utc, FLIGHT_KEPT_S))
     if passed > FLIGHT_KEPT_S:
         return None
-    return kept.seconds + passed * speed, kept.way
+    return kept.seconds + passed * speed, kept.distance_m
 
 
 def starts_before(starts: Iterable[Moment], flight: FlightSoFar | None, now: Moment) -> int:

@@ -42,14 +42,14 @@ async def test_a_defect_behind_a_command_is_found(tmp_path: Path) -> None:
         raise RuntimeError("a defect")
 
     run = Run(tmp_path, 1, 320)
-    run.house.side.socket.attach(broken)
+    run.rig.side.socket.attach(broken)
     result = await run.run()
     assert any("a defect" in finding for finding in result.findings)
 
 
 async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
     run = Run(tmp_path, 1, 64)
-    send = run.house.side.hub.send_to
+    send = run.rig.side.hub.send_to
     answers: list[str] = []
 
     def lossy(client: ClientId, text: str) -> None:
@@ -57,7 +57,7 @@ async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
         if len(answers) % 20:
             send(client, text)
 
-    run.house.side.socket._send_to = lossy
+    run.rig.side.socket._send_to = lossy
     result = await run.run()
     assert any("messages" in finding or "witness" in finding for finding in result.findings)
 
@@ -94,7 +94,7 @@ def refusal(reason: str) -> dict[str, Any]:
         ('{"Type": "Hold", "Fast": 1}', "Fast: is not permitted", "no remedy"),
         ('{"Type": "Hold", "Fast": 1}', "", "0 characters"),
         ('{"Type": "Hold"}', "On the ground.", ""),
-        ('{"Type": "Hold"}', "no way at all", "no sentence"),
+        ('{"Type": "Hold"}', "nonsense", "no sentence"),
         (b"\x00", "message: is binary; send JSON text", ""),
         (b"\x00", "On the ground.", "binary"),
     ],

@@ -31,7 +31,7 @@ def numeric() -> list[tuple[str, str]]:
     ]
 
 
-def test_there_are_as_many_as_there_are() -> None:
+def test_every_number_of_the_settings_is_tried() -> None:
     defaults = Config().model_dump()
     numbers = {(s, k) for s, v in defaults.items() for k, each in v.items() if type(each) in NUMBERS}
     assert numbers <= set(numeric())

@@ -146,7 +146,7 @@ async def test_without_a_flight_under_way_only_a_drone_found_in_the_air_counts(s
 
 
 @pytest.mark.parametrize(("times", "counts"), [((1.0, 30.0, 60.9), [1, 2, 3]), ((1.0, 30.0, 61.0), [1, 2, 2])])
-async def test_a_start_found_in_the_air_tells_how_many_there_were_within_a_minute(
+async def test_a_start_found_in_the_air_counts_those_within_a_minute(
     computer: Computer, times: tuple[float, ...], counts: list[int]
 ) -> None:
     await computer.run(NOW, None, flying)

@@ -116,7 +116,7 @@ def test_texts_of_fields_come_from_the_class_and_its_bases() -> None:
         ({"enum": ["a", "b"]}, '`"a"`, `"b"`'),
     ],
 )  # fmt: skip
-def test_words_of_a_type(value: dict[str, Any], words: str) -> None:
+def test_each_type_has_its_words(value: dict[str, Any], words: str) -> None:
     assert protocol_page._type(value) == words
 
 

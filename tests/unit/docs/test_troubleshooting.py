@@ -27,12 +27,12 @@ def sources() -> str:
     return re.sub(r"\s+", " ", joined)
 
 
-def test_there_is_much_to_find() -> None:
+def test_the_page_has_more_than_eighty_sentences() -> None:
     assert len(SAID) > 80
 
 
 @pytest.mark.parametrize("words", [words for words in SAID if words not in NO_WORDS])
-def test_the_words_are_said(words: str, sources: str) -> None:
+def test_the_sources_have_each_sentence(words: str, sources: str) -> None:
     parts = [part.strip(" :.") for part in words.split("…")]
     missing = [part for part in parts if part and part not in sources]
     assert not missing

@@ -45,7 +45,7 @@ def test_what_nobody_reads_is_dropped_and_counted_and_the_end_does_not_wait_for_
     os.close(own)
 
 
-def test_a_gap_is_told_where_it_is(pipe: tuple[int, int]) -> None:
+def test_a_gap_is_noted_where_it_is(pipe: tuple[int, int]) -> None:
     writer = LineWriter(pipe[1], limit=0)
     writer.put("lost")
     writer._limit = 10

@@ -53,7 +53,7 @@ def test_a_start_waits_for_the_run_before_to_end(tmp_path: Path) -> None:
     assert (first.returncode, killer.wait()) == (-9, 0)
 
 
-def test_one_store_is_no_other(tmp_path: Path) -> None:
+def test_two_stores_are_held_side_by_side(tmp_path: Path) -> None:
     with held_store(tmp_path / "one", ABOUT), held_store(tmp_path / "two", ABOUT):
         pass
 

@@ -170,7 +170,7 @@ def test_a_question_that_nobody_follows_lapses(desk: ControlDesk, clock: ManualC
     assert desk.request("ben") is not None
 
 
-def test_one_who_was_refused_is_told_and_asks_again_after_a_while(desk: ControlDesk, clock: ManualClock) -> None:
+def test_a_refused_client_is_notified_and_asks_again_after_a_while(desk: ControlDesk, clock: ManualClock) -> None:
     desk.ask("ben")
     assert desk.answer("ana", gives=False) is None
     assert [desk.seen_by(client).kept for client in ("ana", "ben", "cleo")] == [False, True, False]
@@ -185,7 +185,7 @@ def test_one_who_was_refused_is_told_and_asks_again_after_a_while(desk: ControlD
     assert not desk.seen_by("ben").kept
 
 
-def test_control_given_back_is_told_until_somebody_takes_it(desk: ControlDesk) -> None:
+def test_control_given_back_is_shown_until_somebody_takes_it(desk: ControlDesk) -> None:
     desk.ask("ben")
     assert desk.release("ana") is None
     assert (desk.given_back_by(), desk.seen_by("ben").asked_by) == ("Ana", None)
@@ -209,13 +209,13 @@ async def test_a_question_goes_from_page_to_page(rig: Rig, connect: Connect) -> 
     await ben.ask(Type="Name", Name="Ben")
     await ana.take_control()
     assert (await ben.ask(Type="Control", Action="Ask"))["Accepted"]
-    rig.tell()
+    rig.publish_status()
     asked, asking = await ana.next("Heartbeat"), await ben.next("Heartbeat")
     assert (asked["In Control"], asked["Control Asked By"], asked["Own Name"]) == (True, "Ben", "Ana")
     assert (asking["In Control"], asking["Control Free In"], asking["Own Name"]) == (False, ANSWER_S, "Ben")
     assert (await ben.ask(Type="Control", Action="Give"))["Reason"] == "You do not have control."
     assert (await ana.ask(Type="Control", Action="Give"))["Accepted"]
-    rig.tell()
+    rig.publish_status()
     given = await ben.next("Heartbeat")
     assert (given["In Control"], given["Control Asked By"]) == (True, None)
 

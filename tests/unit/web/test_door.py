@@ -178,14 +178,14 @@ async def test_an_answer_that_is_received_slowly_goes_on_and_one_that_is_not_rec
     text = b"GET /large.bin HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     stranger = await come(server, strangers, text, limit=1024)
     await stranger.reader.readuntil(b"\r\n\r\n")
-    (visit,) = server.door.visits()
+    (connection,) = server.door.waiting_connections()
     for _ in range(3):
         rig.real.advance(IDLE_S)
         server.door.sweep()
         assert server.door.waiting == 1, "it received some"
-        before = visit.unsent
+        before = connection.unsent
         async with asyncio.timeout(PATIENCE_S):
-            while visit.unsent == before:
+            while connection.unsent == before:
                 await stranger.reader.readexactly(64 * 1024)
     for _ in range(2):
         rig.real.advance(IDLE_S)
@@ -264,7 +264,7 @@ def test_places_leave_descriptors_to_the_flight(descriptors: int, clients: int, 
         assert places.waiting + places.answered + RESERVED_DESCRIPTORS <= descriptors
 
 
-async def test_a_process_that_may_open_few_files_is_told_at_the_start(
+async def test_a_process_that_may_open_few_files_is_reported_at_the_start(
     rig: Rig, caplog: pytest.LogCaptureFixture
 ) -> None:
     rig.web = WebSettings(port=0, maximum_clients=1000)

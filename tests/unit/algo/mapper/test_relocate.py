@@ -49,7 +49,7 @@ def nowhere_but_known(known: Stalls) -> Inside:
 
 
 @pytest.mark.parametrize("error", [(0.0, 1.9), (0.0, -PITCH), (1.4, -1.4), (0.0, 0.0)])
-def test_taken_stalls_tell_a_row_from_the_same_row_a_pitch_farther(error: tuple[float, float]) -> None:
+def test_taken_stalls_distinguish_a_row_from_the_same_row_a_pitch_farther(error: tuple[float, float]) -> None:
     taken = np.random.default_rng(5).integers(0, 2, 14).astype(float)
     known, found = row(20, np.append(taken, np.zeros(6))), row(14, taken)
     moved = Stalls(found.places + error, found.angles, found.taken)
@@ -66,7 +66,7 @@ def test_equal_stalls_without_an_end_in_sight_are_left_where_they_are() -> None:
     assert step is None or abs(step[1] + 1.2) < 0.1  # nothing, or the nearer of two: never a pitch farther
 
 
-def test_the_end_of_a_row_on_seen_ground_tells_it() -> None:
+def test_the_end_of_a_row_on_seen_ground_fixes_its_place() -> None:
     known, found = row(12, np.ones(12)), row(12, np.ones(12))
     moved = Stalls(found.places + np.array([0.0, 1.8]), found.angles, found.taken)
     assert settled(Relocation(), known, moved, everywhere) == pytest.approx([0.0, -1.8], abs=0.02)

@@ -109,7 +109,9 @@ def test_the_lot_s_detection_is_steady(rig: Rig) -> None:
         ((), 1.0, False),
     ],
 )
-def test_what_makes_a_lot(rig: Rig, stalls: tuple[StallSeen, ...], lot: float, detected: bool) -> None:
+def test_a_lot_is_detected_by_its_stalls_or_its_ground(
+    rig: Rig, stalls: tuple[StallSeen, ...], lot: float, detected: bool
+) -> None:
     rig.finder.stalls, rig.finder.lot = stalls, lot
     for _ in range(3):
         rig.process()

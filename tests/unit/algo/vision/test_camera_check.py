@@ -223,7 +223,7 @@ def test_a_turned_camera_is_named_with_its_setting_and_the_setting_heals_it(
     assert set(flight.check(straight(30))[1]) == {Health()}
 
 
-def test_the_setting_is_told_from_the_one_in_force(world: World) -> None:
+def test_the_setting_is_reckoned_from_the_one_in_force(world: World) -> None:
     flight = Flight(world, turn=0.0)
     flight.model = replace(CAMERA, mount_yaw=math.radians(90))
     assert "camera.mount_yaw_deg to 0 (it is 90)" in flight.check(straight(30))[1][-1].reason
@@ -328,7 +328,7 @@ def test_a_picture_that_moves_again_is_healthy_again(world: World) -> None:
 
 
 @pytest.mark.parametrize("state", [StateName.IDLE, StateName.CONFIGURE, StateName.ARM])
-def test_on_the_ground_the_same_picture_is_told_and_no_fault(world: World, state: StateName) -> None:
+def test_on_the_ground_the_same_picture_is_reported_and_no_fault(world: World, state: StateName) -> None:
     flight = Flight(world)
     flight.state = state
     poses = [MapPose(0.05 * k, 0.0, 0.1, 0, 0, 0) for k in range(40)]  # GNSS drifts
@@ -365,7 +365,7 @@ def test_low_and_without_a_pose_nothing_is_compared(world: World) -> None:
     assert check.evidence == Evidence()
 
 
-def test_another_camera_begins_anew(world: World) -> None:
+def test_another_camera_begins_a_new_check(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world, turn=math.pi).frames(straight(30)):
         health = check.look(frame, picture)

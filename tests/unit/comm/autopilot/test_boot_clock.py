@@ -132,7 +132,7 @@ def test_a_clock_that_was_mapped_too_late_is_corrected() -> None:
     assert clock.to_ours(105.0) == pytest.approx(5.01)
 
 
-def test_in_a_fast_simulation_delays_count_so_many_times_as_long() -> None:
+def test_in_a_fast_simulation_delays_count_times_the_speed() -> None:
     clock = BootClock(4.0)
     run(clock, 0.0, 1.0, delay=0.8)
     assert all(reading.time is not None for reading in run(clock, 1.0, 2.0, delay=0.0))

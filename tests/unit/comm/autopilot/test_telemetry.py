@@ -32,7 +32,7 @@ def test_a_heartbeat_of_something_else_than_an_autopilot_is_not_heard(rig: Rig) 
     assert rig.topics.state.value is None
 
 
-def test_landed_states_are_told_as_they_come(rig: Rig) -> None:
+def test_landed_states_are_reported_as_they_come(rig: Rig) -> None:
     rig.take(rig.said.heartbeat())
     for number, state in ((1, LandedState.ON_GROUND), (3, LandedState.TAKING_OFF), (99, LandedState.UNDEFINED)):
         rig.take(rig.said.landed(number))
@@ -191,7 +191,7 @@ def test_an_arm_place_that_is_restored_too_late_does_not_replace_a_newer_one(rig
     assert len(rig.places) == 1
 
 
-def test_a_jump_of_ekf_local_is_told_and_the_map_stays(rig: Rig) -> None:
+def test_a_jump_of_ekf_local_is_reported_and_the_map_stays(rig: Rig) -> None:
     rig.arm_here()
     rig.fly(0.5, ekf=(10.0, 0.0, -30.0), north=10.0, up=30.0)  # leaps from the arm place: the watch must settle first
     rig.fly(0.5, ekf=(10.0, 0.0, -30.0), north=10.0, up=30.0)
@@ -390,7 +390,7 @@ def test_a_fence_before_the_first_arm_is_about_where_the_drone_stands(rig: Rig) 
     assert rig.origin() == rig.telemetry.tie.datum
 
 
-def test_the_datum_may_be_laid_anew_under_a_drone_that_flies(rig: Rig) -> None:
+def test_the_datum_may_be_set_again_under_a_drone_that_flies(rig: Rig) -> None:
     rig.arm_here()
     rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 7 * METRE_NORTH, LONGITUDE, ALTITUDE))
     rig.fly(0.1)
@@ -598,7 +598,7 @@ class TestRangefinder:
         rig.take(("DISTANCE_SENSOR", {"time_boot_ms": rig.said.ms, "orientation": 25, "current_distance": 300}))
         assert rig.topics.terrain.value is before
 
-    def test_another_arm_place_begins_anew(self, rig: Rig) -> None:
+    def test_another_arm_place_begins_the_ground_estimate_again(self, rig: Rig) -> None:
         rig.arm_here()
         self.fly(rig, 2.0, 30.0, 2500)
         rig.fly(0.3)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.autopilot.terrain import FRESH_S, RangeReading, Terrain, TerrainWatch, ground_below
+from hawk.comm.autopilot.terrain import FRESH_S, RangeReading, Terrain, TerrainEstimator, ground_below
 
 STEP_S = 0.1
 SPEED = 4.0
@@ -21,7 +21,7 @@ class Flight:
     """Flies north and measures. ``measure`` replaces the true distance."""
 
     def __init__(self, surface: Surface = lambda _: 0.0) -> None:
-        self.watch = TerrainWatch()
+        self.watch = TerrainEstimator()
         self.surface = surface
         self.time = self.north = 0.0
         self.height = 30.0
@@ -108,7 +108,7 @@ def test_without_readings_the_estimate_ends() -> None:
 
 def test_before_enough_readings_and_without_a_place_nothing_is_known() -> None:
     assert Flight().fly(0.4).ground is None
-    watch = TerrainWatch()
+    watch = TerrainEstimator()
     for index in range(50):
         found = watch.take(RangeReading(index * STEP_S, 10.0, 0.2, 50.0), None)
         assert (found.distance, found.ground) == (10.0, None)

@@ -189,7 +189,7 @@ async def test_after_a_step_of_its_clock_no_picture_is_placed_by_the_old_one(
     "that its stamps stand still",
 )
 @pytest.mark.parametrize("stamped", [False, True], ids=["least delay", "known clock"])
-async def test_pictures_whose_stamps_stand_still_are_left_out_and_told(rig: Rig, stamped: bool) -> None:
+async def test_pictures_whose_stamps_stand_still_are_left_out_and_reported(rig: Rig, stamped: bool) -> None:
     rig.make(CameraSettings(latency_s=0.0), stamped=stamped)
     rig.camera.init()
     rig.known = 100.0
@@ -259,7 +259,7 @@ async def test_while_the_known_clock_is_not_known_the_stamp_is_estimated(rig: Ri
     assert rig.camera.latest.captured == pytest.approx(99.95)
 
 
-async def test_a_camera_that_goes_away_is_told_and_found_again(rig: Rig) -> None:
+async def test_a_camera_that_goes_away_is_reported_and_found_again(rig: Rig) -> None:
     rig.camera.init()
     await rig.feed(frame(100.0), CameraError("http://cam: the stream ended"))
     rig.clock.advance(2.0)
@@ -308,7 +308,7 @@ async def test_what_follows_a_picture_is_left_out(rig: Rig) -> None:
     "more than half of the last 20 pictures are damaged, or none comes whole",
     "camera unhealthy with the number and what to check; fewer are reported and change nothing",
 )
-async def test_damaged_pictures_are_told_and_make_the_camera_unhealthy_when_they_are_most(rig: Rig) -> None:
+async def test_damaged_pictures_are_reported_and_make_the_camera_unhealthy_when_they_are_most(rig: Rig) -> None:
     rig.camera.init()
     await rig.feed(frame())
     assert rig.camera.health == Health()
@@ -330,7 +330,7 @@ async def test_damaged_pictures_are_told_and_make_the_camera_unhealthy_when_they
 
 
 @pytest.mark.fault("more than half of the last 20 pictures are damaged, or none comes whole")
-async def test_a_camera_all_of_whose_pictures_come_damaged_is_told_so(rig: Rig) -> None:
+async def test_a_camera_all_of_whose_pictures_come_damaged_is_reported(rig: Rig) -> None:
     rig.camera.init()
     await rig.feed(frame(data=PICTURE[:-2]))
     assert "1 came damaged" in rig.camera.health.reason
@@ -383,7 +383,7 @@ def test_an_address_of_no_known_kind_names_those_that_are() -> None:
         make_source(CameraSettings().model_copy(update={"url": "ftp://x"}), ManualClock())
 
 
-async def test_a_source_that_cannot_be_made_is_told_and_tried_again_and_the_camera_can_be_closed() -> None:
+async def test_a_source_that_cannot_be_made_is_reported_and_tried_again_and_the_camera_can_be_closed() -> None:
     made: list[str] = []
 
     def make(settings: CameraSettings, clock: Clock) -> CameraSource:

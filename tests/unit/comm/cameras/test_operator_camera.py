@@ -139,7 +139,7 @@ async def test_a_stream_that_breaks_is_connected_again(blocking: ThreadPoolExecu
     assert len(server.requests) >= 2
 
 
-async def test_a_refusal_is_told(blocking: ThreadPoolExecutor) -> None:
+async def test_a_refusal_is_reported(blocking: ThreadPoolExecutor) -> None:
     server = StreamServer(forever(part(LIGHT)))
     server.status = 401
     camera = OperatorCamera(*await serve(server), reconnect_s=0.01)

@@ -63,8 +63,8 @@ def test_a_step_of_the_cameras_clock_places_no_picture_wrongly(fps: float, step:
     camera.offset += step
     after = list(camera.run(20.0))
     assert 0 < check(after) <= 13, "the next pictures are placed again"
-    (told,) = [found.stepped_s for _, found in after if found.stepped_s is not None]
-    assert told == pytest.approx(step, abs=0.1)
+    (reported,) = [found.stepped_s for _, found in after if found.stepped_s is not None]
+    assert reported == pytest.approx(step, abs=0.1)
     assert camera.clock.has_stepped == (step < 0)
 
 
@@ -121,7 +121,7 @@ def test_a_step_in_a_gap_is_noticed_too(fps: float, step: float, gap: float) -> 
 @pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
 @pytest.mark.parametrize("more", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_delay_on_the_way_is_no_step(fps: float, more: float, seed: int) -> None:
+def test_a_delay_in_transit_is_no_step(fps: float, more: float, seed: int) -> None:
     camera = Camera(fps, seed)
     list(camera.run(10.0))
     for _ in range(3):

@@ -160,7 +160,7 @@ def test_what_is_no_arducopter_is_named_and_never_kept(other: bytes, words: str)
     assert keeper.second_sender(40.0) == (
         f"192.168.1.66:6000 (system 2) sends to the autopilot's port, but is no ArduCopter: {words}."
     )
-    assert keeper.admit(AUTOPILOT, beat(), 41.0), "the copter is, whoever came first"
+    assert keeper.admit(AUTOPILOT, beat(), 41.0), "the copter is, whatever came first"
     assert (keeper.kept, keeper.system_id) == (AUTOPILOT, 1)
 
 

@@ -112,7 +112,9 @@ def rig(stack: contextlib.ExitStack) -> Rig:
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "::1"])
-def test_datagrams_pass_both_ways_and_a_stranger_hears_and_says_nothing(stack: contextlib.ExitStack, host: str) -> None:
+def test_datagrams_pass_in_both_directions_and_a_stranger_hears_and_says_nothing(
+    stack: contextlib.ExitStack, host: str
+) -> None:
     rig = Rig(stack, host)
     assert rig.gate.hearing == Hearing()
     autopilot, stranger = rig.keep(), rig.sender()

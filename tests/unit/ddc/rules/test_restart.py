@@ -207,7 +207,7 @@ async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: R
     assert len(kept) == len(fresh.kept_flights)
     assert 17 <= len(kept) <= 21
     seconds, way = told(fresh)
-    assert (kept[-1].seconds, kept[-1].way) == pytest.approx((seconds, way), abs=0.6)
+    assert (kept[-1].seconds, kept[-1].distance_m) == pytest.approx((seconds, way), abs=0.6)
     assert kept[-1].moment.since(NOW) == pytest.approx(fresh.clock() - START, abs=0.6)
     fresh.order(Land())
     await fresh.until(S.IDLE)

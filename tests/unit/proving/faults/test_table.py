@@ -37,12 +37,12 @@ from proving.faults.fault import (
     lower_than,
     mode,
     refused,
+    reported,
     restarted,
     sent,
     state,
     stayed_within,
     surveyed,
-    told,
     unhealthy,
 )
 from proving.faults.keeping import Kept, lost
@@ -116,14 +116,14 @@ def test_sights_of_a_heartbeat() -> None:
     seen = moment(beat=beat)
     for sight in (
         state(StateName.HOVER),
-        told("at 20 m"),
+        reported("at 20 m"),
         unhealthy("camera", "no picture"),
         check_fails("GPS"),
         absent(healthy("camera")),
         both(state(StateName.HOVER), UP),
     ):
         assert sight.test(seen), sight.words
-    for sight in (state(StateName.LAND), told("landed"), unhealthy("camera", "still"), check_fails("Link")):
+    for sight in (state(StateName.LAND), reported("landed"), unhealthy("camera", "still"), check_fails("Link")):
         assert not sight.test(seen), sight.words
         assert not sight.test(moment()), sight.words
 
@@ -133,7 +133,7 @@ def test_sights_of_what_was_done_since() -> None:
     seen = moment(
         log=(entry,), exits=(-9,), starts=1, sent={"COMMAND_LONG": 2}, answers=("Not now.",), beat=beat_of(detail="")
     )
-    for sight in (told("because"), exited(-9), restarted(), sent("COMMAND_LONG", 2), refused("now")):
+    for sight in (reported("because"), exited(-9), restarted(), sent("COMMAND_LONG", 2), refused("now")):
         assert sight.test(seen), sight.words
         assert not sight.test(moment()), sight.words
     assert not ACCEPTED.test(seen)

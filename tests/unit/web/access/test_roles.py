@@ -71,7 +71,7 @@ async def test_every_type_of_command_is_among_those_tried() -> None:
     assert refusal("Something New", Role.VIEWER), "a command that nobody listed is refused as well"
 
 
-async def test_a_viewer_is_told_its_role_and_sees_everything(stand: Stand) -> None:
+async def test_a_viewer_knows_its_role_and_sees_everything(stand: Stand) -> None:
     viewer = await stand.page(session := await stand.browser(Role.VIEWER))
     operator = await stand.page(await stand.browser(Role.OPERATOR))
     assert (viewer.welcome["Role"], viewer.welcome["Login"]) == ("viewer", True)
@@ -126,7 +126,7 @@ async def test_a_viewer_with_the_operators_session_cookie_commands_nothing_and_k
         for command in ({"Type": "Land"}, {"Type": "Hold"}, {"Type": "Control", "Action": "Release"}):
             assert (await thief.ask(**command))["Reason"] == VIEWERS_COMMAND_NOTHING
         assert (await thief.ask(Type="Heartbeat"))["Accepted"]
-        stand.rig.tell()
+        stand.rig.publish_status()
         assert (await thief.next("Heartbeat"))["In Control"] is False
     stand.rig.clock.advance(1.1)
     assert stand.rig.side.desk.controller_is_lost(), "a viewer's sign of life is not the operator's"

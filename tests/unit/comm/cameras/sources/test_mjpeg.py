@@ -88,7 +88,7 @@ async def test_nobody_there_is_an_error_with_the_address(unused_tcp_port: int) -
         await first(HttpMjpegSource(f"http://127.0.0.1:{unused_tcp_port}/stream", ManualClock()), 1)
 
 
-async def test_another_answer_than_200_is_told(servers: list[StreamServer]) -> None:
+async def test_another_answer_than_200_is_reported(servers: list[StreamServer]) -> None:
     server, url = await serve(servers, forever(part(PICTURE)))
     server.status = 401
     with pytest.raises(CameraError, match="answers 401 Unauthorized"):
