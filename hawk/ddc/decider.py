@@ -19,7 +19,7 @@ from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record
-from hawk.ddc.rules.follower import FALLEN, VehicleFollower
+from hawk.ddc.rules.follower import FALLEN, VehicleFollower, forgotten
 from hawk.ddc.rules.judge import Bench, Case
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
 from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
@@ -139,6 +139,7 @@ class Decider:
 
     def _steps(self, facts: Facts) -> Iterator[tuple[bool, Callable[[], None]]]:
         """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""
+        yield True, lambda: self._do(forgotten(facts))
         for event in facts.link.events:
             yield True, partial(self._hear, event, facts)
         if not self._kill.is_sending:

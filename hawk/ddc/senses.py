@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 from hawk.comm.protocol.authority import OperatorDesk
@@ -26,7 +26,7 @@ from hawk.ddc.readings.belief import Belief, GroundWatch, Motion
 from hawk.ddc.readings.clearance import BelowWatch
 from hawk.ddc.readings.fall import FallWatch
 from hawk.ddc.readings.home import HomeFacts, HomeWatch, home_health
-from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkFacts, LinkWatch, VehicleEvent
+from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkFacts, LinkReading
 from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
 from hawk.ddc.readings.remote_id import remote_id_facts, remote_id_health
 from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, POSE_TIMEOUT_S, DdcTopicInterface
@@ -41,8 +41,6 @@ from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.vehicle import LandedState
 
-DOUBT_CONFIRM_S = 0.5
-"""Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""
 WIND_S = 1.0
 """Interval of the wind's estimates, seconds."""
 PERCEPTION_PARTS = ("camera", "vision", "mapper", "planner")
@@ -77,12 +75,11 @@ class Senses:
     def __init__(self, sources: Sources) -> None:
         self._from = sources
         now = sources.clock()
-        self._link = LinkWatch(sources.topics, sources.service)
+        self._link = LinkReading(sources.topics, sources.service.asked_for)
         self._ground = GroundWatch()
         self._belief = self._believe(now)
         self._fall_watch = FallWatch(sources.fall)
         self._fall: Fall | None = None
-        self._doubt_shown = False
         self._jumps, self._estimate_jumps = Jumps(), Jumps()
         flight = sources.settings.flight
         self._chemistry = CHEMISTRIES[flight.battery_chemistry]
@@ -126,9 +123,7 @@ class Senses:
         """Return the facts of this tick, with the events since the tick before."""
         now = self._from.clock()
         self._belief = self._believe(now)
-        events = self._link.observe(self._belief.vehicle, now) + self._watch_doubt()
-        if VehicleEvent.LINK_LOST in events:
-            self._from.service.forget_held_fence()
+        self._link.update(self._belief, now)
         self._watch_fall(now)
         self._below.update(self._belief.vehicle)
         self._witnesses.update(self._belief.vehicle, now)
@@ -146,17 +141,18 @@ class Senses:
         self._fault.update(bool(_perception_fault(parts)), now)
         if self._from.topics.get_diagnostics().global_position_ok:
             self._position_trusted = now
-        return self._gather(now, parts, events, (self._jumps.take(), self._estimate_jumps.take()))
+        facts = self._gather(now, parts, (self._jumps.take(), self._estimate_jumps.take()))
+        return replace(facts, link=self._link.take_events(facts.link))
 
     def look(self) -> Facts:
         """Return the facts of this moment, without events."""
         now = self._from.clock()
         self._belief = self._believe(now)
-        return self._gather(now, self._parts(), (), (0.0, 0.0))
+        return self._gather(now, self._parts(), (0.0, 0.0))
 
     # -- gathering -----------------------------------------------------------------------------------------------
 
-    def _gather(self, now: float, parts: Parts, events: tuple[VehicleEvent, ...], jumps: tuple[float, float]) -> Facts:
+    def _gather(self, now: float, parts: Parts, jumps: tuple[float, float]) -> Facts:
         topics, outcomes = self._from.topics, self._from.outcomes
         return Facts(
             now=now,
@@ -167,7 +163,6 @@ class Senses:
                 is_up=self._link.is_up,
                 age=topics.get_link_age(),
                 mode_changed_at=self._link.mode_changed_at,
-                events=events,
                 words=self._from.log.autopilot_reason(),
                 second_sender=topics.get_second_sender(),
                 foreign_writes=self._writes.recent(now),
@@ -229,7 +224,7 @@ class Senses:
             plan=fences.plan,
             plan_problem=fences.problem,
             planned_ceiling=fences.plan.ceiling - self._from.settings.fence.ceiling_margin_m,
-            held=self._from.service.held_fence,
+            held=self._from.service.held_fence if self._link.is_unbroken else None,
             outline=self._outline(),
         )
 
@@ -299,12 +294,7 @@ class Senses:
         return vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
 
     def _lasting_doubt(self) -> str:
-        ground = self._belief.ground
-        return ground.doubt if ground.doubted_s >= DOUBT_CONFIRM_S and self._link.is_up else ""
-
-    def _watch_doubt(self) -> tuple[VehicleEvent, ...]:
-        was_shown, self._doubt_shown = self._doubt_shown, bool(self._lasting_doubt())
-        return (VehicleEvent.DOUBTED,) if self._doubt_shown and not was_shown else ()
+        return self._belief.ground.lasting_doubt if self._link.is_up else ""
 
     def _parts(self) -> Parts:
         """Return the health of every part: that of armed and landed stands behind the position's."""

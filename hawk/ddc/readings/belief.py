@@ -36,6 +36,14 @@ class GroundFacts:
     doubted_s: float = 0.0
     """Seconds since the doubt began."""
 
+    @property
+    def lasting_doubt(self) -> str:
+        """The doubt once it has lasted long enough to be shown; empty before, and without one."""
+        return self.doubt if self.doubted_s >= DOUBT_CONFIRM_S else ""
+
+
+DOUBT_CONFIRM_S = 0.5
+"""Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""
 
 AIR_HEIGHT_M = 3.0
 """An armed drone that is higher than this above its arm place does not stand there: on the ground the height drifts by

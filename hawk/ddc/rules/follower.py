@@ -13,12 +13,15 @@ from enum import Enum
 from hawk.ddc.acts import (
     STAY,
     Act,
+    Acts,
     Ask,
     CountStart,
     ForgetAskedModes,
+    ForgetHeldFence,
     Log,
     Record,
     SetArmed,
+    SettleMode,
     Step,
 )
 from hawk.ddc.facts import Facts
@@ -117,6 +120,16 @@ def state_from_autopilot(
     if custom_mode in _HOLDING:
         return StateName.COMMUNICATION_LOST if at_start else StateName.HOVER
     return StateName.MANUAL
+
+
+def forgotten(facts: Facts) -> Acts:
+    """Return what is not known any more after a new mode, and after the link was lost.
+
+    These acts come before all others of a tick: a mode that the tick asks for stays ours.
+    """
+    mode = facts.link.new_mode
+    settled: Acts = () if mode is None else (SettleMode(mode),)
+    return (*settled, ForgetHeldFence()) if VehicleEvent.LINK_LOST in facts.link.events else settled
 
 
 class VehicleFollower:

@@ -16,12 +16,14 @@ from hawk.ddc.acts import (
     Desire,
     EnterState,
     ForgetAskedModes,
+    ForgetHeldFence,
     Log,
     ReadParameter,
     SendMode,
     SendTarget,
     SetArmed,
     SetMode,
+    SettleMode,
     TakeOff,
 )
 from hawk.ddc.battery.energy import Reserve
@@ -302,6 +304,35 @@ def test_a_change_to_another_state_keeps_the_modes_that_were_asked_for_in_mind_a
     assert ForgetAskedModes() not in program._taken(None).acts, "its own RTL would count as somebody else's"
     program._switch(ToManual(), flying(1.1, CopterMode.LOITER))
     assert ForgetAskedModes() in program._taken(None).acts
+
+
+def test_a_pilot_who_takes_over_in_the_tick_in_which_a_return_is_due_is_left_alone() -> None:
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    facts = reserve_reached(flying(1.0, CopterMode.LOITER), 3.0)
+    link = replace(facts.link, new_mode=CopterMode.LOITER, events=(VehicleEvent.FOREIGN_MODE,))
+    decision = program.tick(replace(facts, link=link))
+    assert decision.acts[0] == SettleMode(CopterMode.LOITER)
+    assert ForgetAskedModes() in decision.acts
+    assert asked(decision.acts) == []
+    assert program.state.identity is S.MANUAL
+
+
+def test_what_is_forgotten_comes_before_all_other_acts_of_a_tick() -> None:
+    """A mode that is asked for in the tick in which another one shows stays ours."""
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    facts = reserve_reached(flying(1.0), 3.0)
+    link = replace(facts.link, new_mode=CopterMode.GUIDED, events=(VehicleEvent.LINK_LOST, VehicleEvent.LINK_BACK))
+    acts = program.tick(replace(facts, link=link)).acts
+    assert acts[:2] == (SettleMode(CopterMode.GUIDED), ForgetHeldFence())
+    assert SetMode(CopterMode.RTL) in asked(acts + program.tick(flying(1.05)).acts)
+
+
+def test_a_tick_is_unsound_when_what_is_forgotten_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr("hawk.ddc.decider.forgotten", _broken)
+    decision = program.tick(flying(0.5))
+    assert not decision.is_sound
+    assert of_kind(decision.acts, SendTarget)
 
 
 def test_an_arming_that_was_asked_for_is_not_given_up_by_one_of_before() -> None:

@@ -131,12 +131,32 @@ class TestLink:
         bench.autopilot.connected = True
         assert bench.tick().link.events == (VehicleEvent.LINK_BACK,)
 
-    async def test_a_lost_link_forgets_the_fence_that_the_autopilot_holds(self, bench: Bench) -> None:
+    async def test_while_the_link_is_lost_the_fence_that_the_autopilot_holds_is_not_known(self, bench: Bench) -> None:
         bench.tick()
         await bench.service.upload_fence(FENCE)
         assert bench.tick().limits.held == FENCE
         bench.autopilot.connected = False
         assert bench.tick().limits.held is None
+        assert bench.senses.look().limits.held is None
+        assert bench.service.held_fence == FENCE, "to forget it is an act: the senses do nothing to the service"
+
+    def test_the_mode_that_a_tick_sees_first_is_a_fact_of_that_tick(self, bench: Bench) -> None:
+        bench.fly()
+        bench.autopilot.change_mode(CopterMode.RTL)
+        bench.publish()
+        assert bench.senses.look().link.new_mode is None
+        assert bench.tick().link.new_mode == CopterMode.RTL
+        assert bench.tick().link.new_mode is None
+
+    def test_a_tick_that_fails_loses_no_event(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+        bench.fly()
+        bench.autopilot.connected = False
+        with monkeypatch.context() as broken:
+            broken.setattr(bench.topics, "get_part_healths", lambda: 1 / 0)
+            for _ in range(2):
+                with pytest.raises(ZeroDivisionError):
+                    bench.tick()
+        assert bench.tick().link.events == (VehicleEvent.LINK_LOST,)
 
     def test_a_mode_that_nobody_of_us_asked_for(self, bench: Bench) -> None:
         bench.fly()

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.ddc.acts import STAY, Ask, CountStart, ForgetAskedModes, Log, SetArmed, Step
+from hawk.ddc.acts import STAY, Ask, CountStart, ForgetAskedModes, ForgetHeldFence, Log, SetArmed, SettleMode, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import (
     Cause,
@@ -22,7 +22,7 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.rules.follower import VehicleFollower, state_from_autopilot
+from hawk.ddc.rules.follower import VehicleFollower, forgotten, state_from_autopilot
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.model.operation import StateName
@@ -209,6 +209,18 @@ def test_a_drone_that_is_armed_in_arm_is_not_disarmed_and_not_adopted() -> None:
     follower = VehicleFollower()
     follower.abandon_arming(10.0)
     assert follower.watch(armed_on_ground(10.5), made(ToArm(armed=True))) == STAY
+
+
+def test_a_new_mode_is_settled_and_a_lost_link_forgets_the_fence_that_is_held() -> None:
+    facts = flying(1.0)
+    assert forgotten(facts) == ()
+    changed = replace(facts, link=replace(facts.link, new_mode=CopterMode.LOITER))
+    assert forgotten(changed) == (SettleMode(CopterMode.LOITER),)
+    for mode, acts in ((None, (ForgetHeldFence(),)), (CopterMode.RTL, (SettleMode(CopterMode.RTL), ForgetHeldFence()))):
+        events = (VehicleEvent.LINK_LOST, VehicleEvent.LINK_BACK)
+        assert forgotten(replace(facts, link=replace(facts.link, events=events, new_mode=mode))) == acts
+    back = replace(facts, link=replace(facts.link, events=(VehicleEvent.LINK_BACK,)))
+    assert forgotten(back) == ()
 
 
 def test_a_link_that_is_lost_forgets_the_modes_that_were_asked_for() -> None:
