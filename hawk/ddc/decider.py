@@ -23,7 +23,7 @@ from hawk.ddc.rules.follower import FALLEN, VehicleFollower, forgotten
 from hawk.ddc.rules.judge import Bench, Case
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
 from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
-from hawk.ddc.rules.silence import SilenceWatch
+from hawk.ddc.rules.silence import SilenceRule
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
@@ -73,7 +73,7 @@ class Decider:
         self._witness = WitnessReports()
         self._desk = CommandDesk(tokens, self._kill, self._keeper.reader)
         self._follower = VehicleFollower()
-        self._silence = SilenceWatch()
+        self._silence = SilenceRule()
         self._survey = SurveyNotice(continues_survey=continues_survey)
         self._acts: Acts = ()
         self._fault = ""

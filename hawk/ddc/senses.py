@@ -12,31 +12,31 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from hawk.comm.protocol.authority import OperatorDesk
-from hawk.ddc.battery.charge import ChargeFacts, ChargeWatch
+from hawk.ddc.battery.charge import ChargeFacts, ChargeReading
 from hawk.ddc.battery.chemistry import CHEMISTRIES
-from hawk.ddc.battery.energy import BatteryWatch, HomePath, Reserve, mean_speed
-from hawk.ddc.battery.survey import Sighting, SurveyWatch
+from hawk.ddc.battery.energy import DrainReading, HomePath, Reserve, mean_speed
+from hawk.ddc.battery.survey import Sighting, SurveyReading
 from hawk.ddc.facts import BatteryFacts, Facts, LimitFacts, OperatorFacts, PositionFacts, SightFacts, WindFacts
 from hawk.ddc.fence.geometry import BREACH_TOLERANCE_M, area, outside_by, to_map
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.fence.path import length
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.parameters.failsafes import ALL_NAMES
-from hawk.ddc.readings.belief import Belief, GroundWatch, Motion
-from hawk.ddc.readings.clearance import BelowWatch
-from hawk.ddc.readings.fall import FallWatch
-from hawk.ddc.readings.home import HomeFacts, HomeWatch, home_health
+from hawk.ddc.readings.belief import Belief, BeliefReading, Motion
+from hawk.ddc.readings.clearance import BelowReading
+from hawk.ddc.readings.fall import FallReading
+from hawk.ddc.readings.home import HomeFacts, HomeReading, home_health
 from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkFacts, LinkReading
-from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
+from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlReading, remote_control_health
 from hawk.ddc.readings.remote_id import remote_id_facts, remote_id_health
 from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, POSE_TIMEOUT_S, DdcTopicInterface
-from hawk.ddc.readings.wind import Wind, WindWatch
+from hawk.ddc.readings.wind import Wind, WindEstimator
 from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.stopwatch import Stopwatch
-from hawk.ddc.witnesses.witness import Witnesses, compass_part
+from hawk.ddc.witnesses.witness import WitnessReading, compass_part
 from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.vehicle import LandedState
@@ -64,7 +64,7 @@ class Sources:
     requests: Requests
     outcomes: Outcomes
     settings: DdcSettings
-    survey: SurveyWatch
+    survey: SurveyReading
     fall: Fall | None = None
     """The fall that ended the last flight of an earlier run, as nobody cleared it."""
 
@@ -76,24 +76,24 @@ class Senses:
         self._from = sources
         now = sources.clock()
         self._link = LinkReading(sources.topics, sources.service.asked_for)
-        self._ground = GroundWatch()
+        self._ground = BeliefReading()
         self._belief = self._believe(now)
-        self._fall_watch = FallWatch(sources.fall)
+        self._fall_watch = FallReading(sources.fall)
         self._fall: Fall | None = None
         self._jumps, self._estimate_jumps = Jumps(), Jumps()
         flight = sources.settings.flight
         self._chemistry = CHEMISTRIES[flight.battery_chemistry]
-        self._charge_watch = ChargeWatch(self._chemistry, flight.battery_return_v, flight.battery_land_v)
+        self._charge_watch = ChargeReading(self._chemistry, flight.battery_return_v, flight.battery_land_v)
         self._charge = ChargeFacts()
-        self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
+        self._drain = DrainReading(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
         self._home_path = HomePath()
-        self._wind_watch = WindWatch()
+        self._wind_watch = WindEstimator()
         self._wind: Wind | None = None
         self._wind_at = float("-inf")
         self._strong = Stopwatch()
-        self._below = BelowWatch(sources.topics, sources.settings.heights.least_clearance_m)
-        self._witnesses = Witnesses(sources.topics)
+        self._below = BelowReading(sources.topics, sources.settings.heights.least_clearance_m)
+        self._witnesses = WitnessReading(sources.topics)
         self._cells: tuple[int, ...] = ()
         self._reserve: Reserve | None = None
         self._reached = Stopwatch()
@@ -102,8 +102,8 @@ class Senses:
         self._position_trusted = now
         self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
         self._home: MapPoint | None = None
-        self._home_watch = HomeWatch()
-        self._remote_control = RemoteControlWatch(sources.settings.remote_control)
+        self._home_watch = HomeReading()
+        self._remote_control = RemoteControlReading(sources.settings.remote_control)
         self._autopilot_home = HomeFacts()
         vehicle = sources.topics.vehicle
         self._writes = ForeignWrites()

@@ -99,7 +99,7 @@ NO_CHARGE = ChargeFacts()
 """Before the first reading."""
 
 
-class ChargeWatch:
+class ChargeReading:
     """Follows counter and voltage, reading by reading."""
 
     def __init__(self, chemistry: Chemistry, return_v: float | None = None, land_v: float | None = None) -> None:

@@ -247,7 +247,7 @@ class Sighting:
     """Area of the fence in force or planned, square metres; None while there is none."""
 
 
-class SurveyWatch:
+class SurveyReading:
     """Estimates every half second; `need` is the last estimate."""
 
     def __init__(self, settings: DdcSettings, memory: SurveyMemory, *, continues_survey: bool) -> None:

@@ -102,7 +102,7 @@ class Belief:
     """Height and climb; no height where the arm place is that of an earlier flight."""
 
 
-class GroundWatch:
+class BeliefReading:
     """Compares armed, landed, height and climb with each other, moment by moment."""
 
     def __init__(self) -> None:

@@ -58,7 +58,7 @@ def slope_of(roll: float, pitch: float, yaw: float) -> Slope:
     return Slope((forward * cosine - right * sine) / down, (forward * sine + right * cosine) / down)
 
 
-class SlopeWatch:
+class SlopeReading:
     """Averages the attitude of a drone that stands still, disarmed."""
 
     def __init__(self) -> None:
@@ -163,7 +163,7 @@ def least_clearance(setting_m: float, minimum: float) -> float:
     return min(setting_m, MIN_SHARE * minimum)
 
 
-class ClearanceWatch:
+class ClearanceReading:
     """Counts the readings that are too small, one after the other."""
 
     def __init__(self) -> None:
@@ -210,14 +210,14 @@ def range_health(terrain: Terrain | None, age: float) -> Health | None:
     return Health(HealthStatus.HEALTHY, reason)
 
 
-class BelowWatch:
+class BelowReading:
     """Looks once a tick."""
 
     def __init__(self, topics: DdcTopicInterface, least_clearance_m: float) -> None:
         self._topics = topics
         self._least_m = least_clearance_m
-        self._clearance = ClearanceWatch()
-        self._slope = SlopeWatch()
+        self._clearance = ClearanceReading()
+        self._slope = SlopeReading()
 
     def update(self, vehicle: VehicleState) -> None:
         """Take the newest message and pose. ``vehicle``: the state that is believed."""

@@ -47,7 +47,7 @@ class _Sample:
     place: GlobalPose | None
 
 
-class FallWatch:
+class FallReading:
     """Follows a flight to its end, moment by moment."""
 
     def __init__(self, kept: Fall | None = None) -> None:

@@ -65,7 +65,7 @@ def home_words(home: HomeFacts) -> str:
     return say("Home is {away} from the arm place, outside the fence.", away=away)
 
 
-class HomeWatch:
+class HomeReading:
     """Compares HOME_POSITION with the arm place, in flight and armed on the ground."""
 
     def __init__(self) -> None:

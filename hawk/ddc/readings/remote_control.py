@@ -94,7 +94,7 @@ def switch_position(pulse: int) -> int | None:
     return bisect_left(_LAST_PULSES, pulse) + 1 if low <= pulse <= high else None
 
 
-class RemoteControlWatch:
+class RemoteControlReading:
     """Times what must last: a position of the switch, and a loss in flight."""
 
     def __init__(self, settings: RemoteControlSettings) -> None:

@@ -75,7 +75,7 @@ _PRIOR = np.array([ROTOR_DRAG, BODY_DRAG])
 _WEIGHT = np.array([ROTOR_DRAG_SPREAD, BODY_DRAG_SPREAD]) ** -2.0
 
 
-class WindWatch:
+class WindEstimator:
     """Estimates the wind from poses in the air."""
 
     def __init__(self) -> None:

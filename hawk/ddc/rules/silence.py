@@ -32,7 +32,7 @@ class _Telling:
     sent_at: float = float("-inf")
 
 
-class SilenceWatch:
+class SilenceRule:
     """Sends the mode of the state to an autopilot that is not heard, and holds our heartbeats back."""
 
     def __init__(self) -> None:

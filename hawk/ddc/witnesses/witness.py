@@ -1,4 +1,4 @@
-"""Second witnesses of the autopilot's place: values, made by the watches of `hawk.ddc.witnesses.witness`."""
+"""Second witnesses of the autopilot's place: values, as one tick believes them."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from hawk.comm.autopilot.terrain import Terrain
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.witnesses.heading import HeadingFacts, HeadingWatch
-from hawk.ddc.witnesses.height import AGREES_M, HeightFacts, HeightWatch
-from hawk.ddc.witnesses.place import PlaceFacts, PlaceWatch
+from hawk.ddc.witnesses.heading import HeadingFacts, HeadingReading
+from hawk.ddc.witnesses.height import AGREES_M, HeightFacts, HeightReading
+from hawk.ddc.witnesses.place import PlaceFacts, PlaceReading
 from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.operation import Health
 from hawk.model.sentences import say
@@ -61,12 +61,12 @@ def compass_part(diagnostics: Diagnostics) -> tuple[tuple[str, Health], ...]:
     return (("compass", Health() if diagnostics.compass_ok else Health.bad(COMPASS_LOST)),)
 
 
-class Witnesses:
+class WitnessReading:
     """Hears every message of the witnesses; looks once a tick."""
 
     def __init__(self, topics: DdcTopicInterface) -> None:
         self._topics = topics
-        self._place, self._height, self._heading = PlaceWatch(), HeightWatch(), HeadingWatch()
+        self._place, self._height, self._heading = PlaceReading(), HeightReading(), HeadingReading()
         self._seen_height = HeightFacts()
         self._flies = False
         self._stops = (

@@ -15,7 +15,7 @@ from hawk.comm.autopilot.remote_id import RemoteIdReport
 from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.acts import Ask, SetMode
 from hawk.ddc.battery.energy import ASSUMED_DRAIN, SAFETY_FACTOR, seconds_home
-from hawk.ddc.battery.survey import SurveyWatch
+from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
@@ -56,7 +56,7 @@ class Bench:
         self.log = FlightLog(self.clock, self.utc)
         self.requests = Requests(self.clock, lambda _name, _failure: None)
         self.outcomes = Outcomes()
-        self.survey = SurveyWatch(self.settings, SurveyMemory(), continues_survey=False)
+        self.survey = SurveyReading(self.settings, SurveyMemory(), continues_survey=False)
         self.silent: set[str] = set()
         """Parts of perception that say nothing."""
         self.bad: dict[str, str] = {}

@@ -16,7 +16,7 @@ from hawk.ddc.readings.remote_control import (
     HAND_FLOWN,
     MODE_NAMES,
     RemoteControlFacts,
-    RemoteControlWatch,
+    RemoteControlReading,
     remote_control_check,
     switch_position,
 )
@@ -110,53 +110,59 @@ class TestSwitchSeen:
     """``has_moved``: two positions that lasted, by a receiver that is heard, since the boot."""
 
     def look(
-        self, watch: RemoteControlWatch, seconds: tuple[float, float], pulse: int, *, hears: bool = True, boots: int = 0
+        self,
+        reading: RemoteControlReading,
+        seconds: tuple[float, float],
+        pulse: int,
+        *,
+        hears: bool = True,
+        boots: int = 0,
     ) -> bool:
         begin, end = seconds
         for step in range(round((end - begin) / 0.1) + 1):
             now = begin + step * 0.1
             pulses = (1500, 1500, 1000, 1500, pulse, *(0,) * 13)
-            watch.look(RemoteControl(pulses, 8, now, hears, now, boots), 5, now, is_armed=False)
-        return watch.read(end).has_moved
+            reading.look(RemoteControl(pulses, 8, now, hears, now, boots), 5, now, is_armed=False)
+        return reading.read(end).has_moved
 
     def test_two_positions_that_lasted(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        assert not self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        assert self.look(watch, (4.2, 4.3), 1800)
+        reading = RemoteControlReading(SETTINGS)
+        assert not self.look(reading, (0.0, 2.0), 1800)
+        assert self.look(reading, (2.1, 4.1), 1295)
+        assert self.look(reading, (4.2, 4.3), 1800)
 
     def test_one_position_is_not_a_move_nor_is_a_short_one(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        assert not self.look(watch, (0.0, 30.0), 1800)
-        assert not self.look(watch, (30.1, 31.2), 1295)
-        assert not self.look(watch, (31.3, 60.0), 1800)
+        reading = RemoteControlReading(SETTINGS)
+        assert not self.look(reading, (0.0, 30.0), 1800)
+        assert not self.look(reading, (30.1, 31.2), 1295)
+        assert not self.look(reading, (31.3, 60.0), 1800)
 
     def test_the_pulses_of_a_lost_receiver_are_not(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 5.0), 1800)
-        self.look(watch, (5.1, 6.1), 1500)
-        assert not self.look(watch, (6.2, 20.0), 1500, hears=False)
+        reading = RemoteControlReading(SETTINGS)
+        self.look(reading, (0.0, 5.0), 1800)
+        self.look(reading, (5.1, 6.1), 1500)
+        assert not self.look(reading, (6.2, 20.0), 1500, hears=False)
 
     def test_a_boot_forgets_it(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        assert not self.look(watch, (4.2, 9.0), 1295, boots=1)
+        reading = RemoteControlReading(SETTINGS)
+        self.look(reading, (0.0, 2.0), 1800)
+        assert self.look(reading, (2.1, 4.1), 1295)
+        assert not self.look(reading, (4.2, 9.0), 1295, boots=1)
 
     def test_another_channel_forgets_it(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        watch.look(None, 6, 4.2, is_armed=False)
-        assert not watch.read(4.2).has_moved
+        reading = RemoteControlReading(SETTINGS)
+        self.look(reading, (0.0, 2.0), 1800)
+        assert self.look(reading, (2.1, 4.1), 1295)
+        reading.look(None, 6, 4.2, is_armed=False)
+        assert not reading.read(4.2).has_moved
 
 
 def test_in_flight_it_is_lost_after_two_seconds_and_heard_again_at_once() -> None:
-    watch = RemoteControlWatch(SETTINGS)
+    reading = RemoteControlReading(SETTINGS)
 
     def look(now: float, *, hears: bool) -> float | None:
-        watch.look(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True)
-        return watch.read(now).lost_s
+        reading.look(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True)
+        return reading.read(now).lost_s
 
     assert look(10.0, hears=True) is None
     assert look(11.0, hears=False) is None
