@@ -1,4 +1,4 @@
-"""The link: whether the autopilot is heard, what changed at it, which jumps it reported, who else writes to it."""
+"""The link: whether the autopilot is heard, what changed at it, who else writes to it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from hawk.ddc.readings.belief import Belief
+from hawk.ddc.readings.instant import Instant, Reading
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.vehicle import ForeignWrite, LandedState, VehicleState
@@ -52,10 +53,26 @@ LANDED_WAIT_S = 1.5
 """A first heartbeat waits for the landed state that belongs to it, seconds."""
 
 
-class LinkReading:
+class ForeignWrites:
+    """Keeps what other stations wrote to the autopilot lately."""
+
+    def __init__(self) -> None:
+        self._writes: deque[ForeignWrite] = deque(maxlen=KEPT_WRITES)
+
+    def note(self, write: ForeignWrite) -> None:
+        """Keep one."""
+        self._writes.append(write)
+
+    def recent(self, now: float) -> tuple[ForeignWrite, ...]:
+        """Return those of the last `WRITES_S` seconds, the newest last."""
+        return tuple(write for write in self._writes if now - write.time <= WRITES_S)
+
+
+class LinkReading(Reading):
     """Compares successive states of the autopilot: found, lost, heard again, mode changed by someone else, doubted.
 
-    Its events wait until a tick takes them: one that fails loses none.
+    Its events wait until a tick takes them: one that fails loses none. It is asked by `observe` before the instant is
+    known, which depends on it.
     """
 
     def __init__(self, topics: DdcTopicInterface, asked_for: Callable[[int | None], bool]) -> None:
@@ -70,6 +87,12 @@ class LinkReading:
         self._new_mode: int | None = None
         self.mode_changed_at = float("-inf")
         """Time of the last change of the mode, seconds."""
+        self._writes = ForeignWrites()
+        self._stop = topics.vehicle.foreign_write.listen(self._writes.note)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._stop()
 
     @property
     def is_up(self) -> bool:
@@ -81,12 +104,23 @@ class LinkReading:
         """True when it is up, and was not lost since the last tick that took the events."""
         return self.is_up and VehicleEvent.LINK_LOST not in self._events
 
-    def update(self, belief: Belief, now: float) -> None:
+    def observe(self, belief: Belief, now: float) -> None:
         """Take the state of a tick as it is believed."""
         self._events += self._changes(belief.vehicle, now)
         was_doubted, self._is_doubted = self._is_doubted, self.is_up and bool(belief.ground.lasting_doubt)
         if self._is_doubted and not was_doubted:
             self._events += (VehicleEvent.DOUBTED,)
+
+    def facts(self, instant: Instant, words: str) -> LinkFacts:
+        """Return what is known, without events. ``words``: the autopilot's last warning."""
+        return LinkFacts(
+            is_up=self.is_up,
+            age=self._topics.get_link_age(),
+            mode_changed_at=self.mode_changed_at,
+            words=words,
+            second_sender=self._topics.get_second_sender(),
+            foreign_writes=self._writes.recent(instant.now),
+        )
 
     def take_events(self, facts: LinkFacts) -> LinkFacts:
         """Return the facts with the events since the last call, in their order, and the mode that was first seen."""
@@ -123,34 +157,3 @@ class LinkReading:
         self._linked = True
         self._mode = vehicle.custom_mode
         return (VehicleEvent.FOUND,)
-
-
-class ForeignWrites:
-    """Keeps what other stations wrote to the autopilot lately."""
-
-    def __init__(self) -> None:
-        self._writes: deque[ForeignWrite] = deque(maxlen=KEPT_WRITES)
-
-    def note(self, write: ForeignWrite) -> None:
-        """Keep one."""
-        self._writes.append(write)
-
-    def recent(self, now: float) -> tuple[ForeignWrite, ...]:
-        """Return those of the last `WRITES_S` seconds, the newest last."""
-        return tuple(write for write in self._writes if now - write.time <= WRITES_S)
-
-
-class Jumps:
-    """Collects the jumps of one kind between two ticks."""
-
-    def __init__(self) -> None:
-        self._metres = 0.0
-
-    def note(self, metres: float) -> None:
-        """Keep the largest jump."""
-        self._metres = max(self._metres, abs(metres))
-
-    def take(self) -> float:
-        """Return the largest jump since the last call, metres."""
-        taken, self._metres = self._metres, 0.0
-        return taken

@@ -21,13 +21,14 @@ from hawk.comm.protocol.commands import (
     SetOutline,
 )
 from hawk.comm.protocol.heartbeat import CheckItem, ClientId, CommandOption, KillState
-from hawk.ddc.facts import FAULT_CONFIRM_S, Facts
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import contains, path_is_inside, path_words, place_words
 from hawk.ddc.fence.plan import fence_refusal
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameters.heights import ParameterError, check_heights
 from hawk.ddc.parameters.values import FailsafeCheck, Values
 from hawk.ddc.readings.home import home_words
+from hawk.ddc.readings.sight import FAULT_CONFIRM_S
 from hawk.ddc.rules.command_table import NEEDS_LINK, TABLE, table_reason
 from hawk.ddc.rules.outline_rules import NOTHING_INSIDE, outline_refusal
 from hawk.ddc.rules.preflight import failsafe_checks, preflight_items

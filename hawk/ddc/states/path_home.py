@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
+from hawk.ddc.battery.battery import BATTERY_UNKNOWN_S, RESERVE_CONFIRM_S
 from hawk.ddc.battery.energy import Reserve
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import contains, path_is_inside
 from hawk.ddc.fence.path import is_in_sight, length, route_inside
 from hawk.ddc.motion import Goal, Progress, RouteFollower, stopping_point
+from hawk.ddc.readings.position import POSITION_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.explore import Travelling

@@ -16,7 +16,7 @@ from hawk.comm.protocol.commands import Ack, Command, Kill, KillToken
 from hawk.ddc.acts import Acts, Ask, CutMotors, Desire, ReadParameter
 from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider, Decision
-from hawk.ddc.facts import Answer, Facts, WindFacts
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.orders import (
     ConfigureOrder,
     MoveOrder,
@@ -36,7 +36,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.readings.clearance import BelowFacts
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.readings.wind import Wind
+from hawk.ddc.readings.wind import Wind, WindFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName

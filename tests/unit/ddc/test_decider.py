@@ -28,7 +28,7 @@ from hawk.ddc.acts import (
 )
 from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import Facts, WindFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -47,7 +47,7 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.readings.wind import Wind
+from hawk.ddc.readings.wind import Wind, WindFacts
 from hawk.ddc.rules.guard import reaction
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings

@@ -9,9 +9,9 @@ import pytest
 from hawk.comm.protocol.commands import Command, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import Log
 from hawk.ddc.decider import Decider, Decision
-from hawk.ddc.facts import Facts, OperatorFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import ToExplore, ToHover
-from hawk.ddc.readings.operator import NO_OPERATOR
+from hawk.ddc.readings.operator import NO_OPERATOR, OperatorFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.model.operation import StateName as S
 from tests.unit.ddc.fakes import Rig

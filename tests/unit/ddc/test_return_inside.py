@@ -11,9 +11,10 @@ import pytest
 
 from hawk.comm.protocol.commands import Arm, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
+from hawk.ddc.battery.battery import RESERVE_CONFIRM_S
 from hawk.ddc.battery.energy import LANDING_PERCENT, Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import path as fence_path
 from hawk.ddc.fence.geometry import contains, outside_by, polygon_fence
 from hawk.ddc.motion import PROGRESS_S, Goal

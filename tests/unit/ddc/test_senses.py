@@ -437,7 +437,7 @@ class TestBattery:
         def fail(_seen: object) -> None:
             raise RuntimeError("boom")
 
-        monkeypatch.setattr(bench.survey, "look", fail)
+        monkeypatch.setattr(bench.survey, "update", fail)
         facts = bench.tick()
         assert facts.battery.reserve is not None
         assert facts.battery.survey is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from hawk.comm.protocol.commands import Arm, ClearKill, Kill
 from hawk.ddc.acts import KeepFall, Log, Record
 from hawk.ddc.readings.belief import Belief, BeliefReading, Motion
 from hawk.ddc.readings.fall import FallReading, fall_words
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.rules.kill import KillSwitch
 from hawk.model.operation import Fall, StateName
 from hawk.model.poses import GlobalPose
@@ -18,12 +20,23 @@ from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import UTC_START, Rig
 from tests.unit.ddc.rules.test_kill import token_of
 from tests.unit.ddc.written_facts import flying as flying_facts
+from tests.unit.ddc.written_facts import pose
 
 STEP_S = 0.05
 HEARTBEAT_S = 1.0
 LANDED_S = 0.2
 G = 9.81
 AIR, LANDING, GROUND = LandedState.IN_AIR, LandedState.LANDING, LandedState.ON_GROUND
+
+
+def after(
+    reading: FallReading, belief: Belief, now: float, place: GlobalPose | None = None, utc: float | None = None
+) -> Fall | None:
+    """Show it a moment; return the fall that it knows then."""
+    posed = None if place is None else replace(pose(now), global_=place)
+    age = math.inf if posed is None else 0.0
+    reading.update(Instant(now, now if utc is None else utc, belief, pose=posed, pose_age=age))
+    return reading.facts()
 
 
 @dataclass
@@ -66,7 +79,7 @@ class World:
         fresh = self.now - self._moved <= 1.0
         belief = self.ground_reading.update(self.said, self._seen if fresh else Motion(), 0.0, self.now)
         place = GlobalPose(43.0, -79.0 + self.now * 1e-6, 100.0) if fresh else None
-        self.fall = self.reading.update(belief, place, self.now, UTC_START + self.now)
+        self.fall = after(self.reading, belief, self.now, place, UTC_START + self.now)
         return self.fall
 
     def run(self, seconds: float, climb: float = 0.0, phase: LandedState | None = None) -> None:
@@ -255,7 +268,7 @@ def test_the_height_above_another_arm_place_counts_for_nothing() -> None:
         now = 2.0 + index * 0.1
         said = replace(said, armed=armed, time=now, landed=GROUND, landed_time=now)
         belief = ground.update(said, Motion(10.0, 0.0), -50.0, now)
-        assert reading.update(belief, None, now, now) is None
+        assert after(reading, belief, now) is None
 
 
 def test_the_place_follows_it_for_some_seconds_and_arming_ends_it() -> None:
@@ -287,7 +300,7 @@ def test_the_place_follows_for_five_seconds_after_the_motors_went_off() -> None:
         armed = now <= 5.0
         said = replace(flying_facts(now).ground, armed_said=armed, landed_said=AIR, landed_age=0.0)
         belief = Belief(VehicleState(True, armed, 4, AIR, now, now), said, Motion(10.0, 0.0))
-        fall = reading.update(belief, GlobalPose(43.0, now, 100.0), now, UTC_START + now)
+        fall = after(reading, belief, now, GlobalPose(43.0, now, 100.0), UTC_START + now)
         if fall != before:
             changed.append(now)
         before = fall
@@ -303,10 +316,10 @@ def end_of_a_flight(*seen: tuple[float, float | None]) -> Fall | None:
     ground = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
     for now, height in seen:
         belief = Belief(VehicleState(True, True, 4, AIR, now, now), ground, Motion(height, 0.0))
-        assert reading.update(belief, None, now, now) is None
+        assert after(reading, belief, now) is None
     now += 0.05
     belief = Belief(VehicleState(True, False, 4, GROUND, now, now), ground, Motion(height, 0.0))
-    return reading.update(belief, None, now, now)
+    return after(reading, belief, now)
 
 
 @pytest.mark.parametrize(("metres_a_second", "falls"), [(1.5, False), (1.6, True), (60.0, True), (61.0, False)])
@@ -322,18 +335,18 @@ def test_a_drone_that_stood_armed_for_a_second_and_a_half_has_landed(stood_s: fl
     air = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
     now = 10.0
     for said in (air, *(replace(air, landed_said=GROUND) for _ in range(round(stood_s * 16) + 1))):
-        reading.update(Belief(VehicleState(True, True, 4, AIR, now, now), said, Motion(10.0, 0.0)), None, now, now)
+        after(reading, Belief(VehicleState(True, True, 4, AIR, now, now), said, Motion(10.0, 0.0)), now)
         now += 1 / 16
     off = Belief(VehicleState(True, False, 4, GROUND, now, now), air, Motion(10.0, 0.0))
-    assert (reading.update(off, None, now, now) is not None) is falls
+    assert (after(reading, off, now) is not None) is falls
 
 
 def test_a_drone_that_climbed_fell_from_where_it_was() -> None:
     reading = FallReading()
     ground = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
-    reading.update(Belief(VehicleState(True, True, 4, AIR, 10.0, 10.0), ground, Motion(10.0, 3.0)), None, 10.0, 10.0)
+    after(reading, Belief(VehicleState(True, True, 4, AIR, 10.0, 10.0), ground, Motion(10.0, 3.0)), 10.0)
     off = Belief(VehicleState(True, False, 4, AIR, 10.1, 10.1), ground, Motion(10.0, 0.0))
-    found = reading.update(off, None, 10.1, 10.1)
+    found = after(reading, off, 10.1)
     assert found is not None
     assert found.height == 10.0
 
@@ -347,8 +360,8 @@ def test_a_height_that_is_not_known_is_no_drop() -> None:
 def test_nothing_is_judged_of_a_flight_of_which_nothing_was_seen() -> None:
     reading = FallReading()
     armed = Belief(VehicleState(True, True, 4, AIR, 1.0, 1.0), flying_facts(1.0).ground)
-    assert reading.update(armed, None, 1.0, 1.0) is None
-    assert reading.update(replace(armed, vehicle=replace(armed.vehicle, armed=False)), None, 1.1, 1.1) is None
+    assert after(reading, armed, 1.0) is None
+    assert after(reading, replace(armed, vehicle=replace(armed.vehicle, armed=False)), 1.1) is None
 
 
 def test_a_fall_of_an_earlier_run_lasts_until_the_next_arming() -> None:

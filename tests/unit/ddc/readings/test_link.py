@@ -1,4 +1,4 @@
-"""Stopwatch, jumps and the events of the link, moment by moment."""
+"""The events of the link, moment by moment."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import cast
 
 import pytest
 
+from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.ddc.readings.belief import DOUBT_CONFIRM_S, Belief, GroundFacts
-from hawk.ddc.readings.link import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkFacts, LinkReading, VehicleEvent
+from hawk.ddc.readings.link import KEPT_WRITES, WRITES_S, ForeignWrites, LinkFacts, LinkReading, VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.operation import Health
 from hawk.model.vehicle import CopterMode, ForeignWrite, LandedState, VehicleState
 
@@ -23,6 +23,7 @@ class Ends:
     asked: set[int | None] = field(default_factory=set)
 
     def __post_init__(self) -> None:
+        self.vehicle = VehicleTopics.create(lambda: 0.0)
         self.link = LinkReading(cast(DdcTopicInterface, self), lambda mode: mode in self.asked)
         self.mode: int | None = None
         """The mode that was first seen in the last observation."""
@@ -31,7 +32,7 @@ class Ends:
         return Health() if self.healthy else Health.bad("silent")
 
     def observe(self, vehicle: VehicleState, now: float, doubt: str = "") -> tuple[VehicleEvent, ...]:
-        self.link.update(Belief(vehicle, GroundFacts(doubt=doubt, doubted_s=DOUBT_CONFIRM_S)), now)
+        self.link.observe(Belief(vehicle, GroundFacts(doubt=doubt, doubted_s=DOUBT_CONFIRM_S)), now)
         facts = self.link.take_events(LinkFacts())
         self.mode = facts.new_mode
         return facts.events
@@ -39,32 +40,6 @@ class Ends:
 
 def state(mode: int = CopterMode.GUIDED, landed: LandedState = LandedState.IN_AIR, armed: bool = True) -> VehicleState:
     return VehicleState(True, armed, mode, landed, 0.0, 0.0)
-
-
-def test_a_stopwatch_times_a_condition_and_begins_again() -> None:
-    watch = Stopwatch()
-    assert watch.update(False, 1.0) is None
-    assert watch.update(True, 2.0) == 0.0
-    assert watch.update(True, 5.0) == 3.0
-    assert watch.read(6.0) == 4.0
-    assert watch.update(False, 7.0) is None
-    assert watch.update(True, 9.0) == 0.0
-
-
-def test_of_two_jumps_the_larger_counts_once_whatever_its_sign() -> None:
-    jumps = Jumps()
-    for metres in (1.0, -4.0, 2.0):
-        jumps.note(metres)
-    assert jumps.take() == 4.0
-    assert jumps.take() == 0.0
-
-
-@pytest.mark.parametrize("metres", [0.3, -0.3])
-def test_the_first_jump_counts_however_small_it_is(metres: float) -> None:
-    jumps = Jumps()
-    jumps.note(metres)
-    assert jumps.take() == 0.3
-    assert Jumps().take() == 0.0
 
 
 def test_an_armed_drone_without_a_landed_state_is_found_after_a_while_only() -> None:
@@ -118,7 +93,7 @@ def test_events_wait_in_their_order_until_a_tick_takes_them() -> None:
     ends = Ends()
     for healthy, mode in ((True, CopterMode.GUIDED), (False, CopterMode.GUIDED), (True, CopterMode.LOITER)):
         ends.healthy = healthy
-        ends.link.update(Belief(state(mode), GroundFacts()), 1.0)
+        ends.link.observe(Belief(state(mode), GroundFacts()), 1.0)
     facts = ends.link.take_events(LinkFacts(age=0.3))
     assert facts.events == (VehicleEvent.FOUND, VehicleEvent.LINK_LOST, VehicleEvent.LINK_BACK)
     assert (facts.new_mode, facts.age) == (CopterMode.LOITER, 0.3)
@@ -130,7 +105,7 @@ def test_a_link_that_was_lost_and_is_back_is_unbroken_again_once_a_tick_took_it(
     seen = [ends.link.is_unbroken]
     for healthy in (True, False, True):
         ends.healthy = healthy
-        ends.link.update(Belief(state(), GroundFacts()), 1.0)
+        ends.link.observe(Belief(state(), GroundFacts()), 1.0)
         seen.append(ends.link.is_unbroken)
     ends.link.take_events(LinkFacts())
     assert [*seen, ends.link.is_unbroken] == [False, True, False, False, True]
@@ -149,7 +124,7 @@ def test_a_doubt_is_one_event_after_those_of_the_link_and_none_without_it() -> N
 
 def test_a_doubt_that_is_younger_than_half_a_second_is_no_event() -> None:
     ends = Ends()
-    ends.link.update(Belief(state(), GroundFacts(doubt="It says both.", doubted_s=0.49)), 0.0)
+    ends.link.observe(Belief(state(), GroundFacts(doubt="It says both.", doubted_s=0.49)), 0.0)
     assert ends.link.take_events(LinkFacts()).events == (VehicleEvent.FOUND,)
 
 
