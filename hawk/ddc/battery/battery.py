@@ -52,7 +52,7 @@ class BatteryFacts:
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
-    """What an operator planned: its areas say how large a survey may be."""
+    """Fence and outline as an operator planned them: their areas say how large a survey may be."""
 
     fences: FenceKeeper
     outlines: OutlineKeeper

@@ -104,8 +104,7 @@ class Program:
         self._desired: DesiredPose | None = None
         for tick in range(round(SETTLED_S / TICK_S)):
             self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
-        self._decider._switch(column.transition, column.facts(BEGAN))
-        self._keep(self._decider._taken(None).acts)
+        self._keep(self._decider.follow(column.facts(BEGAN), column.transition).acts)
 
     @property
     def state(self) -> StateName:

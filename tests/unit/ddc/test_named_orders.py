@@ -27,8 +27,7 @@ def told(decision: Decision) -> list[str]:
 
 def exploring(facts: Facts) -> Decider:
     program = Decider(SETTINGS, KillTokens(lambda: "t" * 32), 0.0)
-    program._switch(ToExplore(), facts)
-    program._taken(None)
+    program.follow(facts, ToExplore())
     return program
 
 
@@ -73,7 +72,7 @@ def test_a_reaction_names_nobody() -> None:
     facts = replace(flying(1.0), operator=ANA)
     program = exploring(facts)
     program.command(facts, "client-2", Hold())
-    program._switch(ToHover("Outside the fence."), facts)
+    program.follow(facts, ToHover("Outside the fence."))
     assert program.state.asked_by == ""
 
 
