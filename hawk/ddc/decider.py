@@ -24,7 +24,7 @@ from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.rules.follower import FALLEN, VehicleFollower, forgotten
 from hawk.ddc.rules.judge import Bench, Case
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
-from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
+from hawk.ddc.rules.notices import GroundNotices, SurveyNotices, WitnessNotices
 from hawk.ddc.rules.silence import SilenceRule
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
@@ -100,12 +100,12 @@ class Decider:
         self._kill = KillSwitch()
         self._keeper = Keeper(settings, right_parameters)
         self._kept = KeptFacts()
-        self._ground = GroundReports(settings.heights.highest_obstacle_m)
-        self._witness = WitnessReports()
+        self._ground = GroundNotices(settings.heights.highest_obstacle_m)
+        self._witness = WitnessNotices()
         self._desk = CommandDesk(tokens, self._kill, self._keeper.reader)
         self._follower = VehicleFollower()
         self._silence = SilenceRule()
-        self._survey = SurveyNotice(continues_survey=continues_survey)
+        self._survey = SurveyNotices(continues_survey=continues_survey)
         self._fault = ""
         self.state: State = Idle(now, say("Looking for the autopilot."))
         self._entered = _entering(self.state)
@@ -144,7 +144,7 @@ class Decider:
         if not outcome.is_sound:
             return self._refused(command, outcome)
         if any(isinstance(act, BeginSurvey) for act in ruling.acts):
-            self._continues_survey, self._survey = False, SurveyNotice(continues_survey=False)
+            self._continues_survey, self._survey = False, SurveyNotices(continues_survey=False)
         if isinstance(ruling.answer, Ack):
             outcome = replace(outcome, acts=(*outcome.acts, answer_record(client, command, ruling.answer)))
         return self._decision(outcome, ruling.answer)

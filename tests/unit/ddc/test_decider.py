@@ -471,9 +471,9 @@ VITAL = (
 LESS_VITAL = (
     "rules.route_requests.RouteRequests.tick",
     "parameters.reader.ParameterReader.tick",
-    "rules.notices.GroundReports.tick",
-    "rules.notices.WitnessReports.tick",
-    "rules.notices.SurveyNotice.tick",
+    "rules.notices.GroundNotices.tick",
+    "rules.notices.WitnessNotices.tick",
+    "rules.notices.SurveyNotices.tick",
 )
 
 

@@ -13,7 +13,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, ToExplore, ToHover, ToLand, ToReturn
 from hawk.ddc.rules import guard
-from hawk.ddc.rules.notices import WitnessReports
+from hawk.ddc.rules.notices import WitnessNotices
 from hawk.ddc.states.hover import STRAYS_S, raised
 from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import AGREES_S, SETTLED_S, SILENT_S, WINDOW_S, HeightFacts, HeightReading
@@ -482,7 +482,7 @@ def test_a_height_that_cannot_be_kept_below_the_ceiling_ends_in_a_landing() -> N
 
 
 def test_compasses_that_fail_are_reported_once_and_shown() -> None:
-    reports, hover = WitnessReports(), made(ToHover())
+    reports, hover = WitnessNotices(), made(ToHover())
     lost = replace(flying(0.0), diagnostics=replace(flying(0.0).diagnostics, compass_ok=False))
     works = replace(flying(0.0), diagnostics=replace(flying(0.0).diagnostics, compass_ok=True))
     assert reports.tick(flying(0.0), hover) == ()
