@@ -1,12 +1,12 @@
 import type { Operator } from "../state/operator.ts";
 import { type Action, COMMANDS } from "../words/actions.ts";
-import { OVERRULING, type Simple } from "../words/asked.ts";
+import { type AskedCommand, OVERRULING } from "../words/confirm.ts";
 
 /** Starts the motors or makes the drone fly somewhere: one click is not enough. */
 const ASKED = new Set(["Arm", "Takeoff", "Autonomous Explore", "Resume"]);
 
-/** Begins an action of the bar: asks first, or sends its command. */
-export function begin(model: Operator, action: Action): void {
+/** Starts an action of the bar: asks first, or sends its command. */
+export function startAction(model: Operator, action: Action): void {
   if (action.name === "move") {
     model.pick(!model.picking);
     return;
@@ -18,6 +18,6 @@ export function begin(model: Operator, action: Action): void {
 }
 
 /** Land and Return home are asked about only while a pilot flies, who would be overruled. */
-function isAsked(type: string, manual: boolean): type is Simple {
-  return ASKED.has(type) || (manual && OVERRULING.has(type as Simple));
+function isAsked(type: string, manual: boolean): type is AskedCommand {
+  return ASKED.has(type) || (manual && OVERRULING.has(type as AskedCommand));
 }

@@ -1,12 +1,12 @@
-import type { Question } from "../state/operator.ts";
+import type { Question } from "../state/question.ts";
 import * as format from "./format.ts";
 import { say } from "./say.ts";
 import type { View } from "./view.ts";
 
 /** What is asked for by its name alone. */
-export type Simple = Exclude<Question["about"], "move">;
+export type AskedCommand = Exclude<Question["about"], "move">;
 
-export interface AskedWords {
+export interface ConfirmWords {
   question: string;
   /** What it means. */
   second: string;
@@ -16,9 +16,9 @@ export interface AskedWords {
 }
 
 /** Asked because a pilot would be overruled: sent as confirmed. */
-export const OVERRULING = new Set<Simple>(["Return To Launch", "Land", "Resume"]);
+export const OVERRULING = new Set<AskedCommand>(["Return To Launch", "Land", "Resume"]);
 
-export function askedWords(view: View, about: Simple): AskedWords {
+export function confirmWords(view: View, about: AskedCommand): ConfirmWords {
   switch (about) {
     case "Arm":
       return { question: say("arm-question"), second: say("arm-meaning"), slide: say("arm-slide"), label: say("arm") };
