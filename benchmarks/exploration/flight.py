@@ -17,7 +17,7 @@ from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap
 from benchmarks.kinematic_drone import GNSS_SIGMA_M, STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
-from hawk.ddc.motion import Goal, RoamingWatch
+from hawk.ddc.motion import Goal, Roaming
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
@@ -79,7 +79,7 @@ class Stage:
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool) -> None:
         start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
         self.drone = Drone(start, lot.fence, rng, GNSS_SIGMA_M if errors else 0.0)
-        self.coverage, self.excursions, self.roaming = Coverage(lot, setup), _Excursions(lot), RoamingWatch()
+        self.coverage, self.excursions, self.roaming = Coverage(lot, setup), _Excursions(lot), Roaming()
         self.goal: Goal | None = None
         self.waiting = PathPlan()
         self.wanted: tuple[float, float] | None = None

@@ -7,7 +7,7 @@ from typing import Final
 
 from hawk.comm.autopilot.commands import MavCommand
 from hawk.comm.protocol.commands import Arm, AutonomousExplore, CompulsiveMove, ReturnToLaunch
-from hawk.ddc.senses import PERCEPTION_PARTS
+from hawk.ddc.readings.sight import PERCEPTION_PARTS
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
 from proving.faults.fault import (

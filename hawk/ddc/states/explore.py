@@ -8,7 +8,7 @@ from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import path_is_inside, path_words
 from hawk.ddc.fence.outline import OutlineFacts, area_words
-from hawk.ddc.motion import Carrot, Goal, RoamingWatch
+from hawk.ddc.motion import Carrot, Goal, Roaming
 from hawk.ddc.orders import ToHover
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
@@ -120,7 +120,7 @@ class AutonomousExploreState(AirborneState):
         super().__init__(now)
         self._flight = settings.flight
         self._travelling = Travelling(settings)
-        self._watch = RoamingWatch()
+        self._roaming = Roaming()
         self._stuck = False
         self._goal: Goal | None = None
         self._lot_seen = now
@@ -156,7 +156,7 @@ class AutonomousExploreState(AirborneState):
         if place is None:
             return ()
         acts = self._take_plan(facts, place)
-        self._stuck = self._watch.is_stuck(place, facts.now)
+        self._stuck = self._roaming.is_stuck(place, facts.now)
         if self._goal is None:
             return acts
         return acts + self._travelling.process(facts, self._goal, self._speed)

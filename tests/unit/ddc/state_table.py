@@ -15,7 +15,7 @@ from hawk.comm.protocol.commands import Ack, Command, Kill, KillToken
 from hawk.ddc.acts import Acts, Ask, CutMotors, Desire, ReadParameter
 from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider, Decision
-from hawk.ddc.facts import Answer, Facts, WindFacts
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.orders import (
     ConfigureOrder,
     MoveOrder,
@@ -35,7 +35,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.readings.clearance import BelowFacts
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.readings.wind import Wind
+from hawk.ddc.readings.wind import Wind, WindFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
@@ -103,8 +103,7 @@ class Program:
         self._desired: DesiredPose | None = None
         for tick in range(round(SETTLED_S / TICK_S)):
             self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
-        self._decider._switch(column.transition, column.facts(BEGAN))
-        self._keep(self._decider._taken(None).acts)
+        self._keep(self._decider.follow(column.facts(BEGAN), column.transition).acts)
 
     @property
     def state(self) -> StateName:

@@ -11,9 +11,10 @@ import pytest
 
 from hawk.comm.protocol.commands import Arm, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
+from hawk.ddc.battery.battery import RESERVE_CONFIRM_S
 from hawk.ddc.battery.energy import LANDING_PERCENT, Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import path as fence_path
 from hawk.ddc.fence.geometry import contains, outside_by, polygon_fence
 from hawk.ddc.motion import PROGRESS_S, Goal
@@ -22,6 +23,7 @@ from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.ddc.rules.failing import AIR_S
+from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.rules.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
 from hawk.ddc.states.path_home import RETURNS_ALREADY, PathHome, begin
@@ -66,8 +68,7 @@ def returning(facts: Facts, order: ToReturn = BY_ORDER) -> Decider:
     """A program whose drone begins to return at these facts."""
     made = decider(facts.now - 1.0)
     made.tick(replace(facts, now=facts.now - 0.5))
-    made._switch(order, facts)
-    made._taken(None)
+    made.follow(facts, order)
     return made
 
 
@@ -330,7 +331,7 @@ def test_a_charge_that_lasts_for_the_path_flies_it(percent: float) -> None:
 
 @pytest.mark.parametrize("starts", [2])
 def test_the_second_start_in_the_air_goes_straight(starts: int) -> None:
-    made = Decider(SETTINGS, decider()._desk._tokens, 9.0)
+    made = Decider(SETTINGS, KillTokens(), 9.0)
     begun = bent(9.0)
     made.tick(replace(begun, link=replace(begun.link, events=(VehicleEvent.FOUND,))))
     acts = made.tick(replace(bent(9.1), starts_in_air=starts)).acts

@@ -21,7 +21,7 @@ from hawk.ddc.battery.survey import (
     need_in_flight,
     need_on_ground,
 )
-from hawk.ddc.rules.notices import SHORT_CONFIRM_S, SurveyNotice
+from hawk.ddc.rules.notices import SHORT_CONFIRM_S, SurveyNotices
 from hawk.ddc.settings import SurveyMemory
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import FlightDrain, StateName, SurveyLeft
@@ -244,7 +244,7 @@ async def test_it_is_not_told_before_it_is_certain(make: Make) -> None:
 def test_it_must_last_for_ten_seconds() -> None:
     need = SurveyNeed("planner", 5_000.0, 400.0, 60.0, 30.0, 60.0)
     facts = flying_facts(0.0)
-    notice = SurveyNotice(continues_survey=False)
+    notice = SurveyNotices(continues_survey=False)
 
     class Exploring:
         identity = StateName.AUTONOMOUS_EXPLORE

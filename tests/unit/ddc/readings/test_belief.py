@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.comm.protocol.commands import Arm, Disarm, Hold, Land, ReturnToLaunch, Takeoff
-from hawk.ddc.readings.belief import GroundWatch, Motion
+from hawk.ddc.readings.belief import BeliefReading, Motion
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import Rig
@@ -244,14 +244,14 @@ def said(now: float, *, armed: bool, landed: LandedState, landed_time: float | N
     return VehicleState(True, armed, CopterMode.GUIDED, landed, now, now if landed_time is None else landed_time)
 
 
-def flown() -> GroundWatch:
-    """A watch that saw a drone armed on the ground, then in the air, until 10 s."""
-    watch = GroundWatch()
-    watch.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
-    watch.update(said(1.0, armed=True, landed=GROUND), DOWN, 1.0, 1.0)
-    believed = watch.update(said(10.0, armed=True, landed=AIR), UP, 1.0, 10.0)
+def flown() -> BeliefReading:
+    """A reading that saw a drone armed on the ground, then in the air, until 10 s."""
+    reading = BeliefReading()
+    reading.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
+    reading.update(said(1.0, armed=True, landed=GROUND), DOWN, 1.0, 1.0)
+    believed = reading.update(said(10.0, armed=True, landed=AIR), UP, 1.0, 10.0)
     assert (believed.vehicle.armed, believed.vehicle.landed, believed.ground.doubt) == (True, AIR, "")
-    return watch
+    return reading
 
 
 @pytest.mark.parametrize(
@@ -273,10 +273,10 @@ def test_height_and_climb_speak_against_the_ground(motion: Motion, words: str) -
 
 
 def test_an_old_landed_is_unknown() -> None:
-    watch = flown()
-    believed = watch.update(said(12.0, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.0)
+    reading = flown()
+    believed = reading.update(said(12.0, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.0)
     assert believed.vehicle.landed is GROUND
-    believed = watch.update(said(12.1, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.1)
+    believed = reading.update(said(12.1, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.1)
     assert believed.vehicle.landed is LandedState.UNDEFINED
     assert believed.ground.doubt == "The autopilot does not say whether it is on the ground."
     assert believed.ground.landed_age == pytest.approx(2.1)
@@ -299,31 +299,31 @@ def test_an_old_landed_is_no_doubt_while_the_link_is_silent() -> None:
 def test_a_disarmed_that_something_contradicts_is_believed_after_five_seconds(
     landed: LandedState, motion: Motion, words: str
 ) -> None:
-    watch = flown()
+    reading = flown()
     for second in range(11, 16):
-        believed = watch.update(said(float(second), armed=False, landed=landed), motion, 1.0, float(second))
+        believed = reading.update(said(float(second), armed=False, landed=landed), motion, 1.0, float(second))
         assert believed.vehicle.armed
         assert believed.ground.doubt == f"The autopilot says that it is disarmed, but {words}."
-    assert not watch.update(said(16.0, armed=False, landed=landed), motion, 1.0, 16.0).vehicle.armed
+    assert not reading.update(said(16.0, armed=False, landed=landed), motion, 1.0, 16.0).vehicle.armed
 
 
 def test_silence_does_not_make_a_disarmed_believed() -> None:
-    watch = flown()
+    reading = flown()
     last = said(11.0, armed=False, landed=AIR)
-    assert all(watch.update(last, UP, 1.0, 11.0 + second).vehicle.armed for second in range(60))
+    assert all(reading.update(last, UP, 1.0, 11.0 + second).vehicle.armed for second in range(60))
 
 
 def test_one_armed_begins_the_five_seconds_again() -> None:
-    watch = flown()
+    reading = flown()
     for second in range(11, 40):
         armed = second % 4 == 0
-        assert watch.update(said(float(second), armed=armed, landed=AIR), UP, 1.0, float(second)).vehicle.armed
+        assert reading.update(said(float(second), armed=armed, landed=AIR), UP, 1.0, float(second)).vehicle.armed
 
 
 def test_a_fall_confirms_that_the_motors_are_off() -> None:
-    watch = flown()
+    reading = flown()
     falling = Motion(30.0, -4.5)
-    believed = watch.update(said(11.0, armed=False, landed=GROUND), falling, 1.0, 11.0)
+    believed = reading.update(said(11.0, armed=False, landed=GROUND), falling, 1.0, 11.0)
     assert not believed.vehicle.armed
     assert believed.vehicle.landed is LandedState.UNDEFINED, "it falls yet"
 
@@ -339,34 +339,34 @@ def test_a_drone_that_sinks_faster_than_any_mode_falls(climb: float | None, is_f
 
 @pytest.mark.parametrize(("published", "counts"), [(19.0, True), (18.99, False)])
 def test_an_arm_place_of_a_second_before_armed_is_of_this_flight(published: float, counts: bool) -> None:
-    watch = GroundWatch()
-    watch.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
-    believed = watch.update(said(20.0, armed=True, landed=GROUND), UP, published, 20.0)
+    reading = BeliefReading()
+    reading.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
+    believed = reading.update(said(20.0, armed=True, landed=GROUND), UP, published, 20.0)
     assert believed.vehicle.landed is (LandedState.UNDEFINED if counts else GROUND)
 
 
 def test_of_a_drone_that_was_armed_before_its_first_word_every_arm_place_counts() -> None:
-    believed = GroundWatch().update(said(50.0, armed=True, landed=GROUND), UP, 0.0, 50.0)
+    believed = BeliefReading().update(said(50.0, armed=True, landed=GROUND), UP, 0.0, 50.0)
     assert believed.vehicle.landed is LandedState.UNDEFINED
 
 
 def test_a_doubt_is_timed_from_its_beginning_and_the_next_one_begins_anew() -> None:
-    watch = flown()
+    reading = flown()
     words = ((11.0, AIR), (12.0, GROUND), (14.5, GROUND), (15.0, AIR), (16.0, GROUND), (16.5, GROUND))
-    beliefs = [watch.update(said(now, armed=True, landed=landed), UP, 1.0, now) for now, landed in words]
+    beliefs = [reading.update(said(now, armed=True, landed=landed), UP, 1.0, now) for now, landed in words]
     assert [bool(belief.ground.doubt) for belief in beliefs] == [False, True, True, False, True, True]
     assert [belief.ground.doubted_s for belief in beliefs] == [0.0, 0.0, 2.5, 0.0, 0.0, 0.5]
 
 
 def test_the_first_word_is_believed() -> None:
     for armed in (True, False):
-        believed = GroundWatch().update(said(5.0, armed=armed, landed=AIR), UP, -math.inf, 5.0)
+        believed = BeliefReading().update(said(5.0, armed=armed, landed=AIR), UP, -math.inf, 5.0)
         assert believed.vehicle.armed is armed
         assert bool(believed.ground.doubt) is not armed
 
 
 def test_before_the_first_heartbeat_nothing_is_doubted() -> None:
-    believed = GroundWatch().update(VehicleState(), Motion(), -math.inf, 5.0)
+    believed = BeliefReading().update(VehicleState(), Motion(), -math.inf, 5.0)
     assert (believed.vehicle, believed.ground.doubt) == (VehicleState(), "")
 
 
@@ -400,7 +400,7 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
     words: list[tuple[float, str, bool, LandedState]], height: float, climb: float
 ) -> None:
     """Late words say anything; a true HEARTBEAT and landed state come at least every second."""
-    watch = flown()
+    reading = flown()
     now, truth, heard = 10.0, 10.0, said(10.0, armed=True, landed=AIR)
     for wait, kind, armed, landed in words:
         now += wait
@@ -409,7 +409,7 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
         elif kind == "late":
             heard = replace(heard, armed=armed, landed=landed, time=now, landed_time=now)
         # a repeated datagram brings what was heard already
-        believed = watch.update(heard, Motion(height, climb), 1.0, now).vehicle
+        believed = reading.update(heard, Motion(height, climb), 1.0, now).vehicle
         assert believed.armed
         assert believed.landed is not GROUND
 
@@ -420,10 +420,10 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
     armed=st.lists(st.booleans(), min_size=40, max_size=40),
 )
 def test_no_drift_lifts_a_drone_that_stands(heights: list[float], climbs: list[float], armed: list[bool]) -> None:
-    watch = GroundWatch()
+    reading = BeliefReading()
     for step, height in enumerate(heights):
         now = 0.2 * step
         heard = said(now, armed=armed[step], landed=GROUND)
-        believed = watch.update(heard, Motion(height, climbs[step]), now, now)
+        believed = reading.update(heard, Motion(height, climbs[step]), now, now)
         assert believed.vehicle == heard
         assert believed.ground.doubt == ""

@@ -19,7 +19,7 @@ from hawk.ddc.readings.clearance import (
     LOW_READINGS,
     LOW_S,
     BelowFacts,
-    ClearanceWatch,
+    ClearanceReading,
     least_clearance,
     range_health,
 )
@@ -105,22 +105,22 @@ def test_without_a_place_it_holds() -> None:
     assert found.transition == ToHover("Too close to what is below.", level="warning")
 
 
-# -- watch -------------------------------------------------------------------------------------------------------------
+# -- clearance ---------------------------------------------------------------------------------------------------------
 
 
-def watched(*distances: float | None, doubt: str = "") -> tuple[ClearanceWatch, float]:
-    watch, now = ClearanceWatch(), 0.0
+def watched(*distances: float | None, doubt: str = "") -> tuple[ClearanceReading, float]:
+    reading, now = ClearanceReading(), 0.0
     for distance in distances:
         now += STEP_S
-        watch.update(Terrain(now, distance, doubt=doubt), 5.0)
-    return watch, now
+        reading.update(Terrain(now, distance, doubt=doubt), 5.0)
+    return reading, now
 
 
 def test_readings_below_the_limit_count_from_the_first() -> None:
-    watch, now = watched(*[4.0] * 6)
-    assert watch.low(now)[0] == pytest.approx(LOW_S)
-    assert watch.low(now)[1] == 4.0
-    assert watch.low(now + GAP_S + 0.1) == NOT_LOW, "none is heard any more"
+    reading, now = watched(*[4.0] * 6)
+    assert reading.low(now)[0] == pytest.approx(LOW_S)
+    assert reading.low(now)[1] == 4.0
+    assert reading.low(now + GAP_S + 0.1) == NOT_LOW, "none is heard any more"
 
 
 @pytest.mark.fault("single readings of the rangefinder are too short")
@@ -136,35 +136,35 @@ def test_readings_below_the_limit_count_from_the_first() -> None:
     ],
 )
 def test_single_bad_readings_do_nothing(distances: list[float | None]) -> None:
-    watch, now = watched(*distances)
-    assert watch.low(now) == NOT_LOW
+    reading, now = watched(*distances)
+    assert reading.low(now) == NOT_LOW
 
 
 @pytest.mark.fault("the rangefinder repeats one distance")
 def test_a_doubted_range_does_nothing() -> None:
-    watch, now = watched(*[3.0] * 20, doubt="its distance does not follow the height")
-    assert watch.low(now) == NOT_LOW
+    reading, now = watched(*[3.0] * 20, doubt="its distance does not follow the height")
+    assert reading.low(now) == NOT_LOW
 
 
 def test_a_message_without_a_reading_between_them_does_not_end_it_but_a_second_of_them_does() -> None:
-    watch, now = watched(*[3.0] * 4, None, *[3.0] * 3)
-    assert watch.low(now)[0] == pytest.approx(0.7)
-    watch, now = watched(*[3.0] * 8, *[None] * 11)
-    assert watch.low(now) == NOT_LOW
-    watch, now = watched(*[3.0] * 8, *[None] * 11, 3.0)
-    assert watch.low(now) == NOT_LOW, "it begins anew"
+    reading, now = watched(*[3.0] * 4, None, *[3.0] * 3)
+    assert reading.low(now)[0] == pytest.approx(0.7)
+    reading, now = watched(*[3.0] * 8, *[None] * 11)
+    assert reading.low(now) == NOT_LOW
+    reading, now = watched(*[3.0] * 8, *[None] * 11, 3.0)
+    assert reading.low(now) == NOT_LOW, "it begins anew"
 
 
 def test_the_least_distance_of_the_run_counts() -> None:
-    watch, now = watched(1.0, 20.0, 4.0, 3.0, 2.5, 4.5, 4.0)
-    assert watch.low(now)[1] == 2.5
+    reading, now = watched(1.0, 20.0, 4.0, 3.0, 2.5, 4.5, 4.0)
+    assert reading.low(now)[1] == 2.5
 
 
 def test_the_same_message_twice_counts_once() -> None:
-    watch = ClearanceWatch()
+    reading = ClearanceReading()
     for _ in range(20):
-        watch.update(Terrain(1.0, 3.0), 5.0)
-    assert watch.low(1.0) == NOT_LOW
+        reading.update(Terrain(1.0, 3.0), 5.0)
+    assert reading.low(1.0) == NOT_LOW
 
 
 def test_min_itself_may_be_flown() -> None:

@@ -9,18 +9,21 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.commands import Arm, CompulsiveMove, Hold, Land, Resume, ReturnToLaunch, Takeoff
-from hawk.comm.topic import Stamped
+from hawk.comm.topic import Stamped, Topic
 from hawk.ddc.acts import Ask, Log, SetHome, SetMode
 from hawk.ddc.battery.energy import seconds_home
 from hawk.ddc.facts import Facts
 from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
-from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeWatch, home_health
+from hawk.ddc.readings.belief import Belief
+from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeReading, home_health
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.states.hover import HoverState
 from hawk.ddc.states.returning import astray, returning
+from hawk.model.limits import Fence
 from hawk.model.operation import StateName as S
 from hawk.model.poses import ArmPlace, GlobalPose
-from hawk.model.vehicle import CopterMode
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import PLACE, Rig
 from tests.unit.ddc.test_decider import asked
 from tests.unit.ddc.written_facts import DATUM, FENCE, SETTINGS, decider, flying, found, of_kind
@@ -414,28 +417,50 @@ def test_the_health_of_home() -> None:
     assert home_health(HomeFacts(DATUM, 10.1, 0.1)).reason == "No home position from the autopilot."
 
 
-class TestWatch:
+class Heard:
+    """The reading, and HOME_POSITION as it hears it."""
+
+    def __init__(self) -> None:
+        self._home: Topic[GlobalPose] = Topic("home", lambda: 0.0)
+        self._reading = HomeReading(self._home)
+
+    def look(
+        self,
+        home: Stamped[GlobalPose],
+        arm: Stamped[ArmPlace],
+        now: float,
+        *,
+        armed: bool = True,
+        fence: Fence | None = FENCE,
+    ) -> HomeFacts:
+        self._home.latest = home
+        vehicle = VehicleState(True, armed, CopterMode.GUIDED, LandedState.IN_AIR, now, now)
+        self._reading.update(Instant(now, belief=Belief(vehicle), arm=arm, datum=DATUM, fence=fence))
+        return self._reading.facts()
+
+
+class TestReading:
     ARM = Stamped(ArmPlace(DATUM.latitude, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0), 10.0)
 
-    def look(self, watch: HomeWatch, metres: float, now: float, time: float | None = None) -> HomeFacts:
+    def look(self, heard: Heard, metres: float, now: float, time: float | None = None) -> HomeFacts:
         home = Stamped(north_of(DATUM, metres), now if time is None else time)
-        return watch.look(home, self.ARM, True, DATUM, FENCE, now)
+        return heard.look(home, self.ARM, now)
 
     def test_a_reading_from_before_the_arming_says_nothing(self) -> None:
-        facts = self.look(HomeWatch(), 300.0, 11.0, time=9.9)
+        facts = self.look(Heard(), 300.0, 11.0, time=9.9)
         assert facts.away is None
         assert facts.moved_s is None
         assert facts.age == pytest.approx(1.1)
 
     def test_moved_counts_from_the_first_wrong_reading_until_it_has_been_right_for_a_while(self) -> None:
-        watch = HomeWatch()
-        assert self.look(watch, 0.0, 11.0).moved_s is None
-        assert self.look(watch, 300.0, 12.0).moved_s == 0.0
-        assert self.look(watch, 0.0, 13.0).moved_s == pytest.approx(1.0)
-        assert self.look(watch, 300.0, 14.0).moved_s == pytest.approx(2.0)
-        assert self.look(watch, 0.0, 15.0).moved_s == pytest.approx(3.0)
-        assert self.look(watch, 0.0, 17.9).moved_s == pytest.approx(5.9)
-        assert self.look(watch, 0.0, 18.0).moved_s is None
+        heard = Heard()
+        assert self.look(heard, 0.0, 11.0).moved_s is None
+        assert self.look(heard, 300.0, 12.0).moved_s == 0.0
+        assert self.look(heard, 0.0, 13.0).moved_s == pytest.approx(1.0)
+        assert self.look(heard, 300.0, 14.0).moved_s == pytest.approx(2.0)
+        assert self.look(heard, 0.0, 15.0).moved_s == pytest.approx(3.0)
+        assert self.look(heard, 0.0, 17.9).moved_s == pytest.approx(5.9)
+        assert self.look(heard, 0.0, 18.0).moved_s is None
 
     @pytest.mark.parametrize(
         ("metres", "up", "moved", "inside"),
@@ -452,25 +477,25 @@ class TestWatch:
     )
     def test_tolerances(self, metres: float, up: float, moved: bool, inside: bool) -> None:
         home = Stamped(north_of(DATUM, metres, up), 11.0)
-        facts = HomeWatch().look(home, self.ARM, True, DATUM, FENCE, 11.0)
+        facts = Heard().look(home, self.ARM, 11.0)
         assert (facts.is_moved, facts.is_inside) == (moved, inside)
         assert facts.away == pytest.approx(math.hypot(metres, up), abs=0.05)
 
     def test_without_a_fence_a_moved_home_misleads(self) -> None:
         home = Stamped(north_of(DATUM, 60.0), 11.0)
-        assert HomeWatch().look(home, self.ARM, True, DATUM, None, 11.0).misleads
+        assert Heard().look(home, self.ARM, 11.0, fence=None).misleads
 
     def test_the_arm_place_of_an_earlier_arming_is_not_compared(self) -> None:
-        watch = HomeWatch()
+        heard = Heard()
         home = Stamped(north_of(DATUM, 60.0), 21.0)
-        watch.look(home, self.ARM, False, DATUM, FENCE, 20.0)
-        assert watch.look(home, self.ARM, True, DATUM, FENCE, 21.0).away is None
+        heard.look(home, self.ARM, 20.0, armed=False)
+        assert heard.look(home, self.ARM, 21.0).away is None
 
     def test_the_same_place_tied_again_is_no_new_arming(self) -> None:
-        watch = HomeWatch()
-        assert self.look(watch, 300.0, 11.0).moved_s == 0.0
+        heard = Heard()
+        assert self.look(heard, 300.0, 11.0).moved_s == 0.0
         again = Stamped(replace(self.ARM.value, ekf_x=9.0), 12.0)
-        assert watch.look(Stamped(north_of(DATUM, 300.0), 11.5), again, True, DATUM, FENCE, 12.5).moved_s == 1.5
+        assert heard.look(Stamped(north_of(DATUM, 300.0), 11.5), again, 12.5).moved_s == 1.5
 
 
 def test_without_an_arm_place_a_moved_home_is_reported_and_nothing_is_sent() -> None:

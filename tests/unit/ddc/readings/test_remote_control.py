@@ -11,18 +11,21 @@ import pytest
 from hawk.comm.autopilot.remote_control import RemoteControl
 from hawk.comm.protocol.commands import Arm, SetFailsafes
 from hawk.comm.protocol.heartbeat import CheckItem
+from hawk.comm.topic import Stamped, Topic
 from hawk.config.sections import RemoteControlSettings
+from hawk.ddc.readings.belief import Belief
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.readings.remote_control import (
     HAND_FLOWN,
     MODE_NAMES,
     RemoteControlFacts,
-    RemoteControlWatch,
+    RemoteControlReading,
     remote_control_check,
     switch_position,
 )
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
-from hawk.model.vehicle import CopterMode
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS, Rig
 
 SETTINGS = RemoteControlSettings()
@@ -115,62 +118,83 @@ def test_without_the_requirement_it_passes_and_says_so() -> None:
     assert alone.value == "not required, none is heard: nobody can take over by hand"
 
 
+class Heard:
+    """The reading, and the remote control as it hears it."""
+
+    def __init__(self) -> None:
+        self._radio: Topic[RemoteControl] = Topic("remote control", lambda: 0.0)
+        self.reading = RemoteControlReading(self._radio, SETTINGS)
+
+    def hear(
+        self, heard: RemoteControl | None, channel: float, now: float, *, is_armed: bool = False
+    ) -> RemoteControlFacts:
+        self._radio.latest = None if heard is None else Stamped(heard, now)
+        vehicle = VehicleState(True, is_armed, CopterMode.GUIDED, LandedState.IN_AIR, now, now)
+        instant = Instant(now, belief=Belief(vehicle), is_linked=True, parameters={"FLTMODE_CH": channel})
+        self.reading.update(instant)
+        return self.reading.facts(instant)
+
+
 class TestSwitchSeen:
     """``has_moved``: two positions that lasted, by a receiver that is heard, since the boot."""
 
     def look(
-        self, watch: RemoteControlWatch, seconds: tuple[float, float], pulse: int, *, hears: bool = True, boots: int = 0
+        self,
+        heard: Heard,
+        seconds: tuple[float, float],
+        pulse: int,
+        *,
+        hears: bool = True,
+        boots: int = 0,
     ) -> bool:
         begin, end = seconds
         for step in range(round((end - begin) / 0.1) + 1):
             now = begin + step * 0.1
             pulses = (1500, 1500, 1000, 1500, pulse, *(0,) * 13)
-            watch.look(RemoteControl(pulses, 8, now, hears, now, boots), 5, now, is_armed=False)
-        return watch.read(end).has_moved
+            heard.hear(RemoteControl(pulses, 8, now, hears, now, boots), 5, now)
+        return heard.reading.facts(Instant(end)).has_moved
 
     def test_two_positions_that_lasted(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        assert not self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        assert self.look(watch, (4.2, 4.3), 1800)
+        heard = Heard()
+        assert not self.look(heard, (0.0, 2.0), 1800)
+        assert self.look(heard, (2.1, 4.1), 1295)
+        assert self.look(heard, (4.2, 4.3), 1800)
 
     def test_one_position_is_not_a_move_nor_is_a_short_one(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        assert not self.look(watch, (0.0, 30.0), 1800)
-        assert not self.look(watch, (30.1, 31.2), 1295)
-        assert not self.look(watch, (31.3, 60.0), 1800)
+        heard = Heard()
+        assert not self.look(heard, (0.0, 30.0), 1800)
+        assert not self.look(heard, (30.1, 31.2), 1295)
+        assert not self.look(heard, (31.3, 60.0), 1800)
 
     @pytest.mark.fault(
         "a dying receiver invents pulses",
         "they are no move of the switch (`switch_must_move`); a boot forgets a move",
     )
     def test_the_pulses_of_a_lost_receiver_are_not(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 5.0), 1800)
-        self.look(watch, (5.1, 6.1), 1500)
-        assert not self.look(watch, (6.2, 20.0), 1500, hears=False)
+        heard = Heard()
+        self.look(heard, (0.0, 5.0), 1800)
+        self.look(heard, (5.1, 6.1), 1500)
+        assert not self.look(heard, (6.2, 20.0), 1500, hears=False)
 
     @pytest.mark.fault("a dying receiver invents pulses")
     def test_a_boot_forgets_it(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        assert not self.look(watch, (4.2, 9.0), 1295, boots=1)
+        heard = Heard()
+        self.look(heard, (0.0, 2.0), 1800)
+        assert self.look(heard, (2.1, 4.1), 1295)
+        assert not self.look(heard, (4.2, 9.0), 1295, boots=1)
 
     def test_another_channel_forgets_it(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        watch.look(None, 6, 4.2, is_armed=False)
-        assert not watch.read(4.2).has_moved
+        heard = Heard()
+        self.look(heard, (0.0, 2.0), 1800)
+        assert self.look(heard, (2.1, 4.1), 1295)
+        assert not heard.hear(None, 6, 4.2).has_moved
 
 
 def test_in_flight_it_is_lost_after_two_seconds_and_heard_again_at_once() -> None:
-    watch = RemoteControlWatch(SETTINGS)
+    heard = Heard()
 
     def look(now: float, *, hears: bool) -> float | None:
-        watch.look(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True)
-        return watch.read(now).lost_s
+        return heard.hear(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True).lost_s
 
     assert look(10.0, hears=True) is None
     assert look(11.0, hears=False) is None

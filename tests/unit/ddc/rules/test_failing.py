@@ -9,9 +9,15 @@ import pytest
 
 from hawk.comm.protocol.commands import Arm, Kill, KillRequest, KillToken, Takeoff
 from hawk.ddc import decider as decider_room
+from hawk.ddc.decider import Decider
+from hawk.ddc.keeping.fence import KeptFence
+from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.requests.service_interface import ReqFailed
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.failing import AIR_S, ASK_AGAIN_S, GROUND_S, FailingTicks
+from hawk.ddc.rules.follower import VehicleFollower
+from hawk.ddc.rules.kill import KillSwitch
+from hawk.ddc.rules.route_requests import RouteRequests
 from hawk.ddc.states.hover import CommunicationLostState, HoverState
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
@@ -45,7 +51,7 @@ def the_guard_and_every_switch(rig: Rig, patch: pytest.MonkeyPatch) -> None:
 
 
 def the_follower(rig: Rig, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(rig.manager._decider._follower, "watch", boom)
+    patch.setattr(VehicleFollower, "follow", boom)
 
 
 def the_senses(rig: Rig, patch: pytest.MonkeyPatch) -> None:
@@ -53,7 +59,7 @@ def the_senses(rig: Rig, patch: pytest.MonkeyPatch) -> None:
 
 
 def the_decider(rig: Rig, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(rig.manager._decider, "tick", boom)
+    patch.setattr(Decider, "tick", boom)
 
 
 def the_targets(rig: Rig, patch: pytest.MonkeyPatch) -> None:
@@ -182,7 +188,7 @@ async def test_a_kill_is_not_followed_by_a_way_home(flying: Rig, monkeypatch: py
     assert isinstance(token, KillToken)
     flying.autopilot.silent.add("kill")
     flying.manager.handle_now("ana", Kill(token=token.token))
-    monkeypatch.setattr(flying.manager._decider._kill, "tick", boom)
+    monkeypatch.setattr(KillSwitch, "tick", boom)
     await flying.run(1.0)
     assert modes(flying) == []
 
@@ -224,20 +230,19 @@ async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
 
 @pytest.mark.fault("a fault in notices, parameter reader, routes or follower", "the guard reacts in the same tick")
 @pytest.mark.parametrize(
-    "step",
+    ("place", "name"),
     [
-        lambda program: (guard, "notices"),
-        lambda program: (program._keeper.reader, "tick"),
-        lambda program: (program._desk.routes, "tick"),
-        lambda program: (program._keeper._fence, "tick"),
-        lambda program: (program._follower, "watch_jump"),
-        lambda program: (program._follower, "answer"),
+        (guard, "notices"),
+        (ParameterReader, "tick"),
+        (RouteRequests, "tick"),
+        (KeptFence, "tick"),
+        (VehicleFollower, "follow_jump"),
+        (VehicleFollower, "answer"),
     ],
 )
 async def test_a_fault_in_another_step_does_not_hide_the_guard(
-    step: Callable[..., tuple[object, str]], flying: Rig, monkeypatch: pytest.MonkeyPatch
+    place: object, name: str, flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place, name = step(flying.manager._decider)
     monkeypatch.setattr(place, name, boom)
     flying.desk.client = None
     await flying.tick(2)

@@ -440,6 +440,35 @@ async def test_our_own_way_down_is_asked_for_again_when_the_mode_is_another_afte
     assert fresh.autopilot.mode == mode
 
 
+def _held(rig: Rig) -> object:
+    """Return the held fence of the last tick, as it was recorded; whole facts are recorded now and then only."""
+    facts = [payload["facts"] for kind, payload in rig.records if kind == "tick"]
+    return next(each["limits"] for each in reversed(facts) if "limits" in each).held
+
+
+@pytest.mark.parametrize("fails", [False, True], ids=["", "while every tick fails"])
+async def test_the_fence_that_was_held_before_a_lost_link_is_not_believed_after_it(
+    flying: Rig, monkeypatch: pytest.MonkeyPatch, fails: bool
+) -> None:
+    await flying.run(1.0)
+    assert _held(flying) == flying.fence
+    with monkeypatch.context() as broken:
+        if fails:
+            broken.setattr(flying.topics, "get_part_healths", lambda: 1 / 0)
+        flying.autopilot.connected = False
+        await flying.tick(4)
+        flying.autopilot.held_fence = None  # another station cleared it
+        flying.autopilot.connected = True
+        if fails:
+            await flying.tick()
+    await flying.tick()
+    assert _held(flying) is None, "no tick decides by a fence that is forgotten after it"
+    assert flying.service.held_fence is None
+    await flying.run(5.0)
+    assert flying.autopilot.held_fence == flying.fence, "it was compared, and put back"
+    assert _held(flying) == flying.fence
+
+
 async def test_a_mode_of_an_overtaken_request_that_shows_late_is_not_taken_for_ours(flying: Rig) -> None:
     flying.order(ReturnToLaunch())
     await flying.tick(3)

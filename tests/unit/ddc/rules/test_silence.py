@@ -21,7 +21,7 @@ from hawk.ddc.acts import STAY, Acts, Ask, SendMode, SetVoice
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import ToReturn
 from hawk.ddc.readings.link import LinkFacts
-from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceWatch
+from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceRule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.ground import ArmState
 from hawk.ddc.states.homing import LandState, ReturnToLaunchState
@@ -166,9 +166,9 @@ async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
     ids=["return", "landing", "the autopilot's own", "pilot"],
 )
 def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterMode | None) -> None:
-    watch, modes, voices = SilenceWatch(), [], []
+    rule, modes, voices = SilenceRule(), [], []
     for tick in range(200):
-        step = watch.tick(unheard(tick * 0.05, SILENCE_S + tick * 0.05), state)
+        step = rule.tick(unheard(tick * 0.05, SILENCE_S + tick * 0.05), state)
         assert step.transition is None
         modes += told(step.acts)
         voices += [act.speaks for act in step.acts if isinstance(act, SetVoice)]
@@ -182,47 +182,47 @@ def test_a_drone_that_stands_or_was_disarmed_is_told_nothing_however_long_it_is_
     state: State, armed: bool
 ) -> None:
     facts = unheard(99.0, 99.0)
-    step = SilenceWatch().tick(replace(facts, vehicle=replace(facts.vehicle, armed=armed)), state)
+    step = SilenceRule().tick(replace(facts, vehicle=replace(facts.vehicle, armed=armed)), state)
     assert (step == STAY) is (state.on_ground or not armed)
 
 
 @pytest.mark.parametrize(("age", "voices"), [(2.99, []), (3.0, [False])])
 def test_our_heartbeats_are_held_back_after_three_seconds(age: float, voices: list[bool]) -> None:
-    step = SilenceWatch().tick(unheard(9.0, age), returning())
+    step = SilenceRule().tick(unheard(9.0, age), returning())
     assert [act.speaks for act in step.acts if isinstance(act, SetVoice)] == voices
     assert told(step.acts) == [CopterMode.RTL], "the state's mode is told from the beginning"
 
 
 @pytest.mark.parametrize(("age", "returns"), [(2.99, False), (3.0, True)])
 def test_a_task_becomes_a_return_after_three_seconds(age: float, returns: bool) -> None:
-    step = SilenceWatch().tick(unheard(9.0, age), HoverState(0.0, SETTINGS))
+    step = SilenceRule().tick(unheard(9.0, age), HoverState(0.0, SETTINGS))
     assert isinstance(step.transition, ToReturn) is returns
     assert told(step.acts) == []
 
 
 def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
-    watch, state, times = SilenceWatch(), returning(), list[float]()
+    rule, state, times = SilenceRule(), returning(), list[float]()
 
     def silence(begin: float) -> None:
         for tick in range(80):
             now = begin + tick * 0.125
-            if told(watch.tick(unheard(now, SILENCE_S + tick * 0.125), state).acts):
+            if told(rule.tick(unheard(now, SILENCE_S + tick * 0.125), state).acts):
                 times.append(now - begin)
 
     silence(10.0)
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
-    heard = watch.tick(flying_facts(30.0), state)
+    heard = rule.tick(flying_facts(30.0), state)
     assert heard.acts == (SetVoice(True),)
-    assert watch.tick(flying_facts(30.1), state) == STAY, "it is told once that it speaks again"
+    assert rule.tick(flying_facts(30.1), state) == STAY, "it is told once that it speaks again"
     times.clear()
     silence(40.0)
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
 
 
 def test_each_state_of_one_silence_tells_its_own_mode_at_once() -> None:
-    watch = SilenceWatch()
-    assert told(watch.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
-    assert told(watch.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
+    rule = SilenceRule()
+    assert told(rule.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
+    assert told(rule.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
 
 
 # -- the operator's commands ------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.rules import guard
-from hawk.ddc.rules.notices import WitnessReports
+from hawk.ddc.rules.notices import WitnessNotices
 from hawk.ddc.states.hover import FARTHEST_M, FOLLOWS_M_S, STRAYS_S, held
 from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import HeightFacts
@@ -379,7 +379,7 @@ def test_a_drone_that_goes_back_inside_is_led_by_the_report() -> None:
 
 
 def test_a_doubt_is_reported_once_and_so_is_its_end() -> None:
-    reports, hover = WitnessReports(), made(ToHover())
+    reports, hover = WitnessNotices(), made(ToHover())
     assert reports.tick(flying(0.0), hover) == ()
     assert texts(reports.tick(doubted(flying(0.0)), hover)) == [
         "The camera sees the drone move 4 m that the position does not show."
