@@ -167,7 +167,7 @@ async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
     await page.wait_for_timeout(300)
     await page.mouse.click(*places[0])
     await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"), timeout=5_000)
-    await shows(page, "From parts of it the straight way home leaves the fence")
+    await shows(page, "From parts of it the straight path home leaves the fence")
 
 
 async def putting_it_right(page: Page) -> None:

@@ -182,7 +182,7 @@ def _receiver_problem(facts: RemoteControlFacts) -> CheckItem | None:
         value = say("no word of it") if math.isinf(facts.age) else say("no word of it for {age:.0f} s", age=facts.age)
         return _failed(value, _NO_PILOT, say("Wait a moment; then check the link to the autopilot."))
     if facts.receiver is None:
-        return _failed(say("the autopilot does not tell its receiver's health"), _NO_PILOT, say("Wait a moment."))
+        return _failed(say("the autopilot does not report its receiver's health"), _NO_PILOT, say("Wait a moment."))
     if not facts.receiver:
         return _failed(say("not heard by the autopilot"), _NO_PILOT, say("Switch it on, check receiver and binding."))
     return None

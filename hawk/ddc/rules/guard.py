@@ -113,7 +113,7 @@ def _position_words(facts: Facts) -> str:
 
 def _cause_to_return(facts: Facts) -> Cause | None:
     if facts.battery.reached_s is not None and facts.battery.reached_s >= RESERVE_CONFIRM_S:
-        return Cause(say("The battery is needed for the way home."), CauseKind.RESERVE)
+        return Cause(say("The battery is needed for the flight home."), CauseKind.RESERVE)
     if facts.battery.charge.is_low:
         return Cause(say("The battery's voltage is too low."), CauseKind.VOLTAGE)
     if facts.battery.unknown_s >= BATTERY_UNKNOWN_S:

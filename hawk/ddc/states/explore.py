@@ -66,7 +66,7 @@ class Travelling:
         if fence is None or not path_is_inside(fence, place.point, goal.point):
             self.is_way_barred = True
             what = say("leaves the fence") if fence is None else path_words(fence)
-            self.obstacle = say("The way there {what}.", what=what)
+            self.obstacle = say("The path there {what}.", what=what)
             return ()
         self.obstacle = facts.target_refusal if self._has_sent else ""
         self._has_sent = True
@@ -174,7 +174,7 @@ class AutonomousExploreState(AirborneState):
             error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot was found here."))
             return Step(ToHover(say("No lot was found here."), level="warning"), (error,))
         if self._stuck:
-            why = sentence(self._travelling.obstacle) or say("The planner gives no way on.")
+            why = sentence(self._travelling.obstacle) or say("The planner gives no further path.")
             return Step(ToHover(joined(say("No progress for 10 s."), why), level="warning"))
         return STAY
 

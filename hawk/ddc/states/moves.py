@@ -148,7 +148,7 @@ class AutonomousMoveState(MoveState):
             return ()
         was_asked = self._asked_again
         self._follow_from_here(route)
-        return () if was_asked else (Log("info", say("The map changed on the way. Another way there was found.")),)
+        return () if was_asked else (Log("info", say("The map changed in flight. Another route there was found.")),)
 
     def _follow_from_here(self, route: Route) -> None:
         self._follower = RouteFollower(route, self._arrival_m)

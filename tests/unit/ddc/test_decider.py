@@ -57,7 +57,7 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.wind import Wind, WindFacts
-from hawk.ddc.rules.command_desk import CommandDesk
+from hawk.ddc.rules.command_desk import CommandDesk, LotCheck
 from hawk.ddc.rules.guard import reaction
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
 from hawk.ddc.rules.route_requests import RouteRequests
@@ -223,7 +223,7 @@ def test_a_cause_lasts_as_long_as_its_condition(kind: CauseKind, change: Callabl
 
 
 @pytest.mark.parametrize("name", [name for name in TRANSITIONS if name is not S.IDLE])
-def test_without_a_link_in_the_air_only_modes_are_told_and_no_state_goes_on(name: StateName) -> None:
+def test_without_a_link_in_the_air_only_modes_are_sent_and_no_state_goes_on(name: StateName) -> None:
     program = flies(name)
     for tick in range(1, 800):
         acts = program.tick(_briefly_unheard(flying(0.05 * tick))).acts

@@ -142,7 +142,7 @@ async def test_the_takeoff_after_our_own_arm_uploads_nothing_twice(rig: Rig) -> 
     "no Explore, Move or Resume; Hold, RTL, Land accepted",
 )
 @pytest.mark.parametrize("command", TASKS, ids=lambda command: type(command).__name__)
-async def test_in_the_air_without_failsafes_no_task_begins_and_every_way_out_is_open(
+async def test_in_the_air_without_failsafes_no_task_begins_and_every_return_is_open(
     tmp_path: Path, command: Command
 ) -> None:
     rig = Rig(tmp_path, parameters=DEFAULT_PARAMETERS)
@@ -408,7 +408,7 @@ def test_a_drawn_fence_that_cannot_be_read_keeps_every_task_off() -> None:
     assert holder.problem == "The drawn fence cannot be used."
 
 
-def test_a_plan_that_makes_no_fence_is_told() -> None:
+def test_a_plan_that_makes_no_fence_is_reported() -> None:
     holder = KeptFence(SETTINGS)
     side = 4e-5  # nothing is left inside the margin
     ring = tuple((DATUM.latitude + a * side, DATUM.longitude + b * side) for a, b in ((0, 0), (0, 1), (1, 1), (1, 0)))

@@ -184,7 +184,7 @@ def test_a_drone_blown_off_gets_a_new_carrot() -> None:
     assert carrot.step(goal, at(east=40), 0.05, 15, 60).east == 40
 
 
-def test_no_progress_for_ten_seconds_is_told() -> None:
+def test_no_progress_for_ten_seconds_is_reported() -> None:
     progress, goal = Progress(), Goal(50, 0, 30, 0)
     assert not progress.is_stuck(at(), goal, 0.0)
     assert not progress.is_stuck(at(0.9), goal, 9.9)
@@ -199,7 +199,7 @@ def test_a_metre_of_progress_is_enough_and_going_away_is_none() -> None:
     assert progress.is_stuck(at(-9.0), goal, 19.0)
 
 
-def test_a_climb_is_progress_and_a_new_goal_starts_anew() -> None:
+def test_a_climb_is_progress_and_a_new_goal_starts_again() -> None:
     progress = Progress()
     progress.is_stuck(at(height=20), Goal(0, 0, 30, 0), 0.0)
     assert not progress.is_stuck(at(height=22), Goal(0, 0, 30, 0), 9.0)
@@ -214,7 +214,7 @@ def test_roaming_within_a_metre_is_no_progress() -> None:
     assert roaming.is_stuck(at(0.8), 18.0)
 
 
-def test_a_goal_that_moves_in_height_by_more_than_a_metre_starts_anew() -> None:
+def test_a_goal_that_moves_in_height_by_more_than_a_metre_starts_again() -> None:
     progress = Progress()
     progress.is_stuck(at(), Goal(50, 0, 30, 0), 0.0)
     assert progress.is_stuck(at(), Goal(50, 0, 31, 0), 10.0)

@@ -229,7 +229,7 @@ async def test_what_is_desired_is_published_and_the_highest_number_counted(stage
     assert outcomes.desired_count == 6
 
 
-async def test_what_is_published_told_and_kept(stage: Stage) -> None:
+async def test_what_is_published_reported_and_kept(stage: Stage) -> None:
     heights, outline, fall = HeightParameters(16.0, 21.0, 41.0), Outline((SQUARE,)), Fall(5.0)
     stage.do(
         UseHeights(heights),

@@ -109,7 +109,7 @@ def test_it_is_led_by_targets_that_the_gate_takes_until_home_is_in_sight() -> No
     made, facts = returning(bent(10.0)), bent(10.0)
     acts = made.tick(facts).acts
     assert gate(acts) == [True]
-    assert "The straight way home leaves the fence: returning inside it, 98 m." in texts(acts)
+    assert "The straight path home leaves the fence: returning inside it, 98 m." in texts(acts)
     assert modes(acts) == []
     assert traits(made) == LED
     now = 10.0
@@ -363,7 +363,7 @@ def aged(seconds: float) -> Change:
         (lambda facts: facts, PROGRESS_S, "no progress on the path for 10 s"),
     ],
 )
-def test_on_the_way_it_goes_straight_when_the_path_cannot_be_flown_on(
+def test_in_flight_it_goes_straight_when_the_path_cannot_be_flown_on(
     change: Change, seconds: float, reason: str
 ) -> None:
     made = returning(bent(10.0))
@@ -529,7 +529,7 @@ def test_the_operator_holds_and_lands_it(command: Hold | Land, state: S) -> None
 
 
 def test_the_reserve_refuses_hold_as_before() -> None:
-    made = returning(bent(10.0), ToReturn(Cause("The battery is needed for the way home.", CauseKind.RESERVE)))
+    made = returning(bent(10.0), ToReturn(Cause("The battery is needed for the flight home.", CauseKind.RESERVE)))
     made.tick(bent(10.0))
     reached = charge(39.0)(bent(10.05))
     answer = made.command(reached, "ana", Hold()).answer

@@ -276,7 +276,7 @@ class TestPosition:
         assert again is not None
         assert again.north == pytest.approx(0.0, abs=0.01)
 
-    def test_jumps_are_told_once(self, bench: Bench) -> None:
+    def test_jumps_are_reported_once(self, bench: Bench) -> None:
         bench.fly()
         bench.autopilot.topics.frame_jump.publish(3.0)
         bench.autopilot.topics.frame_jump.publish(2.0)

@@ -109,7 +109,7 @@ def test_from_anywhere_outside_successive_targets_lead_inside(
 
 
 @pytest.mark.parametrize("away", [18.0, 60.0, 300.0])
-def test_the_way_back_is_the_shortest(away: float) -> None:
+def test_the_path_back_is_the_shortest(away: float) -> None:
     flown = fly_back(FENCE, place(0.0, 145.0 + away, 30.0))
     length = sum(one.point.distance(other.point) for (one, _), (other, _) in pairwise(flown))
     assert length <= away + 3.0

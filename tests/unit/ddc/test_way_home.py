@@ -46,7 +46,7 @@ async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) ->
     "within 3 s led home by targets, Land there",
 )
 @pytest.mark.parametrize(("name", "value"), [("RALLY_TOTAL", 1), ("RTL_ALT", 30_000), ("RTL_ALT_FINAL", 1000)])
-async def test_where_the_way_cannot_be_put_right_the_drone_is_led_home_and_lands_there(
+async def test_where_the_return_cannot_be_put_right_the_drone_is_led_home_and_lands_there(
     flying: Rig, name: str, value: float
 ) -> None:
     await away(flying)
@@ -54,7 +54,7 @@ async def test_where_the_way_cannot_be_put_right_the_drone_is_led_home_and_lands
     flying.autopilot.tell(name, value)
     flying.order(ReturnToLaunch())
     await flying.run(2)
-    assert flying.detail == "Returning home: the autopilot's way home is put right first."
+    assert flying.detail == "Returning home: the autopilot's return is put right first."
     await flying.run(2)
     assert flying.autopilot.mode == CopterMode.GUIDED
     assert "The autopilot's return would not end at home: leading it there." in flying.log
@@ -65,7 +65,7 @@ async def test_where_the_way_cannot_be_put_right_the_drone_is_led_home_and_lands
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
 
 
-async def test_led_home_it_returns_by_rtl_as_soon_as_the_way_is_right(flying: Rig) -> None:
+async def test_led_home_it_returns_by_rtl_as_soon_as_the_return_is_right(flying: Rig) -> None:
     await away(flying, 90.0)
     flying.autopilot.refuse["clear_rally_points"] = "no"
     flying.autopilot.tell("RALLY_TOTAL", 1)
@@ -89,7 +89,7 @@ async def test_an_rtl_of_the_autopilot_to_a_rally_point_begins_again_once_it_is_
     await flying.run(2)
     flying.expect(S.RETURN_TO_LAUNCH)
     assert flying.autopilot.asked("set_mode")[-2:] == [CopterMode.BRAKE, CopterMode.RTL]
-    assert "The way home is right again: the return begins again." in flying.log
+    assert "The autopilot's return is right again: it begins again." in flying.log
 
 
 @pytest.mark.fault(

@@ -458,7 +458,7 @@ class TestTheCounter:
         assert later.believed is not None
         assert later.believed < facts.believed
 
-    def test_the_next_flight_begins_anew(self) -> None:
+    def test_the_next_flight_begins_again(self) -> None:
         pack = Pack()
         pack.each = 4.0
         assert pack.fly(120.0, drain=0.0).doubt

@@ -5,7 +5,7 @@ import pytest
 from hawk.ddc.battery.energy import ASSUMED_DRAIN, DrainReading, Reserve, seconds_home
 
 
-def test_the_way_home_is_climb_flight_descent_and_landing() -> None:
+def test_the_flight_home_is_climb_flight_descent_and_landing() -> None:
     assert seconds_home(0, 10, 10, 4) == pytest.approx(10 / 0.5)
     assert seconds_home(40, 30, 60, 4) == pytest.approx(30 / 2 + 10 + 50 / 1.5 + 20)
     assert seconds_home(0, 80, 60, 4) == pytest.approx(70 / 1.5 + 20)
@@ -110,7 +110,7 @@ def test_the_farther_the_sooner_it_must_return() -> None:
     assert reading.reserve(10, 0, 30, 60, 4).time_left == 0
 
 
-def test_a_headwind_makes_the_return_dearer_and_one_that_cannot_be_flown_against_reaches_the_reserve() -> None:
+def test_a_headwind_makes_the_return_costlier_and_one_that_cannot_be_flown_against_reaches_the_reserve() -> None:
     reading = DrainReading(20)
     calm, windy = (reading.reserve(60, 100, 30, 60, speed) for speed in (4, 2))
     assert windy.needed - calm.needed == pytest.approx(1.3 * ASSUMED_DRAIN * 25)

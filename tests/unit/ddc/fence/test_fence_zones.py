@@ -209,12 +209,12 @@ async def test_a_drone_in_the_margin_of_a_zone_is_not_armed(rig: Rig) -> None:
     assert "inside the dotted line of zone 1" in rig.command(Arm()).reason
 
 
-async def test_a_check_tells_zones_area_and_that_the_way_home_is_not_free(rig: Rig) -> None:
+async def test_a_check_shows_zones_area_and_that_the_path_home_is_not_free(rig: Rig) -> None:
     check = await rig.check_fence(check_of(zoned(ROOF)))
     assert isinstance(check, FenceCheck)
     assert check.area == pytest.approx(120 * 120 - 20 * 30, rel=1e-3)
     assert check.notes == [
-        "From parts of it the straight way home crosses a zone. Our returns stay inside; the autopilot's own failsafes "
+        "From parts of it the straight path home crosses a zone. Our returns stay inside; the autopilot's own failsafes "
         "(lost link, its battery failsafe, a dead companion computer) fly straight."
     ]
     (inner,) = check.inner_zones
@@ -234,7 +234,7 @@ async def test_a_move_into_a_zone_or_straight_across_one_is_refused(aloft: Rig) 
     assert into.reason == "X, Y: the place is in zone 1 or its margin: choose one inside."
     across = aloft.command(CompulsiveMove(x=50, y=0, frame="Map"))
     assert across.reason == (
-        "X, Y: the straight way there leaves the fence or crosses a zone: go around it in two moves."
+        "X, Y: the straight path there leaves the fence or crosses a zone: go around it in two moves."
     )
     assert not aloft.command(AutonomousMove(x=30, y=0, frame="Map")).accepted
     aloft.expect(StateName.HOVER)

@@ -155,7 +155,7 @@ def test_a_bay_in_a_corner_is_seen_whole_from_the_other_one() -> None:
 
 @pytest.mark.parametrize("fence", [ZONED, BAY, PASSAGE], ids=["zones", "bay", "passage"])
 @given(place=places)
-def test_the_way_out_ends_inside_and_enters_once(fence: Fence, place: MapPoint) -> None:
+def test_the_path_from_outside_ends_inside_and_enters_once(fence: Fence, place: MapPoint) -> None:
     out = inside_point(fence, place)
     assert contains(fence, out)
     if not contains(fence, place):
@@ -280,8 +280,8 @@ HEIGHTS = HeightParameters()
         ((-40, 0), (0, 0), "the target is in zone 1 or its margin"),
         ((-40, 0), (-24, 0), "the target is in zone 1"),
         ((-30, -30), (-30, 30), ""),
-        ((-30, 0), (-10, 28), "the straight way to the target leaves the fence or crosses a zone"),
-        ((0, -28), (20, 28), "the straight way to the target leaves the fence or crosses a zone"),
+        ((-30, 0), (-10, 28), "the straight path to the target leaves the fence or crosses a zone"),
+        ((0, -28), (20, 28), "the straight path to the target leaves the fence or crosses a zone"),
         ((-40, 0), (-26, 0), ""),
     ],
 )

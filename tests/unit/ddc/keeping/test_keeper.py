@@ -158,7 +158,7 @@ class TestParameters:
         acts = keep(kept, flying(1.1), BATT_FS_LOW_ACT=5, FENCE_ACTION=0)
         assert {ask.request for ask in asks(acts)} == {PutBack("FENCE_ACTION", 1), PutBack("BATT_FS_LOW_ACT", 3)}
 
-    def test_what_was_never_right_is_told_and_not_written(self) -> None:
+    def test_what_was_never_right_is_reported_and_not_written(self) -> None:
         kept = KeptParameters()
         (told,) = keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)
         assert isinstance(told, Log)
@@ -422,7 +422,7 @@ class TestFence:
         "another station clears or replaces the fence in flight, by as many corners",
         "read as another one within 10 s, reported, uploaded again; no new task until it holds",
     )
-    def test_one_that_was_replaced_is_told_and_put_back(self) -> None:
+    def test_one_that_was_replaced_is_reported_and_put_back(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False
@@ -448,7 +448,7 @@ class TestFence:
         told = fences.kept.tick(replace(facts, link=replace(facts.link, foreign_writes=(write,))), HOVER, {})
         assert "Station 254 (component 190) changed it." in texts(told)[0]
 
-    def test_under_a_pilot_it_is_told_and_put_back_afterwards(self) -> None:
+    def test_under_a_pilot_it_is_reported_and_put_back_afterwards(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False

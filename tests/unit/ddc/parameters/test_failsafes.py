@@ -177,12 +177,12 @@ WORDS: dict[str, dict[int, str]] = {
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name, words in WORDS.items() for value in words])
-def test_a_wrong_value_is_told_in_words(name: str, value: int) -> None:
+def test_a_wrong_value_is_reported_in_words(name: str, value: int) -> None:
     (check,) = failed({**SAFE, name: float(value)})
     assert check.value == f"{WORDS[name][value]} ({name} {value})"
 
 
-def test_what_is_right_is_told_in_words() -> None:
+def test_what_is_right_is_reported_in_words() -> None:
     assert [(check.name, check.value) for check in check_failsafes(SAFE | {"FS_GCS_ENABLE": 5.0}, VIEW)][:5] == [
         ("Ground-station failsafe", "lands, watches this station (245)"),
         ("Pilot keeps control", "yes"),

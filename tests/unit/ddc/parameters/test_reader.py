@@ -140,7 +140,7 @@ def test_what_was_read_before_the_setting_is_void() -> None:
     assert bench.reader.values()["FENCE_ENABLE"] == 0
 
 
-def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_told() -> None:
+def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_reported() -> None:
     bench = Bench(DEFAULT_PARAMETERS, frozenset({"FS_THR_ENABLE"}))
     bench.run(2.5)
     bench.reader.set_failsafes()
@@ -196,7 +196,7 @@ SILENT_CHANGES = [change for change in CHANGES if change[0] != "FENCE_ENABLE"]
     ("name", "value", "words", "told"),
     [*((*change, True) for change in CHANGES), *((*change, False) for change in SILENT_CHANGES)],
 )
-async def test_a_change_in_flight_is_told_and_put_back_and_refuses_new_tasks_until_then(
+async def test_a_change_in_flight_is_reported_and_put_back_and_refuses_new_tasks_until_then(
     flying: Rig, name: str, value: float, words: str, told: bool
 ) -> None:
     await flying.run(2)
@@ -301,7 +301,7 @@ async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(f
 
 
 @pytest.mark.fault("a change while a pilot flies", "reported, nothing written, put back afterwards")
-async def test_while_a_pilot_flies_a_change_is_told_and_nothing_is_written(flying: Rig) -> None:
+async def test_while_a_pilot_flies_a_change_is_reported_and_nothing_is_written(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick(2)

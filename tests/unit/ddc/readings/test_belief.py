@@ -350,7 +350,7 @@ def test_of_a_drone_that_was_armed_before_its_first_word_every_arm_place_counts(
     assert believed.vehicle.landed is LandedState.UNDEFINED
 
 
-def test_a_doubt_is_timed_from_its_beginning_and_the_next_one_begins_anew() -> None:
+def test_a_doubt_is_timed_from_its_beginning_and_the_next_one_begins_again() -> None:
     reading = flown()
     words = ((11.0, AIR), (12.0, GROUND), (14.5, GROUND), (15.0, AIR), (16.0, GROUND), (16.5, GROUND))
     beliefs = [reading.update(said(now, armed=True, landed=landed), UP, 1.0, now) for now, landed in words]

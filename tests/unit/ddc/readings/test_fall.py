@@ -482,7 +482,7 @@ class TestOnTheRealManager:
         "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, "
         "climbing, sinking, landing, at any moment between two HEARTBEATs"
     )
-    async def test_it_is_told_in_red_and_arm_is_locked_until_it_is_cleared(self, flying: Rig) -> None:
+    async def test_it_is_reported_in_red_and_arm_is_locked_until_it_is_cleared(self, flying: Rig) -> None:
         await fallen(flying)
         flying.expect(StateName.IDLE)
         assert not any("Landed" in text for text in flying.log)

@@ -92,7 +92,7 @@ async def test_a_home_within_the_tolerance_is_left_alone(flying: Rig) -> None:
     assert not any("Home" in line for line in flying.log)
 
 
-async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_told_after_three(flying: Rig) -> None:
+async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_reported_after_three(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
     move_home(flying)
@@ -117,7 +117,7 @@ async def test_a_station_that_moves_it_again_and_again_does_not_fill_the_log(fly
 
 
 @pytest.mark.fault("home moved while a pilot flies", "reported, nothing sent; set back at Resume")
-async def test_while_a_pilot_flies_home_is_only_told(fresh: Rig) -> None:
+async def test_while_a_pilot_flies_home_is_only_reported(fresh: Rig) -> None:
     await fresh.enter(S.MANUAL)
     move_home(fresh)
     await fresh.run(5)

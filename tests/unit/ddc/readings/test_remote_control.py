@@ -65,7 +65,7 @@ def test_a_switch_that_lets_a_pilot_take_over_passes_and_is_shown() -> None:
     [
         (RemoteControlFacts(), VALUES, "no word of it"),
         (replace(WELL, age=3.1), VALUES, "no word of it for 3 s"),
-        (replace(WELL, receiver=None), VALUES, "the autopilot does not tell its receiver's health"),
+        (replace(WELL, receiver=None), VALUES, "the autopilot does not report its receiver's health"),
         (replace(WELL, receiver=False), VALUES, "not heard by the autopilot"),
         (WELL, {}, "mode switch not read yet"),
         (WELL, {name: value for name, value in VALUES.items() if name != "FLTMODE3"}, "mode switch not read yet"),
@@ -82,7 +82,7 @@ def test_a_switch_that_lets_a_pilot_take_over_passes_and_is_shown() -> None:
         (WELL, {**VALUES, "FLTMODE6": 99.0}, "its switch has only GUIDED, MODE(99)"),
     ],
 )
-def test_each_way_without_a_pilot_fails_with_consequence_and_remedy(
+def test_each_case_without_a_pilot_fails_with_consequence_and_remedy(
     facts: RemoteControlFacts, values: dict[str, float | None], value: str
 ) -> None:
     found = remote_control_check(facts, values, SETTINGS)
@@ -281,7 +281,7 @@ async def test_a_remote_control_whose_failsafe_is_off_is_refused_where_it_is_req
     "the remote control is lost in flight",
     "health and one message; the flight goes on, the autopilot's failsafe decides",
 )
-async def test_a_receiver_lost_in_flight_is_told_once_and_the_flight_goes_on(fresh: Rig) -> None:
+async def test_a_receiver_lost_in_flight_is_reported_once_and_the_flight_goes_on(fresh: Rig) -> None:
     rig = fresh
     await rig.enter(StateName.HOVER)
     await rig.run(3.0)

@@ -73,7 +73,7 @@ def test_there_is_no_estimate_before_enough_was_seen_and_none_after_a_reset() ->
     assert estimator.estimate() is None
 
 
-def test_a_drone_that_moves_without_leaning_tells_no_wind() -> None:
+def test_a_drone_that_moves_without_leaning_shows_no_wind() -> None:
     estimator = WindEstimator()
     for index in range(200):
         forth = 0.7 * abs(index % 10 - 5)  # 3.5 m/s² to and fro
@@ -99,13 +99,13 @@ def test_climbs_and_steep_leans_say_nothing() -> None:
     assert estimator.estimate() is None
 
 
-def test_it_is_told_where_the_wind_comes_from() -> None:
+def test_the_direction_of_the_wind_is_reported() -> None:
     assert Wind(-5.0, 0.0).from_direction == pytest.approx(0.0)
     assert Wind(0.0, 5.0).from_direction == pytest.approx(1.5 * math.pi), "it blows to the east"
     assert Wind(3.0, 4.0).speed == 5.0
 
 
-def test_against_the_wind_the_drone_is_slower_and_never_faster_than_it_is_told() -> None:
+def test_against_the_wind_the_drone_is_slower_and_never_faster_than_commanded() -> None:
     assert ground_speed(4.0, 0.0, None) == 4.0
     assert ground_speed(4.0, 0.0, Wind(30.0, 0.0)) == 4.0, "tailwind"
     air = Wind(0.0, 0.0).airspeed(math.radians(25.0))

@@ -188,5 +188,5 @@ def test_every_request_has_a_limit(request_: Request, limit_s: float) -> None:
         (CutMotors(), "kill"),
     ],
 )
-def test_the_name_tells_requests_of_one_moment_apart(request_: Request, name: str) -> None:
+def test_the_name_distinguishes_requests_of_one_moment(request_: Request, name: str) -> None:
     assert Ask(request_, 0.0).name == name

@@ -98,7 +98,7 @@ def modes(rig: Rig) -> list[CopterMode]:
     "watchdog ends the process within 1.2 s",
 )
 @pytest.mark.parametrize("breaks", VITAL, ids=lambda each: each.__name__)
-async def test_in_the_air_it_is_sent_home_within_a_second_and_no_progress_is_told(
+async def test_in_the_air_it_is_sent_home_within_a_second_and_no_progress_is_reported(
     breaks: Break, flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     flying.autopilot.battery = 3.0
@@ -183,7 +183,7 @@ async def test_nobody_takes_off_with_a_program_that_fails(rig: Rig, monkeypatch:
     assert rig.command(Arm()).accepted
 
 
-async def test_a_kill_is_not_followed_by_a_way_home(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_kill_is_not_followed_by_a_return(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     token = flying.manager.handle_now("ana", KillRequest())
     assert isinstance(token, KillToken)
     flying.autopilot.silent.add("kill")
@@ -292,7 +292,7 @@ def test_the_times_are_real_at_every_speed(speed: float) -> None:
     assert seen.count(True) == 1
 
 
-def test_after_it_was_given_up_progress_is_told_only_when_sound_ticks_have_made_up_for_it() -> None:
+def test_after_it_was_given_up_progress_is_reported_only_when_sound_ticks_have_made_up_for_it() -> None:
     ticks = FailingTicks(1.0)
     for n in range(12):
         ticks.note(n * 0.05, is_sound=False, is_airborne=True)

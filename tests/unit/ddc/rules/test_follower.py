@@ -231,7 +231,7 @@ def test_a_link_that_is_lost_forgets_the_modes_that_were_asked_for() -> None:
     assert texts(step) == ["No word from the autopilot."]
 
 
-def test_a_link_that_is_back_is_told_and_the_state_goes_on_from_where_the_drone_is() -> None:
+def test_a_link_that_is_back_is_reported_and_the_state_goes_on_from_where_the_drone_is() -> None:
     step = VehicleFollower().answer(VehicleEvent.LINK_BACK, flying(1.0), made(ToHover()))
     assert (step.transition, step.restarts) == (None, True)
     assert texts(step) == ["The autopilot is heard again."]

@@ -44,7 +44,7 @@ async def test_the_battery_reserve_brings_it_home(fresh: Rig, state: StateName) 
     fresh.expect(state)
     await fresh.run(0.5)
     fresh.expect(S.RETURN_TO_LAUNCH)
-    assert "The battery is needed for the way home. Returning home." in fresh.log
+    assert "The battery is needed for the flight home. Returning home." in fresh.log
 
 
 async def test_the_battery_reserve_acts_in_takeoff(fresh: Rig) -> None:
@@ -303,7 +303,7 @@ async def test_a_held_drone_is_not_dragged_by_a_jump_of_the_estimate(fresh: Rig,
     assert all(abs(target.north - here) < 0.5 for target in fresh.autopilot.targets[sent:])
 
 
-async def test_a_jump_while_it_goes_back_into_the_fence_forms_the_way_back_again(flying: Rig) -> None:
+async def test_a_jump_while_it_goes_back_into_the_fence_forms_the_path_back_again(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.wanted = 148.0, None
     await flying.run(0.3)
     flying.autopilot.north, flying.autopilot.wanted = 158.0, None
@@ -324,7 +324,7 @@ async def test_on_the_ground_a_jump_of_the_estimate_is_no_event(rig: Rig) -> Non
 @pytest.mark.fault(
     "EKF_STATUS_REPORT: GPS glitch, no absolute position, constant position, not initialised, variance above 0.8"
 )
-async def test_the_reason_of_a_distrusted_position_is_told(fresh: Rig) -> None:
+async def test_the_reason_of_a_distrusted_position_is_reported(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     fresh.autopilot.estimator_fault = "GPS glitch"
     await fresh.run(1.8)

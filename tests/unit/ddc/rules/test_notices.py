@@ -31,7 +31,7 @@ def told(reports: GroundNotices, *grounds: float | None) -> list[str]:
     "the ground rises or sinks by a third of Min",
     "reported once, with the Min that clears the declared obstacle",
 )
-def test_risen_and_sunken_ground_are_told_once() -> None:
+def test_risen_and_sunken_ground_are_reported_once() -> None:
     reports = GroundNotices(None)
     assert told(reports, 0.0, 4.9, -4.9) == []
     risen = "The ground here is 6 m higher than the arm place: raise Min."
@@ -51,7 +51,7 @@ def test_the_declared_obstacle_stands_on_the_risen_ground(obstacle: float, advic
     assert told(GroundNotices(obstacle), 6.0) == [f"The ground here is 6 m higher than the arm place: {advice}"]
 
 
-def test_what_is_not_known_or_not_believed_is_not_told() -> None:
+def test_what_is_not_known_or_not_believed_is_not_reported() -> None:
     reports = GroundNotices(None)
     assert told(reports, None) == []
     assert reports.tick(over(12.0, "its distance does not follow the height")) == ()

@@ -151,7 +151,7 @@ async def test_set_failsafes_makes_the_defaults_safe_and_arm_possible(
     await rig.close()
 
 
-async def test_a_refused_failsafe_is_told_in_the_autopilots_words(tmp_path: Path) -> None:
+async def test_a_refused_failsafe_is_reported_in_the_autopilots_words(tmp_path: Path) -> None:
     rig = Rig(tmp_path, parameters=DEFAULT_PARAMETERS)
     await rig.run(2)
     rig.autopilot.refuse["set_parameter"] = "WRONG_TYPE"
@@ -275,7 +275,7 @@ async def test_heights_too_low_over_the_declared_obstacle_are_refused_and_do_not
     await rig.close()
 
 
-async def test_an_obstacle_that_nobody_declared_is_told(rig: Rig) -> None:
+async def test_an_obstacle_that_nobody_declared_is_reported(rig: Rig) -> None:
     assert check(rig, "Heights").value.endswith("no obstacle declared")
 
 

@@ -149,7 +149,7 @@ def told(rig: Rig) -> tuple[float, float]:
     return status.travel.flight_time, status.travel.distance_flown
 
 
-async def test_flight_time_and_way_go_on(make: Callable[..., Rig]) -> None:
+async def test_flight_time_and_distance_go_on(make: Callable[..., Rig]) -> None:
     rig = make(flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.run(5)
     seconds, way = told(rig)
@@ -424,7 +424,7 @@ async def test_a_refused_return_does_not_keep_the_program_from_ending(flying: Ri
 
 
 @pytest.mark.parametrize(("state", "mode"), [(S.RETURN_TO_LAUNCH, CopterMode.RTL), (S.LAND, CopterMode.LAND)])
-async def test_our_own_way_down_is_asked_for_again_when_the_mode_is_another_after_a_lost_link(
+async def test_our_own_descent_is_asked_for_again_when_the_mode_is_another_after_a_lost_link(
     fresh: Rig, state: StateName, mode: CopterMode
 ) -> None:
     await fresh.enter(state)

@@ -61,7 +61,7 @@ def told(acts: Acts) -> list[CopterMode]:
     "Return To Launch is sent without an answer after 3 s (real ArduCopter: RTL 2.9 s after the cut), 6 "
     "times, 0.5 s apart",
 )
-async def test_after_three_seconds_it_is_told_to_return_and_our_heartbeats_end(flying: Rig) -> None:
+async def test_after_three_seconds_it_is_commanded_to_return_and_our_heartbeats_end(flying: Rig) -> None:
     await lose_downlink(flying, SILENCE_S - 0.2)
     assert flying.autopilot.count("send_mode") == 0
     await flying.run(0.4)
@@ -75,7 +75,7 @@ async def test_after_three_seconds_it_is_told_to_return_and_our_heartbeats_end(f
     assert flying.autopilot.asked("set_voice") == [False]
 
 
-async def test_a_return_begun_before_the_silence_is_told_again(flying: Rig) -> None:
+async def test_a_return_begun_before_the_silence_is_reported_again(flying: Rig) -> None:
     flying.order(ReturnToLaunch())
     await flying.tick()
     await lose_downlink(flying)
@@ -92,7 +92,7 @@ async def test_a_landing_stays_a_landing(flying: Rig) -> None:
 
 
 @pytest.mark.fault("downlink dead while a pilot flies", "nothing is sent; our heartbeats are held back")
-async def test_while_a_pilot_flies_nothing_is_told(flying: Rig) -> None:
+async def test_while_a_pilot_flies_nothing_is_reported(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick(2)
     flying.expect(StateName.MANUAL)
@@ -120,7 +120,7 @@ async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> 
 
 
 @pytest.mark.parametrize("state", [StateName.IDLE, StateName.ARM])
-async def test_on_the_ground_nothing_is_told_and_heartbeats_go_on(fresh: Rig, state: StateName) -> None:
+async def test_on_the_ground_nothing_is_reported_and_heartbeats_go_on(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
     await lose_downlink(fresh, 10.0)
     assert fresh.autopilot.count("send_mode") == fresh.autopilot.count("set_voice") == 0
@@ -165,7 +165,7 @@ async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
     ],
     ids=["return", "landing", "the autopilot's own", "pilot"],
 )
-def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterMode | None) -> None:
+def test_what_is_sent_is_the_states_mode_a_few_times(state: State, mode: CopterMode | None) -> None:
     rule, modes, voices = SilenceRule(), [], []
     for tick in range(200):
         step = rule.tick(unheard(tick * 0.05, SILENCE_S + tick * 0.05), state)
@@ -178,7 +178,7 @@ def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterM
 
 @pytest.mark.parametrize("state", [ArmState(0.0, SETTINGS, True, "", 0), returning()], ids=["ground", "air"])
 @pytest.mark.parametrize("armed", [True, False])
-def test_a_drone_that_stands_or_was_disarmed_is_told_nothing_however_long_it_is_silent(
+def test_a_drone_that_stands_or_was_disarmed_is_sent_nothing_however_long_it_is_silent(
     state: State, armed: bool
 ) -> None:
     facts = unheard(99.0, 99.0)
@@ -200,7 +200,7 @@ def test_a_task_becomes_a_return_after_three_seconds(age: float, returns: bool) 
     assert told(step.acts) == []
 
 
-def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
+def test_a_mode_is_sent_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
     rule, state, times = SilenceRule(), returning(), list[float]()
 
     def silence(begin: float) -> None:
@@ -219,7 +219,7 @@ def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_sile
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
 
 
-def test_each_state_of_one_silence_tells_its_own_mode_at_once() -> None:
+def test_each_state_of_one_silence_sends_its_own_mode_at_once() -> None:
     rule = SilenceRule()
     assert told(rule.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
     assert told(rule.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]

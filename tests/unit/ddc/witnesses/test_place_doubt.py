@@ -40,7 +40,7 @@ from tests.unit.ddc.fakes import TICK_S, Rig
 from tests.unit.ddc.written_facts import flying
 
 S = StateName
-CAUSE = Cause("The battery is needed for the way home.", CauseKind.RESERVE)
+CAUSE = Cause("The battery is needed for the flight home.", CauseKind.RESERVE)
 
 
 def doubted(facts: Facts, off: tuple[float, float] = (4.0, 0.0), *, followed: bool = True) -> Facts:
@@ -93,7 +93,7 @@ def test_a_return_that_is_needed_becomes_a_landing(transition: Transition) -> No
     assert isinstance(found.transition, ToLand)
     assert found.rank is Rank.LAND
     assert found.transition.cause == Cause(
-        "The battery is needed for the way home. The camera sees the drone move 4 m that the position does not show.",
+        "The battery is needed for the flight home. The camera sees the drone move 4 m that the position does not show.",
         CauseKind.RESERVE,
     )
     trusted = guard.reaction(low(flying(0.0)), made(transition))
@@ -139,7 +139,7 @@ def misled(now: float, seconds: float, *, by_height: bool = False, height: float
     "return that was asked for in spite of the doubt goes on",
 )
 @pytest.mark.parametrize("by_height", [False, True])
-def test_a_return_that_must_be_lands_when_a_doubt_begins_on_the_way(by_height: bool) -> None:
+def test_a_return_that_must_be_lands_when_a_doubt_begins_in_flight(by_height: bool) -> None:
     step = made(ToReturn(CAUSE)).transition_next_state(misled(9.0, 1.0, by_height=by_height))
     assert isinstance(step.transition, ToLand)
     assert step.transition.cause is not None
@@ -152,7 +152,7 @@ def test_a_return_that_must_be_lands_when_a_doubt_begins_on_the_way(by_height: b
     "the height begins then)"
 )
 @pytest.mark.parametrize("by_height", [False, True])
-def test_a_return_that_the_operator_asked_for_holds_when_a_doubt_begins_on_the_way(by_height: bool) -> None:
+def test_a_return_that_the_operator_asked_for_holds_when_a_doubt_begins_in_flight(by_height: bool) -> None:
     step = made(ToReturn()).transition_next_state(misled(9.0, 1.0, by_height=by_height))
     assert isinstance(step.transition, ToHover)
     assert step.transition.level == "warning"
