@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, ParamSpec, TypeVar
 
 from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId
@@ -36,6 +36,7 @@ from hawk.model.operation import StateName
 from hawk.model.sentences import say, sentence
 
 _LOGGER = logging.getLogger(__name__)
+P = ParamSpec("P")
 T = TypeVar("T")
 
 
@@ -63,8 +64,7 @@ class TickStep(NamedTuple):
     is_vital: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(NamedTuple):
     """Outcome of steps: the state that is active after them, their acts in order, and the last fault, in words."""
 
     state: State
@@ -146,7 +146,7 @@ class Decider:
         if any(isinstance(act, BeginSurvey) for act in ruling.acts):
             self._continues_survey, self._survey = False, SurveyNotices(continues_survey=False)
         if isinstance(ruling.answer, Ack):
-            outcome = replace(outcome, acts=(*outcome.acts, answer_record(client, command, ruling.answer)))
+            outcome = outcome._replace(acts=(*outcome.acts, answer_record(client, command, ruling.answer)))
         return self._decision(outcome, ruling.answer)
 
     def tick(self, facts: Facts) -> Decision:
@@ -169,7 +169,9 @@ class Decider:
         """Take one step after the other, each with the state that the one before left."""
         outcome = Outcome(self.state)
         for step in steps:
-            outcome = outcome.then(self._keep(self._take(step, self.state)))
+            taken = self._take(step, self.state)
+            if taken != Outcome(self.state):
+                outcome = outcome.then(self._keep(taken))
         return outcome
 
     def _keep(self, outcome: Outcome) -> Outcome:
@@ -183,7 +185,7 @@ class Decider:
 
     def _take(self, step: TickStep, state: State) -> Outcome:
         """Take one step. A fault ends a task by Hover and is shown; it stops no other step."""
-        decided, fault = _attempt(lambda: step.decide(step.facts, state))
+        decided, fault = _attempt(step.decide, step.facts, state)
         if decided is None:
             taken = Outcome(state, fault=fault, is_sound=False)
         else:
@@ -191,15 +193,18 @@ class Decider:
         if taken.is_sound:
             return taken
         ended = self._end_task(taken.state, step.facts)
-        return replace(taken.then(ended), is_sound=ended.is_sound and not step.is_vital)
+        return taken.then(ended)._replace(is_sound=ended.is_sound and not step.is_vital)
 
     def _carry_out(self, decided: Decided, facts: Facts, state: State) -> Outcome:
         """Do what was decided: its acts come first, also where a fault in the state keeps the rest from being done."""
-        step = Step(acts=decided) if isinstance(decided, tuple) else decided
-        followed, fault = _attempt(lambda: self._follow(step, facts, state))
+        if isinstance(decided, tuple):
+            return Outcome(state, decided)
+        if decided is STAY:
+            return Outcome(state)
+        followed, fault = _attempt(self._follow, decided, facts, state)
         if followed is None:
             followed = Outcome(state, fault=fault, is_sound=False)
-        return Outcome(state, step.acts).then(followed)
+        return Outcome(state, decided.acts).then(followed)
 
     def _follow(self, step: Step | Ruling, facts: Facts, state: State) -> Outcome:
         """Put an order to the state; else restart it, or switch to another one."""
@@ -214,11 +219,11 @@ class Decider:
         """Leave a state for that of a transition. A fault in leaving or beginning keeps the following one active."""
         following, messages = make_state(transition, facts, self._settings)
         changed = Record("state", (("from", former.get_identity()), ("to", following.get_identity())))
-        left, leave_fault = _attempt(lambda: former.leave(facts))
+        left, leave_fault = _attempt(former.leave, facts)
         superseded = self._desk.lot_check.supersede()
         self._follower.note(transition, facts.now)
         forgets: Acts = (ForgetAskedModes(),) if isinstance(transition, ToManual) else ()
-        begun, fault = _attempt(lambda: following.enter(facts))
+        begun, fault = _attempt(following.enter, facts)
         acts = (*messages, changed, _entering(following), *(left or ()), *superseded, *forgets, *(begun or ()))
         if begun is None:
             return Outcome(following, acts, fault, is_sound=False)
@@ -321,10 +326,10 @@ def _react(facts: Facts, state: State) -> Step:
     return Step(reaction.transition, (record,))
 
 
-def _attempt(call: Callable[[], T]) -> tuple[T | None, str]:
+def _attempt(call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> tuple[T | None, str]:
     """Return what a call returns and no words; None and words on its fault where it fails."""
     try:
-        return call(), ""
+        return call(*args, **kwargs), ""
     except Exception as error:
         _LOGGER.exception("unexpected")
         return None, fault_words(error)

@@ -171,15 +171,11 @@ class Senses:
 
     def _parts(self, instant: Instant) -> Parts:
         """Return the health of every part: that of armed and landed stands behind the position's."""
-        parts: Parts = ()
-        for name, health in self._from.topics.get_part_healths():
-            if name == "position":
-                position = self._witness.facts(instant).position_health(health)
-                ground = ground_health(instant.belief.ground, is_linked=instant.is_linked)
-                parts += (("position", position), ("ground", ground))
-            else:
-                parts += ((name, health),)
-        return parts + tuple(part for reading in self._readings for part in reading.parts(instant))
+        parts = dict(self._from.topics.get_part_healths())
+        link, position = parts.pop("link"), self._witness.facts(instant).position_health(parts.pop("position"))
+        ground = ground_health(instant.belief.ground, is_linked=instant.is_linked)
+        known = [part for reading in self._readings for part in reading.parts(instant)]
+        return ("link", link), ("position", position), ("ground", ground), *parts.items(), *known
 
 
 def _deciding(parameters: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

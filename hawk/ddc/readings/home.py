@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from hawk.comm.topic import Stamped, Topic
 from hawk.ddc.fence.geometry import contains, to_map
@@ -134,7 +135,7 @@ class HomeReading(Reading):
 def home_on_map(instant: Instant) -> MapPoint | None:
     """Return the arm place on the map; None before there are a datum and an arm place."""
     datum, arm = instant.datum, instant.arm_place
-    return None if datum is None or arm is None else to_map(datum, arm.latitude, arm.longitude)
+    return None if datum is None or arm is None else _on_map(datum, arm)
 
 
 def home_health(home: HomeFacts) -> Health:
@@ -144,6 +145,11 @@ def home_health(home: HomeFacts) -> Health:
     if home.away is not None and home.age > HOME_AGE_S:
         return Health.bad(say("No home position from the autopilot."))
     return Health()
+
+
+@lru_cache(maxsize=1)
+def _on_map(datum: GlobalPose, arm: ArmPlace) -> MapPoint:
+    return to_map(datum, arm.latitude, arm.longitude)
 
 
 def _offset(home: GlobalPose, arm: ArmPlace) -> tuple[float, float]:

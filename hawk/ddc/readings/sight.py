@@ -49,6 +49,13 @@ class SightReading(Reading):
 
     def __init__(self, topics: DdcTopicInterface) -> None:
         self._topics = topics
+        healths = (
+            topics.get_camera_health,
+            topics.get_vision_health,
+            topics.get_mapper_health,
+            topics.get_path_plan_health,
+        )
+        self._healths = tuple(zip(PERCEPTION_PARTS, healths, strict=True))
         self._fault = Stopwatch()
 
     def update(self, instant: Instant) -> None:
@@ -77,7 +84,8 @@ class SightReading(Reading):
         )
 
     def _fault_words(self) -> str:
-        for name, health in self._topics.get_part_healths():
-            if name in PERCEPTION_PARTS and not health.is_healthy:
+        for name, health_of in self._healths:
+            health = health_of()
+            if not health.is_healthy:
                 return f"{name.capitalize()}: {health.reason}"
         return ""

@@ -214,7 +214,8 @@ async def test_a_check_shows_zones_area_and_that_the_path_home_is_not_free(rig: 
     assert isinstance(check, FenceCheck)
     assert check.area == pytest.approx(120 * 120 - 20 * 30, rel=1e-3)
     assert check.notes == [
-        "From parts of it the straight path home crosses a zone. Our returns stay inside; the autopilot's own failsafes "
+        "From parts of it the straight path home crosses a zone. Our returns stay inside; the autopilot's own "
+        "failsafes "
         "(lost link, its battery failsafe, a dead companion computer) fly straight."
     ]
     (inner,) = check.inner_zones

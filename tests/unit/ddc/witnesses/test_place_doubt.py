@@ -93,7 +93,8 @@ def test_a_return_that_is_needed_becomes_a_landing(transition: Transition) -> No
     assert isinstance(found.transition, ToLand)
     assert found.rank is Rank.LAND
     assert found.transition.cause == Cause(
-        "The battery is needed for the flight home. The camera sees the drone move 4 m that the position does not show.",
+        "The battery is needed for the flight home. "
+        "The camera sees the drone move 4 m that the position does not show.",
         CauseKind.RESERVE,
     )
     trusted = guard.reaction(low(flying(0.0)), made(transition))
