@@ -21,7 +21,7 @@ from proving.mutants.sampling import Mutant
 
 ENOUGH_TESTS_S: Final = 15.0
 """Seconds that the tests may take for one mutant."""
-UNMAPPED: Final = "tests/unit/ddc/test_state_table.py"
+UNMAPPED: Final = "tests/unit/ddc/test_decider_state_table.py"
 """It makes every transition as it is imported, minutes under coverage; its own tests reach the line of none."""
 LEAST_S: Final = 0.02
 """Seconds of a test that took less than pytest reports."""

@@ -43,7 +43,7 @@ from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Rout
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
-from tests.unit.ddc.rules.test_commands_in_every_state import COMMANDS
+from tests.unit.ddc.rules.test_judge_commands_in_every_state import COMMANDS
 from tests.unit.ddc.written_facts import SETTINGS, flying, found, of_kind, on_ground, pose, without_link
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "states.md"

@@ -24,7 +24,7 @@ from hawk.store.recording import FRAME_INPUT, NoRecordingError, Recording
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
-from tests.unit.store.test_frame_codec import FRAME
+from tests.unit.store.test_recording_frame_codec import FRAME
 
 Make = Callable[..., Recording]
 START = datetime(2026, 5, 1, 12, 0, 0, tzinfo=UTC)

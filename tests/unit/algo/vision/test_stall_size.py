@@ -11,7 +11,7 @@ from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.seen import Seen, StallSeen
 from hawk.algo.vision.stall_size import LEAST_STALLS, WHOLE, stall_size
 from hawk.model.ground_motion import StallSize
-from tests.unit.algo.vision.test_ground_height import ABOVE_GROUND_M, POSE, WIDTH_M, over_the_lot
+from tests.unit.algo.vision.test_app_ground_height import ABOVE_GROUND_M, POSE, WIDTH_M, over_the_lot
 
 TRUE_M = ABOVE_GROUND_M
 

@@ -16,7 +16,7 @@ from hawk.ddc.fence.geometry import contains, path_is_inside, polygon_fence, sha
 from hawk.ddc.fence.path import CUTS_M, SIGHT_ROOM_M, is_in_sight, length, path_inside, prepare, route_inside
 from hawk.model.limits import Fence
 from hawk.model.poses import MapPoint
-from tests.unit.ddc.test_way_back import fences
+from tests.unit.ddc.test_operations_manager_path_back import fences
 
 U_SHAPE = polygon_fence(
     ((100, -60), (100, -20), (20, -20), (20, 20), (100, 20), (100, 60), (-20, 60), (-20, -60)), 5, 100, 3

@@ -34,7 +34,7 @@ from hawk.ddc.rules.guard import FENCE_RETURN_S
 from hawk.model.plans import Inbound
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import TICK_S
-from tests.unit.ddc.test_properties import SIMPLE, Flight
+from tests.unit.ddc.test_operations_manager_properties import SIMPLE, Flight
 
 TICKS = 3_000
 """Ticks of a walk, 50 ms each."""
