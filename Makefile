@@ -53,6 +53,7 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/oxlint --config hawk/web/page/.oxlintrc.json hawk/web/page
 	$(BIN)/python packaging/check_wording.py
 
 page-check: page

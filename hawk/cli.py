@@ -78,6 +78,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_daemon_options(run)
     run.add_argument("--ready-file", type=values.new(), metavar="FILE", help=argparse.SUPPRESS)
     run.add_argument("--attach-sim", metavar="URL", help=argparse.SUPPRESS)
+    run.add_argument("--parent-pid", type=values.pid, metavar="PID", help=argparse.SUPPRESS)
     run.add_argument("--again", action="store_true", help="after a fault: go on with its survey, also in a simulation")
     survey = commands.add_parser("survey", help="fly a whole survey: take off, explore, come home, write the results")
     survey.set_defaults(action=_survey)
@@ -213,14 +214,18 @@ def _run(options: argparse.Namespace) -> int:
         _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
-    from hawk.daemon.root import DaemonOptions, run_daemon
+    from hawk.daemon.root import DaemonOptions
+    from hawk.daemon.start import run_daemon
 
-    status = asyncio.run(
-        run_daemon(
-            config,
-            DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file, is_again=options.again),
-        )
+    given = DaemonOptions(
+        simulation,
+        attached_simulation=options.attach_sim,
+        speed=options.speed,
+        ready_file=options.ready_file,
+        parent_pid=options.parent_pid,
+        is_again=options.again,
     )
+    status = asyncio.run(run_daemon(config, given))
     end_within(EXIT_S, sys.stderr)  # a thread that hangs in a library would keep the process
     return status
 

@@ -1,4 +1,4 @@
-"""Perception on still pictures and videos, without a flight: network, votes and rows, beside painted lines alone.
+"""Perception on still pictures and videos, without a flight: network, votes and rows.
 
 ``python -m benchmarks.perception --lots DIR --tiles DIR --regions DIR --negatives DIR --seeds 1-5 --json FILE``
 
@@ -10,7 +10,7 @@ names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where
 
 The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
 neither right nor wrong. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions
-``regions_``, those of frames over drawn worlds ``frames_``, and those of lines alone ``classical_`` before all others.
+``regions_``, those of frames over drawn worlds ``frames_``.
 
 ``python -m benchmarks.perception --video FILE --metres-per-pixel X``: a still camera straight above a lot.
 """
@@ -27,7 +27,7 @@ import cv2
 from benchmarks.figures import tell
 from benchmarks.perception.places import folder_option
 from benchmarks.perception.regions import Regions, ground_option
-from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
+from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
 from hawk.algo.vision.decode import NetworkFinder
@@ -49,10 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except (OSError, ValueError, KeyError) as error:
             print(f"--regions: {error}", file=sys.stderr)
             return 2
-    sections = network_sections(network, material)
-    if not options.no_classical:
-        sections.append(classical_section(material))
-    tell(sections, options.json)
+    tell(network_sections(network, material), options.json)
     return 0
 
 
@@ -77,7 +74,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seeds", type=seeds_option, default=[], help="drawn worlds to see in single frames, as 1-5")
     parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
-    parser.add_argument("--no-classical", action="store_true", help="leave out painted lines alone")
     parser.add_argument("--video", type=Path, help="a video of a still camera straight above a lot")
     parser.add_argument("--metres-per-pixel", type=float, default=0.1, help="of the video (0.1)")
     parser.add_argument("--json", type=Path, help="write the figures here")

@@ -16,8 +16,9 @@ from benchmarks.perception.places import Place, state_array
 from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.seen import Finder, FloatArray, GroundImage, StallSeen
+from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
 from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import StallState
 from hawk.model.operation import StateName
@@ -45,7 +46,7 @@ class Labels:
 
 
 def measure_worlds(
-    finder: Finder,
+    finder: NetworkFinder,
     seeds: Sequence[int],
     count: int = 12,
     *,
@@ -57,7 +58,7 @@ def measure_worlds(
     rectifier = Rectifier()
     for seed in seeds:
         world = generate_world(seed, WorldOptions(condition=condition))
-        labels = labels_of(world)
+        labels = _labels_of(world)
         one = sum((_look(finder, rectifier, f, labels) for f in frames(world, HEIGHT_M, count, lens=False)), Tally())
         if verbose:
             print(f"  world {seed}: R {one.recall:.3f} P {one.precision:.3f} state {one.state_accuracy:.3f}")
@@ -65,7 +66,7 @@ def measure_worlds(
     return total
 
 
-def measure_tilted(finder: Finder, places: Iterable[Place]) -> Tally:
+def measure_tilted(finder: NetworkFinder, places: Iterable[Place]) -> Tally:
     """Return the tally of frames taken with `TILT` over labelled pictures, each from four sides.
 
     Labels that the picture's edge cuts are left out; a find of one counts as false.
@@ -78,7 +79,7 @@ def measure_tilted(finder: Finder, places: Iterable[Place]) -> Tally:
     return total
 
 
-def find_whole(finder: Finder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
+def _find_whole(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
     """Return the stalls that lie wholly in a frame, in the world's metres, and the frame on the ground."""
     assert frame.pose is not None
     ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
@@ -86,7 +87,7 @@ def find_whole(finder: Finder, rectifier: Rectifier, frame: FrameInput) -> tuple
     return _finding(seen), ground
 
 
-def labels_of(world: World) -> Labels:
+def _labels_of(world: World) -> Labels:
     """Return what can be seen of a drawn world; hidden stalls are left out."""
     shown = [stall for stall in world.stalls if not stall.hidden]
     states = [StallState.TAKEN if stall.taken else StallState.FREE for stall in shown]
@@ -94,8 +95,8 @@ def labels_of(world: World) -> Labels:
     return Labels(corners, state_array(states), tuple(np.asarray(lot) for lot in world.lots))
 
 
-def _look(finder: Finder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
-    finding, ground = find_whole(finder, rectifier, frame)
+def _look(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
+    finding, ground = _find_whole(finder, rectifier, frame)
     return tally(finding, _in_view(labels, ground))
 
 

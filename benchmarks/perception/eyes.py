@@ -1,8 +1,7 @@
-"""Eyes that look at a nadir picture: the network with its votes, or painted lines alone, both with rows completed."""
+"""An eye that looks at a nadir picture: the network with its votes, rows completed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -17,10 +16,9 @@ from hawk.algo.mapper.shown import lot_outline
 from hawk.algo.mapper.suggestions import WIDTH_M, car_boxes, length_about, on_stalls
 from hawk.algo.mapper.table import published_size
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps
-from hawk.algo.vision.rows import Evidence, RowStalls, complete_rows, row_stalls
+from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
+from hawk.algo.vision.rows import RowStalls, complete_rows, row_stalls
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, FloatArray
@@ -58,53 +56,20 @@ class Eye(Protocol):
         ...
 
 
-class MapsOfPictures(Protocol):
-    """The network, or who remembers its maps."""
-
-    def run(self, picture: NDArray[np.uint8], /) -> NetworkMaps:
-        """Return the maps of a picture of 0.1 m a pixel."""
-        ...
-
-
-Completion = Callable[[RowStalls, Evidence], RowStalls]
-"""Completes rows, as `complete_rows` does."""
-
-
 class NetworkEye:
     """The network, its votes and the rows."""
 
-    def __init__(
-        self, network: MapsOfPictures, complete: Completion = complete_rows, minimum_score: float = MINIMUM_SCORE
-    ) -> None:
-        """Votes below ``minimum_score`` are no stalls; ``complete`` completes the rows of the others."""
-        self._network, self._complete, self._minimum_score = network, complete, minimum_score
+    def __init__(self, network: StallNetwork) -> None:
+        self._network = network
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
         maps = self._network.run(shown)
         stalls = decode.vote(maps, CELL_M)
-        stalls = _stalls(_rows(stalls[stalls.score >= self._minimum_score], maps.core, self._complete))
+        stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
-
-
-class ClassicalEye:
-    """Painted lines alone."""
-
-    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
-        """Find stalls and lot."""
-        picture = north_up(image, metres_per_pixel, scale=scale)
-        found = ClassicalFinder().find(picture)
-        seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
-        table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
-        table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
-        rows = _rows(Stalls(*(table[:, k] for k in range(6))), found.core.values, complete_rows)
-        stalls = _stalls(rows)
-        said = np.append(table[:, 6], 0.0)[rows.source]
-        taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
-        lot = np.asarray(found.lot.values, np.float32)
-        return _result(stalls, taken, lot, picture.values.shape, scale)
 
 
 def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:
@@ -160,7 +125,7 @@ def as_shown(corners: FloatArray, size: tuple[float, float]) -> tuple[FloatArray
     return corners[is_shown], is_shown
 
 
-def _rows(stalls: Stalls, core: NDArray[np.float32], complete: Completion) -> RowStalls:
+def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:
     """Return the stalls with their rows completed, metres."""
     given = row_stalls(
         stalls.column * CELL_M,
@@ -170,7 +135,7 @@ def _rows(stalls: Stalls, core: NDArray[np.float32], complete: Completion) -> Ro
         stalls.length * CELL_M,
         stalls.score,
     )
-    return complete(given, lambda corners: _inner_mean(core, corners))
+    return complete_rows(given, lambda corners: _inner_mean(core, corners))
 
 
 def _stalls(rows: RowStalls) -> Stalls:

@@ -153,7 +153,11 @@ def measure(eye: Eye, places: Iterable[Place], *, scale: float = 1.0, verbose: b
 
 
 def false_alarms(
-    eye: Eye, pictures: Iterable[tuple[str, NDArray[np.uint8]]], metres_per_pixel: float, *, verbose: bool = False
+    eye: Eye,
+    pictures: Iterable[tuple[str, NDArray[np.uint8]]],
+    metres_per_pixel: float,
+    *,
+    verbose: bool = False,
 ) -> dict[str, float]:
     """Return how many stalls are found on each picture without any, on average."""
     counts: list[int] = []

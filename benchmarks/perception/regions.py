@@ -56,7 +56,7 @@ class Regions:
         return next((kind for kind, pattern in self.ground if fnmatchcase(name, pattern)), "")
 
 
-def region_section(regions: Regions, looked: Sequence[Looked], prefix: str = "") -> Section:
+def region_section(regions: Regions, looked: Sequence[Looked]) -> Section:
     """Return the rows: all regions, lots, streets, and each kind of ground that is known."""
     groups = {
         "all": list(looked),
@@ -69,7 +69,7 @@ def region_section(regions: Regions, looked: Sequence[Looked], prefix: str = "")
     figures = []
     for name, members in groups.items():
         measured = pooled(members)
-        key = f"{prefix}regions_{name.replace(' ', '_')}"
+        key = f"regions_{name.replace(' ', '_')}"
         figures += [
             Figure(f"{key}_{measure}", f"{measure.replace('_', ' ')}, {name}", measured[measure])
             for measure in SHOWN

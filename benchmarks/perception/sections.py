@@ -1,4 +1,4 @@
-"""The sections of the perception benchmark: the network beside painted lines alone and the prototype's figures."""
+"""The sections of the perception benchmark: the network beside the prototype's figures."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from typing import Final
 from benchmarks.figures import Figure, Limit, Reference, Section
 from benchmarks.perception.camera_frames import measure_tilted, measure_worlds
 from benchmarks.perception.errors import error_section
-from benchmarks.perception.eyes import ClassicalEye, Eye, NetworkEye
+from benchmarks.perception.eyes import Eye, NetworkEye
 from benchmarks.perception.measures import MEASURES, false_alarms, line, look, measure, pooled
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
-from hawk.algo.vision.seen import Finder
 from hawk.worlds.conditions import Condition
 
 PROTOTYPE_TILES: Final = {
@@ -76,14 +75,14 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         looked = look(eye, material.regions.read(), verbose=True)
         sections.append(region_section(material.regions, looked))
         sections.append(error_section("regions", looked, "errors_regions_"))
-    sections.extend(_negatives(eye, material, ""))
+    sections.extend(_negatives(eye, material))
     if material.seeds:
         sections.append(_drawn(NetworkFinder(network), material.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
 
 
-def _drawn(finder: Finder, seeds: Sequence[int]) -> Section:
+def _drawn(finder: NetworkFinder, seeds: Sequence[int]) -> Section:
     """Return the measures over drawn worlds by day, and what other conditions leave of recall and state accuracy."""
     print("frames over drawn worlds by day")
     day = measure_worlds(finder, seeds, verbose=True)
@@ -119,37 +118,18 @@ def _hard(eye: Eye, network: StallNetwork, tiles: Sequence[Place], straight: flo
     return figures
 
 
-def classical_section(material: Material) -> Section:
-    """Measure painted lines alone, which find stalls where no model is wanted."""
-    eye, figures = ClassicalEye(), []
-    if material.tiles:
-        figures += _figures(measure(eye, read_tiles(material.tiles)), "classical_", {}, limits={})
-    if material.lots:
-        figures += _figures(measure(eye, read_lots(material.lots)), "classical_lots_", {}, limits={})
-    if material.regions:
-        figures += region_section(material.regions, look(eye, material.regions.read()), "classical_").figures
-    for section in _negatives(eye, material, "classical_"):
-        figures += section.figures
-    return Section("painted lines alone", figures)
-
-
-def _negatives(eye: Eye, material: Material, prefix: str) -> list[Section]:
+def _negatives(eye: Eye, material: Material) -> list[Section]:
     if not material.negatives:
         return []
-    found = false_alarms(eye, read_pictures(material.negatives), material.negatives_scale, verbose=not prefix)
-    limit = None if prefix else Limit(highest=FALSE_PER_NEGATIVE)
-    figures = [Figure(f"{prefix}{key}", "false stalls a picture", value, limit=limit) for key, value in found.items()]
+    found = false_alarms(eye, read_pictures(material.negatives), material.negatives_scale, verbose=True)
+    limit = Limit(highest=FALSE_PER_NEGATIVE)
+    figures = [Figure(key, "false stalls a picture", value, limit=limit) for key, value in found.items()]
     return [Section("pictures without stalls", figures)]
 
 
-def _figures(
-    measured: dict[str, float],
-    prefix: str,
-    reference: dict[str, float],
-    limits: dict[str, Limit] | None = None,
-) -> list[Figure]:
-    wanted = LIMITS if limits is None else limits
-    if prefix.endswith("lots_"):
+def _figures(measured: dict[str, float], prefix: str, reference: dict[str, float]) -> list[Figure]:
+    wanted = LIMITS
+    if prefix == "lots_":
         wanted = {name: limit for name, limit in wanted.items() if name != "precision"}
     return [
         Figure(

@@ -14,13 +14,12 @@ from typing import Final
 
 from hawk.check.result import CheckResult, failed, passed, warning
 from hawk.config.sections import StoreSettings
+from hawk.web.access.tls import RELEASED
 
 PROBE_BYTES: Final = 4_000_000
 SLOW_BYTES_S: Final = 2_000_000.0
 """Below this speed of a written and synchronised file, bytes a second, a recording may lose messages."""
 HOUR_S: Final = 3600.0
-RELEASED: Final = datetime(2026, 11, 24, tzinfo=UTC)
-"""Day of the last release (CHANGELOG.md): no right clock shows an earlier one."""
 _TIMEDATECTL_S: Final = 3.0
 _MB: Final = 1_000_000
 

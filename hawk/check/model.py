@@ -36,8 +36,6 @@ def look_at_model(
     monotonic: Callable[[], float] = time.perf_counter,
 ) -> CheckResult:
     """Load the network, run it on a picture as large as the flight's, and judge its time. Blocks for some seconds."""
-    if not config.vision.use_network:
-        return passed(_NAME, "None is used (vision.use_network is false).")
     cv2.setNumThreads(config.vision.threads)
     try:
         run = load(config)

@@ -20,6 +20,7 @@ RECEIVE_LIMIT_BYTES: Final = 4 * 1024 * 1024
 PING_INTERVAL_S: Final = 5.0
 """Real seconds between pings: a dead link shows after one and a half of them."""
 CLOSE_TIMEOUT_S: Final = 1.0
+"""Longest wait for the other side's end of a connection, real seconds; then it is cut off."""
 LOOPBACK: Final = ("127.0.0.1", "::1", "localhost")
 
 
@@ -180,7 +181,9 @@ class ServerBaseSocket:
         """End all connections and stop listening."""
         runner, self._runner = self._runner, None
         if runner is not None:
-            await asyncio.gather(*(client.close() for client in tuple(self._clients)), return_exceptions=True)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(CLOSE_TIMEOUT_S):
+                    await asyncio.gather(*(client.close() for client in tuple(self._clients)), return_exceptions=True)
             await runner.cleanup()
 
     async def _listen(self) -> None:

@@ -99,6 +99,11 @@ def whole(low: int = 0, high: int | None = None) -> Callable[[str], int]:
     return read
 
 
+def pid(text: str) -> int:
+    """Return the number of a process, which the kernel keeps in 31 bits."""
+    return whole(1, 2**31 - 1)(text)
+
+
 def as_text(read: Callable[[str], object]) -> Callable[[str], str]:
     """Return a reader that checks a text and leaves it as it is, for the program that it is passed on to."""
 

@@ -14,7 +14,7 @@ import tomllib
 import typing
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -41,6 +41,10 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+_REMOVED: Final = {
+    ("vision", "use_network"): "is no setting any more: the network alone finds stalls. Delete it from your settings",
+}
+"""Remedies for settings of earlier versions, by section and key."""
 _OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 
 
@@ -250,11 +254,18 @@ class VisionSettings(Section):
     """Perception."""
 
     model: FilePath | None = None
-    use_network: bool = True
     engine: Literal["opencv", "onnxruntime"] = "opencv"
     threads: int = Field(default=1, ge=1, le=8)
     minimum_height_m: float = Field(default=6.0, ge=1, le=100)
     minimum_stalls: int = Field(default=3, ge=1, le=100)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_what_changes_nothing(cls, given: Any) -> Any:
+        """A file of an earlier version states ``use_network = true``, as it holds now: the drone starts with it."""
+        if isinstance(given, dict) and given.get("use_network") in (True, "true"):
+            return {key: value for key, value in given.items() if key != "use_network"}
+        return given
 
 
 class WebSettings(Section):
@@ -408,7 +419,8 @@ def _explain(error: ValidationError, path: Path | None, text: str, variables: Ma
         keys = [str(part) for part in problem["loc"]]
         message = problem["msg"].removeprefix("Value error, ")
         if problem["type"] == "extra_forbidden":
-            message = f"is not a setting; see config.toml for those that are{_similar(keys)}"
+            similar = f"is not a setting; see config.toml for those that are{_similar(keys)}"
+            message = _REMOVED.get((keys[0], keys[-1]), similar)
         elif problem["type"] == "missing":
             message = "is missing"
         elif keys not in (["web"], ["web", "token"]):  # a secret, even a part of one, is not repeated

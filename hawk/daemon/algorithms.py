@@ -30,7 +30,6 @@ def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> Algo
     cv2.setNumThreads(config.vision.threads)
     settings = VisionSettings(
         model=config.vision.model,
-        use_network=config.vision.use_network,
         engine=config.vision.engine,
         threads=config.vision.threads,
         minimum_height_m=config.vision.minimum_height_m,

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -19,8 +17,6 @@ from hawk.runtime.performance import LoopLag, Performance
 from hawk.runtime.supervision import Supervisor
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
-
-_LOG = logging.getLogger(__name__)
 
 MONITOR_S: Final = 0.25
 """Real seconds between two looks."""
@@ -115,14 +111,3 @@ class Monitor:
     def _storage_health(self) -> Health:
         journal = self._parts.journal.health
         return self._parts.recording.health if journal.is_healthy else journal
-
-
-async def watch_parent(ended: Callable[[], None]) -> None:
-    """Call ``ended`` once the program that started this one has ended; run until cancelled."""
-    parent, is_known = os.getppid(), False
-    while True:
-        await asyncio.sleep(MONITOR_S)
-        if not is_known and os.getppid() != parent:
-            is_known = True
-            _LOG.warning("the program that started this simulation has ended")
-            ended()

@@ -7,7 +7,6 @@ within three seconds.
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import os
 import signal
@@ -33,21 +32,17 @@ from hawk.comm.mavlink.passive_listener import wait_until_disarmed
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError
+from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.map_keeper import MapKeeper
-from hawk.daemon.monitor import Monitor, MonitoredParts, watch_parent
+from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
-    check_access,
-    check_background,
-    check_files,
-    check_model,
     listening_problem,
     make_folder,
 )
 from hawk.daemon.starts import Starts, survey_at_start
 from hawk.ddc.fence.geojson import editable_area
-from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
@@ -60,21 +55,18 @@ from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
 from hawk.model.sentences import say
 from hawk.model.vehicle import VehicleState
-from hawk.runtime.files import cookie_secret, shown_address
+from hawk.runtime.files import cookie_secret
 from hawk.runtime.performance import LoopLag, Performance
-from hawk.runtime.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
+from hawk.runtime.process import SystemdNotifier, Ticker, Watchdog
 from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.runtime.supervision import Supervisor, leave_at_once
-from hawk.sim.launch import Simulation, SimulationAddress, SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file
-from hawk.store.store_lock import StoreInUseError, held_store
 from hawk.versions.flight_word import FlightWord
-from hawk.web.access.tls import Tls, load_tls, watch_certificate
-from hawk.web.access.tokens import TokensError
+from hawk.web.access.tls import Tls, watch_certificate
 from hawk.web.app import WebServer
-from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
 
 if TYPE_CHECKING:
@@ -88,22 +80,20 @@ START_NOTED_S = 0.5
 """The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
 
 
-_SIMULATION = "simulation"
-"""Folder in the store for what simulated flights leave."""
-
-
 @dataclass(frozen=True, slots=True)
 class DaemonOptions:
     """Options of the command line that are not settings.
 
     ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that runs already, at
     ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
+    ``parent_pid``: end when that process ends.
     """
 
     simulation: SimulationOptions | None = None
     attached_simulation: str | None = None
     speed: float = 1.0
     ready_file: Path | None = None
+    parent_pid: int | None = None
     is_again: bool = False
     """An earlier run ended by a fault: its survey goes on, also over the same simulated world."""
 
@@ -111,53 +101,6 @@ class DaemonOptions:
     def is_simulation(self) -> bool:
         """True when the drone is simulated."""
         return self.simulation is not None or self.attached_simulation is not None
-
-
-async def run_daemon(config: Config, options: DaemonOptions) -> int:
-    """Run until SIGTERM or SIGINT; return the exit status. Raises ConfigError for settings that cannot be used."""
-    log = ProgramLog(config.log.level)
-    try:
-        return await _run_with_log(config, options, log)
-    finally:
-        log.close()
-
-
-async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
-    store = config.store.directory
-    if options.simulation is not None:
-        store /= _SIMULATION
-    noted = RunNotes(notes_file(store, os.environ)).notes.flight
-    tls = load_tls(config.web, in_flight=flight_goes_on(noted, this_moment(), options.speed) is not None)
-    about = {"version": version("hawk-drone"), "port": str(config.web.port)}
-    try:
-        with held_store(store, about):
-            return await _run_alone(config, options, log, tls)
-    except StoreInUseError as error:
-        remedy = "Stop that one, or name another folder: --store DIR"
-        raise ConfigError(f"store.directory: {error}; two would write over each other. {remedy}") from error
-
-
-async def _run_alone(config: Config, options: DaemonOptions, log: ProgramLog, tls: Tls | None) -> int:
-    simulation = None
-    if options.simulation is not None:
-        check_files(config)
-        check_background(config.web)
-        check_access(_simulated(config, SimulationAddress("", "")))
-        simulation = Simulation(options.simulation)
-        config = _simulated(config, await simulation.start())
-    set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
-    set_session_niceness(LOOP_NICENESS)
-    try:
-        daemon = Daemon(config, options, log, tls)
-        if not daemon.flew_lately:
-            check_model(config.vision)
-            check_background(config.web)
-        return await daemon.run()
-    except (FenceError, InsecureBindingError, TokensError) as error:
-        raise ConfigError(str(error)) from error
-    finally:
-        if simulation is not None:
-            await simulation.stop()
 
 
 class Daemon:
@@ -373,8 +316,6 @@ class Daemon:
         try:
             self._own("loop-lag", self._lag.run)
             self._own("monitor", self._monitor.run)
-            if self._options.attached_simulation is not None:
-                self._own("parent", lambda: watch_parent(self._stopping.set))
             if (tls := self._tls) is not None:
                 self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
             await self._serve()
@@ -389,6 +330,11 @@ class Daemon:
             ticker.stop()
             await self._close()
         return 0
+
+    def stop_without_parent(self) -> None:
+        """End in order: the program that started this one has ended."""
+        _LOG.warning("the program that started this one has ended")
+        self._stopping.set()
 
     async def _serve(self) -> None:
         """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""
@@ -417,7 +363,7 @@ class Daemon:
         if self.manager.ticks > before:
             self._watchdog.progress()
         if self._first_tick_s is None:
-            self._first_tick_s = _seconds_since_process_start()
+            self._first_tick_s = seconds_since_process_start()
 
     async def _open_autopilot(self) -> None:
         """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
@@ -562,17 +508,16 @@ class Daemon:
                 self._flight_offer.note(armed=state.armed)
 
     def _announce(self) -> None:
-        folder = self._config.store.directory
-        address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
-        self._output.put(f"hawk: open {address}{'  (SIMULATION)' if self._options.is_simulation else ''}")
-        if self._web.asks_for_token and self._web.page_url == self._web.url:
-            self._output.put("hawk: log in with the token of a role; hawk-drone tokens rotate operator makes another")
-        if self._tls is not None:
-            self._output.put(f"hawk: certificate SHA-256 {self._tls.fingerprint}")
+        page = PageShown(
+            url=self._web.url,
+            page_url=self._web.page_url,
+            asks_for_token=self._web.asks_for_token,
+            fingerprint=None if self._tls is None else self._tls.fingerprint,
+        )
+        for line in announcement(page, self._config.store.directory, is_simulation=self._options.is_simulation):
+            self._output.put(line)
         if self._options.ready_file is not None:
-            partial = self._options.ready_file.with_suffix(".partial")
-            partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
-            partial.rename(self._options.ready_file)
+            write_ready_file(self._options.ready_file, self._web.url, self._first_tick_s)
 
     def _start_words(self) -> str:
         kind = "a simulation, " if self._options.is_simulation else ""
@@ -610,21 +555,3 @@ def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> Alg
     from hawk.daemon.algorithms import make_manager
 
     return make_manager(config, survey_id, is_simulation=options.is_simulation)
-
-
-def _simulated(config: Config, address: SimulationAddress) -> Config:
-    """Return the settings for the simulated drone; its files stay apart from those of real flights."""
-    return config.model_copy(
-        update={
-            "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
-            "camera": config.camera.model_copy(update={"url": address.camera_url}),
-            "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION}),
-        }
-    )
-
-
-def _seconds_since_process_start() -> float:
-    """Return real seconds since the kernel started this process (proc(5), stat, field 22)."""
-    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
-    ticks = int(fields[19]) / os.sysconf("SC_CLK_TCK")
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks

@@ -81,8 +81,7 @@ def check_model(settings: VisionSettings) -> None:
     It takes a second or two. A start in the air leaves it out: there `hawk.daemon.algorithms` falls back to the
     packaged network in OpenCV.
     """
-    is_default = settings.model is None and settings.engine == VisionSettings().engine
-    if is_default or not settings.use_network:
+    if settings.model is None and settings.engine == VisionSettings().engine:
         return
     from hawk.algo.vision.network import StallNetwork, VisionModelError  # their libraries take half a second to load
 

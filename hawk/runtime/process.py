@@ -1,4 +1,4 @@
-"""The daemon's process: its tick, the watchdog that ends it when it hangs, and the niceness of its threads.
+"""The daemon's process: its tick, the watchdog that ends it when it hangs, its parent, the niceness of its threads.
 
 MAVSDK's own threads keep talking to the autopilot when the Python loop hangs, so a hung process would hide from the
 autopilot's failsafes: it has to end. The watchdog's timer is `faulthandler`'s, a C thread that needs no GIL. It writes
@@ -8,6 +8,10 @@ beside it and ends the process by SIGALRM, which needs neither Python nor a writ
 Linux's niceness (setpriority(2)) belongs to each thread, from -20 (first) to 19 (last), usually 0; a new thread
 inherits it. Where the kernel shares the processor between sessions first (autogroups, sched(7)), niceness applies
 within a session only, and each session has a niceness of its own.
+
+A child that must not outlive its parent gets the parent's pid and watches it by a pidfd (pidfd_open(2)). Neither of the
+other means is exact: getppid(2) and prctl(2)'s PR_SET_PDEATHSIG miss a parent that ended before the child asked, and a
+pipe's end goes to every process that the parent forks.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TextIO
 
@@ -176,6 +180,57 @@ def end_within(timeout_s: float, stream: TextIO) -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGALRM})
     signal.setitimer(signal.ITIMER_REAL, timeout_s + DUMP_S)
     faulthandler.dump_traceback_later(timeout_s, exit=True, file=stream)
+
+
+class ParentGoneError(Exception):
+    """The parent has ended; the text has its pid."""
+
+
+@contextlib.contextmanager
+def watched_parent(pid: int | None, ended: Callable[[], None]) -> Iterator[None]:
+    """Call ``ended`` once, on the running loop, when the process ``pid`` ends; without a pid nothing is watched.
+
+    Raises ParentGoneError where it has ended before, also where another process has its number now.
+    """
+    if pid is None:
+        yield
+        return
+    loop = asyncio.get_running_loop()
+    pidfd = _open_parent(pid)
+
+    def has_ended() -> None:
+        loop.remove_reader(pidfd)  # it stays readable
+        ended()
+
+    try:
+        loop.add_reader(pidfd, has_ended)
+        yield
+    finally:
+        loop.remove_reader(pidfd)
+        os.close(pidfd)
+
+
+def _open_parent(pid: int) -> int:
+    gone = ParentGoneError(f"no process {pid} that is older than this one")
+    try:
+        pidfd = os.pidfd_open(pid)
+    except OSError as error:
+        raise gone from error
+    try:
+        # a parent is no younger than its child; what is got the number after the parent had ended
+        is_parent = started_s(pid) <= started_s(os.getpid())
+    except OSError:  # it ended meanwhile
+        is_parent = False
+    if not is_parent:
+        os.close(pidfd)
+        raise gone
+    return pidfd
+
+
+def started_s(pid: int) -> float:
+    """Return when the kernel started a process, seconds from boot (proc(5), stat, field 22). Raises OSError."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return int(fields[19]) / os.sysconf("SC_CLK_TCK")
 
 
 def set_niceness(niceness: int) -> None:

@@ -8,17 +8,16 @@ import contextlib
 import json
 import logging
 import math
-import os
 import signal
 import sys
-from collections.abc import Coroutine, Sequence
+from collections.abc import Coroutine, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hawk.config import options as values
 from hawk.config.addresses import check_host, check_port
-from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
+from hawk.runtime.process import SIMULATOR_NICENESS, ParentGoneError, set_session_niceness, watched_parent
 from hawk.sim import values as simulator
 from hawk.sim.autopilot.options import AutopilotOptions, Other
 from hawk.sim.camera.camera import default_intrinsics
@@ -251,14 +250,14 @@ def _add_links(links: argparse._ArgumentGroup) -> None:
         metavar="KIND,...",
         help="others on the link, heard before the drone: tracker, gimbal, copter, station (default none)",
     )
-    links.add_argument("--parent-pid", type=values.whole(), metavar="PID", help="end when that process ends")
+    links.add_argument("--parent-pid", type=values.pid, metavar="PID", help="end when that process ends")
 
 
 async def _run(drone: Coroutine[Any, Any, None], parent_pid: int | None) -> int:
     """Fly until the end signal."""
     flight = asyncio.ensure_future(drone)
     try:
-        with EndSignal(parent_pid) as end:
+        with end_signal(parent_pid) as end:
             ending = asyncio.create_task(end.wait(), name="hawk-sim end")
             await asyncio.wait({flight, ending}, return_when=asyncio.FIRST_COMPLETED)
             ending.cancel()
@@ -304,43 +303,21 @@ def _address(text: str) -> tuple[str, int]:
         raise argparse.ArgumentTypeError(f"must be HOST:PORT, not {text!r}: {error}") from None
 
 
-class ParentGoneError(Exception):
-    """No process has the number given."""
+@contextlib.contextmanager
+def end_signal(parent_pid: int | None = None) -> Iterator[asyncio.Event]:
+    """Give the event that SIGTERM, SIGINT or the end of the parent sets, on the running loop.
 
-
-class EndSignal:
-    """Set by SIGTERM, SIGINT, or the end of a parent process. Use as a context manager on the loop."""
-
-    def __init__(self, parent_pid: int | None = None) -> None:
-        self._parent_pid = parent_pid
-        self._event = asyncio.Event()
-        self._pidfd: int | None = None
-
-    def __enter__(self) -> EndSignal:
-        loop = asyncio.get_running_loop()
-        if self._parent_pid is not None:
-            try:
-                self._pidfd = os.pidfd_open(self._parent_pid)
-            except OSError as error:
-                raise ParentGoneError(f"no process {self._parent_pid}") from error
-            # a pidfd becomes readable when its process ends
-            loop.add_reader(self._pidfd, self._event.set)
+    Raises ParentGoneError where the parent has ended before.
+    """
+    loop, event = asyncio.get_running_loop(), asyncio.Event()
+    with watched_parent(parent_pid, event.set):
         for number in (signal.SIGTERM, signal.SIGINT):
-            loop.add_signal_handler(number, self._event.set)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        loop = asyncio.get_running_loop()
-        for number in (signal.SIGTERM, signal.SIGINT):
-            loop.remove_signal_handler(number)
-        if self._pidfd is not None:
-            loop.remove_reader(self._pidfd)
-            with contextlib.suppress(OSError):
-                os.close(self._pidfd)
-
-    async def wait(self) -> None:
-        """Wait for the signal."""
-        await self._event.wait()
+            loop.add_signal_handler(number, event.set)
+        try:
+            yield event
+        finally:
+            for number in (signal.SIGTERM, signal.SIGINT):
+                loop.remove_signal_handler(number)
 
 
 if __name__ == "__main__":

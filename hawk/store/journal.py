@@ -68,12 +68,12 @@ class FlightJournal:
         moment: Callable[[], Moment] = this_moment,
         keep: int = 10,
         opener: Callable[[Path], IO[bytes]] | None = None,
-        compact_bytes: int = 64_000_000,
+        compact_bytes: int = 8_000_000,
     ) -> None:
         """Read the newest survey and start the thread. Puts beyond the format's limits raise ValueError.
 
         ``keep``: number of older surveys to keep. ``opener`` opens a new segment for appending. A segment larger than
-        ``compact_bytes`` and than four times its live values is compacted.
+        ``compact_bytes`` and than four times its live values is compacted: a start in the air reads all of it.
         """
         self._directory = directory
         self._moment = moment

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 import sys
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
@@ -182,7 +183,7 @@ class SimulatedStack:
     def daemon_command(self, ready: Path, *, store: Path | None = None, port: int | None = None) -> list[str]:
         """Return the daemon's command line; ``store`` and ``port`` replace its own for a second one."""
         assert self.address is not None  # noqa: S101
-        command = [sys.executable, "-m", "hawk.cli", "run", *self._attached()]
+        command = [sys.executable, "-m", "hawk.cli", "run", *self._attached(), "--parent-pid", str(os.getpid())]
         command += ["--autopilot", self._autopilot_url, "--camera", self.address.camera_url]
         command += ["--host", "127.0.0.1", "--port", str(self._port if port is None else port)]
         command += ["--store", str(store or self._folder / "store"), "--ready-file", str(ready)]

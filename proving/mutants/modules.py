@@ -22,6 +22,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/states/hover.py",
         "hawk/ddc/states/moves.py",
         "hawk/ddc/states/path_home.py",
+        "hawk/ddc/states/returning.py",
         "hawk/ddc/states/takeoff.py",
     ),
     "judge": ("hawk/ddc/rules/judge.py", "hawk/ddc/rules/needs.py"),
@@ -157,6 +158,7 @@ LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
     "values without a decision, MAVSDK's own log, and what only `hawk-drone check` or another receiver hears": (
         "hawk/comm/mavlink/mavsdk_log.py",
         "hawk/comm/mavlink/passive_listener.py",
+        "hawk/comm/autopilot/remote_id_sender.py",
         "hawk/comm/autopilot/vehicle.py",
     ),
 }
@@ -196,6 +198,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/states/hover.py": ("holding_by_facts", "decider", "place_doubt", "height"),
     "hawk/ddc/states/moves.py": ("moves_by_facts", "decider"),
     "hawk/ddc/states/path_home.py": ("return_inside", "way_home"),
+    "hawk/ddc/states/returning.py": ("home", "decider"),
     "hawk/ddc/states/takeoff.py": ("ground_by_facts", "decider"),
     "hawk/ddc/rules/follower.py": ("follower", "decider"),
     "hawk/ddc/rules/guard.py": ("decider", "guard"),
@@ -231,7 +234,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/comm/mavlink/frames.py": ("vehicle_kinds",),
     "hawk/comm/autopilot/telemetry.py": ("telemetry", "telemetry_places"),
     "hawk/daemon/starts.py": ("starts", "goes_on"),
-    "hawk/runtime/process.py": ("watchdog", "ticker", "priority"),
+    "hawk/runtime/process.py": ("watchdog", "ticker", "priority", "parent"),
 }
 """Module -> names of its own test files where they do not bear its name."""
 

@@ -235,7 +235,7 @@ async def take_off(page: Page) -> None:
 async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
     """The arm is inside, the straight path to it is not, and no lot to fly over is known: the bar says why."""
     await move_to(page, IN_THE_ARM)
-    await shows(page, "The straight way there leaves the fence")
+    await shows(page, "The straight path there leaves the fence")
     await expect(page.get_by_label("Anywhere inside the fence")).to_be_disabled()
     await expect(page.locator("hawk-slide button")).to_be_disabled()
     await page.screenshot(path=screenshots / "fence-4-refused.png")

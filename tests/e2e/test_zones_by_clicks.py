@@ -56,7 +56,7 @@ async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshot
         await page.screenshot(path=screenshots / "zones-3-in-the-air.png")
         await press(page, "Cancel", 5)
         await move_to(page, BEHIND_IT)
-        await shows(page, "The straight way there crosses a zone")
+        await shows(page, "The straight path there crosses a zone")
         await press(page, "Cancel", 5)
         await move_to(page, BESIDE_IT)
         await expect(page.get_by_label("Anywhere inside the fence")).to_be_enabled()

@@ -230,11 +230,11 @@ def test_a_config_error_is_not_a_traceback() -> None:
 
 HANGING = """
 import sys, threading
-import hawk.cli, hawk.daemon.root
+import hawk.cli, hawk.daemon.start
 async def run_daemon(config, options):
     threading.Thread(target=threading.Event().wait, name="hangs in a library").start()
     return 0
-hawk.daemon.root.run_daemon = run_daemon
+hawk.daemon.start.run_daemon = run_daemon
 hawk.cli.EXIT_S = 0.1
 sys.exit(hawk.cli.main(["run"]))
 """

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
-from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
+from hawk.algo.vision.seen import Found, Seen, SeenGround
 from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
@@ -33,13 +32,11 @@ _FRAMES_TO_LOSE = 8
 class VisionSettings:
     """Settings of the Vision App.
 
-    ``model``: an ONNX file of the user's own, None for the one in the package. ``use_network`` False: classical line
-    geometry only. ``engine`` runs the network, in ``threads`` threads. Below ``minimum_height_m`` metres above the
-    ground pictures are only shown. ``minimum_stalls`` make a lot.
+    ``model``: an ONNX file of the user's own, None for the one in the package. ``engine`` runs it, in ``threads``
+    threads. Below ``minimum_height_m`` metres above the ground pictures are only shown. ``minimum_stalls`` make a lot.
     """
 
     model: Path | None = None
-    use_network: bool = True
     engine: Engine = DEFAULT_ENGINE
     threads: int = 1
     minimum_height_m: float = 6.0
@@ -49,8 +46,8 @@ class VisionSettings:
 class VisionApp:
     """Rectifies each frame, finds stalls in it and decides whether a lot is in sight."""
 
-    def __init__(self, settings: VisionSettings | None = None, finder: Finder | None = None) -> None:
-        """Make the app. Without the package's network it uses classical line geometry and its health reports that.
+    def __init__(self, settings: VisionSettings | None = None, finder: NetworkFinder | None = None) -> None:
+        """Make the app. Where the package's network cannot be used, pictures are shown only, and the health is bad.
 
         Args:
             settings: Settings; None for the defaults.
@@ -60,7 +57,7 @@ class VisionApp:
             VisionModelError: The settings name a network or an engine that cannot be used.
         """
         self._settings = settings or VisionSettings()
-        self._health = Health()
+        self._problem = ""
         self._finder = finder or self._make_finder()
         self._rectifier = Rectifier()
         self._camera: FrameCamera | None = None
@@ -132,22 +129,23 @@ class VisionApp:
         """The last result."""
         return self._seen
 
-    def _make_finder(self) -> Finder:
-        if not self._settings.use_network:
-            return ClassicalFinder()
+    def _make_finder(self) -> NetworkFinder | None:
+        wanted = self._settings
         try:
-            wanted = self._settings
             return NetworkFinder(StallNetwork.load(wanted.model, wanted.engine, wanted.threads))
         except VisionModelError as error:
-            if self._settings.model is not None or self._settings.engine != DEFAULT_ENGINE:
+            if wanted.model is not None or wanted.engine != DEFAULT_ENGINE:
                 raise
-            self._health = Health.bad(say("classical line geometry only: {error}", error=words_of(error)))
-            return ClassicalFinder()
+            self._problem = str(error)  # a start in the air goes on without
+            return None
 
     def _reset(self) -> None:
         self._seen, self._detected, self._streak = Seen(), False, 0
 
     def _look(self, frame: FrameInput, image: NDArray[np.uint8]) -> tuple[SeenGround | None, Health]:
+        finder = self._finder
+        if finder is None:
+            raise AlgoError(self._problem)
         reason, pose = "", frame.over_ground
         if pose is None:
             reason = say("no pose for this frame (the map begins when the drone is armed)")
@@ -156,12 +154,12 @@ class VisionApp:
         if pose is None or reason:
             self._note_lot(sees_lot=False)
             return None, Health(HealthStatus.HEALTHY, say("pictures are shown only: {reason}", reason=reason))
-        return self._project(frame, pose, image), self._health
+        return self._project(finder, frame, pose, image), Health()
 
-    def _project(self, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]) -> SeenGround:
+    def _project(self, finder: NetworkFinder, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]) -> SeenGround:
         try:
             picture = self._rectifier.rectify(image, frame.camera, pose)
-            found = self._finder.find(picture)
+            found = finder.find(picture)
         except (RectifyError, VisionModelError) as error:
             raise AlgoError(str(error)) from error
         sure = sum(s.score >= _SURE_SCORE for s in found.stalls)

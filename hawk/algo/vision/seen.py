@@ -74,14 +74,6 @@ class Found:
     core: GroundImage = field(repr=False)
 
 
-class Finder(Protocol):
-    """Finds stalls: the network, or line geometry."""
-
-    def find(self, picture: GroundImage) -> Found:
-        """Return what a rectified picture (uint8 BGR, 0.1 m a pixel) shows. Raises VisionModelError."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class SeenGround(Found):
     """Ground part of one frame.

@@ -99,7 +99,7 @@ class MavsdkAutopilot:
         Args:
             settings: The link's URL, and our id on it.
             clock: The daemon's.
-            topics: Where everything that is heard is published.
+            topics: Receive everything that is heard.
             moment: This computer's clocks.
             make_link: Makes the link.
             parameter_answer_s: Real seconds until a request for a parameter is repeated (four times).
@@ -114,8 +114,13 @@ class MavsdkAutopilot:
         self._clock = clock
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz, has_gimbal=has_gimbal))
         self._inbox: Inbox[Message] | None = None
-        expected = expected_autopilot(settings, flown_id, in_flight=in_flight)
-        self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected)
+        self._link = make_link(
+            settings.url,
+            settings.system_id,
+            clock,
+            self._receive,
+            expected_autopilot(settings, flown_id, in_flight=in_flight),
+        )
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, moment, self._on_reboot)
         self._tie = self.telemetry.tie
         self.calls = calls or Calls("autopilot")

@@ -63,6 +63,10 @@ LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
 
 
+Handler = Callable[[Mapping[str, Any], float], None]
+"""Takes the fields of a message and its time, seconds of the daemon's clock."""
+
+
 class Telemetry:
     """The newest of everything that the autopilot sent, as topics and as poses at a moment."""
 
@@ -103,7 +107,10 @@ class Telemetry:
         self._boot: Moment | None = None
         self._remote_control = RemoteControlReports(topics.remote_control)
         self._remote_id = RemoteIdReports(topics.remote_id)
-        self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
+        self._handlers = self._handler_table()
+
+    def _handler_table(self) -> dict[str, Handler]:
+        return {
             "HEARTBEAT": self._on_heartbeat,
             "EXTENDED_SYS_STATE": self._on_extended_state,
             "LOCAL_POSITION_NED": self._on_local_position,

@@ -358,7 +358,7 @@ _ROWS: Final = (
         sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DRAWN_FENCE),
-        button="put-aside-label",
+        button="set-aside-label",
     ),
     CommandRow(
         example=SetOutline(polygons=[_AREA], holes=[_HOLE]),

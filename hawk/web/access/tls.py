@@ -202,8 +202,8 @@ _NOWHERE: Final = ("192.0.2.1", 9)
 """An address that is nobody's (RFC 5737): which of this computer's addresses leads out. Nothing is sent."""
 
 
-RELEASED: Final = datetime(2026, 11, 24, tzinfo=UTC)
-"""Date of the newest release: a clock that is earlier is wrong."""
+RELEASED: Final = datetime(2026, 11, 26, tzinfo=UTC)
+"""Day of the newest release (CHANGELOG.md): a clock that is earlier is wrong."""
 _BEFORE: Final = timedelta(days=2)
 """A certificate begins this long before it is made: clocks that are behind by less take it."""
 _CLOCK_ERROR: Final = 5  # TIME_ERROR of adjtimex(2): nothing keeps the clock right

@@ -19,6 +19,15 @@ export default tseslint.config(
     },
   },
   {
+    files: ["src/**"],
+    rules: {
+      "no-restricted-syntax": [
+        "error",
+        { selector: "ImportExpression", message: "The page is one file, and the search for circles of imports reads static ones." },
+      ],
+    },
+  },
+  {
     files: ["test/**"],
     rules: {
       "max-lines-per-function": "off",

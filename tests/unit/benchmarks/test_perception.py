@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.perception.camera_frames import measure_tilted
-from benchmarks.perception.eyes import ClassicalEye, NetworkEye, Result, as_shown
+from benchmarks.perception.eyes import NetworkEye, Result, as_shown
 from benchmarks.perception.measures import Judged, calibration_error, false_alarms, measure
 from benchmarks.perception.places import Place, read_lots, read_tiles, state_array
 from benchmarks.perception.video import watch
@@ -158,10 +158,9 @@ def test_a_stall_that_the_picture_s_edge_cuts_is_found(ground: Place) -> None:
     assert found.states[number] == StallState.FREE
 
 
-def test_a_picture_of_nothing_shows_nothing_to_either_eye() -> None:
+def test_a_picture_of_nothing_shows_nothing() -> None:
     image = np.full((256, 256, 3), 110, np.uint8)
-    for eye in (NetworkEye(StallNetwork.load()), ClassicalEye()):
-        assert len(eye.look(image, 0.1).finding.stalls) == 0
+    assert len(NetworkEye(StallNetwork.load()).look(image, 0.1).finding.stalls) == 0
 
 
 @pytest.mark.slow

@@ -68,7 +68,7 @@ def test_a_pattern_that_fits_no_region_is_refused(tmp_path: Path, capsys: pytest
     with pytest.raises(SystemExit):
         command.main(["--ground", "pavers"])
     assert "write KIND=PATTERN" in capsys.readouterr().err
-    assert command.main(["--regions", str(tmp_path), "--streets", "x*", "--no-classical"]) == 2
+    assert command.main(["--regions", str(tmp_path), "--streets", "x*"]) == 2
     assert "fits no region" in capsys.readouterr().err
 
 

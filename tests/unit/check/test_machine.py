@@ -8,7 +8,6 @@ import pytest
 
 from hawk.check.machine import (
     PROBE_BYTES,
-    RELEASED,
     DiskReading,
     clock_result,
     disk_results,
@@ -17,6 +16,7 @@ from hawk.check.machine import (
 )
 from hawk.check.result import CheckResult, Outcome
 from hawk.config.sections import StoreSettings
+from hawk.web.access.tls import RELEASED
 
 GOOD = DiskReading(Path("/store"), free=100_000_000_000, write_speed=50e6, owner=1000)
 MB = 1_000_000

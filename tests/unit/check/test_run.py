@@ -18,7 +18,7 @@ from hawk import cli
 from hawk.algo.vision.network import NetworkMaps, VisionModelError
 from hawk.check import commands
 from hawk.check.camera import CameraTimes
-from hawk.check.machine import RELEASED, DiskReading
+from hawk.check.machine import DiskReading
 from hawk.check.model import ground_size, look_at_model
 from hawk.check.network import NetworkTools
 from hawk.check.result import (
@@ -41,6 +41,7 @@ from hawk.comm.clock import Clock
 from hawk.config.option_settings import load_settings
 from hawk.config.sections import Config, ConfigError
 from hawk.runtime.programs import Kind, Processes
+from hawk.web.access.tls import RELEASED
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures
 from tests.unit.comm.cameras.pictures import picture
 
@@ -180,8 +181,6 @@ def test_a_network_that_cannot_be_used_fails(tmp_path: Path) -> None:
     wrong.write_bytes(b"no network")
     config = Config.model_validate({"vision": {"model": wrong}})
     assert look_at_model(config).outcome is Outcome.FAILED
-    without = Config.model_validate({"vision": {"use_network": False}})
-    assert look_at_model(without).outcome is Outcome.PASSED
 
 
 def test_the_package_s_network_looks_at_a_frame() -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import hawk.cli
-import hawk.daemon.root
+import hawk.daemon.start
 import hawk.sim.cli
 import hawk.survey.run
 from hawk.config.sections import Config, ConfigError, bounds, load_config, variable_of
@@ -119,6 +119,25 @@ def test_a_variable_that_would_change_nothing_is_refused(name: str, near: str) -
     assert near in str(caught.value)
 
 
+def test_a_setting_of_earlier_versions_is_named_with_what_to_do(tmp_path: Path) -> None:
+    file = tmp_path / "config.toml"
+    file.write_text("[vision]\nthreads = 1\nuse_network = false\n")
+    words = "vision.use_network: is no setting any more: the network alone finds stalls. Delete it from your settings"
+    with pytest.raises(ConfigError) as caught:
+        load_config(file, {})
+    assert str(caught.value) == f"{file}, line 3: {words}"
+    with pytest.raises(ConfigError) as caught:
+        load_config(None, {"HAWK_VISION__USE_NETWORK": "false"})
+    assert str(caught.value) == f"HAWK_VISION__USE_NETWORK: {words}"
+
+
+def test_a_setting_of_earlier_versions_that_changes_nothing_keeps_no_drone_from_starting(tmp_path: Path) -> None:
+    file = tmp_path / "config.toml"
+    file.write_text("[vision]\nthreads = 2\nuse_network = true\n")
+    assert load_config(file, {}).vision.threads == 2
+    assert load_config(None, {"HAWK_VISION__USE_NETWORK": "true"}).vision == load_config(None, {}).vision
+
+
 def test_the_home_folder_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", "/home/pilot")
     found = load_config(None, {"HAWK_STORE__DIRECTORY": "~/hawk"}, {"fence": {"file": "~/fence.geojson"}})
@@ -160,6 +179,7 @@ def test_a_camera_is_taken(url: str) -> None:
 
 SIM = ("--sim",)
 URL = ("--url", "http://127.0.0.1:1/")
+NOT_PID = ("-1", "0", "x", "", "2147483648")
 NOT_PORT = ("-1", "65536", "99999", "x", "", "80.5")
 STORE: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {"--config": ((), NOT_THERE), "--store": ((), NO_PATH)}
 LINKS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -198,6 +218,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--fence": ((), NOT_THERE),
         "--outline": ((), NOT_THERE),
         "--ready-file": ((), (*NO_PATH, "/", "/nowhere/there")),
+        "--parent-pid": ((), NOT_PID),
     },
     "survey": {
         "--config": (SIM, NOT_THERE),
@@ -307,7 +328,7 @@ def nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     def started(*_: object) -> None:
         raise AssertionError("something was started")
 
-    monkeypatch.setattr(hawk.daemon.root, "run_daemon", started)
+    monkeypatch.setattr(hawk.daemon.start, "run_daemon", started)
     monkeypatch.setattr(hawk.survey.run, "SimulatedStack", started)
     monkeypatch.setattr(hawk.survey.run, "DroneClient", started)
     monkeypatch.chdir(tmp_path)
@@ -350,7 +371,7 @@ SIMULATOR: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "--follow": ((), ("", "udpout:x", "udpin:x:99999")),
     "--http": ((), ("", "8090", "x:99999", "a b:1", ":8090", "x:²")),
     "--latency": ((), ("-1", "6", "nan", "")),
-    "--parent-pid": ((), ("-1", "x", "")),
+    "--parent-pid": ((), NOT_PID),
 }
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[3]
-FOLDERS = ("hawk/", "tests/", "docs/", "packaging/", "training/", "benchmarks/", ".github/")
+FOLDERS = ("hawk/", "tests/", "docs/", "packaging/", "training/", "benchmarks/", "proving/", "debian/", ".github/")
 
 
 def marked(text: str) -> list[str]:

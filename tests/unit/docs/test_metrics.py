@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from hawk.comm.protocol.heartbeat import DroneStatus, HealthItem, PartsStatus, PerceptionStatus, VehicleStatus
-from hawk.web.api import Access, computer_figures, metrics_text
+from hawk.web.metrics import Access, computer_figures, metrics_text
 from hawk.web.services import Counters
 from tests.unit.web.rig import Rig
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
 import tempfile
+import tomllib
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -174,3 +176,16 @@ def test_the_workflow_calls_the_command_and_names_its_secret() -> None:
     assert 'packaging/release.py --sign "$key"' in workflow
     assert "secrets.RELEASE_KEY" in workflow
     assert "RELEASE_KEY" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+def test_the_version_is_the_same_wherever_it_stands() -> None:
+    def text(name: str) -> str:
+        return (ROOT / name).read_text(encoding="utf-8")
+
+    version = tomllib.loads(text("pyproject.toml"))["project"]["version"]
+    locked = [each for each in tomllib.loads(text("uv.lock"))["package"] if each["name"] == "hawk-drone"]
+    assert [each["version"] for each in locked] == [version]
+    page, page_lock = (json.loads(text(f"hawk/web/page/{name}.json")) for name in ("package", "package-lock"))
+    assert [page["version"], page_lock["version"], page_lock["packages"][""]["version"]] == [version] * 3
+    examples = json.loads(text("docs/examples/messages.json"))["fromDrone"]
+    assert [each["Version"] for each in examples if each["Type"] == "Welcome"] == [version]

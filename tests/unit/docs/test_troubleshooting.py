@@ -21,7 +21,7 @@ NO_WORDS = {"/dev/tty…", "camera.mount_yaw_deg"}
 def sources() -> str:
     """Return all that the programs could say: adjacent strings joined, white space as one space."""
     messages = ROOT / "hawk" / "web" / "page" / "src" / "messages" / "en.ftl"
-    files = [*(ROOT / "hawk").rglob("*.py"), messages, *(ROOT / "hawk" / "web" / "login").iterdir()]
+    files = [*(ROOT / "hawk").rglob("*.py"), messages, *(ROOT / "hawk" / "web" / "access" / "login").iterdir()]
     texts = [path.read_text(encoding="utf-8") for path in files if "node_modules" not in path.parts]
     joined = re.sub(r"[\"']\s*\n\s*f?[\"']", "", "\n".join(texts))
     return re.sub(r"\s+", " ", joined)

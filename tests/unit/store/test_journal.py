@@ -285,6 +285,17 @@ async def test_a_segment_that_grew_is_compacted_while_it_is_written(make: Make, 
     assert read_journal(folder(tmp_path)).map_parts == {"tile": bytes([29]) * 10_000}
 
 
+async def test_a_start_in_the_air_reads_ten_megabytes_at_most_of_a_small_map(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    for number in range(40):
+        journal.put_map({"tile": bytes([number]) * 500_000})
+        assert await journal.flush()
+    await journal.close()
+    files = list((folder(tmp_path) / journal.survey_id).iterdir())
+    assert sum(file.stat().st_size for file in files) < 10_000_000
+    assert read_journal(folder(tmp_path)).map_parts == {"tile": bytes([39]) * 500_000}
+
+
 async def test_what_is_put_while_the_disk_is_slow_is_merged_by_key(make: Make, tmp_path: Path) -> None:
     release = threading.Event()
 

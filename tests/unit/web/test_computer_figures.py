@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.heartbeat import DroneStatus, HealthItem, PartsStatus, PerceptionStatus, VehicleStatus
-from hawk.web.api import Access, computer_figures, metrics_text, processor_times, temperatures
+from hawk.web.metrics import Access, computer_figures, metrics_text, processor_times, temperatures
 from hawk.web.services import Counters
 from tests.unit.web.rig import Rig
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import socket
 from pathlib import Path
 
-from hawk.web.api import open_files, process_figures
+from hawk.web.metrics import open_files, process_figures
 
 
 async def test_a_socket_and_a_file_are_counted(tmp_path: Path) -> None:

@@ -344,12 +344,12 @@ class FakeDrone:
     def approach(self, stop: MapPoint, metres: float) -> None:
         """Fly so far towards a place."""
         north, east = stop.north - self.north, stop.east - self.east
-        way = math.hypot(north, east)
-        if way < 1:
+        distance_m = math.hypot(north, east)
+        if distance_m < 1:
             self.arrive()
             return
         self.yaw = math.atan2(east, north)
-        self.go(self.north + north / way * metres, self.east + east / way * metres)
+        self.go(self.north + north / distance_m * metres, self.east + east / distance_m * metres)
 
     def arrive(self) -> None:
         """Choose what comes next at a place."""

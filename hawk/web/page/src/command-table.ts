@@ -28,7 +28,7 @@ export const COMMAND_TABLE = {
   "Clear Kill": { button: "remedy-kill", confirm: "never" },
   "Set Failsafes": { button: "remedy-failsafes", confirm: "never" },
   "Set Fence": { button: "save-fence", confirm: "never" },
-  "Clear Fence": { button: "put-aside-label", confirm: "never" },
+  "Clear Fence": { button: "set-aside-label", confirm: "never" },
   "Set Outline": { button: "set-outline", confirm: "never" },
   "Clear Outline": { button: "remove-outline", confirm: "never" },
   "New Survey": { button: "new-survey", confirm: "slide" },

@@ -55,7 +55,7 @@ async function checkLogin(): Promise<void> {
 async function logOut(): Promise<void> {
   const left = await fetch("logout", { method: "POST" }).then((answer) => answer.ok || answer.status === 401, () => false);
   if (left) logIn();
-  else operator.tell({ level: "error", text: say("log-out-unanswered") });
+  else operator.toasts.show({ level: "error", text: say("log-out-unanswered") });
 }
 
 for (const app of document.querySelectorAll("hawk-app")) {

@@ -23,7 +23,7 @@ function press(rig: Rig, key: string, target: HTMLElement = document.body, init:
   const page: string[] = [];
   const event = new KeyboardEvent("keydown", { key, cancelable: true, bubbles: true, ...init });
   Object.defineProperty(event, "target", { value: target });
-  actOnKey(event, rig.operator, (deed) => page.push(deed));
+  actOnKey(event, rig.operator, (action) => page.push(action));
   return page;
 }
 
@@ -89,7 +89,7 @@ describe("keys", () => {
 
   it("leave what is asked about the motors alone", () => {
     const rig = flying({ Options: IN_AIR });
-    void rig.operator.beginCut();
+    void rig.operator.cut.begin();
     press(rig, "e");
     assert.equal(rig.operator.question, null);
     press(rig, "h");
@@ -279,7 +279,7 @@ describe("tabs and messages", () => {
     assert.doesNotMatch(stage.text, /messages shown/);
   });
 
-  it("are told by a log", async () => {
+  it("are seen in a log", async () => {
     const rig = flying();
     rig.server.last.break();
     rig.timers.advance(16_000);

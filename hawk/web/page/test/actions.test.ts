@@ -55,7 +55,7 @@ describe("actions", () => {
     assert.deepEqual([climbing.kind, climbing.progress], ["running", 0.2]);
   });
 
-  it("tell the way home, and its time only when the speed is known", () => {
+  it("show the distance home, and its time only when the speed is known", () => {
     const away = heartbeat({ North: 30, East: 40, Options: possible("Return To Launch") });
     assert.equal(action("home", { heartbeat: away }).note, "50 m");
     assert.equal(action("home", { heartbeat: away, cruise: 4 }).note, "50 m, 13 s");
@@ -105,7 +105,7 @@ describe("the banner", () => {
     assert.match(words.title, /Not connected/);
   });
 
-  it("tells what the drone does by its settings and when", () => {
+  it("shows what the drone does by its settings and when", () => {
     const early = banner(view({ heartbeat: exploring, silence: 6 }));
     assert.match(early?.title ?? "", /No word from the drone for 6 s/);
     assert.match(early?.text ?? "", /By its settings it goes on until 12:00:04, then holds its place\. At 12:00:34 it returns home/);
@@ -113,7 +113,7 @@ describe("the banner", () => {
     assert.match(holding?.text ?? "", /By its settings it now holds its place\. At 12:00:24 it returns home and lands/);
     assert.equal(holding?.timeline?.countdown, "24 s");
     const late = banner(view({ heartbeat: exploring, silence: 50 }));
-    assert.match(late?.text ?? "", /By its settings it is on its way home since/);
+    assert.match(late?.text ?? "", /By its settings it has been returning home since/);
     assert.equal(late?.timeline?.countdown, "");
   });
 
@@ -137,7 +137,7 @@ describe("the banner", () => {
     assert.match(of("Hover", { "In Control": false }), /Another operator had control/);
   });
 
-  it("tells of a lost operator, a silent autopilot and a cut that is not confirmed", () => {
+  it("shows a lost operator, a silent autopilot and a cut that is not confirmed", () => {
     const lost = banner(view({ heartbeat: heartbeat({ State: "CommunicationLost", "Return In": 24, "In Control": false }) }));
     assert.match(lost?.text ?? "", /In 24 s it returns home and lands\. Take control to go on/);
     assert.match(banner(view({ heartbeat: heartbeat({ Connected: false }) }))?.title ?? "", /does not hear the autopilot/);
@@ -167,7 +167,7 @@ describe("a move", () => {
   ];
   const able = heartbeat({ Fence: fence, Options: possible("Autonomous Move", "Compulsive Move") });
 
-  it("is described by way, direction and height", () => {
+  it("is described by distance, direction and height", () => {
     const plan = planMove(view({ heartbeat: able, cruise: 4 }), { North: 0, East: -38 }, CELL.lot);
     assert.equal(plan?.question, "Move 38 m west, staying at 35 m?");
     assert.equal(plan.pill, "38 m, 10 s");
@@ -191,7 +191,7 @@ describe("a move", () => {
     assert.equal(outside?.suggested, null);
     assert.match(consequence(view({ heartbeat: able }), outside, "Compulsive Move"), /Outside the fence/);
     const grass = planMove(view({ heartbeat: able }), { North: 9, East: 0 }, CELL.nonLot);
-    assert.deepEqual([grass?.ways[0]?.possible, grass?.ways[0]?.reason], [false, "Not a place inside the lot"]);
+    assert.deepEqual([grass?.choices[0]?.possible, grass?.choices[0]?.reason], [false, "Not a place inside the lot"]);
   });
 
   it("straight over a gap of the fence is refused, and around it is not", () => {
@@ -206,8 +206,8 @@ describe("a move", () => {
       { North: -20, East: 45 },
     ];
     const anywhere = (North: number, East: number, from = able) =>
-      planMove(view({ heartbeat: { ...from, Fence: horseshoe } }), { North, East }, CELL.unknown)?.ways[1];
-    assert.deepEqual([anywhere(30, -30)?.possible, anywhere(30, -30)?.reason], [false, "The straight way there leaves the fence"]);
+      planMove(view({ heartbeat: { ...from, Fence: horseshoe } }), { North, East }, CELL.unknown)?.choices[1];
+    assert.deepEqual([anywhere(30, -30)?.possible, anywhere(30, -30)?.reason], [false, "The straight path there leaves the fence"]);
     assert.equal(anywhere(0, -30)?.possible, true);
     const inTheArm = { ...able, North: 30, East: -30 };
     assert.equal(anywhere(30, 30, inTheArm)?.possible, false);
@@ -215,15 +215,15 @@ describe("a move", () => {
     assert.equal(crosses(horseshoe, { North: 30, East: -30 }, { North: 30, East: 30 }), true);
   });
 
-  it("over the lot tells its way, or why there is none, in the bar's second line", () => {
+  it("over the lot shows its route's length, or why there is no route, in the bar's second line", () => {
     const now = view({ heartbeat: able });
     const known = { metres: 52, reason: "" };
     const plan = planMove(now, { North: 9, East: 0 }, CELL.lot, known);
     assert.ok(plan);
-    assert.match(consequence(now, plan, "Autonomous Move", known), /52 m on the way/);
-    assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /on the way/);
+    assert.match(consequence(now, plan, "Autonomous Move", known), /52 m along the route/);
+    assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /along the route/);
     const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no way over the lot." });
-    assert.deepEqual([none?.ways[0]?.possible, none?.ways[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
+    assert.deepEqual([none?.choices[0]?.possible, none?.choices[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
     const outside = planMove(now, { North: 60, East: 0 }, CELL.lot, known);
     assert.equal(outside?.refusal, "Outside the fence");
   });

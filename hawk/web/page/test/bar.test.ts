@@ -157,13 +157,13 @@ describe("the bar", () => {
     assert.deepEqual(rig.sent().map((each) => [each.Type, each.Action]), [["Land", undefined], ["Control", "Request"]]);
   });
 
-  it("tells the one who was lost who has control now", async () => {
+  it("shows the one who was lost who has control now", async () => {
     const { rig, stage } = await bar({ "In Control": false, Controller: "Operator 2", "Control Taken By": "Operator 2" });
     assert.match(stage.text, /Operator 2 has control\.\s*It was taken: you were lost, or did not answer\./);
-    assert.equal(rig.operator.toast?.text, "Operator 2 took control: you were lost, or did not answer.");
-    rig.operator.dismissToast();
+    assert.equal(rig.operator.toasts.shown?.text, "Operator 2 took control: you were lost, or did not answer.");
+    rig.operator.toasts.dismiss();
     rig.hear({ "In Control": false, Controller: "Operator 2", "Control Taken By": "Operator 2" });
-    assert.equal(rig.operator.toast, null, "told once");
+    assert.equal(rig.operator.toasts.shown, null, "shown once");
   });
 
   it("asks first when a pilot would be overruled", async () => {
@@ -253,7 +253,7 @@ describe("motors that went off before take-off", () => {
     rig.hear(idle);
     await stage.drawn();
     assert.equal(reason(stage, "Take off"), "The motors went off by themselves: Arm again");
-    assert.match(rig.operator.toast?.text ?? "", /^The motors went off by themselves/);
+    assert.match(rig.operator.toasts.shown?.text ?? "", /^The motors went off by themselves/);
     assert.match(rig.operator.flight.lines[0]?.text ?? "", /^The motors went off by themselves/);
     rig.hear(armed);
     rig.hear({ ...idle, Killed: true });
@@ -374,7 +374,7 @@ describe("the confirm bar", () => {
     assert.equal(stage.has("hawk-confirm"), false);
   });
 
-  it("moves inside the lot where there is lot, else where it is told", async () => {
+  it("moves inside the lot where there is lot, else where it is chosen", async () => {
     const { rig, stage } = await asked();
     stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
     rig.operator.ask({ about: "move", target: { North: 0, East: 30 } });
@@ -400,7 +400,7 @@ describe("the confirm bar", () => {
     assert.deepEqual(orders(rig), []);
   });
 
-  it("no longer runs a way that the drone withdrew after it was chosen", async () => {
+  it("no longer runs a kind of move that the drone withdrew after it was chosen", async () => {
     const { rig, stage } = await asked();
     const [, anywhere] = stage.part.querySelectorAll<HTMLInputElement>("input[type=radio]");
     anywhere!.dispatchEvent(new Event("change"));
@@ -448,9 +448,9 @@ describe("the confirm bar", () => {
     };
     escape(true);
     assert.equal(rig.operator.question?.about, "move");
-    void rig.operator.beginCut();
+    void rig.operator.cut.begin();
     escape();
-    assert.deepEqual([rig.operator.cutting, rig.operator.question], [null, { about: "move", target: { North: 0, East: 30 } }], "the innermost first");
+    assert.deepEqual([rig.operator.cut.current, rig.operator.question], [null, { about: "move", target: { North: 0, East: 30 } }], "the innermost first");
     escape();
     assert.equal(rig.operator.question, null);
     rig.operator.pick(true);

@@ -24,7 +24,7 @@ function shares(stage: Stage<BatteryBar>): Record<string, string> {
 }
 
 describe("the battery bar", () => {
-  it("shows the way home, the survey and what is left, as parts of a full battery", async () => {
+  it("shows the return, the survey and the rest as parts of a full battery", async () => {
     const stage = await drawn({});
     assert.deepEqual(shares(stage), { home: "24", survey: "31", left: "34" });
     assert.match(stage.text, /Battery 89 %/);
@@ -48,7 +48,7 @@ describe("the battery bar", () => {
     assert.equal((await drawn({ "Battery Needed Home": null })).text, "");
   });
 
-  it("tells the age of an old charge", async () => {
+  it("shows the age of an old charge", async () => {
     assert.match((await drawn({ "Battery Age": 8 })).text, /8 s old/);
   });
 });
@@ -61,14 +61,14 @@ describe("words about the battery", () => {
     assert.equal(verdict({ ...SHORT, "Survey Basis": "fence" }), "Enough for about 70 % of a lot as large as the fence");
   });
 
-  it("tell a survey that is done, and one of which nothing is known", () => {
+  it("distinguish a survey that is done from one of which nothing is known", () => {
     assert.equal(verdict({ "Battery Needed Survey": 0, "Battery Left": 65 }), "Nothing is left of the survey");
     const unknown = { "Battery Needed Survey": null, "Battery Left": null, "Survey Share": null, "Survey Basis": null };
     assert.equal(verdict(unknown), "What the survey needs is not known");
     assert.deepEqual(batteryWords(heartbeat(unknown))?.parts.map((part) => part.name), ["home", "left"]);
   });
 
-  it("show no more for the way home than there is", () => {
+  it("show no more for the return than there is", () => {
     const parts = batteryWords(heartbeat({ "Battery Percentage": 20, "Battery Needed Survey": null }))?.parts;
     assert.deepEqual(parts?.map((part) => [part.name, part.percent, part.shown]), [["home", 24, 20], ["missing", 4, 4]]);
   });

@@ -72,7 +72,7 @@ async function pointAtPlace(rig: Rig, kind: "Autonomous Move" | "Compulsive Move
 }
 
 async function askToken(rig: Rig): Promise<void> {
-  void rig.operator.beginCut();
+  void rig.operator.cut.begin();
   rig.server.last.say({ Type: "Kill Token", Id: rig.sent().at(-1)?.Id, Token: "secret", "Valid For": 10 });
   await settle();
 }

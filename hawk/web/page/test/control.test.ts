@@ -74,23 +74,23 @@ describe("the question for control", () => {
     }
   });
 
-  it("tells the one who asked that control is kept, and each side when it went over", () => {
+  it("shows the one who asked that control is kept, and each side when it went over", () => {
     const asking = flying(WATCHING);
     asking.hear({ "Control Kept": true });
-    assert.equal(asking.operator.toast?.text, "Ana keeps control.");
+    assert.equal(asking.operator.toasts.shown?.text, "Ana keeps control.");
     asking.hear({ "In Control": true, Controller: "Ben" });
-    assert.equal(asking.operator.toast.text, "You have control.");
+    assert.equal(asking.operator.toasts.shown.text, "You have control.");
     const giving = flying(MINE);
     giving.hear({ "In Control": false, Controller: "Ben" });
-    assert.equal(giving.operator.toast?.text, "Ben has control.");
+    assert.equal(giving.operator.toasts.shown?.text, "Ben has control.");
     const late = flying(MINE);
     late.hear({ "In Control": false, Controller: "Ben", "Control Taken By": "Ben" });
-    assert.equal(late.operator.toast?.text, "Ben took control: you were lost, or did not answer.");
+    assert.equal(late.operator.toasts.shown?.text, "Ben took control: you were lost, or did not answer.");
   });
 });
 
 describe("giving back control", () => {
-  it("asks first in the air, and tells what the drone will do", async () => {
+  it("asks first in the air, and says what the drone will do", async () => {
     const rig = flying({ ...MINE, State: "Hover" });
     const stage = new Stage(new ControlNotePart(), rig.operator);
     await rig.operator.releaseControl();
@@ -111,7 +111,7 @@ describe("giving back control", () => {
     assert.equal(rig.sent().at(-1)?.Action, "Release");
   });
 
-  it("is not told as a lost operator", () => {
+  it("is not reported as a lost operator", () => {
     const given = heartbeat({ State: "CommunicationLost", Controller: null, "In Control": false, "Return In": 20 });
     assert.equal(stateWords(view({ heartbeat: given })).title, "Nobody has control");
     assert.equal(banner(view({ heartbeat: given }))?.title, "Nobody has control");
@@ -123,12 +123,12 @@ describe("giving back control", () => {
 });
 
 describe("what somebody else does", () => {
-  it("is told to the pilot by name, by eye and ear", () => {
+  it("is reported to the pilot by name, by eye and ear", () => {
     const heard: string[] = [];
     const { operator, server } = opened({ say: (text) => heard.push(text) });
     server.last.say(heartbeat({ ...MINE, State: "Autonomous Explore" }));
     server.last.say(heartbeat({ ...MINE, State: "Hover", "Asked By": "Eve" }));
-    assert.equal(operator.toast?.text, "Stopped by Eve.");
+    assert.equal(operator.toasts.shown?.text, "Stopped by Eve.");
     assert.equal(operator.flight.lines[0]?.text, "Stopped by Eve.");
     server.last.say(heartbeat({ ...MINE, State: "Hover", "Asked By": "Eve" }));
     server.last.say(heartbeat({ ...MINE, State: "Hover", "Asked By": "Eve", "Control Asked By": "Ben", "Control Free In": 20 }));
@@ -246,7 +246,7 @@ describe("the name", () => {
     const id = (JSON.parse(server.last.sent.at(-1) ?? "{}") as { Id?: string }).Id;
     server.last.say({ Type: "Ack", Id: id, Accepted: false, Reason: "Name: choose another name" });
     await settle();
-    assert.equal(operator.toast?.text, "Name: choose another name");
+    assert.equal(operator.toasts.shown?.text, "Name: choose another name");
   });
 });
 

@@ -77,7 +77,7 @@ describe("the fence editor's bar", () => {
     rig.hear({ "Fence Setup": DRAWN });
     await stage.drawn();
     assert.equal(stage.has("[data-action=arm]"), true);
-    assert.deepEqual(rig.operator.toast, { level: "info", text: "The fence is saved. The next Arm uploads it." });
+    assert.deepEqual(rig.operator.toasts.shown, { level: "info", text: "The fence is saved. The next Arm uploads it." });
   });
 
   it("is cancelled without a word to the drone", async () => {
@@ -152,7 +152,7 @@ describe("the fence tools", () => {
       sent.push(address, options?.method, options?.body);
       return (answers.shift() ?? answers[0])!();
     };
-    const said = (): string => rig.operator.toast?.text ?? "";
+    const said = (): string => rig.operator.toasts.shown?.text ?? "";
     try {
       await choose({ size: 5_000_000 });
       assert.match(said(), /too large/);
@@ -175,7 +175,7 @@ describe("the fence tools", () => {
   });
 });
 
-describe("the way into the fence editor", () => {
+describe("the button that opens the fence editor", () => {
   it("names the fence that counts, and opens the editor", async () => {
     const rig = grounded();
     const stage = new Stage(new FenceButton(), rig.operator);
@@ -201,11 +201,11 @@ describe("the way into the fence editor", () => {
     }
   });
 
-  it("puts a drawn fence aside", async () => {
+  it("sets a drawn fence aside", async () => {
     const rig = grounded({ "Fence Setup": DRAWN, Options: possible("Set Fence", "Clear Fence") });
     const stage = new Stage(new FenceButton(), rig.operator);
     await stage.drawn();
-    await stage.press("Put aside the drawn fence");
+    await stage.press("Set aside the drawn fence");
     assert.equal(rig.sent().at(-1)?.Type, "Clear Fence");
   });
 

@@ -67,7 +67,7 @@ describe("the tangent plane", () => {
     [64.1, -21.9, -1500.0, 1900.0, 64.0865393137, -21.8610498876],
   ] as const;
 
-  it("agrees with the drone's own to a millimetre, both ways", () => {
+  it("agrees with the drone's own to a millimetre, in both directions", () => {
     for (const [latitude, longitude, North, East, there, beside] of REFERENCE) {
       const plane = new LocalPlane({ Latitude: latitude, Longitude: longitude });
       const corner = plane.toEarth({ North, East });
@@ -105,7 +105,7 @@ describe("a fence file", () => {
     }
   });
 
-  it("that holds none is told in words", () => {
+  it("that holds none is reported in words", () => {
     const wrong: [unknown, RegExp][] = [
       ["{", /not GeoJSON/],
       [[], /exactly one polygon/],
@@ -152,10 +152,10 @@ describe("a draft", () => {
   });
 });
 
-function editing(): { fence: FenceEditing; timers: FakeTimers; sent: Command[]; told: string[]; answer: (answer: unknown) => Promise<void> } {
+function editing(): { fence: FenceEditing; timers: FakeTimers; sent: Command[]; toasts: string[]; answer: (answer: unknown) => Promise<void> } {
   const timers = new FakeTimers();
   const sent: Command[] = [];
-  const told: string[] = [];
+  const toasts: string[] = [];
   const waiting: ((answer: never) => void)[] = [];
   const hooks: FenceHooks = {
     send: (command) => {
@@ -163,14 +163,14 @@ function editing(): { fence: FenceEditing; timers: FakeTimers; sent: Command[]; 
       return new Promise((resolve) => waiting.push(resolve));
     },
     changed: () => undefined,
-    tell: (text) => told.push(text),
+    showToast: (text) => toasts.push(text),
     timers,
   };
   const answer = async (given: unknown): Promise<void> => {
     waiting.shift()?.(given as never);
     await settle();
   };
-  return { fence: new FenceEditing(hooks), timers, sent, told, answer };
+  return { fence: new FenceEditing(hooks), timers, sent, toasts, answer };
 }
 
 describe("the fence editor", () => {
@@ -200,7 +200,7 @@ describe("the fence editor", () => {
     assert.deepEqual(fence.verdict, { about: "problem", text: "Corners: too narrow." });
   });
 
-  it("tells a refusal of the message itself, and an unusable ceiling without asking", async () => {
+  it("shows a refusal of the message itself, and an unusable ceiling without asking", async () => {
     const { fence, timers, sent, answer } = editing();
     fence.begin(setup());
     timers.advance(200);
@@ -213,12 +213,12 @@ describe("the fence editor", () => {
   });
 
   it("saves, and closes only when the drone has kept it", async () => {
-    const { fence, sent, told, answer } = editing();
+    const { fence, sent, toasts, answer } = editing();
     fence.begin(setup());
     fence.draw(SQUARE);
     void fence.save();
     await answer({ Type: "Ack", Accepted: false, Reason: "Flying: land first." });
-    assert.deepEqual([fence.open, told], [true, ["Flying: land first."]]);
+    assert.deepEqual([fence.open, toasts], [true, ["Flying: land first."]]);
     void fence.save();
     await fence.save();
     await answer({ Type: "Ack", Accepted: true, Reason: "" });
@@ -228,17 +228,17 @@ describe("the fence editor", () => {
     assert.deepEqual([fence.open, fence.saving], [true, true]);
     fence.hear(heartbeat({ State: "Idle", "Fence Setup": setup() }));
     assert.deepEqual([fence.open, fence.draft, fence.saving], [false, null, false]);
-    assert.match(told[1] ?? "", /saved/);
+    assert.match(toasts[1] ?? "", /saved/);
   });
 
   it("keeps what was drawn when the drone could not keep it", async () => {
-    const { fence, told, answer } = editing();
+    const { fence, toasts, answer } = editing();
     fence.begin(CIRCLE);
     fence.draw(SQUARE);
     void fence.save();
     await answer({ Type: "Ack", Accepted: true, Reason: "" });
     for (let beat = 0; beat < 4; beat += 1) fence.hear(heartbeat({ State: "Idle", Detail: "The fence was not saved." }));
-    assert.deepEqual([fence.open, fence.saving, told], [true, false, ["The fence was not saved."]]);
+    assert.deepEqual([fence.open, fence.saving, toasts], [true, false, ["The fence was not saved."]]);
     assert.deepEqual(fence.draft?.corners, SQUARE);
   });
 
@@ -252,11 +252,11 @@ describe("the fence editor", () => {
   });
 
   it("takes a file over, ceiling and all, and a bad one not at all", () => {
-    const { fence, told } = editing();
+    const { fence, toasts } = editing();
     fence.begin(CIRCLE);
     assert.equal(fence.export(), null);
     assert.equal(fence.import("{"), false);
-    assert.equal(told.length, 1);
+    assert.equal(toasts.length, 1);
     assert.deepEqual(fence.draft!.corners, []);
     assert.equal(fence.import(writeFence({ corners: SQUARE, zones: [], ceiling: 66 })), true);
     assert.equal(fence.draft!.ceiling, "66");
@@ -266,14 +266,14 @@ describe("the fence editor", () => {
   });
 
   it("keeps what was drawn when the drone is armed, and nothing when it is cancelled", () => {
-    const { fence, told } = editing();
+    const { fence, toasts } = editing();
     fence.begin(CIRCLE);
     fence.draw(SQUARE);
     fence.pause("Only on the ground.");
     assert.equal(fence.open, false);
-    assert.match(told[0] ?? "", /What was drawn is kept/);
+    assert.match(toasts[0] ?? "", /What was drawn is kept/);
     fence.pause("Only on the ground.");
-    assert.equal(told.length, 1, "told once");
+    assert.equal(toasts.length, 1, "shown once");
     fence.begin(CIRCLE);
     assert.deepEqual(fence.draft!.corners, SQUARE);
     fence.cancel();
@@ -297,7 +297,7 @@ describe("the operator and the fence", () => {
   it("edits on the ground only, and the bar is free again when motors run", () => {
     const { operator, server } = grounded();
     operator.editFence();
-    assert.equal(operator.fence.open, false, "no fence was told yet");
+    assert.equal(operator.fence.open, false, "no fence was received yet");
     server.last.say(heartbeat({ State: "Idle", Armed: false, "Fence Setup": setup() }));
     server.last.say(heartbeat({ State: "Idle", Armed: false }));
     operator.editFence();
@@ -312,7 +312,7 @@ describe("the operator and the fence", () => {
     }
   });
 
-  it("lays the map around the drone before its first arm, then on the datum", () => {
+  it("centres the map on the drone before its first arm, then on the datum", () => {
     const { operator, server } = grounded();
     const before = { State: "Idle", Datum: null, North: null, East: null };
     server.last.say(heartbeat({ ...before, ...ORIGIN }));
@@ -347,7 +347,7 @@ describe("the fence on the map", () => {
     assert.ok(near(dronePlace(before, PLANE)?.North, 0));
   });
 
-  it("has our line as the drone told it while it is drawn", () => {
+  it("has our line as the drone answered it while it is drawn", () => {
     assert.ok(near(draftFence(check(), PLANE).inner[0]?.East, -45));
     assert.deepEqual(draftFence(null, PLANE).inner, []);
   });
@@ -367,7 +367,7 @@ describe("the words about the fence", () => {
     assert.equal(fenceWords(fence, CIRCLE, ready, false).reason, "Not closed yet");
   });
 
-  it("tell what the fence would be, or what is wrong, or why it cannot be saved", async () => {
+  it("say what the fence would be, or what is wrong, or why it cannot be saved", async () => {
     const { fence, timers, answer } = editing();
     fence.begin(CIRCLE);
     fence.draw(SQUARE, "80");

@@ -160,10 +160,10 @@ const CASES: Case[] = [
   ["the downloads", () => new Downloads(), () => flying(ON_GROUND)],
   ["the heights", () => new HeightsButton(), () => flying({ Options: REFUSED })],
   ["the keys", () => new KeysList(), () => flying()],
-  ["cutting the motors", () => new KillDialog(), asked({}, (operator) => void operator.beginCut())],
+  ["cutting the motors", () => new KillDialog(), asked({}, (operator) => void operator.cut.begin())],
   ["cutting the motors, refused", () => new KillDialog(), () => {
     const rig = flying();
-    return refused(rig, () => rig.operator.beginCut());
+    return refused(rig, () => rig.operator.cut.begin());
   }],
   ["the map's tools", () => new MapTools(), () => flying()],
   ["measuring", () => new MeasureBar(), asked({}, (operator) => {
@@ -266,7 +266,7 @@ describe("a name that is read aloud", () => {
     ["tool-close", "close-ring"],
     ["tool-zone", "tool-zone-aloud"],
     ["tool-hole", "tool-hole-aloud"],
-    ["put-aside", "put-aside-label"],
+    ["set-aside", "set-aside-label"],
     ["last-outline", "last-outline-label"],
     ["remove", "remove-outline"],
   ] as const;

@@ -22,7 +22,7 @@ async function begun(): Promise<Scene> {
   const rig = flying();
   const stage = new Stage(new KillDialog(), rig.operator);
   await stage.drawn();
-  void rig.operator.beginCut();
+  void rig.operator.cut.begin();
   await stage.drawn();
   return { rig, stage, frames };
 }

@@ -76,7 +76,7 @@ describe("the socket", () => {
     assert.deepEqual(heard, []);
   });
 
-  it("sends only when open, and stays closed when told", () => {
+  it("sends only when open, and stays closed when it was closed", () => {
     const { timers, server, link } = connected();
     assert.equal(link.send("x"), false);
     server.last.accept();

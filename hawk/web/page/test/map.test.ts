@@ -32,7 +32,7 @@ describe("geometry", () => {
     assert.equal(covers([0, 0, 10, 10], [1, 1, 11, 9]), false);
   });
 
-  it("turns by the shorter way", () => {
+  it("turns in the shorter direction", () => {
     assert.ok(Math.abs(turn(3, -3, 1) - (2 * Math.PI - 3)) < 1e-9);
     assert.ok(Math.abs(turn(0.2, 0.4, 0.5) - 0.3) < 1e-9);
   });

@@ -22,7 +22,7 @@ describe("what is measured", () => {
     assert.equal(lengthOf({ points: L_SHAPE, closed: true }), 100);
   });
 
-  it("is the area of a ring, whichever way it runs and wherever it lies", () => {
+  it("is the area of a ring, in whichever direction it runs and wherever it lies", () => {
     assert.equal(areaOf({ points: L_SHAPE, closed: true }), 400);
     assert.equal(areaOf({ points: L_SHAPE.toReversed(), closed: true }), 400);
     assert.equal(areaOf({ points: L_SHAPE.map((point) => at(point.North - 500, point.East + 700)), closed: true }), 400);
@@ -84,7 +84,7 @@ describe("measuring and what else the map is pointed at for", () => {
     assert.equal(operator.measure.open, false);
   });
 
-  it("leaves other questions open, and gives way to the fence", () => {
+  it("leaves other questions open, and ends when the fence is drawn", () => {
     const { operator } = flying({ ...able, State: "Idle", Armed: false, Landed: "ON_GROUND" });
     operator.ask({ about: "Arm" });
     operator.beginMeasure();
@@ -103,7 +103,7 @@ describe("measuring and what else the map is pointed at for", () => {
     assert.equal(operator.measure.open, false);
   });
 
-  it("is begun and ended by a button, and tells what it measures", async () => {
+  it("is begun and ended by a button, and shows what it measures", async () => {
     const { operator } = flying(able);
     const tools = new Stage(new MapTools(), operator);
     await tools.drawn();

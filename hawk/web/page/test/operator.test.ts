@@ -11,11 +11,11 @@ describe("the operator", () => {
     const { operator, answer } = flying();
     void operator.command({ Type: "Autonomous Explore" }, "Explore");
     await answer(false, "No lot in sight.");
-    assert.equal(operator.toast?.text, "Explore: No lot in sight.");
+    assert.equal(operator.toasts.shown?.text, "Explore: No lot in sight.");
     assert.equal(operator.flight.lines[0]?.text, "Explore: No lot in sight.");
     void operator.command({ Type: "Hold" }, "Hold");
     await answer(true);
-    assert.equal(operator.toast, null);
+    assert.equal(operator.toasts.shown, null);
   });
 
   it("gives a sign of life only while in control", () => {
@@ -36,18 +36,18 @@ describe("the operator", () => {
     assert.equal(operator.question, null);
   });
 
-  it("drops question and cut when the link is lost, and tells of it once", () => {
+  it("drops question and cut when the link is lost, and reports it once", () => {
     const { operator, timers } = flying();
     operator.ask({ about: "Land" });
-    void operator.beginCut();
+    void operator.cut.begin();
     timers.advance(3000);
     operator.tick();
     operator.tick();
-    assert.deepEqual([operator.question, operator.cutting], [null, null]);
+    assert.deepEqual([operator.question, operator.cut.current], [null, null]);
     assert.equal(operator.flight.lines.filter((line) => line.text === "Link lost.").length, 1);
   });
 
-  it("keeps the last values over a new connection and takes the map anew", () => {
+  it("keeps the last values over a new connection and takes the map again", () => {
     const { operator, server, timers } = flying();
     const changes: MapChange[] = [];
     operator.addEventListener("map", (event) => changes.push((event as CustomEvent<MapChange>).detail));
@@ -80,7 +80,7 @@ describe("the operator", () => {
 describe("cutting the motors", () => {
   async function ready(): Promise<ReturnType<typeof flying>> {
     const all = flying();
-    void all.operator.beginCut();
+    void all.operator.cut.begin();
     all.server.last.say({ Type: "Kill Token", Id: all.sent().at(-1)?.Id, Token: "t".repeat(24), "Valid For": 10 });
     await settle();
     return all;
@@ -88,51 +88,51 @@ describe("cutting the motors", () => {
 
   it("needs a token before it can be done", async () => {
     const { operator, sent } = flying();
-    void operator.beginCut();
-    assert.equal(operator.cutting?.step, "asking");
-    await operator.finishCut();
+    void operator.cut.begin();
+    assert.equal(operator.cut.current?.step, "asking");
+    await operator.cut.finish();
     assert.deepEqual(sent().map((each) => each.Type), ["Kill Request"]);
   });
 
   it("uses the token once", async () => {
     const { operator, sent } = await ready();
-    assert.equal(operator.cutting?.step, "ready");
-    void operator.finishCut();
-    await operator.finishCut();
+    assert.equal(operator.cut.current?.step, "ready");
+    void operator.cut.finish();
+    await operator.cut.finish();
     assert.deepEqual(sent().map((each) => each.Type), ["Kill Request", "Kill"]);
     assert.equal(sent()[1]?.Token, "t".repeat(24));
   });
 
   it("forgets the token when it is cancelled, too old, or the motors are off", async () => {
     const cancelled = await ready();
-    cancelled.operator.endCut();
-    await cancelled.operator.finishCut();
+    cancelled.operator.cut.end();
+    await cancelled.operator.cut.finish();
     assert.equal(cancelled.sent().length, 1);
     const old = await ready();
     for (let second = 0; second < 10; second += 1) {
       old.timers.advance(1000);
       old.server.last.say(heartbeat());
     }
-    assert.match(old.operator.cutting?.problem ?? "", /took too long/);
-    await old.operator.finishCut();
+    assert.match(old.operator.cut.current?.problem ?? "", /took too long/);
+    await old.operator.cut.finish();
     assert.equal(old.sent().length, 1);
     const down = await ready();
     down.server.last.say(heartbeat({ Armed: false }));
-    assert.equal(down.operator.cutting, null);
+    assert.equal(down.operator.cut.current, null);
   });
 
   it("shows why no token was given, and does not mix up two attempts", async () => {
     const { operator, server, sent, answer } = flying();
-    void operator.beginCut();
+    void operator.cut.begin();
     await answer(false, "Someone else has control.");
-    assert.equal(operator.cutting?.problem, "Someone else has control.");
-    operator.endCut();
-    void operator.beginCut();
+    assert.equal(operator.cut.current?.problem, "Someone else has control.");
+    operator.cut.end();
+    void operator.cut.begin();
     const first = sent().at(-1)?.Id;
-    operator.endCut();
-    void operator.beginCut();
+    operator.cut.end();
+    void operator.cut.begin();
     server.last.say({ Type: "Kill Token", Id: first, Token: "x".repeat(24), "Valid For": 10 });
     await settle();
-    assert.equal(operator.cutting.step, "asking");
+    assert.equal(operator.cut.current.step, "asking");
   });
 });

@@ -43,7 +43,7 @@ describe("the area to explore", () => {
     assert.equal(outline.open, true, "not before the answer");
     await rig.answer(true);
     assert.deepEqual([outline.open, outline.draft], [false, null]);
-    assert.match(rig.operator.toast?.text ?? "", /next Explore sees all of it inside the fence/);
+    assert.match(rig.operator.toasts.shown?.text ?? "", /next Explore sees all of it inside the fence/);
   });
 
   it("stays open with what was drawn when the drone refuses it, and shows why", async () => {
@@ -54,7 +54,7 @@ describe("the area to explore", () => {
     void outline.save();
     await rig.answer(false, "Polygons: nothing of the outline lies inside the fence.");
     assert.deepEqual([outline.open, outline.saving, outline.draft?.isDrawn], [true, false, true]);
-    assert.match(rig.operator.toast?.text ?? "", /nothing of the outline lies inside/);
+    assert.match(rig.operator.toasts.shown?.text ?? "", /nothing of the outline lies inside/);
   });
 
   it("is drawn on the ground only; what was drawn is kept when motors run", () => {
@@ -64,7 +64,7 @@ describe("the area to explore", () => {
     outline.draw(SQUARE);
     rig.hear({ State: "Arm", Armed: true });
     assert.deepEqual([outline.open, outline.draft?.isDrawn], [false, true]);
-    assert.match(rig.operator.toast?.text ?? "", /on the ground only.*What was drawn is kept/);
+    assert.match(rig.operator.toasts.shown?.text ?? "", /on the ground only.*What was drawn is kept/);
     rig.operator.editOutline();
     assert.equal(outline.open, false, "not in this state");
     rig.hear({});
@@ -125,14 +125,14 @@ describe("the area to explore", () => {
     assert.equal(operator.outline.import(text), true);
     assert.deepEqual([operator.outline.draft?.corners.length, operator.outline.draft?.zones.length], [4, 1]);
     assert.equal(operator.outline.import("{}"), false);
-    assert.match(operator.toast?.text ?? "", /Save the outline alone/);
+    assert.match(operator.toasts.shown?.text ?? "", /Save the outline alone/);
     const fence = readFence(writeFence({ corners: SQUARE, zones: [], ceiling: 80 }));
     assert.equal(fence.ceiling, 80);
   });
 });
 
 describe("the words about the area to explore", () => {
-  it("tell what the next Explore surveys", () => {
+  it("say what the next Explore surveys", () => {
     assert.equal(outlineSummary(null, "metres").line, "not known yet");
     assert.deepEqual(outlineSummary(NONE, "metres"), { title: "Explores the lot that it finds", line: "no outline is set" });
     assert.deepEqual(outlineSummary(SET, "metres"), { title: "Explores an outline of 0.96 ha", line: "1 polygon, 1 hole, set for this survey" });

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
-import { drawScene, plannedWay, type Surface } from "../src/map/draw-scene.ts";
+import { drawScene, plannedPath } from "../src/map/draw-scene.ts";
 import { EMPTY_SCENE, type Scene } from "../src/map/flight-scene.ts";
+import type { Surface } from "../src/map/surface.ts";
 import type { Command, Point, RouteAnswer } from "../src/protocol.ts";
 import { RoutePlan } from "../src/state/route-plan.ts";
 import { settle } from "./fakes.ts";
@@ -9,13 +10,13 @@ import { possible } from "./make.ts";
 import { flying } from "./rig.ts";
 
 const TARGET = { North: 20, East: 10 };
-const WAY: Point[] = [
+const ROUTE: Point[] = [
   { North: 0, East: 10 },
   { North: 20, East: 10 },
 ];
 
 function answer(changes: Partial<RouteAnswer> = {}): RouteAnswer {
-  return { Type: "Route", Id: "r", Points: WAY, Length: 30, Refused: null, ...changes };
+  return { Type: "Route", Id: "r", Points: ROUTE, Length: 30, Refused: null, ...changes };
 }
 
 function asking(): { plan: RoutePlan; sent: Command[]; reply: (answer: unknown) => Promise<void> } {
@@ -32,7 +33,7 @@ function asking(): { plan: RoutePlan; sent: Command[]; reply: (answer: unknown) 
   return { plan: new RoutePlan(send, () => undefined), sent, reply };
 }
 
-describe("the way to a place that is asked about", () => {
+describe("the route to a place that is asked about", () => {
   it("is the answer to the last question only", async () => {
     const { plan, sent, reply } = asking();
     void plan.ask({ North: 1, East: 2 });
@@ -41,7 +42,7 @@ describe("the way to a place that is asked about", () => {
     await reply(answer());
     assert.deepEqual([plan.state, plan.points], ["asking", []]);
     await reply(answer());
-    assert.deepEqual([plan.state, plan.points, plan.metres], ["known", WAY, 30]);
+    assert.deepEqual([plan.state, plan.points, plan.metres], ["known", ROUTE, 30]);
     void plan.ask(TARGET);
     plan.clear();
     await reply(answer());
@@ -51,7 +52,7 @@ describe("the way to a place that is asked about", () => {
   it("may be refused, with the reason", async () => {
     for (const [given, reason] of [
       [answer({ Points: [], Refused: "No way inside the lot." }), "No way inside the lot."],
-      [answer({ Points: [] }), "There is no way there."],
+      [answer({ Points: [] }), "There is no route there."],
       [{ Type: "Ack", Accepted: false, Reason: "No link." }, "No link."],
     ] as const) {
       const { plan, reply } = asking();
@@ -68,7 +69,7 @@ describe("the way to a place that is asked about", () => {
     assert.equal(Type, "Route Request");
     rig.server.last.say({ ...answer(), Id });
     await settle();
-    assert.deepEqual(rig.operator.routePlan.points, WAY);
+    assert.deepEqual(rig.operator.routePlan.points, ROUTE);
     rig.operator.choose("Compulsive Move");
     assert.deepEqual(rig.operator.question, { about: "move", target: TARGET, kind: "Compulsive Move" });
     assert.equal(rig.operator.routePlan.state, "known");
@@ -101,28 +102,28 @@ function scene(changes: Partial<Scene>): Scene {
   return { ...EMPTY_SCENE, drone: { north: 0, east: 0, yaw: 0 }, ...changes };
 }
 
-describe("the way on the map", () => {
+describe("the route on the map", () => {
   const bent = [
     [0, -0],
     [10, -0],
     [10, -20],
   ];
 
-  it("goes over its way points before the move, and straight where there are none", () => {
-    const planned = scene({ planned: TARGET, plannedRoute: WAY });
-    assert.deepEqual(plannedWay(planned, planned.drone!).map((place) => place.North), [0, 0, 20]);
+  it("goes over its waypoints before the move, and straight where there are none", () => {
+    const planned = scene({ planned: TARGET, plannedRoute: ROUTE });
+    assert.deepEqual(plannedPath(planned, planned.drone!).map((place) => place.North), [0, 0, 20]);
     const straight = scene({ planned: TARGET });
-    assert.equal(plannedWay(straight, straight.drone!).length, 2);
-    const short = scene({ planned: TARGET, plannedRoute: WAY.slice(0, 1) });
-    assert.deepEqual(plannedWay(short, short.drone!).at(-1), TARGET);
+    assert.equal(plannedPath(straight, straight.drone!).length, 2);
+    const short = scene({ planned: TARGET, plannedRoute: ROUTE.slice(0, 1) });
+    assert.deepEqual(plannedPath(short, short.drone!).at(-1), TARGET);
     const { surface: canvas, lines } = surface();
     drawScene(canvas, planned);
     assert.deepEqual(lines.find((line) => line.colour === "plan")?.pixels, bent);
   });
 
-  it("goes over its way points during the move", () => {
+  it("goes over its waypoints during the move", () => {
     const { surface: canvas, lines } = surface();
-    drawScene(canvas, scene({ route: WAY, target: TARGET }));
+    drawScene(canvas, scene({ route: ROUTE, target: TARGET }));
     assert.deepEqual(lines.find((line) => line.colour === "plan")?.pixels, bent);
   });
 

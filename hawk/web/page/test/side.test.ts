@@ -15,7 +15,7 @@ import { Stage, words } from "./stage.ts";
 const ON_GROUND: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND", "Relative Altitude": 0 };
 
 describe("the link banner", () => {
-  it("comes with the loss, tells what the drone does, connects at once, and goes with the link", async () => {
+  it("comes with the loss, says what the drone does, connects at once, and goes with the link", async () => {
     const rig = flying({ State: "Autonomous Explore" });
     const stage = new Stage(new LinkBanner(), rig.operator);
     await stage.drawn();
@@ -56,7 +56,7 @@ describe("the counts", () => {
     assert.equal(stage.text, "");
   });
 
-  it("tell each kind, and how much was seen of what was found so far", async () => {
+  it("show each kind, and how much was seen of what was found so far", async () => {
     const rig = flying({ State: "Autonomous Explore", Free: 114, Taken: 40, Unknown: 5, Explored: 0.9 });
     const stage = new Stage(new CountsCard(), rig.operator);
     await stage.drawn();
@@ -104,7 +104,7 @@ describe("the counts", () => {
     assert.doesNotMatch(stage.text, /suggested/);
   });
 
-  it("tell until when they were counted once the link is lost", async () => {
+  it("say until when they were counted once the link is lost", async () => {
     const rig = flying({ Free: 3 });
     const stage = new Stage(new CountsCard(), rig.operator);
     rig.timers.advance(3000);
@@ -281,7 +281,7 @@ describe("the settings", () => {
     assert.deepEqual([link?.getAttribute("href"), link?.getAttribute("target")], ["docs/", "_blank"]);
   });
 
-  it("tell the heights in force", async () => {
+  it("show the heights in force", async () => {
     const rig = flying();
     const stage = new Stage(new SettingsTab(), rig.operator);
     await stage.drawn();

@@ -19,7 +19,7 @@ function stall(id: number, changes: Partial<Stall> = {}): Stall {
 }
 
 describe("the look of stalls", () => {
-  it("tells free from taken in grey", () => {
+  it("distinguishes free from taken in grey", () => {
     for (let grey = 60; grey <= 200; grey += 10) {
       const [free, taken] = (["free", "taken"] as const).map((state) => brightnessOver(state, [grey, grey, grey])) as [number, number];
       assert.ok(contrast(free, taken) >= LEAST_CONTRAST, `${contrast(free, taken)} over ${grey}`);

@@ -48,7 +48,7 @@ describe("the map", () => {
     assert.deepEqual([...map.stalls.keys()], [9]);
   });
 
-  it("keeps what it has over a lost link until the server sends it anew", () => {
+  it("keeps what it has over a lost link until the server sends it again", () => {
     const map = new MapStore();
     map.apply(mapUpdate({ Stalls: [stall(1), stall(2)] }));
     map.expectAll();
@@ -79,7 +79,7 @@ describe("the plots over a reload", () => {
     assert.equal(read[0]?.at, -9);
   });
 
-  it("are not those of a daemon that began anew, nor of long ago, nor what cannot be read", () => {
+  it("are not those of a daemon that started again, nor of long ago, nor what cannot be read", () => {
     const storage = new FakeStorage();
     new PlotHistory(storage).keep([sample(100, 300)], moment(100, 300));
     assert.deepEqual(new PlotHistory(storage).read({ at: 0, theirs: 5, wall: 5_105_000, rate: 1 }), [], "another start");
@@ -164,7 +164,7 @@ describe("the flight", () => {
     assert.deepEqual(flight.lines.map((line) => line.text), ["3", "Link lost.", "2", "1"]);
   });
 
-  it("takes trail and messages anew from another connection, and keeps its own lines", () => {
+  it("takes trail and messages again from another connection, and keeps its own lines", () => {
     const flight = new Flight();
     flight.hear(heartbeat({ Messages: [entry(1, "a")], Trail: [{ North: 1, East: 1 }] }), 0);
     flight.note("warning", "Link lost.", "b");
@@ -175,7 +175,7 @@ describe("the flight", () => {
     assert.deepEqual(flight.lines.map((line) => line.text), ["Link lost."]);
   });
 
-  it("begins the trail anew when the drone does", () => {
+  it("begins the trail again when the drone does", () => {
     const flight = new Flight();
     flight.hear(heartbeat({ Trail: [{ North: 1, East: 1 }] }), 0);
     flight.hear(heartbeat({ Trail: [{ North: 2, East: 2 }] }), 1);
@@ -206,7 +206,7 @@ describe("the flight", () => {
     assert.equal(flight.cruise, 3.9);
   });
 
-  it("tells flying from standing", () => {
+  it("distinguishes flying from standing", () => {
     assert.equal(isFlying(null), false);
     assert.equal(isFlying(heartbeat({ State: "Arm", Landed: "ON_GROUND" })), false);
     assert.equal(isFlying(heartbeat({ State: "Land", Landed: "ON_GROUND" })), false);

@@ -15,7 +15,7 @@ describe("the trail", () => {
     assert.deepEqual(fading(trail(8, 1), 1), [{ from: 0, to: 7, share: 1 }]);
   });
 
-  it("fades with the way flown since, never fully, in pieces that hang together", () => {
+  it("fades with the distance flown since, never fully, in pieces that hang together", () => {
     const pieces = fading(trail(120, 1), 1);
     assert.deepEqual([pieces[0]?.from, pieces.at(-1)?.to, pieces[0]?.share, pieces.at(-1)?.share], [0, 119, 0.25, 1]);
     for (const [index, piece] of pieces.slice(1).entries()) {

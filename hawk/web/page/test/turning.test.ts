@@ -1,10 +1,11 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
-import { drawScene, type Surface } from "../src/map/draw-scene.ts";
+import { drawScene } from "../src/map/draw-scene.ts";
 import { EMPTY_SCENE } from "../src/map/flight-scene.ts";
 import { covers, onScreen, type Sight, sightExtent, toPixel, toPlace } from "../src/map/geometry.ts";
 import { Glide } from "../src/map/glide.ts";
+import type { Surface } from "../src/map/surface.ts";
 import { MapTools } from "../src/ui/map-tools.ts";
 import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";

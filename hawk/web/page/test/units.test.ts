@@ -28,7 +28,7 @@ function inFeet(changes: Partial<Heartbeat> = {}): Rig {
 }
 
 describe("lengths in feet", () => {
-  it("are told in feet, speeds in miles an hour, areas in square feet and acres", () => {
+  it("are given in feet, speeds in miles an hour, areas in square feet and acres", () => {
     assert.equal(format.height(35, "feet"), "115 ft");
     assert.equal(format.height(2, "feet"), "6.6 ft");
     assert.equal(format.distance(38.4, "feet"), "126 ft");

@@ -32,7 +32,7 @@ describe("numbers", () => {
     assert.equal(format.timeLeft(-3), "0 s");
   });
 
-  it("tell spans in the unit that fits", () => {
+  it("give spans in the unit that fits", () => {
     assert.equal(format.duration(89), "89 s");
     assert.equal(format.duration(90), "2 min");
     assert.equal(format.longDuration(312), "5 min 12 s");
@@ -40,7 +40,7 @@ describe("numbers", () => {
     assert.equal(format.age(6.9), "6 s");
   });
 
-  it("tell places", () => {
+  it("give places", () => {
     assert.equal(format.place(48.137, -11.5), "48.13700° N, 11.50000° W");
     assert.equal(format.place(null, 1), "–");
     assert.equal(format.offset(-59, 60, "metres"), "60 m E, 59 m S");
@@ -61,14 +61,14 @@ describe("the state in words", () => {
     assert.deepEqual([words.tone, words.title, words.detail], ["warn", "No link", "was exploring 6 s ago"]);
   });
 
-  it("tells how much was seen of what was found, and no time to go: how much more lot comes in sight is not known", () => {
+  it("says how much was seen of what was found, and no time to go: how much more lot comes in sight is not known", () => {
     const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, Remaining: 480 });
     const words = stateWords(view({ heartbeat: exploring, cruise: 4 }));
     assert.equal(words.detail, "47 % seen of the lot found so far");
     assert.equal(words.short, "47 % seen so far");
   });
 
-  it("tells how much was seen of an outline", () => {
+  it("says how much was seen of an outline", () => {
     const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, "Outline Area": 5000 });
     assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % seen of the outline");
   });
@@ -111,7 +111,7 @@ describe("the state in words", () => {
     assert.doesNotMatch(words.detail, /cut/i);
   });
 
-  it("tells since when it is down", () => {
+  it("says since when it is down", () => {
     const words = stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false }), landedAt: "2026-01-02T10:00:00" }));
     assert.deepEqual([words.tone, words.title, words.detail], ["idle", "Landed", "Motors off since 10:00:00"]);
   });

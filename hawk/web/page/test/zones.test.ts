@@ -4,9 +4,10 @@ import { describe, it } from "node:test";
 import { FenceDraft } from "../src/fence/draft.ts";
 import { FenceFileError, readFence, writeFence } from "../src/fence/geojson.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
-import { drawScene, type Surface } from "../src/map/draw-scene.ts";
+import { drawScene } from "../src/map/draw-scene.ts";
 import { draftFence, shownFence } from "../src/map/fence-shown.ts";
 import { EMPTY_SCENE } from "../src/map/flight-scene.ts";
+import type { Surface } from "../src/map/surface.ts";
 import type { Command, FenceCheck, FenceCorner, FenceSetup } from "../src/protocol.ts";
 import { FenceEditing } from "../src/state/fence-edit.ts";
 import { CELL } from "../src/state/tile-data.ts";
@@ -60,7 +61,7 @@ function editing(): { fence: FenceEditing; sent: Command[]; answer: () => Promis
     sent.push(command);
     return Promise.resolve(CHECK as never);
   };
-  const fence = new FenceEditing({ send, changed: () => undefined, tell: () => undefined, timers });
+  const fence = new FenceEditing({ send, changed: () => undefined, showToast: () => undefined, timers });
   const answer = async (): Promise<void> => {
     timers.advance(200);
     await settle();
@@ -94,7 +95,7 @@ describe("a fence file with zones", () => {
     assert.deepEqual(read.zones[0]![0], { Latitude: 2, Longitude: 4 });
   });
 
-  it("that is wrong is told in words", () => {
+  it("that is wrong is reported in words", () => {
     const wrong: [unknown, RegExp][] = [
       [{ features: [feature([outer]), feature([inner])] }, /exactly one polygon/],
       [{ features: [feature([outer]), feature([inner], { exclusion: "yes" })] }, /exactly one polygon/],
@@ -210,10 +211,10 @@ describe("zones on the map", () => {
   const inForce = [{ North: 1, East: 1 }, { North: 9, East: 1 }, { North: 9, East: 9 }];
 
   it("are those in force in the air, the planned ones on the ground, and the drone's answer while drawing", () => {
-    const told = { "Fence Zones": [inForce], "Fence Zone Limits": [inForce, inForce] };
-    const flown = shownFence(heartbeat({ State: "Hover", ...told }), SETUP, PLANE);
+    const reported = { "Fence Zones": [inForce], "Fence Zone Limits": [inForce, inForce] };
+    const flown = shownFence(heartbeat({ State: "Hover", ...reported }), SETUP, PLANE);
     assert.deepEqual([flown.zones, flown.zoneLimits], [[inForce], [inForce, inForce]]);
-    const idle = shownFence(heartbeat({ State: "Idle", ...told }), SETUP, PLANE);
+    const idle = shownFence(heartbeat({ State: "Idle", ...reported }), SETUP, PLANE);
     assert.ok(near(idle.zoneLimits[0]?.[0]?.North, -10) && near(idle.zones[0]?.[0]?.North, -15));
     const drawn = draftFence(CHECK, PLANE);
     assert.deepEqual([drawn.zones.length, drawn.zoneLimits], [2, []], "the editor shows the zones itself");
@@ -254,12 +255,12 @@ describe("a move and zones", () => {
 
   it("into one is not offered, and straight across one only over the lot", () => {
     const into = planMove(view({ heartbeat: able }), { North: 0, East: 15 }, CELL.lot)!;
-    assert.deepEqual([into.insideFence, into.ways.map((way) => way.possible)], [false, [false, false]]);
+    assert.deepEqual([into.insideFence, into.choices.map((choice) => choice.possible)], [false, [false, false]]);
     assert.match(consequence(view({ heartbeat: able }), into, "Compulsive Move"), /In a zone or its margin\. Choose a place .* out of zones/);
     const across = planMove(view({ heartbeat: able }), { North: 0, East: 30 }, CELL.lot)!;
-    assert.deepEqual(across.ways.map((way) => way.possible), [true, false]);
-    assert.equal(across.ways[1]?.reason, "The straight way there crosses a zone");
+    assert.deepEqual(across.choices.map((choice) => choice.possible), [true, false]);
+    assert.equal(across.choices[1]?.reason, "The straight path there crosses a zone");
     const beside = planMove(view({ heartbeat: able }), { North: 20, East: 30 }, CELL.lot)!;
-    assert.deepEqual(beside.ways.map((way) => way.possible), [true, true]);
+    assert.deepEqual(beside.choices.map((choice) => choice.possible), [true, true]);
   });
 });

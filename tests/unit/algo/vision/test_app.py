@@ -10,7 +10,9 @@ import pytest
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.vision import network
 from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.formats.image import DamagedImage, NoImage
@@ -27,7 +29,7 @@ JPEG = cv2.imencode(".jpg", np.full((720, 1280, 3), 110, np.uint8))[1].tobytes()
 STALL = StallSeen(10, 20, 0.3, 2.62, 5.35, 0.9, 0.1, 1.0)
 
 
-class SetFinder:
+class SetFinder(NetworkFinder):
     """Finds what the test says."""
 
     def __init__(self) -> None:
@@ -257,11 +259,18 @@ def test_a_user_s_model_that_is_missing_or_no_network_is_an_error_that_names_the
         VisionApp(VisionSettings(model=broken))
 
 
-def test_without_the_network_classical_geometry_takes_over() -> None:
-    app = VisionApp(VisionSettings(use_network=False))
+def test_without_the_package_s_network_pictures_are_shown_and_the_health_says_why(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(network, "_WEIGHTS", ("weights", "gone.onnx"))
+    app = VisionApp()
     topics = AlgorithmTopicInterface()
     app.init(FrameCamera(topics), topics)
     topics.begin(Rig().frame)
-    app.process()
-    assert app.seen.ground is not None
-    assert app.get_health().is_healthy
+    with pytest.raises(AlgoError, match="missing from the package: install it again"):
+        app.process()
+    assert app.seen.image is not None
+    assert app.seen.ground is None
+    assert not app.get_park_lot_detected()
+    assert "missing from the package" in app.get_health().reason
+    assert not app.get_health().is_healthy

@@ -29,8 +29,8 @@ export class LocalPlane {
 
   toMap(corner: FenceCorner): Point {
     const place = earthFixed(corner);
-    const way: Vector = [place[0] - this.centre[0], place[1] - this.centre[1], place[2] - this.centre[2]];
-    return { North: dot(this.north, way), East: dot(this.east, way) };
+    const offset: Vector = [place[0] - this.centre[0], place[1] - this.centre[1], place[2] - this.centre[2]];
+    return { North: dot(this.north, offset), East: dot(this.east, offset) };
   }
 
   /** The place on the ellipsoid over or under a place of the plane: the height is found by going round three times. */

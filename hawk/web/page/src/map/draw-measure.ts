@@ -2,8 +2,8 @@ import { FONT_FAMILY } from "../font.ts";
 import { type Measured } from "../state/measure.ts";
 import * as format from "../words/format.ts";
 import type { Units } from "../words/units.ts";
-import { path, type Pixel, stroke, type Surface } from "./draw-scene.ts";
 import { toCoordinate } from "./geometry.ts";
+import { path, type Pixel, stroke, type Surface } from "./surface.ts";
 
 /** A line that is measured, and how its lengths are written. */
 export interface MeasureMark extends Measured {

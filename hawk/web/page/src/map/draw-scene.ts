@@ -2,21 +2,8 @@ import type { Point } from "../protocol.ts";
 import { drawMeasure } from "./draw-measure.ts";
 import { drawTrail } from "./draw-trail.ts";
 import { corners, toCoordinate } from "./geometry.ts";
-import type { Palette } from "./palette.ts";
 import type { DroneMark, Scene } from "./flight-scene.ts";
-
-export type Pixel = [number, number];
-
-/** A canvas, and how places become pixels on it. */
-export interface Surface {
-  context: CanvasRenderingContext2D;
-  palette: Palette;
-  /** Metres a pixel. */
-  resolution: number;
-  /** Radians clockwise by which north is turned. */
-  rotation: number;
-  pixel: (coordinate: readonly [number, number]) => Pixel;
-}
+import { path, type Pixel, stroke, type Surface } from "./surface.ts";
 
 /** A route that ends this near the place ends there. */
 const SAME_PLACE_M = 0.1;
@@ -42,26 +29,6 @@ export function drawScene(surface: Surface, scene: Scene): void {
   if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);
   if (scene.measured) drawMeasure(surface, scene.measured);
   if (drone && scene.drone) drawDrone(surface, drone, scene.drone.yaw, scene.lost?.reach ?? null);
-}
-
-export function path(context: CanvasRenderingContext2D, pixels: readonly Pixel[], close = false): void {
-  context.beginPath();
-  pixels.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
-  if (close) context.closePath();
-}
-
-export interface Line {
-  colour: string;
-  width: number;
-  dash?: number[];
-}
-
-export function stroke(context: CanvasRenderingContext2D, { colour, width, dash = [] }: Line): void {
-  context.strokeStyle = colour;
-  context.lineWidth = width;
-  context.setLineDash(dash);
-  context.stroke();
-  context.setLineDash([]);
 }
 
 function drawFence({ context, palette }: Surface, fence: Pixel[]): void {
@@ -202,8 +169,8 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
     stroke(context, { colour: palette.plan, width: 2, dash: [4, 4] });
   }
   const target = pixel(toCoordinate(scene.planned));
-  const way = plannedWay(scene, drone);
-  path(context, way.map((place) => pixel(toCoordinate(place))));
+  const points = plannedPath(scene, drone);
+  path(context, points.map((place) => pixel(toCoordinate(place))));
   context.lineJoin = "round";
   stroke(context, { colour: palette.planCase, width: 6 });
   stroke(context, { colour: palette.plan, width: 3.5, dash: [10, 5] });
@@ -219,7 +186,7 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
 }
 
 /** From the drone over the waypoints, where there are any, to the place that is asked about. */
-export function plannedWay(scene: Scene, drone: DroneMark): Point[] {
+export function plannedPath(scene: Scene, drone: DroneMark): Point[] {
   const last = scene.plannedRoute.at(-1);
   const end = scene.planned;
   const ends = end === null || (last && Math.hypot(last.North - end.North, last.East - end.East) < SAME_PLACE_M);

@@ -1,4 +1,4 @@
-import { path, type Pixel, stroke, type Surface } from "./draw-scene.ts";
+import { path, type Pixel, stroke, type Surface } from "./surface.ts";
 
 /** The last metres flown are drawn in full, and those before fade until only so much of them is left. */
 const FULL_M = 100;

@@ -77,8 +77,8 @@ function relax(away: Uint8Array, at: number, beside: number, row: number): void 
   if (least < now) away[at] = least;
 }
 
-const RAMP = Uint8Array.from({ length: SOFT * STRAIGHT + 1 }, (_, way) => {
-  const share = way / (SOFT * STRAIGHT);
+const RAMP = Uint8Array.from({ length: SOFT * STRAIGHT + 1 }, (_, distance) => {
+  const share = distance / (SOFT * STRAIGHT);
   return Math.round(255 * share * share * (3 - 2 * share));
 });
 

@@ -162,12 +162,12 @@ export class FenceEditor {
       this.begun = 0;
       if (this.zoning) feature.set(ZONE, true);
       // The source takes the feature after this event: a report now would be shown twice.
-      if (geometry instanceof Polygon) queueMicrotask(() => this.told());
+      if (geometry instanceof Polygon) queueMicrotask(() => this.reportDrawn());
     });
-    this.modify.on("modifyend", () => this.told());
+    this.modify.on("modifyend", () => this.reportDrawn());
   }
 
-  private told(): void {
+  private reportDrawn(): void {
     this.switch();
     const ring = this.ring();
     if (ring) this.events.drawn(ring, this.zones());
@@ -206,7 +206,7 @@ export class FenceEditor {
     });
     if (!zone) return;
     this.source.removeFeature(zone);
-    this.told();
+    this.reportDrawn();
   }
 
   /** Corners are either drawn or moved: never both at once. */

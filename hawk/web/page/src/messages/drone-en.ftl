@@ -109,7 +109,6 @@ check-fltmode-ch-and-the-switch-s-channel = Check FLTMODE_CH and the switch's ch
 check-the-camera-and-its-address = Check the camera and its address.
 check-the-compasses = Check the compasses.
 check-the-transmitter-did-enable-and-did-mavport-or-did = Check the transmitter, DID_ENABLE and DID_MAVPORT (or DID_CANDRIVER).
-classical-line-geometry-only-error = classical line geometry only: { $error }
 clears-raise-it-to-enough = { $clears }; raise it to { $enough }
 climbing-to-desired = Climbing to { $desired }.
 climbing-wait-until-it-holds = Climbing: wait until it holds.

@@ -115,7 +115,6 @@ check-fltmode-ch-and-the-switch-s-channel = Vérifiez FLTMODE_CH et la voie de l
 check-the-camera-and-its-address = Vérifiez la caméra et son adresse.
 check-the-compasses = Vérifiez les boussoles.
 check-the-transmitter-did-enable-and-did-mavport-or-did = Vérifiez l'émetteur, DID_ENABLE et DID_MAVPORT (ou DID_CANDRIVER).
-classical-line-geometry-only-error = géométrie classique des lignes seulement : { $error }
 clears-raise-it-to-enough = { $clears } ; portez-la à { $enough }
 climbing-to-desired = Montée à { $desired }.
 climbing-wait-until-it-holds = Montée en cours : attendez le vol stationnaire.

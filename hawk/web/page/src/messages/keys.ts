@@ -41,7 +41,7 @@ export interface Messages {
   "move-running": Record<string, never>;
   "home": Record<string, never>;
   "home-note": Record<string, never>;
-  "home-way": { distance: string | number; time: string | number };
+  "home-distance": { distance: string | number; time: string | number };
   "home-without-link": Record<string, never>;
   "land": Record<string, never>;
   "land-note": Record<string, never>;
@@ -165,7 +165,7 @@ export interface Messages {
   "takes": { time: string | number };
   "takes-battery": { time: string | number; percent: string | number };
   "stays-in-lot": Record<string, never>;
-  "stays-in-lot-way": { distance: string | number };
+  "stays-in-lot-distance": { distance: string | number };
   "stays-in-fence": Record<string, never>;
   "exploring-stops": Record<string, never>;
   "place-not-known": Record<string, never>;
@@ -242,7 +242,7 @@ export interface Messages {
   "goes-on-home": Record<string, never>;
   "goes-on-landing": Record<string, never>;
   "goes-on-otherwise": Record<string, never>;
-  "on-way-home": { time: string | number };
+  "returning-since": { time: string | number };
   "holds-now": Record<string, never>;
   "holds-at": { time: string | number };
   "returns-at": { time: string | number };
@@ -452,9 +452,9 @@ export interface Messages {
   "ceiling": Record<string, never>;
   "ceiling-label": { units: "feet" | "metres" };
   "ceiling-no-number": Record<string, never>;
-  "put-aside": Record<string, never>;
-  "put-aside-label": Record<string, never>;
-  "put-aside-what": Record<string, never>;
+  "set-aside": Record<string, never>;
+  "set-aside-label": Record<string, never>;
+  "set-aside-what": Record<string, never>;
   "fence-saved": Record<string, never>;
   "fence-not-saved": Record<string, never>;
   "fence-not-checked": Record<string, never>;

@@ -3,7 +3,7 @@ import type { Command, ControlCommand, Heartbeat } from "../protocol.ts";
 import { doneByAnother } from "../words/control.ts";
 import { say } from "../words/say.ts";
 import { isFlying } from "./flight.ts";
-import type { Toast } from "./operator.ts";
+import type { Toast } from "./toasts.ts";
 
 export interface ControllingParts {
   /** Sends a command; a refusal is shown. */
@@ -12,7 +12,7 @@ export interface ControllingParts {
   heartbeat: () => Heartbeat | null;
   /** The name that this browser keeps. */
   name: () => string | null;
-  tell: (toast: Toast) => void;
+  showToast: (toast: Toast) => void;
   note: (level: "ok" | "warning" | "info", text: string) => void;
   /** Reports the same by ear, where the browser allows it. */
   say: (text: string) => void;
@@ -68,7 +68,7 @@ export class Controlling {
   async introduce(): Promise<void> {
     const name = this.parts.name() ?? "";
     const answer = await this.parts.send({ Type: "Name", Name: name === "" ? null : name });
-    if (answer.Type === "Ack" && !answer.Accepted) this.parts.tell({ level: "error", text: answer.Reason, quoted: isByDrone(answer) ? answer.Reason : "" });
+    if (answer.Type === "Ack" && !answer.Accepted) this.parts.showToast({ level: "error", text: answer.Reason, quoted: isByDrone(answer) ? answer.Reason : "" });
   }
 
   /** Another connection: what was before it says nothing about what happens now. */
@@ -101,7 +101,7 @@ export class Controlling {
   }
 
   private report(level: "warning" | "info", text: string): void {
-    this.parts.tell({ level, text });
+    this.parts.showToast({ level, text });
     this.parts.note(level, text);
     this.parts.say(text);
   }

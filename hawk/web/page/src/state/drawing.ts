@@ -27,7 +27,7 @@ export abstract class Drawing {
     const kept = this.draft?.isChanged === true;
     this.close();
     if (!kept) this.draft = null;
-    this.tell(sentences(reason, kept ? say("drawing-kept") : ""), "warning");
+    this.showToast(sentences(reason, kept ? say("drawing-kept") : ""), "warning");
   }
 
   /** A drawing without zones keeps those that are there; one without corners has none. */
@@ -76,7 +76,7 @@ export abstract class Drawing {
   /** Something else is drawn now. */
   protected abstract redrawn(): void;
   protected abstract changed(): void;
-  protected abstract tell(text: string, level: "info" | "warning"): void;
+  protected abstract showToast(text: string, level: "info" | "warning"): void;
 
   protected start(draft: FenceDraft): void {
     this.open = true;

@@ -23,7 +23,7 @@ export interface FenceHooks {
   send: (command: Command) => Promise<Answer>;
   changed: () => void;
   /** `quoted`: what the drone said, in its own words. */
-  tell: (text: string, level: "info" | "warning", quoted?: string) => void;
+  showToast: (text: string, level: "info" | "warning", quoted?: string) => void;
   timers: Timers;
 }
 
@@ -70,7 +70,7 @@ export class FenceEditing extends Drawing {
       return true;
     } catch (error) {
       if (!(error instanceof FenceFileError)) throw error;
-      this.hooks.tell(error.message, "warning");
+      this.hooks.showToast(error.message, "warning");
       return false;
     }
   }
@@ -103,14 +103,14 @@ export class FenceEditing extends Drawing {
       this.beats = null;
       this.saving = false;
       this.cancel();
-      this.hooks.tell(say("fence-saved"), "info");
+      this.hooks.showToast(say("fence-saved"), "info");
     } else if (heartbeat.State === "Idle" && this.beats > SETTLED) this.notSaved(heartbeat.Detail, true);
   }
 
   private notSaved(reason: string, byDrone: boolean): void {
     this.beats = null;
     this.saving = false;
-    this.hooks.tell(reason === "" ? say("fence-not-saved") : reason, "warning", byDrone ? reason : "");
+    this.hooks.showToast(reason === "" ? say("fence-not-saved") : reason, "warning", byDrone ? reason : "");
     this.hooks.changed();
   }
 
@@ -129,8 +129,8 @@ export class FenceEditing extends Drawing {
     this.hooks.changed();
   }
 
-  protected override tell(text: string, level: "info" | "warning"): void {
-    this.hooks.tell(text, level);
+  protected override showToast(text: string, level: "info" | "warning"): void {
+    this.hooks.showToast(text, level);
   }
 
   private ask(): void {

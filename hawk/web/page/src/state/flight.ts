@@ -66,7 +66,7 @@ export class Flight {
     this.heartbeat = heartbeat;
     this.heardAt = at;
     this.fenceSetup = heartbeat["Fence Setup"] ?? this.fenceSetup;
-    this.layPlane(heartbeat);
+    this.setPlane(heartbeat);
     if (heartbeat.Messages.length > 0) this.addLines(heartbeat.Messages.map(line));
     const before = heartbeat["Trail Start"] ? [] : this.trail;
     if (heartbeat.Trail.length > 0 || heartbeat["Trail Start"]) this.trail = [...before, ...heartbeat.Trail].slice(-TRAIL);
@@ -93,7 +93,7 @@ export class Flight {
     this.lines = this.lines.filter((line) => line.key.startsWith("page-"));
   }
 
-  private layPlane({ Datum, Latitude, Longitude }: Heartbeat): void {
+  private setPlane({ Datum, Latitude, Longitude }: Heartbeat): void {
     const [north, east] = Datum ?? [];
     const known: FenceCorner | null = north === undefined || east === undefined ? null : { Latitude: north, Longitude: east };
     const here = Latitude === null || Longitude === null ? null : { Latitude, Longitude };

@@ -1,13 +1,12 @@
-import { Commands, isByDrone, reasonOf } from "../link/commands.ts";
+import { Commands, isByDrone } from "../link/commands.ts";
+import { readIncoming } from "../link/incoming.ts";
 import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
 import type { OpenSocket, Timers } from "../link/socket.ts";
-import type { Slid } from "../command-table.ts";
-import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
+import type { Command, Heartbeat, Point } from "../protocol.ts";
 import type { MoveKind } from "../words/move.ts";
 import { say } from "../words/say.ts";
 import { linkOf, option, type View } from "../words/view.ts";
 import { Alarms } from "./alarms.ts";
-import { learn } from "../words/drone.ts";
 import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import type { Drawing } from "./drawing.ts";
@@ -15,11 +14,14 @@ import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { Measure } from "./measure.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
+import { MotorCut } from "./motor-cut.ts";
 import { OutlineEditing } from "./outline-edit.ts";
 import { Picture } from "./picture.ts";
 import { type Moment, PlotHistory } from "./plot-history.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
+import type { Question } from "./question.ts";
 import { RoutePlan } from "./route-plan.ts";
+import { Toasts } from "./toasts.ts";
 
 export interface Outside {
   commandUrl: string;
@@ -40,28 +42,6 @@ export interface Outside {
   session: Pick<Storage, "getItem" | "setItem">;
 }
 
-/** What the operator is asked to confirm in the bar. */
-export type Question =
-  | { about: "move"; target: Point; kind?: MoveKind; /** To look at this stall again. */ stall?: number; /** Of a Compulsive Move, metres above where it was armed. */ height?: number }
-  | { about: Exclude<Slid, MoveKind> };
-
-/** Cutting the motors: first a token is asked for, then it can be done. */
-export interface Cutting {
-  step: "asking" | "ready";
-  token: string | null;
-  problem: string;
-  /** The drone's own words in it. */
-  quoted?: string;
-}
-
-export interface Toast {
-  text: string;
-  level: "warning" | "error" | "info";
-  /** The drone's own words in it. */
-  quoted?: string;
-}
-
-const TOAST_MS = 8000;
 /** In all others the bar is needed to fly, and the drone refuses another fence. */
 const FENCE_STATES = new Set(["Idle", "Configure"]);
 
@@ -74,8 +54,8 @@ export class Operator extends EventTarget {
   preferences: Preferences;
   picking = false;
   question: Question | null = null;
-  cutting: Cutting | null = null;
-  toast: Toast | null = null;
+  readonly toasts: Toasts;
+  readonly cut: MotorCut;
   readonly fence: FenceEditing;
   readonly outline: OutlineEditing;
   readonly measure = new Measure(() => this.changed());
@@ -85,9 +65,7 @@ export class Operator extends EventTarget {
 
   private readonly socket: ReconnectingSocket;
   private readonly commands: Commands;
-  private cancelToast: (() => void) | null = null;
-  private cancelToken: (() => void) | null = null;
-  private toldLost = false;
+  private lostReported = false;
   /** This operator asked for the motors to be switched off. */
   private disarming = false;
   /** They went off before take-off, and nobody here asked for it. */
@@ -112,13 +90,21 @@ export class Operator extends EventTarget {
       refused: () => outside.checkLogin?.(),
     });
     this.commands = new Commands((text) => this.socket.send(text), outside.timers);
+    this.toasts = new Toasts(outside.timers, () => this.changed());
+    this.cut = new MotorCut({
+      command: (command, what) => this.command(command, what),
+      send: (command) => this.commands.send(command),
+      rate: () => this.daemonClock.rate,
+      timers: outside.timers,
+      changed: () => this.changed(),
+    });
     this.routePlan = new RoutePlan((command) => this.commands.send(command), () => this.changed());
     this.controlling = new Controlling({
       command: (command, what) => this.command(command, what),
       send: (command) => this.commands.send(command),
       heartbeat: () => this.flight.heartbeat,
       name: () => this.preferences.name,
-      tell: (toast) => this.tell(toast),
+      showToast: (toast) => this.toasts.show(toast),
       note: (level, text) => this.note(level, text),
       say: (text) => outside.say?.(text),
       changed: () => this.changed(),
@@ -126,13 +112,13 @@ export class Operator extends EventTarget {
     this.fence = new FenceEditing({
       send: (command) => this.commands.send(command),
       changed: () => this.changed(),
-      tell: (text, level, quoted) => this.tell({ level, text, ...(quoted ? { quoted } : {}) }),
+      showToast: (text, level, quoted) => this.toasts.show({ level, text, ...(quoted ? { quoted } : {}) }),
       timers: outside.timers,
     });
     this.outline = new OutlineEditing({
       command: (command, what) => this.command(command, what),
       changed: () => this.changed(),
-      tell: (text, level) => this.tell({ level, text }),
+      showToast: (text, level) => this.toasts.show({ level, text }),
       storage: outside.storage,
     });
   }
@@ -189,12 +175,12 @@ export class Operator extends EventTarget {
     if (command.Type === "Disarm") this.disarming = true;
     const answer = await this.commands.send(command);
     if (answer.Type !== "Ack" || answer.Accepted) {
-      this.dismissToast();
+      this.toasts.dismiss();
       return true;
     }
     const text = say("refused", { what, reason: answer.Reason === "" ? say("no-reason") : answer.Reason });
     const quoted = isByDrone(answer) ? answer.Reason : "";
-    this.tell({ level: "error", text, quoted });
+    this.toasts.show({ level: "error", text, quoted });
     this.note("warning", text, quoted);
     return false;
   }
@@ -271,45 +257,12 @@ export class Operator extends EventTarget {
 
   /** Leaves the innermost thing that is asked. Returns whether there was one. */
   leave(): boolean {
-    if (this.cutting) this.endCut();
+    if (this.cut.current) this.cut.end();
     else if (this.question) this.ask(null);
     else if (this.picking) this.pick(false);
     else if (this.measure.open) this.measure.end();
     else return false;
     return true;
-  }
-
-  /** First step of cutting the motors: asks for the token. */
-  async beginCut(): Promise<void> {
-    const begun: Cutting = { step: "asking", token: null, problem: "" };
-    this.cutting = begun;
-    this.changed();
-    const answer = await this.commands.send({ Type: "Kill Request" });
-    if (this.cutting !== begun) return;
-    if (answer.Type === "Kill Token") {
-      this.cutting = { step: "ready", token: answer.Token, problem: "" };
-      // the drone sends seconds of its own clock, which a simulation lets run faster
-      const validMs = (answer["Valid For"] / this.daemonClock.rate) * 1000;
-      this.cancelToken = this.outside.timers.after(validMs, () => this.tokenExpired());
-    } else {
-      const problem = reasonOf(answer) || say("cut-not-allowed");
-      this.cutting = { step: "asking", token: null, problem, quoted: isByDrone(answer) ? problem : "" };
-    }
-    this.changed();
-  }
-
-  /** Second step, after the button was kept pressed: the token is used up whatever the answer. */
-  async finishCut(): Promise<void> {
-    const token = this.cutting?.token;
-    this.endCut();
-    if (token) await this.command({ Type: "Kill", Token: token }, say("cut-motors"));
-  }
-
-  endCut(): void {
-    this.cancelToken?.();
-    this.cancelToken = null;
-    this.cutting = null;
-    this.changed();
   }
 
   prefer(preferences: Partial<Preferences>): void {
@@ -325,20 +278,6 @@ export class Operator extends EventTarget {
     if ((before ?? "") !== name) void this.controlling.introduce();
   }
 
-  tell(toast: Toast): void {
-    this.cancelToast?.();
-    this.toast = toast;
-    this.cancelToast = this.outside.timers.after(TOAST_MS, () => this.dismissToast());
-    this.changed();
-  }
-
-  dismissToast(): void {
-    this.cancelToast?.();
-    this.cancelToast = null;
-    this.toast = null;
-    this.changed();
-  }
-
   /** Something that is no part of the model has changed all that is shown. */
   drawAgain(): void {
     this.changed();
@@ -347,20 +286,20 @@ export class Operator extends EventTarget {
   /** Looks at the time: values grow old without any message. */
   tick(): void {
     const lost = linkOf(this.view()) === "lost";
-    if (lost && !this.toldLost) {
+    if (lost && !this.lostReported) {
       this.note("warning", say("link-lost-note"));
       this.question = null;
       this.picking = false;
-      if (this.cutting) this.endCut();
+      if (this.cut.current) this.cut.end();
     }
-    if (!lost && this.toldLost) this.note("ok", say("link-back-note"));
-    this.toldLost = lost;
+    if (!lost && this.lostReported) this.note("ok", say("link-back-note"));
+    this.lostReported = lost;
     this.sayAlarms();
     this.changed();
   }
 
   private take(data: string | ArrayBuffer): void {
-    const message = typeof data === "string" ? parse(data) : null;
+    const message = readIncoming(data);
     if (!message) return;
     if (message.Type === "Heartbeat") this.hear(message);
     else if (message.Type === "Welcome") {
@@ -376,7 +315,7 @@ export class Operator extends EventTarget {
     const at = this.seconds();
     const before = this.flight.heartbeat?.State;
     this.watchDisarming(this.flight.heartbeat, heartbeat);
-    this.tellTaken(heartbeat["Control Taken By"]);
+    this.reportTaken(heartbeat["Control Taken By"]);
     this.daemonClock.add(at, heartbeat.Time);
     const now: Moment = { at, theirs: heartbeat.Time, wall: this.outside.wallClock(), rate: this.daemonClock.rate };
     if (this.flight.heartbeat === null) this.flight.samples = this.history.read(now);
@@ -384,7 +323,7 @@ export class Operator extends EventTarget {
     this.controlling.hear(heartbeat);
     this.history.keep(this.flight.samples, now);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
-    if (this.cutting && heartbeat.Armed === false) this.endCut();
+    if (this.cut.current && heartbeat.Armed === false) this.cut.end();
     this.fence.hear(heartbeat);
     if (heartbeat["Outline Setup"]) this.outline.hear(heartbeat["Outline Setup"]);
     if (!FENCE_STATES.has(heartbeat.State)) {
@@ -405,7 +344,7 @@ export class Operator extends EventTarget {
     this.selfDisarmed = !this.disarming;
     this.disarming = false;
     if (!this.selfDisarmed) return;
-    this.tell({ level: "warning", text: say("disarmed-by-itself") });
+    this.toasts.show({ level: "warning", text: say("disarmed-by-itself") });
     this.note("warning", say("disarmed-by-itself"));
   }
 
@@ -414,10 +353,10 @@ export class Operator extends EventTarget {
   }
 
   /** Reports once that control was taken while this operator was lost. */
-  private tellTaken(taker: string | null): void {
+  private reportTaken(taker: string | null): void {
     if (taker !== null && taker !== this.taker) {
       const text = say("took-control", { name: taker });
-      this.tell({ level: "warning", text });
+      this.toasts.show({ level: "warning", text });
       this.note("warning", text);
     }
     this.taker = taker;
@@ -428,38 +367,11 @@ export class Operator extends EventTarget {
     this.changed();
   }
 
-  private tokenExpired(): void {
-    this.cutting = { step: "asking", token: null, problem: say("cut-too-long") };
-    this.changed();
-  }
-
   private note(level: "ok" | "warning" | "info", text: string, quoted = ""): void {
     this.flight.note(level, text, new Date(this.outside.wallClock()).toISOString(), "", quoted);
   }
 
   private changed(): void {
     this.dispatchEvent(new Event("change"));
-  }
-}
-
-const KINDS = new Set(["Ack", "Fence Check", "Heartbeat", "Kill Token", "Route", "Welcome"]);
-
-/** The sentences of a message, and of those within it. */
-function learnFrom(message: Incoming): void {
-  if ("Sentences" in message) learn(message.Sentences);
-  if (message.Type !== "Heartbeat") return;
-  for (const part of [...message.Messages, message["Fence Setup"], message["Outline Setup"]]) learn(part?.Sentences);
-}
-
-/** A message of the server; null for one that this page does not know. */
-function parse(text: string): Incoming | null {
-  try {
-    const message: unknown = JSON.parse(text);
-    if (typeof message !== "object" || message === null) return null;
-    if (!KINDS.has((message as { Type?: string }).Type ?? "")) return null;
-    learnFrom(message as Incoming);
-    return message as Incoming;
-  } catch {
-    return null;
   }
 }

@@ -14,7 +14,7 @@ export interface OutlineHooks {
   /** Sends a command; a refusal is shown. Resolves to whether it was taken. */
   command: (command: Command, what: string) => Promise<boolean>;
   changed: () => void;
-  tell: (text: string, level: "info" | "warning") => void;
+  showToast: (text: string, level: "info" | "warning") => void;
   storage: Pick<Storage, "getItem" | "setItem">;
 }
 
@@ -79,7 +79,7 @@ export class OutlineEditing extends Drawing {
 
   async clear(): Promise<void> {
     const done = await this.hooks.command({ Type: "Clear Outline" }, say("remove-outline"));
-    if (done) this.hooks.tell(say("outline-is-removed"), "info");
+    if (done) this.hooks.showToast(say("outline-is-removed"), "info");
   }
 
   override import(text: string): boolean {
@@ -89,7 +89,7 @@ export class OutlineEditing extends Drawing {
       return true;
     } catch (error) {
       if (!(error instanceof FenceFileError)) throw error;
-      this.tell(error.message, "warning");
+      this.showToast(error.message, "warning");
       return false;
     }
   }
@@ -108,13 +108,13 @@ export class OutlineEditing extends Drawing {
     this.hooks.changed();
   }
 
-  protected override tell(text: string, level: "info" | "warning"): void {
-    this.hooks.tell(text, level);
+  protected override showToast(text: string, level: "info" | "warning"): void {
+    this.hooks.showToast(text, level);
   }
 
   private async set(rings: OutlineRings): Promise<boolean> {
     const taken = await this.hooks.command({ Type: "Set Outline", ...rings }, say("set-outline-what"));
-    if (taken) this.hooks.tell(say("outline-is-set"), "info");
+    if (taken) this.hooks.showToast(say("outline-is-set"), "info");
     return taken;
   }
 }

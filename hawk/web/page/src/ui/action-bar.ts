@@ -8,10 +8,10 @@ import { isDone, nextStep } from "../words/next-step.ts";
 import { type NextRemedy, nextRemedy, REMEDIES } from "../words/remedies.ts";
 import { pointer, say } from "../words/say.ts";
 import { linkOf, type View } from "../words/view.ts";
-import { begin } from "./begin.ts";
+import { startAction } from "./start-action.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
-import { mend, showChecks } from "./mend.ts";
+import { applyRemedy, showChecks } from "./apply-remedy.ts";
 import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 import "./confirm-bar.ts";
@@ -106,7 +106,7 @@ export class ActionBar extends Part {
     return html`<button
       class="act possible key first primary"
       data-action="remedy"
-      @click=${() => (command === null ? showChecks(this) : mend(this.model, command, this))}
+      @click=${() => (command === null ? showChecks(this) : applyRemedy(this.model, command, this))}
     >
       <b>${label}</b> <span class="sub">${note}</span>
     </button>`;
@@ -124,7 +124,7 @@ export class ActionBar extends Part {
       aria-pressed=${words.kind === "running" ? "true" : words.kind === "failed" ? nothing : "false"}
       aria-description=${words.kind === "failed" ? say("show-checks") : nothing}
       ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
-      @click=${() => (action.kind === "failed" ? showChecks(this) : begin(this.model, action))}
+      @click=${() => (action.kind === "failed" ? showChecks(this) : startAction(this.model, action))}
     >
       <b>${words.label}</b> <span class="sub">${noted(this.model.view(), words.note)}</span>
     </button>`;
@@ -151,7 +151,7 @@ export class ActionBar extends Part {
     return html`<button
       class=${name}
       ?disabled=${disabled}
-      @click=${() => begin(this.model, action)}
+      @click=${() => startAction(this.model, action)}
     >
       ${action.label} <span class="sub">${noted(this.model.view(), note)}</span>
     </button>`;

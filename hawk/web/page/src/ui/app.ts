@@ -10,7 +10,7 @@ import { icon } from "./icons.ts";
 import { actOnKey } from "./keys.ts";
 import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
-import { Watch } from "./watch.ts";
+import { RedrawOnChange } from "./redraw-on-change.ts";
 import "./action-bar.ts";
 import "./control-note.ts";
 import "./counts-card.ts";
@@ -42,7 +42,7 @@ export class App extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, () => this.model);
+    new RedrawOnChange(this, () => this.model);
     this.addEventListener("open-panel", (event) => this.open((event as CustomEvent<string>).detail));
     this.dark.addEventListener("change", () => this.dress());
   }
@@ -119,7 +119,7 @@ export class App extends LitElement {
 
   private readonly key = (event: KeyboardEvent): void => {
     leaveByEscape(event, this.model, () => (this.panel = "none"));
-    actOnKey(event, this.model, (deed) => this.open(deed));
+    actOnKey(event, this.model, (action) => this.open(action));
   };
 
   private skip(event: Event): void {

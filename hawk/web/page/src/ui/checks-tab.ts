@@ -6,7 +6,7 @@ import { type Remedy, REMEDIES } from "../words/remedies.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
-import { mend } from "./mend.ts";
+import { applyRemedy } from "./apply-remedy.ts";
 import { checkWords, drone, noted } from "./quoting.ts";
 import { heights } from "./settings-tab.ts";
 import "./fence-button.ts";
@@ -51,7 +51,7 @@ export class ChecksTab extends Part {
     const reason = cannot(this.model.view(), remedy);
     const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && !DRONE_REMEDIES.includes(text)))];
     return html`${words.map((text) => html`<p class="sub">${drone(text)}</p>`)}
-      <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => mend(this.model, remedy, this)}>
+      <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => applyRemedy(this.model, remedy, this)}>
         ${say(REMEDIES[remedy])}
       </button>
       ${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}`;

@@ -2,9 +2,9 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import { keyed } from "lit/directives/keyed.js";
 import type { Command, Point } from "../protocol.ts";
-import type { Question } from "../state/operator.ts";
+import type { Question } from "../state/question.ts";
 import { cannot } from "../words/actions.ts";
-import { askedWords, overrules, type Simple } from "../words/asked.ts";
+import { type AskedCommand, confirmWords, overrules } from "../words/confirm.ts";
 import { say, sentences } from "../words/say.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
 import { Part } from "./element.ts";
@@ -38,33 +38,33 @@ export class ConfirmBar extends Part {
     const plan = planMove(view, target, this.classAt(target), route, height);
     if (!plan) return this.frame(say("place-not-known"), say("wait-for-position"), nothing, say("move-slide"), null);
     const kind = chosen ?? plan.suggested;
-    const way = plan.ways.find((each) => each.kind === kind);
-    const run = way?.possible ? () => void this.go(target, way.kind, height) : null;
-    const second = way?.possible ? consequence(view, plan, way.kind, route) : (way?.reason ?? plan.refusal);
+    const choice = plan.choices.find((each) => each.kind === kind);
+    const run = choice?.possible ? () => void this.go(target, choice.kind, height) : null;
+    const second = choice?.possible ? consequence(view, plan, choice.kind, route) : (choice?.reason ?? plan.refusal);
     const asked = stall === undefined ? plan.question : say("look-again-question", { stall });
     const line = stall === undefined ? second : sentences(plan.flown, second);
-    return this.frame(asked, line, this.ways(plan, kind), say("move-slide"), run);
+    return this.frame(asked, line, this.choices(plan, kind), say("move-slide"), run);
   }
 
-  private ways(plan: MovePlan, kind: MoveKind | null): TemplateResult {
-    return html`<div class="segments ways" role="radiogroup" aria-label=${say("where-may-fly")}>
-      ${plan.ways.map(
-        (way) => html`<label class=${way.kind === kind ? "on" : ""} title=${way.reason}>
+  private choices(plan: MovePlan, kind: MoveKind | null): TemplateResult {
+    return html`<div class="segments choices" role="radiogroup" aria-label=${say("where-may-fly")}>
+      ${plan.choices.map(
+        (choice) => html`<label class=${choice.kind === kind ? "on" : ""} title=${choice.reason}>
           <input
             type="radio"
-            name="way"
-            ?disabled=${!way.possible}
-            .checked=${way.kind === kind}
-            @change=${() => this.model.choose(way.kind)}
-          />${way.label}
+            name="kind"
+            ?disabled=${!choice.possible}
+            .checked=${choice.kind === kind}
+            @change=${() => this.model.choose(choice.kind)}
+          />${choice.label}
         </label>`,
       )}
     </div>`;
   }
 
-  private simple(about: Simple): TemplateResult {
+  private simple(about: AskedCommand): TemplateResult {
     const view = this.model.view();
-    const { question, second, slide, label } = askedWords(view, about);
+    const { question, second, slide, label } = confirmWords(view, about);
     const overruling = overrules(about);
     const reason = overruling ? "" : cannot(view, about);
     const run = (): void => {

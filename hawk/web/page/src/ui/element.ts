@@ -1,7 +1,7 @@
 import { LitElement } from "lit";
 import { property } from "lit/decorators.js";
 import type { Operator } from "../state/operator.ts";
-import { Watch } from "./watch.ts";
+import { RedrawOnChange } from "./redraw-on-change.ts";
 
 /** A part of the page: draws into the page itself (one style sheet for all), again whenever the model changes. */
 export class Part extends LitElement {
@@ -9,7 +9,7 @@ export class Part extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, () => this.model);
+    new RedrawOnChange(this, () => this.model);
   }
 
   protected override createRenderRoot(): HTMLElement {

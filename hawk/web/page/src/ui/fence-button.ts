@@ -16,7 +16,7 @@ export class FenceButton extends Part {
     const reason = setup ? cannot(this.model.view(), "Set Fence") : say("not-known-yet");
     return html`<div><b>${title}</b> <span class="sub">${quoting(line, [setup?.Problem ?? ""])}</span></div>
       <div class="row">
-        ${this.aside()}
+        ${this.clearButton()}
         <button ?disabled=${reason !== ""} @click=${() => this.edit()}>
           <span class="two">${say("edit-fence")}${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}</span>
         </button>
@@ -24,14 +24,14 @@ export class FenceButton extends Part {
   }
 
   /** A drawn fence can be replaced by that of the settings. */
-  private aside(): TemplateResult | typeof nothing {
+  private clearButton(): TemplateResult | typeof nothing {
     const view = this.model.view();
     if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;
     return html`<button
-      aria-label=${say("put-aside-label")}
-      @click=${() => void this.model.command({ Type: "Clear Fence" }, say("put-aside-what"))}
+      aria-label=${say("set-aside-label")}
+      @click=${() => void this.model.command({ Type: "Clear Fence" }, say("set-aside-what"))}
     >
-      ${say("put-aside")}
+      ${say("set-aside")}
     </button>`;
   }
 

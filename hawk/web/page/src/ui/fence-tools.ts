@@ -78,12 +78,12 @@ export class FenceTools extends Part {
     this.file.value = "";
     if (!file) return;
     if (file.size > LARGEST_FILE) {
-      this.model.tell({ level: "warning", text: say("file-too-large") });
+      this.model.toasts.show({ level: "warning", text: say("file-too-large") });
       return;
     }
     const edited = this.edited;
     const read = await readAreaFile(file, this.model.outline.open ? "outline" : "fence");
-    if ("problem" in read) this.model.tell({ level: "warning", text: read.problem });
+    if ("problem" in read) this.model.toasts.show({ level: "warning", text: read.problem });
     else if (edited.import(read.text)) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
   }
 

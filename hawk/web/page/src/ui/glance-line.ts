@@ -48,7 +48,7 @@ export class GlanceLine extends Part {
       class="cut"
       ?disabled=${reason !== ""}
       aria-haspopup="dialog"
-      @click=${() => void this.model.beginCut()}
+      @click=${() => void this.model.cut.begin()}
     >
       ${say("cut-motors")}${reason === "" ? "" : html` <span class="sub">${reason}</span>`}
     </button>`;

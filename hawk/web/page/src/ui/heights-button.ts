@@ -84,8 +84,8 @@ export class HeightsButton extends Part {
     if (this.problem !== "") return;
     if (await this.model.command({ Type: "Configure", Min, Des, Max }, say("change-heights"))) this.dialog.close();
     else {
-      this.quoted = this.model.toast?.quoted ?? "";
-      this.problem = this.model.toast?.text ?? say("heights-not-stored");
+      this.quoted = this.model.toasts.shown?.quoted ?? "";
+      this.problem = this.model.toasts.shown?.text ?? say("heights-not-stored");
     }
   }
 }

@@ -1,6 +1,6 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
-import type { Cutting } from "../state/operator.ts";
+import type { Cutting } from "../state/motor-cut.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -17,12 +17,12 @@ export class KillDialog extends Part {
   private wasOpen = false;
   private readonly press = new Press(KEPT_MS, {
     progress: (share) => this.querySelector<HTMLElement>(".red")?.style.setProperty("--progress", `${share * 100}%`),
-    done: () => void this.model.finishCut(),
+    done: () => void this.model.cut.finish(),
     missed: () => (this.missed = true),
   });
 
   override render(): TemplateResult | typeof nothing {
-    const cutting = this.model.cutting;
+    const cutting = this.model.cut.current;
     if (!cutting) return nothing;
     return html`<div class="scrim" @click=${() => this.cancel()}></div>
       <div
@@ -47,9 +47,9 @@ export class KillDialog extends Part {
   }
 
   override updated(_changed: PropertyValues): void {
-    const open = this.model.cutting !== null;
+    const open = this.model.cut.current !== null;
     if (open && !this.wasOpen) this.querySelector<HTMLElement>(".kill .cancel")?.focus();
-    if (this.model.cutting?.step !== "ready" && this.press.running) this.press.end();
+    if (this.model.cut.current?.step !== "ready" && this.press.running) this.press.end();
     if (!open) this.missed = false;
     this.wasOpen = open;
   }
@@ -98,6 +98,6 @@ export class KillDialog extends Part {
 
   private cancel(): void {
     this.press.end();
-    this.model.endCut();
+    this.model.cut.end();
   }
 }

@@ -235,12 +235,12 @@ export class MapPanel extends Part {
   }
 
   private notice(view: View): TemplateResult | typeof nothing {
-    const toast = this.model.toast;
+    const toast = this.model.toasts.shown;
     const heartbeat = view.heartbeat;
     if (toast) {
       return html`<div class="toast ${toast.level}" role="alert">
         ${icon(toast.level === "info" ? "check" : "warn")}<span>${quoting(toast.text, [toast.quoted ?? ""])}</span>
-        <button class="plain" aria-label=${say("close")} @click=${() => this.model.dismissToast()}>${icon("close")}</button>
+        <button class="plain" aria-label=${say("close")} @click=${() => this.model.toasts.dismiss()}>${icon("close")}</button>
       </div>`;
     }
     if (this.model.drawing !== null) return nothing;

@@ -1,9 +1,9 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type Action, guidedActions } from "../words/actions.ts";
-import { begin } from "./begin.ts";
+import { startAction } from "./start-action.ts";
 import { Part } from "./element.ts";
-import { showChecks } from "./mend.ts";
+import { showChecks } from "./apply-remedy.ts";
 import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 
@@ -24,6 +24,6 @@ export class MoreActions extends Part {
   private run(action: Action): void {
     if (action.kind === "failed") showChecks(this);
     else if (action.name === "move") this.model.pick(true);
-    else begin(this.model, action);
+    else startAction(this.model, action);
   }
 }

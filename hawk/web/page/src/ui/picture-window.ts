@@ -60,12 +60,12 @@ export class PictureWindow {
   ): Promise<PictureWindow> {
     const window = await windows.requestWindow({ width: WIDTH, height: (WIDTH * 9) / 16 });
     const made = new PictureWindow(window, age);
-    const timer = window.setInterval(() => made.tell(), AGE_EVERY_MS);
+    const timer = window.setInterval(() => made.showAge(), AGE_EVERY_MS);
     window.addEventListener("pagehide", () => {
       window.clearInterval(timer);
       closed();
     });
-    made.tell();
+    made.showAge();
     return made;
   }
 
@@ -80,7 +80,7 @@ export class PictureWindow {
   }
 
   /** Shows the age of the picture. */
-  tell(): void {
+  showAge(): void {
     const { words, old } = this.age();
     this.tag.textContent = words;
     this.canvas.style.filter = old ? "grayscale(1) brightness(0.6)" : "";

@@ -78,25 +78,25 @@ export class Slide extends LitElement {
   };
 
   private readonly move = (event: PointerEvent): void => {
-    if (this.from !== null) this.place((event.clientX - this.from) / this.way());
+    if (this.from !== null) this.place((event.clientX - this.from) / this.travel());
   };
 
   private readonly end = (event: PointerEvent): void => {
     if (this.from === null) return;
-    const share = (event.clientX - this.from) / this.way();
+    const share = (event.clientX - this.from) / this.travel();
     this.from = null;
     this.track.classList.remove("held");
     this.place(0);
     if (event.type === "pointerup" && share >= ENOUGH) this.confirm();
   };
 
-  private way(): number {
+  private travel(): number {
     return Math.max(1, this.track.clientWidth - this.thumb.offsetWidth - 8);
   }
 
   private place(share: number): void {
     const limited = Math.min(1, Math.max(0, share));
-    this.track.style.setProperty("--way", `${limited * this.way()}px`);
+    this.track.style.setProperty("--travel", `${limited * this.travel()}px`);
   }
 
   private confirm(): void {

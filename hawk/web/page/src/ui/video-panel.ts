@@ -44,7 +44,7 @@ export class VideoPanel extends Part {
       <canvas width="16" height="9" role="img" aria-label=${say("camera-picture")}></canvas>
       ${this.tag(age, frozen)} ${this.north()} ${this.over(age, frozen)}
       <div class="buttons">
-        <button aria-label=${say("swap-map-video")} @click=${() => this.tell("swap")}>${icon("swap")}</button>
+        <button aria-label=${say("swap-map-video")} @click=${() => this.openPanel("swap")}>${icon("swap")}</button>
         <button aria-label=${say("full-screen")} @click=${() => void this.fullScreen()}>${icon("full")}</button>
         <span class="more">
           <button aria-label=${say("save-picture")} ?disabled=${this.newest === null} @click=${() => this.save()}>${icon("photo")}</button>
@@ -90,7 +90,7 @@ export class VideoPanel extends Part {
     const first = this.newest === null;
     this.newest = frame;
     this.model.picture.shown(frame.captureTime, this.model.seconds());
-    this.small?.tell();
+    this.small?.showAge();
     if (first) this.requestUpdate();
   }
 
@@ -132,8 +132,8 @@ export class VideoPanel extends Part {
     return this.model.view().welcome?.Simulation === true;
   }
 
-  private tell(what: string): void {
-    this.dispatchEvent(new CustomEvent("open-panel", { detail: what, bubbles: true }));
+  private openPanel(name: string): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: name, bubbles: true }));
   }
 }
 

@@ -105,9 +105,9 @@ function explore(view: View): Action {
 }
 
 function move(view: View, touch: boolean): Action {
-  const ways = [option(view, "Autonomous Move"), option(view, "Compulsive Move")];
-  const possible = ways.some((way) => way.Possible);
-  const reason = ways.find((way) => way.Reason !== "")?.Reason ?? "";
+  const moves = [option(view, "Autonomous Move"), option(view, "Compulsive Move")];
+  const possible = moves.some((each) => each.Possible);
+  const reason = moves.find((each) => each.Reason !== "")?.Reason ?? "";
   const action = build(view, "move", say("move"), say("move-note", { pointer: pointer(touch) }), possible, reason);
   const moving = view.heartbeat?.State === "Autonomous Move" || view.heartbeat?.State === "Compulsive Move";
   return moving && action.kind === "possible" ? { ...action, kind: "running", note: say("move-running") } : action;
@@ -173,5 +173,5 @@ function homeNote(view: View): string {
   if (North === null || East === null || !Home) return say("home-note");
   const metres = Math.hypot(North - Home.North, East - Home.East);
   const distance = format.distance(metres, view.units);
-  return view.cruise === null ? distance : say("home-way", { distance, time: format.duration(metres / view.cruise) });
+  return view.cruise === null ? distance : say("home-distance", { distance, time: format.duration(metres / view.cruise) });
 }

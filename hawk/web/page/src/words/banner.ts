@@ -73,7 +73,7 @@ function bySettings(view: View, heartbeat: Heartbeat): string {
   const silence = view.silence ?? 0;
   const clockAt = (seconds: number): string => format.clock(view.now + (seconds - silence) * 1000);
   const homeAt = clockAt(returns.home);
-  if (silence >= returns.home) return sentences(say("on-way-home", { time: homeAt }), say("autopilot-acted-sooner"), remote);
+  if (silence >= returns.home) return sentences(say("returning-since", { time: homeAt }), say("autopilot-acted-sooner"), remote);
   const holds = silence >= returns.hold ? say("holds-now") : say("holds-at", { time: clockAt(returns.hold) });
   return sentences(holds, say("returns-at", { time: homeAt }), say("autopilot-acts-sooner"), remote);
 }

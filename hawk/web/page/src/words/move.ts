@@ -9,6 +9,14 @@ import { option, type View } from "./view.ts";
 /** Inside the lot (the drone refuses other places), or anywhere inside the fence. */
 export type MoveKind = SentBy<"move">;
 
+/** A kind of move as the bar offers it; `reason`: why it is not possible. */
+export interface MoveChoice {
+  kind: MoveKind;
+  label: string;
+  possible: boolean;
+  reason: string;
+}
+
 export interface MovePlan {
   metres: number;
   seconds: number | null;
@@ -24,7 +32,7 @@ export interface MovePlan {
   outside: string;
   /** What to choose in its place; empty when it is inside. */
   choose: string;
-  ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
+  choices: MoveChoice[];
   suggested: MoveKind | null;
   /** Reason why the suggested kind is not possible; empty when it is. */
   refusal: string;
@@ -54,12 +62,12 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const distance = format.distance(metres, view.units);
   const journey = { distance, to: format.direction(north, east), ...staying(heartbeat, view.units, height) };
   const onlyStraight = height === undefined ? "" : say("move-height-straight");
-  const ways = [
-    way(view, "Autonomous Move", say("inside-lot"), outside, onlyStraight !== "" ? onlyStraight : cell === CELL.nonLot ? say("no-place-in-lot") : route.reason.replace(/^X, Y: /, "")),
-    way(view, "Compulsive Move", say("inside-fence"), outside, leaves),
+  const choices = [
+    choice(view, "Autonomous Move", say("inside-lot"), outside, onlyStraight !== "" ? onlyStraight : cell === CELL.nonLot ? say("no-place-in-lot") : route.reason.replace(/^X, Y: /, "")),
+    choice(view, "Compulsive Move", say("inside-fence"), outside, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
-  const order = lot ? ways : ways.toReversed();
+  const order = lot ? choices : choices.toReversed();
   return {
     metres,
     seconds,
@@ -70,7 +78,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
     insideFence,
     outside,
     choose: insideFence ? "" : say(inside === "in-zone" ? "choose-out-of-zone" : "choose-inside"),
-    ways,
+    choices,
     suggested: order.find((each) => each.possible)?.kind ?? null,
     refusal: order.some((each) => each.possible) ? "" : (order[0]?.reason ?? ""),
   };
@@ -96,7 +104,7 @@ function batteryCost(heartbeat: Heartbeat, seconds: number | null): number | nul
 }
 
 function staysInLot(view: View, { metres }: PlannedRoute): string {
-  return metres === null ? say("stays-in-lot") : say("stays-in-lot-way", { distance: format.distance(metres, view.units) });
+  return metres === null ? say("stays-in-lot") : say("stays-in-lot-distance", { distance: format.distance(metres, view.units) });
 }
 
 function whereInside(heartbeat: Heartbeat, target: Point): "inside" | "outside-fence" | "in-zone" {
@@ -109,7 +117,7 @@ function whyNotStraight(heartbeat: Heartbeat, here: Point, target: Point): strin
   return heartbeat["Fence Zones"].some((zone) => crosses(zone, here, target)) ? say("crosses-zone") : "";
 }
 
-function way(view: View, kind: MoveKind, label: string, outside: string, wrongPlace: string): MovePlan["ways"][number] {
+function choice(view: View, kind: MoveKind, label: string, outside: string, wrongPlace: string): MoveChoice {
   const offered = option(view, kind);
   const reason = outside !== "" ? outside : !offered.Possible ? offered.Reason : wrongPlace;
   return { kind, label, possible: outside === "" && offered.Possible && wrongPlace === "", reason };

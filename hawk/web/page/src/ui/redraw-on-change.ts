@@ -2,7 +2,7 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 import type { Operator } from "../state/operator.ts";
 
 /** Draws its component again when the model changes, unless nobody sees it. */
-export class Watch implements ReactiveController {
+export class RedrawOnChange implements ReactiveController {
   private watched: Operator | null = null;
   private connected = false;
 

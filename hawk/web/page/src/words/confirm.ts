@@ -1,13 +1,13 @@
 import { COMMAND_TABLE } from "../command-table.ts";
-import type { Question } from "../state/operator.ts";
+import type { Question } from "../state/question.ts";
 import * as format from "./format.ts";
 import { say } from "./say.ts";
 import type { View } from "./view.ts";
 
 /** What is asked for by its name alone. */
-export type Simple = Exclude<Question["about"], "move">;
+export type AskedCommand = Exclude<Question["about"], "move">;
 
-export interface AskedWords {
+export interface ConfirmWords {
   question: string;
   /** What it means. */
   second: string;
@@ -17,11 +17,11 @@ export interface AskedWords {
 }
 
 /** Whether it is asked because a pilot would be overruled: it is sent as confirmed then. */
-export function overrules(about: Simple): boolean {
+export function overrules(about: AskedCommand): boolean {
   return COMMAND_TABLE[about].confirm === "overruling";
 }
 
-export function askedWords(view: View, about: Simple): AskedWords {
+export function confirmWords(view: View, about: AskedCommand): ConfirmWords {
   switch (about) {
     case "Arm":
       return { question: say("arm-question"), second: say("arm-meaning"), slide: say("arm-slide"), label: say("arm") };

@@ -2,10 +2,10 @@ import { COMMAND_TABLE } from "../command-table.ts";
 import type { Command } from "../protocol.ts";
 import type { Operator } from "../state/operator.ts";
 import { type Action, COMMANDS } from "../words/actions.ts";
-import type { Simple } from "../words/asked.ts";
+import type { AskedCommand } from "../words/confirm.ts";
 
-/** Begins an action of the bar: asks first, or sends its command. */
-export function begin(model: Operator, action: Action): void {
+/** Starts an action of the bar: asks first, or sends its command. */
+export function startAction(model: Operator, action: Action): void {
   if (action.name === "move") {
     model.pick(!model.picking);
     return;
@@ -17,7 +17,7 @@ export function begin(model: Operator, action: Action): void {
 }
 
 /** One click is not enough to start the motors or to fly somewhere, and to overrule a pilot. */
-function isAsked(type: Command["Type"], manual: boolean): type is Simple {
+function isAsked(type: Command["Type"], manual: boolean): type is AskedCommand {
   const { confirm } = COMMAND_TABLE[type];
   return confirm === "slide" || (manual && confirm === "overruling");
 }
