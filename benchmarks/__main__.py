@@ -30,7 +30,7 @@ import cv2
 from benchmarks import flood, kill_under_load, kill_wire, surveys, whole_daemon
 from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
-from benchmarks.figures import BenchmarkError, Figure, Section, tell
+from benchmarks.figures import BenchmarkError, Figure, Section, print_and_write
 from benchmarks.perception.sections import Material, network_sections
 from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:
         sections = [_run(name, _work(name, options, folder)) for name in chosen]
-    tell(sections, options.json)
+    print_and_write(sections, options.json)
     return EXIT_FAILED if any(not section.figures for section in sections) else 0
 
 

@@ -117,7 +117,7 @@ def write_json(path: Path, values: Mapping[str, object]) -> None:
     path.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def tell(sections: Sequence[Section], path: Path | None, **more: object) -> None:
+def print_and_write(sections: Sequence[Section], path: Path | None, **more: object) -> None:
     """Print everything as one table, and write it to ``path`` as one flat object with ``more`` beside the figures."""
     print_table(sections, Console(width=None if sys.stdout.isatty() else TABLE_COLUMNS))
     if path is not None:

@@ -27,7 +27,7 @@ import shapely
 
 from benchmarks.exploration import setups
 from benchmarks.exploration.lots import Lot
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, print_and_write
 from benchmarks.lawnmower import LawnmowerOperator, lanes
 from benchmarks.pace import in_time
 from benchmarks.surveys import TIMEOUT_S, seeds_option
@@ -42,7 +42,7 @@ from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import Progress, SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan
-from hawk.survey.run import LATE_FRAMES_LIMIT, FenceWatch
+from hawk.survey.run import LATE_FRAMES_LIMIT, FenceSender
 from hawk.survey.stack import SimulatedStack, StackError
 from hawk.survey.truth import GroundTruth
 
@@ -56,14 +56,14 @@ MakeOperator = Callable[[DroneClient, GroundTruth, Progress], SurveyOperator]
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class FlownPart:
     """Heartbeats at the begin and at the end of the work: place and yaw, and metres in between."""
 
     first: Heartbeat
     last: Heartbeat
 
     @property
-    def way(self) -> float:
+    def distance_m(self) -> float:
         """Metres flown in between, as the drone counts them."""
         return (self.last.distance_flown or 0.0) - (self.first.distance_flown or 0.0)
 
@@ -79,7 +79,7 @@ class StackFlight:
 
     status: int
     reason: str
-    told: Told
+    flown: FlownPart
     survey: SurveyMap
     truth: GroundTruth
     f1: float
@@ -94,19 +94,19 @@ class WorldRun:
     seed: int
     status: int
     reason: str
-    way_m: float
+    distance_m: float
     seconds: float
     f1: float
-    kinematic_way_m: float
+    kinematic_distance_m: float
     kinematic_seconds: float
     lawnmower_status: int
-    lawnmower_way_m: float
+    lawnmower_distance_m: float
     lawnmower_f1: float
     late: float
     excursions: int
 
 
-class WorkWatch:
+class WorkObserver:
     """Remembers the heartbeats where the work began and ended: exploring, or moving from lane to lane."""
 
     def __init__(self, states: frozenset[StateName]) -> None:
@@ -120,11 +120,11 @@ class WorkWatch:
             self._first = self._first or beat
             self._last = beat
 
-    def told(self) -> Told:
+    def flown(self) -> FlownPart:
         """Return both. Raises BenchmarkError when the work never began."""
         if self._first is None or self._last is None:
             raise BenchmarkError("the flight never came to its work; see the logs")
-        return Told(self._first, self._last)
+        return FlownPart(self._first, self._last)
 
 
 async def fly_stack(
@@ -150,7 +150,7 @@ async def _fly_at(
             raise BenchmarkError(f"world {seed} holds no lot")
         host, _, port = ready.url.rpartition("//")[2].rstrip("/").partition(":")
         async with DroneClient(host, int(port)) as drone:
-            work, fence = WorkWatch(states), FenceWatch(stack)
+            work, fence = WorkObserver(states), FenceSender(stack)
 
             def show(_: str, beat: Heartbeat) -> None:
                 work.look(beat)
@@ -167,7 +167,7 @@ async def _fly_at(
     f1 = float(report.compare(survey, truth)["stall_f1"])
     late = status["frames_late"] / max(status["frames_due"], 1)
     return StackFlight(
-        int(outcome.status), outcome.reason, work.told(), survey, truth, f1, late, int(status["excursions"])
+        int(outcome.status), outcome.reason, work.flown(), survey, truth, f1, late, int(status["excursions"])
     )
 
 
@@ -181,7 +181,7 @@ async def _map_of(drone: DroneClient) -> SurveyMap | None:
 
 def lot_of(flight: StackFlight, seed: int) -> Lot:
     """Return the world's lots in the flight's map frame, with its start and its fence, for the kinematic model."""
-    first = flight.told.first
+    first = flight.flown.first
     fence = Fence(
         tuple((point.north, point.east) for point in first.fence),
         tuple((point.north, point.east) for point in first.fence_limit),
@@ -210,13 +210,13 @@ async def measure(seed: int, folder: Path) -> WorldRun:
         seed,
         explored.status,
         explored.reason,
-        explored.told.way,
-        explored.told.seconds,
+        explored.flown.distance_m,
+        explored.flown.seconds,
         explored.f1,
-        kinematic.whole_way,
+        kinematic.whole_distance_m,
         kinematic.whole_seconds,
         mown.status,
-        mown.told.way,
+        mown.flown.distance_m,
         mown.f1,
         max(explored.late, mown.late),
         explored.excursions + mown.excursions,
@@ -246,23 +246,24 @@ def _datum(beat: Heartbeat) -> GlobalPose:
 def figures(runs: Sequence[WorldRun]) -> list[Figure]:
     """Return the figures of all worlds together."""
     count = float(len(runs))
-    ways = sum(run.way_m for run in runs) / sum(run.kinematic_way_m for run in runs)
+    ratio = sum(run.distance_m for run in runs) / sum(run.kinematic_distance_m for run in runs)
     seconds = sum(run.seconds for run in runs) / sum(run.kinematic_seconds for run in runs)
-    ratios = [run.way_m / run.kinematic_way_m for run in runs]
+    ratios = [run.distance_m / run.kinematic_distance_m for run in runs]
     finished = float(sum(run.status == SurveyStatus.DONE for run in runs))
     late = max(run.late for run in runs)
+    near = Limit(1 - APART, 1 + APART)
     gains = [run.f1 - run.lawnmower_f1 for run in runs]
     return [
         Figure("flown_worlds", "worlds", count),
         Figure("flown_finished", "explored, landed and disarmed", finished, limit=Limit(lowest=count)),
-        Figure("flown_way_over_kinematic", "way of all by the kinematic one", ways, limit=Limit(1 - APART, 1 + APART)),
-        Figure("flown_way_over_kinematic_median", "the same by world, median", float(np.median(ratios))),
+        Figure("flown_distance_over_kinematic", "distance of all by the kinematic one", ratio, limit=near),
+        Figure("flown_distance_over_kinematic_median", "the same by world, median", float(np.median(ratios))),
         Figure("flown_seconds_over_kinematic", "time of all by the kinematic one", seconds),
         Figure("flown_f1", "stall F1, mean", float(np.mean([run.f1 for run in runs]))),
         Figure("lawnmower_f1", "stall F1 of the lawnmower, mean", float(np.mean([run.lawnmower_f1 for run in runs]))),
         Figure("flown_f1_gain", "F1 against the lawnmower, mean", float(np.mean(gains)), limit=Limit(lowest=-0.005)),
         Figure("flown_f1_gain_min", "F1 against the lawnmower, worst world", float(np.min(gains))),
-        Figure("flown_way_over_lawnmower", "way by the lawnmower's", _share(runs)),
+        Figure("flown_distance_over_lawnmower", "distance by the lawnmower's", _share(runs)),
         Figure("flown_excursions", "excursions", float(sum(run.excursions for run in runs)), limit=Limit(0, 0)),
         Figure("flown_late_frames", "late frames, worst", late, limit=Limit(highest=LATE_FRAMES_LIMIT)),
     ]  # fmt: skip
@@ -271,13 +272,13 @@ def figures(runs: Sequence[WorldRun]) -> list[Figure]:
 def problem_of(runs: Sequence[WorldRun], asked: int) -> str:
     """Return why the figures are void or not of all worlds, nothing when they are good."""
     late = [str(run.seed) for run in runs if run.late > LATE_FRAMES_LIMIT]
-    told = [f"VOID: the simulator drew too late for {', '.join(late)}"] if late else []
-    told += [f"only {len(runs)} of {asked} worlds were measured"] if len(runs) < asked else []
-    return "; ".join(told)
+    problems = [f"VOID: the simulator drew too late for {', '.join(late)}"] if late else []
+    problems += [f"only {len(runs)} of {asked} worlds were measured"] if len(runs) < asked else []
+    return "; ".join(problems)
 
 
 def _share(runs: Sequence[WorldRun]) -> float:
-    return sum(run.way_m for run in runs) / max(sum(run.lawnmower_way_m for run in runs), 1e-9)
+    return sum(run.distance_m for run in runs) / max(sum(run.lawnmower_distance_m for run in runs), 1e-9)
 
 
 async def _all(seeds: Sequence[int], folder: Path) -> list[WorldRun]:
@@ -290,8 +291,8 @@ async def _all(seeds: Sequence[int], folder: Path) -> list[WorldRun]:
             continue
         runs.append(run)
         print(
-            f"world {seed}: way {run.way_m:.0f} m, kinematic {run.kinematic_way_m:.0f} m, "
-            f"lawnmower {run.lawnmower_way_m:.0f} m; F1 {run.f1:.3f}, lawnmower {run.lawnmower_f1:.3f}; "
+            f"world {seed}: distance {run.distance_m:.0f} m, kinematic {run.kinematic_distance_m:.0f} m, "
+            f"lawnmower {run.lawnmower_distance_m:.0f} m; F1 {run.f1:.3f}, lawnmower {run.lawnmower_f1:.3f}; "
             f"late {run.late:.2%}; {run.reason}",
             file=sys.stderr,
             flush=True,
@@ -318,7 +319,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("no world was measured", file=sys.stderr)
         return 1
     section = Section("flown surveys", figures(runs), problem_of(runs, len(options.seeds)))
-    tell([section], options.json, worlds=[asdict(run) for run in runs])
+    print_and_write([section], options.json, worlds=[asdict(run) for run in runs])
     return 0
 
 

@@ -30,7 +30,7 @@ _CALM: Final = (0.0, 0.0, 0.0)
 
 
 class Drone:
-    """Hovers at its start, then follows goals; ``way`` is metres truly flown, ``seconds`` since the start."""
+    """Hovers at its start, then follows goals; ``distance_m`` is truly flown, ``seconds`` since the start."""
 
     def __init__(
         self, start: MapPose, fence: Fence, rng: np.random.Generator, gnss_sigma: float = GNSS_SIGMA_M
@@ -46,7 +46,7 @@ class Drone:
         self._carrot = Carrot(FlightSettings().speed_m_s)
         self._fence = fence
         self._heights = HeightParameters()
-        self.way = 0.0
+        self.distance_m = 0.0
         self.seconds = 0.0
 
     def copy(self) -> Drone:
@@ -87,7 +87,7 @@ class Drone:
         before = self._body.position
         self._body = step_body(self._body, demand, _CALM, STEP_S)
         self._estimate = self._estimator.step(self._body, STEP_S)
-        self.way += math.dist(before[:2], self._body.position[:2])
+        self.distance_m += math.dist(before[:2], self._body.position[:2])
         self.seconds += STEP_S
 
 

@@ -73,7 +73,7 @@ def lanes(shape: shapely.Geometry, fence: shapely.Polygon, yaw: float, swath: Sw
 def _joined(places: list[Place], inside: shapely.Polygon) -> list[Place]:
     """Return the places after the first, with corners of the fence between two that do not see each other."""
     if not isinstance(inside, shapely.Polygon) or inside.is_empty:
-        raise BenchmarkError("the fence leaves no way from one part of it to another")
+        raise BenchmarkError("the fence leaves no path from one part of it to another")
     rings = [inside.exterior, *inside.interiors]
     corners = [(float(x), float(y)) for ring in rings for x, y in ring.simplify(0.5).coords[:-1]]
     inside = inside.buffer(0.6)
@@ -87,7 +87,7 @@ def _round(start: Place, end: Place, corners: list[Place], inside: shapely.Polyg
     waiting: list[tuple[float, Place, list[Place]]] = [(0.0, start, [])]
     done: set[Place] = set()
     while waiting:
-        way, at, places = heapq.heappop(waiting)
+        distance, at, places = heapq.heappop(waiting)
         if at == end:
             return places
         if at in done:
@@ -95,8 +95,8 @@ def _round(start: Place, end: Place, corners: list[Place], inside: shapely.Polyg
         done.add(at)
         for place in (end, *corners):
             if place not in done and inside.covers(shapely.LineString([at, place])):
-                heapq.heappush(waiting, (way + math.dist(at, place), place, [*places, place]))
-    raise BenchmarkError(f"the fence leaves no way from {start} to {end}")
+                heapq.heappush(waiting, (distance + math.dist(at, place), place, [*places, place]))
+    raise BenchmarkError(f"the fence leaves no path from {start} to {end}")
 
 
 def _within(place: Place, inside: shapely.Polygon) -> Place:

@@ -26,7 +26,7 @@ from typing import Any, Final
 import numpy as np
 from playwright.async_api import Browser, Page, ViewportSize, async_playwright
 
-from benchmarks.figures import BenchmarkError, Figure, Limit, Reference, Section, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Reference, Section, print_and_write
 from benchmarks.whole_daemon import CHROMIUM
 
 ROOT: Final = Path(__file__).resolve().parent.parent
@@ -44,15 +44,15 @@ PAINTED: Final = "() => performance.getEntriesByName('first-contentful-paint')[0
 MOVE: Final = """async ({ seconds, step, turning }) => {
   const map = document.querySelector(".ol-viewport");
   const box = map.getBoundingClientRect();
-  const tell = (target, type, x, buttons) => target.dispatchEvent(new PointerEvent(type, {
+  const send = (target, type, x, buttons) => target.dispatchEvent(new PointerEvent(type, {
     bubbles: true, pointerId: 1, isPrimary: true, pointerType: "mouse", button: 0, buttons,
     clientX: x, clientY: box.top + box.height / 2 }));
   const middle = box.left + box.width / 2;
   const app = document.querySelector("hawk-app");
   const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
   const times = [];
-  let [x, way] = [middle, step];
-  if (!turning) tell(map, "pointerdown", x, 1);
+  let [x, dx] = [middle, step];
+  if (!turning) send(map, "pointerdown", x, 1);
   const began = await frame();
   while (performance.now() - began < seconds * 1000) {
     times.push(await frame());
@@ -61,11 +61,11 @@ MOVE: Final = """async ({ seconds, step, turning }) => {
       app.model.dispatchEvent(new Event("change"));
       continue;
     }
-    if (Math.abs(x + way - middle) > 500) way = -way;
-    x += way;
-    tell(document, "pointermove", x, 1);
+    if (Math.abs(x + dx - middle) > 500) dx = -dx;
+    x += dx;
+    send(document, "pointermove", x, 1);
   }
-  if (!turning) tell(document, "pointerup", x, 0);
+  if (!turning) send(document, "pointerup", x, 0);
   return times;
 }"""
 
@@ -214,7 +214,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     figures = asyncio.run(measure(options.stalls, options.seconds, gpu=options.gpu))
     section = Section(f"map, {options.stalls} stalls, {'GPU' if options.gpu else 'no GPU'}", figures)
-    tell([section], options.json, stalls=options.stalls, gpu=options.gpu)
+    print_and_write([section], options.json, stalls=options.stalls, gpu=options.gpu)
     return 0 if all(figure.passed is not False for figure in figures) else 1
 
 

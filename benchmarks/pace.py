@@ -29,6 +29,6 @@ async def in_time(name: str, fly: Callable[[float], Awaitable[Flight]], late: Ca
         flight = await fly(speed)
         if late(flight) <= LATE_FRAMES_LIMIT:
             return flight
-        told = f"{name}: {late(flight):.0%} of the pictures came late at speed {speed:g}; flown again at {slower:g}"
-        print(told, file=sys.stderr, flush=True)
+        words = f"{name}: {late(flight):.0%} of the pictures came late at speed {speed:g}; flown again at {slower:g}"
+        print(words, file=sys.stderr, flush=True)
     return await fly(SPEEDS[-1])

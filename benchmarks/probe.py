@@ -71,7 +71,7 @@ async def idle() -> dict[str, Any]:
     ticks: list[float] = []
     sampling = asyncio.create_task(lag.run(), name="probe-lag")
     ticking = asyncio.create_task(_tick(ticks), name="probe-timer")
-    await _until_told()
+    await _until_asked_to_end()
     await _end(sampling, ticking)
     summary = lag.summary()
     jitter = interval_jitter(ticks, HEARTBEAT_S)
@@ -97,7 +97,7 @@ async def heartbeats(url: str) -> dict[str, Any]:
     try:
         await socket.connect(10.0)
         reading = asyncio.create_task(_read(socket, arrivals), name="probe-read")
-        await _until_told()
+        await _until_asked_to_end()
         await _end(reading)
     finally:
         await socket.close()
@@ -143,7 +143,7 @@ async def _read(socket: BaseSocket, arrivals: list[float]) -> None:
             arrivals.append(time.perf_counter())
 
 
-async def _until_told() -> None:
+async def _until_asked_to_end() -> None:
     """Say that the sampling is on, and wait for the end of standard input."""
     loop = asyncio.get_running_loop()
     ended = asyncio.Event()

@@ -61,7 +61,7 @@ class Survey:
         return bool(self.report.get("status") == 0 and self.report.get("landed") and self.report.get("disarmed"))
 
 
-def least_way(truth: GroundTruth, height_m: float, field_of_view: float) -> float:
+def least_distance_m(truth: GroundTruth, height_m: float, field_of_view: float) -> float:
     """Return the least distance that shows every lot, metres: (area - one picture's area) / width of a picture.
 
     ``field_of_view``: of the picture's longer side, radians. A camera that flies along its shorter side sweeps its
@@ -140,7 +140,11 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
     count = float(len(surveys))
     f1 = _values(surveys, "stall_f1")
     errors = [abs(value) for value in _values(surveys, "free_count_error")]
-    ways = [(way, s.bound_m) for s in surveys if (way := s.value("way_m")) is not None and s.bound_m > 0]
+    flown = [
+        (distance, s.bound_m)
+        for s in surveys
+        if (distance := s.value("distance_flown_m")) is not None and s.bound_m > 0
+    ]
     excursions = _values(surveys, "excursions")
     return [
         Figure("surveys", "surveys", count),
@@ -166,9 +170,9 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
             _mean(_values(surveys, "free_in_range")), limit=Limit(lowest=HELD_SHARE),
         ),
         Figure("excursions", "excursions, all seeds", sum(excursions) if excursions else None, limit=Limit(0, 0)),
-        Figure("way_m", "way flown, mean", _mean([way for way, _ in ways]), "m"),
-        Figure("way_bound_m", "least way, mean", _mean([bound for _, bound in ways]), "m"),
-        Figure("way_over_bound", "way flown by least way, mean", _mean([way / bound for way, bound in ways])),
+        Figure("distance_flown_m", "distance flown, mean", _mean([distance for distance, _ in flown]), "m"),
+        Figure("distance_bound_m", "least distance, mean", _mean([bound for _, bound in flown]), "m"),
+        Figure("distance_over_bound", "distance flown by least distance, mean", _mean([a / b for a, b in flown])),
         Figure("survey_duration_s", "take-off to disarmed, mean", _mean(_values(surveys, "duration_s")), "s"),
         Figure(
             "survey_late_frames", "late frames, worst seed", max(_values(surveys, "late_frames"), default=None),
@@ -246,9 +250,9 @@ async def _end(process: asyncio.subprocess.Process) -> None:
     """Interrupt, so that the survey ends what it started; by force when it does not listen."""
     if process.returncode is not None:
         return
-    for tell, patience in ((process.terminate, 60.0), (process.kill, 5.0)):
+    for end, patience in ((process.terminate, 60.0), (process.kill, 5.0)):
         with contextlib.suppress(ProcessLookupError):
-            tell()
+            end()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(process.wait(), patience)
             return
@@ -263,7 +267,7 @@ def _result(name: str, folder: Path) -> Survey:
         print(f"{name}: no result ({error}); see {folder / 'survey.log'}", file=sys.stderr)
         return Survey(name, {}, 0.0)
     view = math.radians(CameraSettings().horizontal_fov_deg)
-    return Survey(name, report, least_way(truth, HeightSettings().desired_m, view))
+    return Survey(name, report, least_distance_m(truth, HeightSettings().desired_m, view))
 
 
 def _void(surveys: Sequence[Survey]) -> str:
@@ -278,10 +282,10 @@ def _late(survey: Survey) -> float:
 def _line(survey: Survey) -> str:
     keys = (
         "stall_f1", "recall_whole", "precision_star", "free_recall", "state_accuracy", "lot_iou",
-        "free_count_error_stalls", "excursions", "way_m", "duration_s", "late_frames",
+        "free_count_error_stalls", "excursions", "distance_flown_m", "duration_s", "late_frames",
     )  # fmt: skip
-    told = ", ".join(f"{key} {number(survey.value(key))}" for key in keys)
-    return f"{survey.name}: {told}, least way {survey.bound_m:.0f} m: {survey.report.get('reason', 'no result')}"
+    values = ", ".join(f"{key} {number(survey.value(key))}" for key in keys)
+    return f"{survey.name}: {values}, least distance {survey.bound_m:.0f} m: {survey.report.get('reason', 'no result')}"
 
 
 def _values(surveys: Sequence[Survey], key: str) -> list[float]:

@@ -130,19 +130,19 @@ def parse_metrics(text: str) -> dict[str, float]:
 
 
 def _frame_figures(run: Run) -> list[Figure]:
-    told = run.performance
-    steps = told.get("steps_p50_ms") or {}
+    measured = run.performance
+    steps = measured.get("steps_p50_ms") or {}
     return [
-        Figure("frame_to_map_p50_ms", "light caught to map published, p50", told["frame_to_map_p50_ms"], "ms"),
+        Figure("frame_to_map_p50_ms", "light caught to map published, p50", measured["frame_to_map_p50_ms"], "ms"),
         Figure(
-            "frame_to_map_p95_ms", "light caught to map published, p95", told["frame_to_map_p95_ms"], "ms",
+            "frame_to_map_p95_ms", "light caught to map published, p95", measured["frame_to_map_p95_ms"], "ms",
             limit=Limit(highest=FRAME_TO_MAP_MS),
         ),
         Figure(
-            "vision_fps", "frames fused", told["vision_fps"], "1/s",
+            "vision_fps", "frames fused", measured["vision_fps"], "1/s",
             reference=Reference("camera", run.camera_fps), limit=Limit(lowest=FRAMES_PER_S),
         ),
-        Figure("frames_dropped_share", "frames replaced by newer ones", told["frames_dropped_share"]),
+        Figure("frames_dropped_share", "frames replaced by newer ones", measured["frames_dropped_share"]),
         *(Figure(_step_key(name), f"step {name}, p50", value, "ms") for name, value in steps.items()),
         Figure("page_video_fps", "pictures to the page", run.page_frames_per_s, "1/s"),
     ]  # fmt: skip
@@ -153,25 +153,25 @@ def _step_key(name: str) -> str:
 
 
 def _loop_figures(run: Run) -> list[Figure]:
-    told, idle, beats = run.performance, run.idle, run.heartbeats
+    measured, idle, beats = run.performance, run.idle, run.heartbeats
     highest_lag = max(LAG_MS, 2 * idle["lag_p99_ms"])
     return [
         Figure(
-            "loop_lag_p50_ms", "loop lag, p50", told["loop_lag_p50_ms"], "ms",
+            "loop_lag_p50_ms", "loop lag, p50", measured["loop_lag_p50_ms"], "ms",
             Reference("idle loop", idle["lag_p50_ms"]),
         ),
         Figure(
-            "loop_lag_p99_ms", "loop lag, p99", told["loop_lag_p99_ms"], "ms",
+            "loop_lag_p99_ms", "loop lag, p99", measured["loop_lag_p99_ms"], "ms",
             Reference("idle loop", idle["lag_p99_ms"]), Limit(highest=highest_lag),
         ),
         Figure(
-            "loop_lag_max_ms", "loop lag, longest", told["loop_lag_max_ms"], "ms",
+            "loop_lag_max_ms", "loop lag, longest", measured["loop_lag_max_ms"], "ms",
             Reference("idle loop", idle["lag_max_ms"]),
         ),
         Figure("loop_lag_idle_p50_ms", "idle loop's lag, p50", idle["lag_p50_ms"], "ms"),
         Figure("loop_lag_idle_p99_ms", "idle loop's lag, p99", idle["lag_p99_ms"], "ms"),
         Figure("loop_lag_idle_max_ms", "idle loop's lag, longest", idle["lag_max_ms"], "ms"),
-        Figure("tick_p99_ms", "one tick of the state machine, p99", told["tick_p99_ms"], "ms"),
+        Figure("tick_p99_ms", "one tick of the state machine, p99", measured["tick_p99_ms"], "ms"),
         Figure(
             "heartbeat_jitter_p99_ms", "heartbeat jitter, p99", beats["jitter_p99_ms"], "ms",
             Reference("idle timer", idle["jitter_p99_ms"]), Limit(highest=(idle["jitter_p99_ms"] or 0.0) + JITTER_MS),

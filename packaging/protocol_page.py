@@ -14,12 +14,14 @@ import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
 from hawk.comm.protocol.authority import Sender
 from hawk.comm.protocol.base import Model, wire_key
-from hawk.comm.protocol.command_table import COMMAND_TABLE, TAKEN, CommandRow
+from hawk.comm.protocol.command_table import COMMAND_TABLE, TAKEN, TO_MOVE, CommandRow
 from hawk.comm.protocol.commands import schema
 from hawk.model.operation import StateName
 
@@ -28,6 +30,15 @@ TARGET: Final = DOCS / "protocol.md"
 MESSAGES: Final = DOCS / "examples" / "messages.json"
 REQUESTS: Final = DOCS / "examples" / "http.json"
 PARTS: Final = "Parts of messages"
+SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
+"""Requests whose answers are shown; all of them stand in the file."""
+EXCERPTS: Final = {
+    "Heartbeat": ("Type", "State", "Detail", "Armed", "North", "East", "Occupancy Map", "Messages", "Options", "Health")
+}
+"""Keys that are shown of an example which would fill pages."""
+_USUAL: Final = Sender.CONTROL
+ELSEWHERE: Final = {"Sentences": ""}
+"""Texts on this page of keys that several messages have; the rules above the messages describe them."""
 
 _HEADER: Final = """# Protocol
 
@@ -37,7 +48,8 @@ every example.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
-WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`.
+WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
+[http.json](examples/http.json), [messages.json](examples/messages.json).
 """
 _RULES: Final = """## WebSocket
 
@@ -53,15 +65,13 @@ _RULES: Final = """## WebSocket
 - Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
   `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
   value that is not known.
+- `number?` is a number or null. `Sentences` lists the sentences among a message's texts, each once, and is
+  left out when there are none. Texts that others worded, such as the autopilot's, are not listed.
 - Close code 4401: the login or its token has ended. 1008: messages came too fast. 1001: the drone's server stops.
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
 _ID: Final = {"Id": 7}
-_COMMANDS: Final = """`Id` may be left out of every command. A command that is refused changes nothing; its answer has
-the reason. The reasons of each state: [States and events](states.md#command). What a command needs is looked at in the
-order of the list.
-"""
 
 
 def page() -> str:
@@ -75,7 +85,13 @@ def page() -> str:
         parts |= model.get("$defs", {})
     received_as = {each["Type"]: each for each in examples["fromDrone"]}
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
-    blocks += ["## To the drone\n", _COMMANDS]
+    blocks += [
+        "## To the drone\n",
+        f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL.value}. "
+        'A command without keys of its own looks like `{"Type": "Hold", "Id": 7}`. A command that is refused changes '
+        "nothing; its answer has the reason, by state in [States and events](states.md#commands). "
+        f"A move needs: {'; '.join(need.value for need in TO_MOVE)}.\n",
+    ]
     for kind, example in sorted(sent_examples().items()):
         row = COMMAND_TABLE[kind]
         name = type(row.example).__name__
@@ -85,18 +101,19 @@ def page() -> str:
         blocks += _message(name, model, received_as[_type_of(model)], [f"{_summary(model)}\n"])
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
-        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_table(name, model)]
+        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model)]
     return "\n".join(blocks)
 
 
 def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
     yield "## HTTP\n"
-    yield "| request | for | gives |\n|---|---|---|"
+    yield "For viewers and operators, where nothing else is said.\n"
     for each in requests:
-        yield f"| `{each['method']} {each['route']}` | {each['for']} | {each['text']} |"
+        who = "" if each["for"] == "viewer, operator" else f" ({each['for']})"
+        yield f"- `{each['method']} {each['route']}`{who}: {each['text']}"
     yield ""
     for each in requests:
-        if not any(key in each for key in ("body", "lines")):
+        if each["route"] not in SHOWN:
             continue
         yield f"Example: `{each['method']} {each['path']}`, status {each['status']}, `{each['type']}`:\n"
         lines = each["lines"] if "lines" in each else compact(each["body"]).split("\n")
@@ -127,11 +144,14 @@ def _shortest(value: Any) -> Any:
 def _said_of(row: CommandRow) -> Iterator[str]:
     """Yield what the table says of a command, where it says anything."""
     taken = [state.value for state in StateName if row.states.get(state) == TAKEN]
-    yield f"- From: {row.sender.value}"
+    if row.sender is not _USUAL:
+        yield f"- From: {row.sender.value}"
     if row.states:
         yield f"- In: {'every state' if len(taken) == len(StateName) else ', '.join(taken)}"
     if row.needs:
-        yield f"- Needs: {'; '.join(need.value for need in row.needs)}"
+        is_move = row.needs[: len(TO_MOVE)] == TO_MOVE
+        needs = row.needs[len(TO_MOVE) :] if is_move else row.needs
+        yield f"- Needs: {'; '.join([*['what a move needs'] * is_move, *(need.value for need in needs)])}"
     if row.confirm.value:
         yield f"- Confirmed: {row.confirm.value}"
     if row.urgency.value:
@@ -142,25 +162,33 @@ def _said_of(row: CommandRow) -> Iterator[str]:
 def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], texts: Iterable[str]) -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
     yield from texts
-    yield from _table(name, model)
-    yield f"```json\n{compact(example)}\n```\n"
+    yield from _keys(name, model)
+    if set(example) <= {"Type", "Id"}:
+        return  # nothing that the rules do not say
+    shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
+    if len(shown) < len(example):
+        yield "A part of one:\n"
+    yield f"```json\n{compact(shown)}\n```\n"
 
 
-def _table(name: str, model: Mapping[str, Any]) -> Iterator[str]:
-    texts, needed = field_texts(name), set(model.get("required", ()))
+def _keys(name: str, model: Mapping[str, Any]) -> Iterator[str]:
+    texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
-    rows = [
-        f"| `{key}` | {_type(value)} | {_cell(texts.get(key, ''))}{_default(value) if key not in needed else ''} |"
+    rows = (
+        (key, f"{_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}")
         for key, value in model["properties"].items()
         if key != "Type" and not (is_sent and key == "Id")
+    )
+    lines = [
+        f"- {', '.join(f'`{key}`' for key, _ in alike)}: {words}" for words, alike in groupby(rows, key=itemgetter(1))
     ]
-    if rows:
-        yield "\n".join(["| key | type | meaning |", "|---|---|---|", *rows, ""])
+    if lines:
+        yield "\n".join([*lines, ""])
 
 
 def _default(value: Mapping[str, Any]) -> str:
     default = value.get("default")
-    return f" Default: `{json.dumps(default)}`." if default not in (None, "", [], {}) else ""
+    return f", default `{json.dumps(default)}`" if default not in (None, "", [], {}) else ""
 
 
 def _type(value: Mapping[str, Any]) -> str:
@@ -171,7 +199,9 @@ def _type(value: Mapping[str, Any]) -> str:
     if "enum" in value:
         return ", ".join(f"`{json.dumps(each)}`" for each in value["enum"])
     if "anyOf" in value:
-        return " or ".join(dict.fromkeys(_type(each) for each in value["anyOf"]))
+        kinds = dict.fromkeys(_type(each) for each in value["anyOf"])
+        others = [kind for kind in kinds if kind != "null"]
+        return " or ".join(others) + ("?" if "null" in kinds else "")
     if "prefixItems" in value:
         return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
     if value.get("type") == "array":
@@ -230,8 +260,8 @@ def _plain(text: str) -> str:
     return " ".join(text.replace("``", "`").split())
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "\\<").replace("``", "`")
+def _words(text: str) -> str:
+    return f". {text}".replace("<", "\\<").replace("``", "`") if text else ""
 
 
 def compact(value: Any, indent: int = 0) -> str:

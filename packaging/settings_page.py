@@ -25,30 +25,30 @@ command-line options set them; the last wins. They are checked as a whole before
 be used is named with file, line, key and remedy, and the status is 2; so is a variable `HAWK_...` that is no setting,
 and an option that would change nothing. `~` in a path is the home folder. The page shows all of them with their present
 values under **Settings**, programs find them at `/api/settings.json`. How to add one:
-[how-to/add-a-setting.md](how-to/add-a-setting.md).
+[how-to/add-a-setting.md](how-to/add-a-setting.md). A key is followed by its default and its bounds.
 """
 
 
 def page(found: Sequence[Setting]) -> str:
-    """Return the page (Markdown): a table for each section."""
+    """Return the page (Markdown): a list for each section."""
     blocks = [_HEADER]
     for section, group in groupby(found, lambda each: each.section):
-        rows = [f"| `{each.key}` | {_value(each)} | {_bounds(each)} | {_cell(each.text)} |" for each in group]
-        blocks.append(
-            "\n".join([f"## {section}", "", "| key | default | bounds | meaning |", "|---|---|---|---|", *rows, ""])
-        )
+        rows, before = [], ""
+        for each in group:
+            text = "as above" if each.text == before else _plain(each.text)
+            rows.append(f"- `{each.key}` ({_value(each)}): {text}")
+            before = each.text
+        blocks.append("\n".join([f"## {section}", "", *rows, ""]))
     return "\n".join(blocks)
 
 
 def _value(setting: Setting) -> str:
+    """Return the default and the bounds, with the unit behind the last of them."""
     text = _text(setting.default)
-    return f"`{text}` {setting.unit}".rstrip() if text else "none"
-
-
-def _bounds(setting: Setting) -> str:
-    if setting.lowest is None or setting.highest is None:
-        return ""
-    return f"{setting.lowest:.10g} to {setting.highest:.10g} {setting.unit}".rstrip()
+    parts = [f"`{text}`" if text else "none"]
+    if setting.lowest is not None and setting.highest is not None:
+        parts.append(f"{setting.lowest:.10g} to {setting.highest:.10g}")
+    return f"{', '.join(parts)} {setting.unit if text or len(parts) > 1 else ''}".rstrip()
 
 
 def _text(value: Value) -> str:
@@ -59,8 +59,8 @@ def _text(value: Value) -> str:
     return "" if value is None else str(value)
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "\\<")
+def _plain(text: str) -> str:
+    return text.replace("<", "\\<")
 
 
 def main() -> int:

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, print_and_write
 from proving.bare_root import MIRROR, BareRoot, end, tail
 
 TEN_MINUTES: Final = Limit(highest=600.0)
@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except BenchmarkError as error:
             print(f"newcomer: {error}", file=sys.stderr)
             return EXIT_FAILED
-    tell(sections, options.json)
+    print_and_write(sections, options.json)
     return EXIT_FAILED if missed(sections) else 0
 
 

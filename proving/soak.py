@@ -36,7 +36,7 @@ from playwright.async_api import CDPSession, async_playwright
 from playwright.async_api import Error as BrowserError
 
 from benchmarks.exploration import setups
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, print_and_write
 from benchmarks.lawnmower import LawnmowerOperator, Place, lanes
 from benchmarks.whole_daemon import CHROMIUM
 from hawk.comm.base_socket import ConnectionTimeout
@@ -104,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_FAILED
     found = figures(samples, flights)
     sections = [Section("soak", found, problem(samples, flights))]
-    tell(sections, options.json)
+    print_and_write(sections, options.json)
     return EXIT_FAILED if missed(sections) else 0
 
 
@@ -293,8 +293,8 @@ async def _look(minute: float, url: str, session: aiohttp.ClientSession, heap: C
         response.raise_for_status()
         values = read_metrics(await response.text())
     await heap.send("HeapProfiler.collectGarbage")
-    told = await heap.send("Performance.getMetrics")
-    used = {metric["name"]: float(metric["value"]) for metric in told["metrics"]}
+    answer = await heap.send("Performance.getMetrics")
+    used = {metric["name"]: float(metric["value"]) for metric in answer["metrics"]}
     counts = {name: values[name] for name in COUNTS}
     return Sample(minute, values["resident_memory_bytes"] / 1e6, used["JSHeapUsedSize"] / 1e6, counts)
 

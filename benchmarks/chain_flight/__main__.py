@@ -22,7 +22,7 @@ import cv2
 
 from benchmarks.chain_flight.campaign import lots, measure_worlds, seeds
 from benchmarks.chain_flight.flight import Errors
-from benchmarks.figures import BenchmarkError, Section, tell
+from benchmarks.figures import BenchmarkError, Section, print_and_write
 from benchmarks.surveys import seeds_option
 
 
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BenchmarkError as error:
         print(error, file=sys.stderr)
         return 1
-    tell([Section("chain", figures)], options.json)
+    print_and_write([Section("chain", figures)], options.json)
     return 0
 
 
@@ -54,9 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--drift", type=float, default=1.0, metavar="M", help="slow error of GNSS, standard deviation (1); 0: no error"
     )
-    parser.add_argument(
-        "--height", type=float, default=1.0, metavar="F", help="the height that is told by the true one"
-    )
+    parser.add_argument("--height", type=float, default=1.0, metavar="F", help="the reported height by the true one")
     parser.add_argument("--compass", type=float, default=0.0, metavar="DEG", help="constant error of the compass")
     parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write each place's map as a picture")

@@ -48,7 +48,7 @@ def fly_one(name: str, world: World, errors: Errors, model: Path | None, picture
     vision = VisionApp(VisionSettings(model=model))
     lot = lot_of(truth, world.start())
     flown = fly(world, lot, vision, errors, seed=world.seed or 0, watch=single.watch)
-    result = judge(name, world, truth, flown, single, kinematic_flight(lot).whole_way)
+    result = judge(name, world, truth, flown, single, kinematic_flight(lot).whole_distance_m)
     print(line(result), file=sys.stderr, flush=True)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)

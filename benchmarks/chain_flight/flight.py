@@ -50,7 +50,7 @@ class Errors:
     height: float = 1.0
     compass: float = 0.0
 
-    def told(self, pose: MapPose) -> MapPose:
+    def reported(self, pose: MapPose) -> MapPose:
         """Return the pose that the algorithms get in place of the autopilot's estimate."""
         return replace(pose, height=pose.height * self.height, yaw=pose.yaw + self.compass)
 
@@ -69,10 +69,10 @@ class Glance:
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """``frame_ms`` and ``mapper_ms`` are milliseconds of every frame; ``way`` metres."""
+    """``frame_ms`` and ``mapper_ms`` are milliseconds of every frame; ``distance_m`` the true path."""
 
     output: FrameOutput
-    way: float
+    distance_m: float
     seconds: float
     frame_ms: NDArray[np.float64]
     mapper_ms: NDArray[np.float64]
@@ -101,7 +101,7 @@ def fly(
     costs: list[tuple[float, float]] = []
     goal, waiting = None, PathPlan()
     while not waiting.explore.done and drone.seconds < TIMEOUT_S:
-        true, pose = drone.true, errors.told(drone.believed)
+        true, pose = drone.true, errors.reported(drone.believed)
         goal = goal_of(waiting, pose, goal)
         picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
         output = manager.run(_frame(len(costs), drone, picture, camera_model, pose, lot.fence))
@@ -114,7 +114,7 @@ def fly(
         for _ in range(FRAME_TICKS):
             drone.step(led)
     frame_ms, mapper_ms = np.array(costs).T
-    return Flown(output, drone.way, drone.seconds, frame_ms, mapper_ms, waiting.explore.done)
+    return Flown(output, drone.distance_m, drone.seconds, frame_ms, mapper_ms, waiting.explore.done)
 
 
 def camera() -> CameraModel:

@@ -158,7 +158,7 @@ class Result:
     fused: Judgement
     single: Pool
     recall_seen: tuple[int, int]
-    model_way: float
+    model_distance_m: float
     once: float | None = None
 
     @property
@@ -184,7 +184,9 @@ class Result:
         return in_range(self.fused.tally.free_true, self.free_range) is True
 
 
-def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: SingleFrames, model_way: float) -> Result:
+def judge(
+    name: str, world: World, truth: GroundTruth, flown: Flown, single: SingleFrames, model_distance_m: float
+) -> Result:
     """Compare a flight's map with the truth; the constant part of the position error is taken out (`map_offset`)."""
     survey = survey_of(world, flown)
     stalls = survey.marked
@@ -201,7 +203,9 @@ def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: Sin
     shown = ~(np.asarray(truth.hidden, np.bool_) | single.cut)
     matched = match(found, true).true
     report, seen = compare(survey, truth), (int(shown[matched].sum()), int(shown.sum()))
-    return Result(name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_way, single.recall_once)
+    return Result(
+        name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_distance_m, single.recall_once
+    )
 
 
 def survey_of(world: World, flown: Flown) -> SurveyMap:
@@ -219,7 +223,7 @@ def line(result: Result) -> str:
     """Return the figures of one flight for people."""
     fused, single = result.fused.tally, result.single.tally
     alone = Pool((result.fused,))
-    told = [
+    parts = [
         f"F1 {fused.f1:.3f} (P {fused.precision:.3f} R {fused.recall:.3f}) free {fused.free_found}/{fused.free_true}",
         f"state {fused.state_accuracy:.3f} unknown {fused.unknown_share:.3f} ECE {alone.calibration_error:.3f}",
         f"p95 {alone.position_error or float('nan'):.2f} m lot {result.report['lot_iou']:.3f}",
@@ -228,10 +232,10 @@ def line(result: Result) -> str:
         f"single frames F1 {single.f1:.3f} (P {single.precision:.3f} R {single.recall:.3f}, every stall once "
         f"{float('nan') if result.once is None else result.once:.3f}) "
         f"state {single.state_accuracy:.3f} ECE {result.single.calibration_error:.3f}",
-        f"{result.flown.way:.0f} m (model {result.model_way:.0f} m) {result.flown.seconds:.0f} s, mapper p99 "
-        f"{np.percentile(result.flown.mapper_ms, 99):.1f} ms",
+        f"{result.flown.distance_m:.0f} m (model {result.model_distance_m:.0f} m) {result.flown.seconds:.0f} s, "
+        f"mapper p99 {np.percentile(result.flown.mapper_ms, 99):.1f} ms",
     ]
-    return f"{result.name}: " + ", ".join(told)
+    return f"{result.name}: " + ", ".join(parts)
 
 
 def figures(results: Sequence[Result]) -> list[Figure]:
@@ -318,13 +322,22 @@ def _in_view(results: Sequence[Result]) -> list[Figure]:
 
 def _of_flights(results: Sequence[Result]) -> list[Figure]:
     count = len(results)
-    ways, model = sum(result.flown.way for result in results), sum(result.model_way for result in results)
+    distances, model = (
+        sum(result.flown.distance_m for result in results),
+        sum(result.model_distance_m for result in results),
+    )
     frame_ms, mapper_ms = (
         np.concatenate([np.zeros(0), *(getattr(r.flown, key) for r in results)]) for key in ("frame_ms", "mapper_ms")
     )
     return [
-        Figure("chain_way_m", "way, mean", ways / count, "m", Reference("the exploration's model", model / count)),
-        Figure("chain_way_over_model", "way of all by the exploration's model", ways / model),
+        Figure(
+            "chain_distance_m",
+            "distance, mean",
+            distances / count,
+            "m",
+            Reference("the exploration's model", model / count),
+        ),
+        Figure("chain_distance_over_model", "distance of all by the exploration's model", distances / model),
         Figure("chain_frame_ms_p50", "frame, JPEG to plan, median", float(np.median(frame_ms)), "ms"),
         Figure("chain_frame_ms_p95", "frame, JPEG to plan, p95", float(np.percentile(frame_ms, 95)), "ms"),
         Figure("chain_mapper_ms_p50", "map update, median", float(np.median(mapper_ms)), "ms"),

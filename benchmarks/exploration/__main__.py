@@ -15,7 +15,7 @@ from typing import Final
 from benchmarks.exploration.campaign import SETUPS, fly_all
 from benchmarks.exploration.picture import draw_worst
 from benchmarks.exploration.report import figures, rows
-from benchmarks.figures import Section, tell
+from benchmarks.figures import Section, print_and_write
 from benchmarks.surveys import seeds_option
 
 DEFAULT_SEEDS: Final = "1-200"
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     }
     found = figures(runs.get("flown", []), runs.get("prototype", []))
     flights = [row for name, one in runs.items() for row in rows(name, one)]
-    tell([Section("exploration", found)], options.json, flights=flights)
+    print_and_write([Section("exploration", found)], options.json, flights=flights)
     if options.picture is not None:
         for name, one in runs.items():
             draw_worst(one, options.picture, name)
@@ -50,7 +50,9 @@ def make_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--seeds", type=seeds_option, default=DEFAULT_SEEDS, metavar="A-B", help="lots (1-200)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures, and way and time of every flight")
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="write all figures, and distance and time of every flight"
+    )
     parser.add_argument("--picture", type=Path, metavar="DIR", help="draw the ten worst flights of each set-up there")
     parser.add_argument("--setups", type=_setups, default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}")
     parser.add_argument(

@@ -14,7 +14,7 @@ from typing import Final
 import cv2
 
 from benchmarks.exploration import setups
-from benchmarks.exploration.report import figures, prefixed, way_over_oracle
+from benchmarks.exploration.report import distance_over_oracle, figures, prefixed
 from benchmarks.exploration.runs import SeedRun, run_seed
 from benchmarks.exploration.tour_cache import TourCache, shipped
 from benchmarks.figures import Figure
@@ -51,7 +51,7 @@ def fly_all(
 def _one(name: str, seed: int, tours: TourCache, shorten: bool) -> SeedRun:
     cv2.setNumThreads(1)
     run = run_seed(SETUPS[name](), seed, tours, shorten=shorten)
-    ratio = way_over_oracle(run)
-    told = "not all seen" if math.isinf(ratio) else f"{ratio:.3f} of the best {run.best_way:.0f} m"
-    print(f"{name} {seed} ({run.lot.kind}, {run.lot.area / 1e4:.1f} ha): {told}", file=sys.stderr, flush=True)
+    ratio = distance_over_oracle(run)
+    result = "not all seen" if math.isinf(ratio) else f"{ratio:.3f} of the best {run.best_distance_m:.0f} m"
+    print(f"{name} {seed} ({run.lot.kind}, {run.lot.area / 1e4:.1f} ha): {result}", file=sys.stderr, flush=True)
     return run

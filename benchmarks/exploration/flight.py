@@ -17,7 +17,7 @@ from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap
 from benchmarks.kinematic_drone import GNSS_SIGMA_M, STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
-from hawk.ddc.motion import Goal, RoamingWatch
+from hawk.ddc.motion import Goal, Roaming
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
@@ -42,16 +42,16 @@ class Pilot(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """One flight. ``way`` (metres) and ``seconds`` until 98 % of the lot were seen, None when they never were.
+    """One flight. ``distance_m`` and ``seconds`` until 98 % of the lot were seen, None when they never were.
 
-    ``whole_way`` and ``whole_seconds`` are until the pilot was done by itself, with ``coverage`` then; ``plan_ms`` the
-    processor's milliseconds of each plan, ``excursions`` counts how often the true place left the fence, ``end`` says
-    why it ended. ``track`` (N, 3) holds true north, east and the share seen, frame by frame.
+    ``whole_distance_m`` and ``whole_seconds`` are until the pilot was done by itself, with ``coverage`` then;
+    ``plan_ms`` the processor's milliseconds of each plan, ``excursions`` counts how often the true place left the
+    fence, ``end`` says why it ended. ``track`` (N, 3) holds true north, east and the share seen, frame by frame.
     """
 
-    way: float | None
+    distance_m: float | None
     seconds: float | None
-    whole_way: float
+    whole_distance_m: float
     whole_seconds: float
     coverage: float
     excursions: int
@@ -79,7 +79,7 @@ class Stage:
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool) -> None:
         start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
         self.drone = Drone(start, lot.fence, rng, GNSS_SIGMA_M if errors else 0.0)
-        self.coverage, self.excursions, self.roaming = Coverage(lot, setup), _Excursions(lot), RoamingWatch()
+        self.coverage, self.excursions, self.roaming = Coverage(lot, setup), _Excursions(lot), Roaming()
         self.goal: Goal | None = None
         self.waiting = PathPlan()
         self.wanted: tuple[float, float] | None = None
@@ -135,7 +135,7 @@ def fly(
         now.plan_ms.append((time.thread_time() - begun) * 1e3)
         now.track.append((now.drone.true.north, now.drone.true.east, now.coverage.share))
         if now.wanted is None and now.coverage.share >= WANTED:
-            now.wanted = now.drone.way, now.drone.seconds
+            now.wanted = now.drone.distance_m, now.drone.seconds
         end = _end(now.waiting, now.wanted if not to_the_end else None, now.drone.seconds, setup.bound(lot.area))
         end = _let_pass(now, end)
     return _flown(now, end)
@@ -152,10 +152,10 @@ def _let_pass(now: Stage, end: str) -> str:
 
 
 def _flown(now: Stage, end: str) -> Flown:
-    way, seconds = now.wanted if now.wanted is not None else (None, None)
+    distance, seconds = now.wanted if now.wanted is not None else (None, None)
     drone, times, places = now.drone, np.array(now.plan_ms), np.array(now.track)
     count = now.excursions.count
-    return Flown(way, seconds, drone.way, drone.seconds, now.coverage.share, count, end, times, places)
+    return Flown(distance, seconds, drone.distance_m, drone.seconds, now.coverage.share, count, end, times, places)
 
 
 def _frame(lot: Lot, setup: Setup, drone: Drone, sequence: int) -> FrameInput:

@@ -72,7 +72,7 @@ def best_tour(lot: Lot, setup: Setup, wanted: float) -> OracleTour:
     tours = [tour for tour in found if tour is not None]
     if not tours:
         raise ValueError(f"seed {lot.seed}: no tour shows {wanted:.0%} of the lot")
-    return min(tours, key=lambda tour: tour.way)
+    return min(tours, key=lambda tour: tour.distance_m)
 
 
 def shortened(lot: Lot, setup: Setup, tour: OracleTour, tracks: Iterable[Floats], wanted: float) -> OracleTour:
@@ -84,7 +84,7 @@ def shortened(lot: Lot, setup: Setup, tour: OracleTour, tracks: Iterable[Floats]
         begins = [shapely.LineString(track).simplify(metres) for metres in _STRAIGHTENED_M]
         places = [np.array(line.coords) for line in begins]
         found += [better for turns in (False, True) for better in _from_track(lot, setup, places, wanted, turns)]
-    return min(found, key=lambda one: one.way)
+    return min(found, key=lambda one: one.distance_m)
 
 
 def _from_track(lot: Lot, setup: Setup, begins: list[Floats], wanted: float, turns: bool) -> list[OracleTour]:
@@ -94,7 +94,7 @@ def _from_track(lot: Lot, setup: Setup, begins: list[Floats], wanted: float, tur
     enough = [(tour, places) for tour, places in flown if tour is not None]
     found = []
     if enough:
-        best, places = min(enough, key=lambda one: one[0].way)
+        best, places = min(enough, key=lambda one: one[0].distance_m)
         found.append(polished(best, places, flights.fly, rng))
     searched = _best(lot, setup, wanted, turns=turns, begins=begins[-1:])
     return [*found, *([] if searched is None else [searched])]
@@ -124,7 +124,7 @@ def _best(
                 break
     if not found:
         return None
-    best, places = min(found, key=lambda one: one[0].way)
+    best, places = min(found, key=lambda one: one[0].distance_m)
     return polished(best, places, flights.fly, rng)
 
 
@@ -223,7 +223,7 @@ def _ordered(lines: list[Floats], start: NDArray[np.float64]) -> Floats:
 
 
 def _inserted(order: list[Floats], line: Floats) -> list[list[Floats]]:
-    return [[*order[:at], way, *order[at:]] for at in range(len(order) + 1) for way in (line, line[::-1])]
+    return [[*order[:at], strip, *order[at:]] for at in range(len(order) + 1) for strip in (line, line[::-1])]
 
 
 def _length(order: list[Floats], start: NDArray[np.float64]) -> float:

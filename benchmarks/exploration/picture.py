@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from benchmarks.exploration.report import way_over_oracle
+from benchmarks.exploration.report import distance_over_oracle
 from benchmarks.exploration.runs import SeedRun
 
 _SIZE: Final = 900
@@ -25,7 +25,7 @@ def draw_worst(runs: list[SeedRun], folder: Path, setup: str, count: int = 10) -
     """Write a picture of each of the worst runs; return the files, the worst first."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for place, run in enumerate(sorted(runs, key=way_over_oracle, reverse=True)[:count], 1):
+    for place, run in enumerate(sorted(runs, key=distance_over_oracle, reverse=True)[:count], 1):
         path = folder / f"{setup}-{place:02d}-seed-{run.lot.seed}.png"
         cv2.imwrite(str(path), draw(run))
         paths.append(path)
@@ -61,11 +61,15 @@ def draw(run: SeedRun) -> Image:
 
 def _write(image: Image, run: SeedRun) -> None:
     flight = run.planner
-    way = "never" if flight.way is None else f"{flight.way:.0f} m ({way_over_oracle(run):.2f} of the best)"
+    distance = (
+        "never"
+        if flight.distance_m is None
+        else f"{flight.distance_m:.0f} m ({distance_over_oracle(run):.2f} of the best)"
+    )
     lines = (
         f"seed {run.lot.seed}, {run.lot.kind}, {run.lot.area / 1e4:.1f} ha",
-        f"98 % seen: {way}; whole {flight.whole_way:.0f} m, {flight.end}",
-        f"oracle {run.oracle.way:.0f} m, bound {run.bound:.0f} m",
+        f"98 % seen: {distance}; whole {flight.whole_distance_m:.0f} m, {flight.end}",
+        f"oracle {run.oracle.distance_m:.0f} m, bound {run.bound:.0f} m",
     )
     for number, line in enumerate(lines, 1):
         cv2.putText(image, line, (10, 22 * number), cv2.FONT_HERSHEY_SIMPLEX, 0.55, _TEXT, 1, cv2.LINE_AA)

@@ -22,7 +22,7 @@ class OracleTour:
     """``places`` (K, 2) as flown, the start first; distance (metres) and seconds until the lot was seen."""
 
     places: Floats
-    way: float
+    distance_m: float
     seconds: float
 
 
@@ -36,7 +36,7 @@ def polished(
         step = _STEPS_M[0] * (_STEPS_M[1] / _STEPS_M[0]) ** (flight / _FLIGHTS)
         changed = _changed(places, step, rng)
         tour = flown(changed)
-        if tour is not None and tour.way < best.way:
+        if tour is not None and tour.distance_m < best.distance_m:
             best, places = tour, changed
     return best
 

@@ -14,10 +14,10 @@ from benchmarks.exploration.runs import BASELINES, KNOWN_LOT, NEAREST, OUTLINE, 
 from benchmarks.figures import Figure, Limit
 
 _TARGETS: Final[dict[str, Limit]] = {
-    "way_over_oracle_median": Limit(highest=1.10),
-    "way_over_oracle_p90": Limit(highest=1.25),
-    "way_over_nearest_frontier_median": Limit(highest=0.85),
-    "way_over_bound_median": Limit(highest=1.66),
+    "distance_over_oracle_median": Limit(highest=1.10),
+    "distance_over_oracle_p90": Limit(highest=1.25),
+    "distance_over_nearest_frontier_median": Limit(highest=0.85),
+    "distance_over_bound_median": Limit(highest=1.66),
     "oracle_over_bound_median": Limit(highest=1.60),
     "nearest_frontier_over_bound_median": Limit(highest=2.05),
     "plan_ms_p99": Limit(highest=30.0),
@@ -47,36 +47,42 @@ def figures(flown: Sequence[SeedRun], prototype: Sequence[SeedRun]) -> list[Figu
         _figure("plan_ms_max", "step of the planner, worst", _percentile(_plans(both), 100), "ms"),
         _figure("excursions", "excursions, all flights", float(sum(flight.excursions for flight in both))),
         _figure("coverage_min", "lot seen at the end, worst seed", min(flight.coverage for flight in both)),
-        _figure("unfinished", "ended with less than 98 % seen", float(sum(f.way is None for f in both))),
+        _figure("unfinished", "ended with less than 98 % seen", float(sum(f.distance_m is None for f in both))),
         _figure("not_done", "did not end by itself", float(sum(f.end != "done" for f in both))),
     ]
     return found
 
 
 def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
-    oracle = [run.best_way for run in runs]
-    ways = _ways(runs, PLANNER)
-    nearest = _ways(runs, NEAREST)
+    oracle = [run.best_distance_m for run in runs]
+    distances = _distances(runs, PLANNER)
+    nearest = _distances(runs, NEAREST)
     seconds = _seconds(runs)
     found = [
         _figure("lots", "lots of 0.3, 1 and 3 ha", float(len(runs))),
-        *_spread("way_over_oracle", "way by oracle", _ratios(ways, oracle)),
+        *_spread("distance_over_oracle", "distance by oracle", _ratios(distances, oracle)),
         *_by_size(runs),
-        *_spread("told_over_oracle", "lot known, way by oracle", _ratios(_ways(runs, KNOWN_LOT), oracle)),
-        *_spread("outline_over_oracle", "outline, way by oracle", _ratios(_ways(runs, OUTLINE), oracle)),
+        *_spread(
+            "known_lot_over_oracle", "lot known, distance by oracle", _ratios(_distances(runs, KNOWN_LOT), oracle)
+        ),
+        *_spread("outline_over_oracle", "outline, distance by oracle", _ratios(_distances(runs, OUTLINE), oracle)),
         *_outline_by_size(runs),
-        *_spread("way_over_nearest_frontier", "way by nearest frontier", _ratios(ways, nearest)),
+        *_spread("distance_over_nearest_frontier", "distance by nearest frontier", _ratios(distances, nearest)),
     ]
     for name in BASELINES:
-        found += _spread(f"{name}_over_oracle", f"{name} by oracle", _ratios(_ways(runs, name), oracle))
-        found += _spread(f"way_over_{name}", f"way by {name}", _ratios(ways, _ways(runs, name)))[: name != NEAREST]
+        found += _spread(f"{name}_over_oracle", f"{name} by oracle", _ratios(_distances(runs, name), oracle))
+        found += _spread(f"distance_over_{name}", f"distance by {name}", _ratios(distances, _distances(runs, name)))[
+            : name != NEAREST
+        ]
     found += [
         *_spread("seconds_over_oracle", "time by oracle's", _ratios(seconds, [run.oracle.seconds for run in runs])),
-        *_spread("flown_way_over_bound", "way by bound", _ratios(ways, [run.bound for run in runs])),
+        *_spread("flown_distance_over_bound", "distance by bound", _ratios(distances, [run.bound for run in runs])),
         *_spread("flown_oracle_over_bound", "oracle by bound", _ratios(oracle, [run.bound for run in runs])),
-        *_spread("whole_way_over_way", "way to its own end by way", _ratios(_whole(runs), ways)),
+        *_spread(
+            "whole_distance_over_distance", "distance to its own end by distance", _ratios(_whole(runs), distances)
+        ),
         _figure("seconds_median", "time, median", _percentile(seconds, 50), "s"),
-        _figure("way_median", "way, median", _percentile(ways, 50), "m"),
+        _figure("distance_median", "distance, median", _percentile(distances, 50), "m"),
     ]
     return found
 
@@ -91,8 +97,8 @@ def _sizes(runs: Sequence[SeedRun]) -> Iterator[tuple[float, str, list[SeedRun]]
 def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
     found = []
     for hectares, name, those in _sizes(runs):
-        ways = [way_over_oracle(run) for run in those]
-        found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", ways)
+        distances = [distance_over_oracle(run) for run in those]
+        found += _spread(f"distance_over_oracle_{name}_ha", f"distance by oracle, {hectares:g} ha", distances)
         times = _ratios(_seconds(those), [run.oracle.seconds for run in those])
         found += _spread(f"seconds_over_oracle_{name}_ha", f"time by oracle's, {hectares:g} ha", times)
     return found
@@ -101,11 +107,11 @@ def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
 def _outline_by_size(runs: Sequence[SeedRun]) -> list[Figure]:
     found = []
     for hectares, name, those in _sizes(runs):
-        best = [run.best_way for run in those]
+        best = [run.best_distance_m for run in those]
         found += _spread(
-            f"outline_over_oracle_{name}_ha", f"outline, {hectares:g} ha", _ratios(_ways(those, OUTLINE), best)
+            f"outline_over_oracle_{name}_ha", f"outline, {hectares:g} ha", _ratios(_distances(those, OUTLINE), best)
         )
-        whole = [run.flights[OUTLINE].whole_way for run in those]
+        whole = [run.flights[OUTLINE].whole_distance_m for run in those]
         found += _spread(f"outline_whole_{name}_ha", f"outline, to its end, {hectares:g} ha", _ratios(whole, best))
     return found
 
@@ -117,14 +123,16 @@ def _seconds(runs: Sequence[SeedRun]) -> list[float]:
 
 def _of_prototype(runs: Sequence[SeedRun]) -> list[Figure]:
     bounds = [run.bound for run in runs]
-    oracle = [run.best_way for run in runs]
-    nearest = _ratios(_ways(runs, NEAREST), bounds)
+    oracle = [run.best_distance_m for run in runs]
+    nearest = _ratios(_distances(runs, NEAREST), bounds)
     return [
         _figure("prototype_lots", "lots of 0.5 ha seen through a disc", float(len(runs))),
-        *_spread("way_over_bound", "disc: way by bound", _ratios(_ways(runs, PLANNER), bounds)),
+        *_spread("distance_over_bound", "disc: distance by bound", _ratios(_distances(runs, PLANNER), bounds)),
         *_spread("oracle_over_bound", "disc: oracle by bound", _ratios(oracle, bounds)),
         *_spread("nearest_frontier_over_bound", "disc: nearest frontier by bound", nearest),
-        *_spread("prototype_way_over_oracle", "disc: way by oracle", _ratios(_ways(runs, PLANNER), oracle)),
+        *_spread(
+            "prototype_distance_over_oracle", "disc: distance by oracle", _ratios(_distances(runs, PLANNER), oracle)
+        ),
     ]
 
 
@@ -137,24 +145,24 @@ def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
             "kind": run.lot.kind,
             "area_m2": round(run.lot.area),
             "bound_m": round(run.bound, 1),
-            "best_way_m": round(run.best_way, 1),
-            "oracle": {"way_m": round(run.oracle.way, 1), "seconds": round(run.oracle.seconds, 1)},
+            "best_distance_m": round(run.best_distance_m, 1),
+            "oracle": {"distance_m": round(run.oracle.distance_m, 1), "seconds": round(run.oracle.seconds, 1)},
             **{name: _row(flight) for name, flight in run.flights.items()},
         }
         for run in runs
     ]
 
 
-def way_over_oracle(run: SeedRun) -> float:
+def distance_over_oracle(run: SeedRun) -> float:
     """Return the planner's distance by the shortest known one, infinite when it did not show enough."""
-    return math.inf if run.planner.way is None else run.planner.way / run.best_way
+    return math.inf if run.planner.distance_m is None else run.planner.distance_m / run.best_distance_m
 
 
 def _row(flight: Flown) -> dict[str, Any]:
     return {
-        "way_m": None if flight.way is None else round(flight.way, 1),
+        "distance_m": None if flight.distance_m is None else round(flight.distance_m, 1),
         "seconds": None if flight.seconds is None else round(flight.seconds, 1),
-        "whole_way_m": round(flight.whole_way, 1),
+        "whole_distance_m": round(flight.whole_distance_m, 1),
         "whole_seconds": round(flight.whole_seconds, 1),
         "coverage": round(flight.coverage, 4),
         "excursions": flight.excursions,
@@ -163,25 +171,27 @@ def _row(flight: Flown) -> dict[str, Any]:
     }
 
 
-def _ways(runs: Sequence[SeedRun], name: str) -> list[float]:
+def _distances(runs: Sequence[SeedRun], name: str) -> list[float]:
     """Return the distances until enough was seen.
 
     The planner's is infinite when it never was. A rule that gave up gets the distance it flew, which flatters it.
     """
     short = math.inf if name == PLANNER else None
-    ways = []
+    distances = []
     for run in runs:
         flight = run.flights[name]
-        ways.append(flight.way if flight.way is not None else flight.whole_way if short is None else short)
-    return ways
+        distances.append(
+            flight.distance_m if flight.distance_m is not None else flight.whole_distance_m if short is None else short
+        )
+    return distances
 
 
 def _whole(runs: Sequence[SeedRun]) -> list[float]:
-    return [run.planner.whole_way for run in runs]
+    return [run.planner.whole_distance_m for run in runs]
 
 
-def _ratios(ways: Sequence[float], references: Sequence[float]) -> list[float]:
-    return [way / reference for way, reference in zip(ways, references, strict=True) if reference > 0]
+def _ratios(distances: Sequence[float], references: Sequence[float]) -> list[float]:
+    return [distance / reference for distance, reference in zip(distances, references, strict=True) if reference > 0]
 
 
 def _plans(flights: Iterable[Flown]) -> list[float]:

@@ -20,7 +20,7 @@ from benchmarks.exploration.tour_cache import TourCache
 from hawk.algo.path_plan.settings import PathPlanSettings
 
 PLANNER: Final = "planner"
-KNOWN_LOT: Final = "told"
+KNOWN_LOT: Final = "known_lot"
 """The planner over a known lot, without errors: the price of its search alone."""
 KNOWN_LOT_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_m=0.0, leg_m=0.0, near_lot_m=25.0)
 """Settings for a known lot: nothing is looked for beside it, and it may be left for a while."""
@@ -46,9 +46,14 @@ class SeedRun:
     flights: Mapping[str, Flown]
 
     @property
-    def best_way(self) -> float:
+    def best_distance_m(self) -> float:
         """The shortest distance known over this lot, metres: the oracle's, or a shorter one of another pilot."""
-        return min([self.oracle.way, *(flight.way for flight in self.flights.values() if flight.way is not None)])
+        return min(
+            [
+                self.oracle.distance_m,
+                *(flight.distance_m for flight in self.flights.values() if flight.distance_m is not None),
+            ]
+        )
 
     @property
     def planner(self) -> Flown:
@@ -77,7 +82,9 @@ def run_seed(setup: Setup, seed: int, tours: TourCache, *, shorten: bool = False
 
 def _shortened(lot: Lot, setup: Setup, oracle: OracleTour, flights: Iterable[Flown]) -> OracleTour:
     """Begin with the paths that are not much longer than the oracle's."""
-    short = [one.track for one in flights if one.way is not None and one.way < _NEARLY * oracle.way]
+    short = [
+        one.track for one in flights if one.distance_m is not None and one.distance_m < _NEARLY * oracle.distance_m
+    ]
     tracks = [track[: int(np.searchsorted(track[:, 2], WANTED)) + 1, :2] for track in short]
     return shortened(lot, setup, oracle, tracks, WANTED)
 

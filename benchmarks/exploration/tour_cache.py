@@ -1,4 +1,4 @@
-"""Keeps the oracle's tours between runs: nothing else is so dear.
+"""Keeps the oracle's tours between runs: nothing else takes so long.
 
 Tours of many lots come with the benchmark (``tours-SETUP.json``, as `python -m benchmarks.exploration --tours` wrote
 them). One made by an older search, or over other lots, has another key and is not used.
@@ -33,7 +33,8 @@ class TourCache:
         self._writes = writes
         self._known: dict[str, dict[str, Any]] = {}
         if path is not None and path.exists():
-            self._known = json.loads(path.read_text(encoding="utf-8"))
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            self._known = {key: tour for key, tour in kept.items() if "distance_m" in tour}
 
     def read_only(self) -> TourCache:
         """Return the same, to be read by one of several processes."""
@@ -45,17 +46,21 @@ class TourCache:
         if key not in self._known:
             self._keep(key, best_tour(lot, setup, WANTED))
         kept = self._known[key]
-        return OracleTour(np.array(kept["places"]), kept["way"], kept["seconds"])
+        return OracleTour(np.array(kept["places"]), kept["distance_m"], kept["seconds"])
 
     def keep(self, lot: Lot, setup: Setup, tour: OracleTour) -> None:
         """Take a tour of another process, or a shorter one than before."""
         key = _key(lot, setup)
-        if key not in self._known or round(tour.way, 2) < self._known[key]["way"]:
+        if key not in self._known or round(tour.distance_m, 2) < self._known[key]["distance_m"]:
             self._keep(key, tour)
 
     def _keep(self, key: str, tour: OracleTour) -> None:
         places = np.round(tour.places, 2).tolist()
-        self._known[key] = {"places": places, "way": round(tour.way, 2), "seconds": round(tour.seconds, 2)}
+        self._known[key] = {
+            "places": places,
+            "distance_m": round(tour.distance_m, 2),
+            "seconds": round(tour.seconds, 2),
+        }
         if self._path is not None and self._writes:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             lines = [f"{json.dumps(name)}: {json.dumps(tour)}" for name, tour in self._known.items()]

@@ -50,11 +50,11 @@ class TourFlights:
         flight = fly(
             self._lot, self._setup, pilot, errors=False, to_the_end=False, maps=False, stage=stage, watch=watch
         )
-        if flight.way is None or flight.seconds is None:
+        if flight.distance_m is None or flight.seconds is None:
             return None
-        if flight.way < self._least:
-            self._least, self._tour, self._stages = flight.way, tour, kept
-        return OracleTour(flight.track[::_TRACK_STEP, :2], flight.way, flight.seconds)
+        if flight.distance_m < self._least:
+            self._least, self._tour, self._stages = flight.distance_m, tour, kept
+        return OracleTour(flight.track[::_TRACK_STEP, :2], flight.distance_m, flight.seconds)
 
     def _alike(self, tour: list[Place]) -> int:
         """Return how many of the kept stages the tour goes through as well: a pilot knows the next waypoint, and

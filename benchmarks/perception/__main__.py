@@ -24,7 +24,7 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.figures import tell
+from benchmarks.figures import print_and_write
 from benchmarks.perception.places import folder_option
 from benchmarks.perception.regions import Regions, ground_option
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except (OSError, ValueError, KeyError) as error:
             print(f"--regions: {error}", file=sys.stderr)
             return 2
-    tell(network_sections(network, material), options.json)
+    print_and_write(network_sections(network, material), options.json)
     return 0
 
 

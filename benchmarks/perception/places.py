@@ -53,13 +53,13 @@ def folder_option(text: str) -> Path:
 def read_lots(folder: Path) -> Iterator[Place]:
     """Yield the places of a folder of PLACE.jpg and PLACE.json."""
     for path in sorted(folder.glob("*.json")):
-        told = json.loads(path.read_text())
-        states = [StallState(s["state"]) if s["state"] != "unclear" else StallState.UNKNOWN for s in told["stalls"]]
-        corners = np.array([s["corners_m"] for s in told["stalls"]], float).reshape(-1, 4, 2)
-        lots = tuple(np.array(lot, float) for lot in told["lots_m"])
+        labels = json.loads(path.read_text())
+        states = [StallState(s["state"]) if s["state"] != "unclear" else StallState.UNKNOWN for s in labels["stalls"]]
+        corners = np.array([s["corners_m"] for s in labels["stalls"]], float).reshape(-1, 4, 2)
+        lots = tuple(np.array(lot, float) for lot in labels["lots_m"])
         truth = LabelledPlace(corners, state_array(states), lots)
-        image, scale = read_picture(path.with_suffix(".jpg")), told["metres_per_pixel"]
-        yield Place(path.stem, image, scale, truth, str(told.get("ground", "")), missing_ground(image))
+        image, scale = read_picture(path.with_suffix(".jpg")), labels["metres_per_pixel"]
+        yield Place(path.stem, image, scale, truth, str(labels.get("ground", "")), missing_ground(image))
 
 
 def read_tiles(folder: Path) -> Iterator[Place]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-SAME_WAY = math.radians(20)
+SAME_DIRECTION = math.radians(20)
 """Greatest difference of direction of two stalls of one row."""
 STEP, ASIDE = (0.6, 1.5), 0.4
 """Neighbours lie one stall on along the row, in stalls, and at most this share of a stall aside of it."""
@@ -75,7 +75,7 @@ def neighbours(boxes: Boxes, others: Boxes) -> NDArray[np.int_]:
     """
     offset = boxes.offsets(others.centre)
     size = np.abs(offset)
-    level = boxes.turned(others) < SAME_WAY
+    level = boxes.turned(others) < SAME_DIRECTION
     sides = np.zeros(level.shape, np.int_)
     for axis in (1, 0):
         step, aside = size[..., axis], size[..., 1 - axis]
@@ -126,7 +126,7 @@ class Rows:
             return np.zeros((len(self.boxes), len(finds)), np.bool_)
         step, aside = self._in_row(finds.centre)
         size = finds.width[None] / self.boxes.width[:, None]
-        alike = (self.boxes.turned(finds) < SAME_WAY) & (size > 0.6) & (size < 1.6)
+        alike = (self.boxes.turned(finds) < SAME_DIRECTION) & (size > 0.6) & (size < 1.6)
         return np.asarray(alike & (np.abs(step) > 0.3) & (np.abs(step) < 0.7) & (np.abs(aside) < 0.3))
 
     def _in_row(self, points: Floats) -> tuple[Floats, Floats]:

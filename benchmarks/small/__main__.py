@@ -20,7 +20,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.figures import BenchmarkError, Section, missed, tell
+from benchmarks.figures import BenchmarkError, Section, missed, print_and_write
 from benchmarks.small.box import make_box, other_cores
 from benchmarks.small.lot import draw_lot
 from benchmarks.small.measure import measure
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except BenchmarkError as error:
             print(f"small: {error}", file=sys.stderr)
             return EXIT_FAILED
-    tell([section], options.json)
+    print_and_write([section], options.json)
     return EXIT_FAILED if missed([section]) else 0
 
 

@@ -24,7 +24,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, print_and_write
 from benchmarks.processes import cpu_time
 from benchmarks.video import servers
 from benchmarks.video.measure import FPS, Setting, figures, measure
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             found, problem = asyncio.run(_measure(options, Path(folder)))
         except BenchmarkError as error:
             found, problem = [], f"not measured: {error}"
-    tell([Section("video", found, problem)], options.json)
+    print_and_write([Section("video", found, problem)], options.json)
     return 0 if found else 1
 
 
@@ -84,7 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     parser.add_argument("--seconds", type=_seconds, default=LEAST_S, help="of each round (15)")
-    parser.add_argument("--rounds", type=int, default=LEAST_ROUNDS, help="of each way and number of viewers (3)")
+    parser.add_argument("--rounds", type=int, default=LEAST_ROUNDS, help="of each transport and number of viewers (3)")
     parser.add_argument(
         "--viewers", type=_counts, default=(1, 4, 16), metavar="A,B", help="numbers of viewers (1,4,16)"
     )

@@ -36,7 +36,7 @@ ENDS_S: Final = 20.0
 class Run:
     """Findings of all rounds of one server's address with one number of viewers."""
 
-    way: str
+    transport: str
     viewers: int
     fast: int
     fast_ms: list[float] = field(default_factory=list)
@@ -81,28 +81,32 @@ class Setting:
     """µStreamer's camera; None: µStreamer is left out."""
 
     @property
-    def ways(self) -> tuple[str, ...]:
+    def transports(self) -> tuple[str, ...]:
         """Names of what is measured, one after the other in each round."""
         return (SOCKET, STREAM) if self.feeder is None else (SOCKET, USTREAMER, STREAM)
 
 
 async def measure(setting: Setting, counts: Sequence[int], rounds: int) -> list[Run]:
     """Measure every address with every number of viewers, one after the other in each round. Raises BenchmarkError."""
-    runs = {(way, viewers): Run(way, viewers, _kinds(viewers)[0]) for viewers in counts for way in setting.ways}
+    runs = {
+        (transport, viewers): Run(transport, viewers, _kinds(viewers)[0])
+        for viewers in counts
+        for transport in setting.transports
+    }
     for viewers in counts:
         for number in range(rounds):
-            for way in setting.ways:
-                print(f"{viewers} viewers, {NAMES[way]}, round {number + 1} ...", file=sys.stderr, flush=True)
-                await _round(setting, runs[way, viewers])
-        for way in (SOCKET, STREAM):
-            print(f"{viewers} viewers, {NAMES[way]}, a page beside them ...", file=sys.stderr, flush=True)
-            await _round_with_page(setting, runs[way, viewers])
+            for transport in setting.transports:
+                print(f"{viewers} viewers, {NAMES[transport]}, round {number + 1} ...", file=sys.stderr, flush=True)
+                await _round(setting, runs[transport, viewers])
+        for transport in (SOCKET, STREAM):
+            print(f"{viewers} viewers, {NAMES[transport]}, a page beside them ...", file=sys.stderr, flush=True)
+            await _round_with_page(setting, runs[transport, viewers])
     return list(runs.values())
 
 
 async def _round(setting: Setting, run: Run) -> None:
     ours, theirs = servers.cores()
-    async with _server(setting, run.way, ours) as served:
+    async with _server(setting, run.transport, ours) as served:
         report = await _watch(setting, run, served, theirs)
     run.fast_ms += report["fast_ms"]
     run.slow_ms += report["slow_ms"]
@@ -117,7 +121,7 @@ async def _round(setting: Setting, run: Run) -> None:
 async def _round_with_page(setting: Setting, run: Run) -> None:
     """Measure a page's round trips only: what the page costs the server is no cost of the pictures."""
     ours, theirs = servers.cores()
-    async with _server(setting, run.way, ours) as served:
+    async with _server(setting, run.transport, ours) as served:
         address = (f"http://{servers.HOST}:{served.port}", f"{WARM_UP_S + setting.seconds:g}")
         page = asyncio.create_task(_ask("benchmarks.video.control", address, theirs, "", setting.seconds))
         try:
@@ -132,15 +136,15 @@ async def _watch(setting: Setting, run: Run, served: servers.Served, cores: str)
     """Let the viewers watch; return their report."""
     fast, slow, stalled = _kinds(run.viewers)
     order = Order(
-        run.way, servers.HOST, served.port, PATHS[run.way], fast, slow, stalled, SLOW_BYTES_PER_S, WARM_UP_S,
-        setting.seconds, min(STALL_S, 0.4 * setting.seconds), served.pid,
+        run.transport, servers.HOST, served.port, PATHS[run.transport], fast, slow, stalled, SLOW_BYTES_PER_S,
+        WARM_UP_S, setting.seconds, min(STALL_S, 0.4 * setting.seconds), served.pid,
     )  # fmt: skip
     return await _ask("benchmarks.video.clients", (), cores, json.dumps(asdict(order)), setting.seconds)
 
 
 @asynccontextmanager
-async def _server(setting: Setting, way: str, cores: str) -> AsyncIterator[servers.Served]:
-    if way == USTREAMER:
+async def _server(setting: Setting, transport: str, cores: str) -> AsyncIterator[servers.Served]:
+    if transport == USTREAMER:
         assert setting.feeder is not None
         log = setting.folder / "ustreamer.log"
         async with servers.ustreamer(setting.pictures, FPS, cores, setting.feeder, log) as served:
@@ -171,16 +175,16 @@ def _kinds(viewers: int) -> tuple[int, int, int]:
 
 def figures(runs: Sequence[Run]) -> list[Figure]:
     """Return the figures of all runs, last those with limits: of the most viewers, the worse of our two addresses."""
-    by_key = {(run.way, run.viewers): run for run in runs}
+    by_key = {(run.transport, run.viewers): run for run in runs}
     found = [figure for run in runs for figure in _figures(run, by_key.get((USTREAMER, run.viewers)))]
     most = max(run.viewers for run in runs)
     return found + _promises(
-        [run for run in runs if run.viewers == most and run.way != USTREAMER], by_key.get((USTREAMER, most))
+        [run for run in runs if run.viewers == most and run.transport != USTREAMER], by_key.get((USTREAMER, most))
     )
 
 
 def _figures(run: Run, ustreamer: Run | None) -> list[Figure]:
-    key, text = f"{run.way}_{run.viewers}", f"{NAMES[run.way]}, {run.viewers} viewers"
+    key, text = f"{run.transport}_{run.viewers}", f"{NAMES[run.transport]}, {run.viewers} viewers"
     beside = None if ustreamer is run else ustreamer
 
     def figure(name: str, words: str, value: float | None, unit: str, other: float | None) -> Figure:
@@ -231,7 +235,7 @@ def _promises(ours: Sequence[Run], ustreamer: Run | None) -> list[Figure]:
         theirs = None if ustreamer is None else of(ustreamer)
         ratios = [_ratio(of(run), theirs) for run in ours]
         found += [
-            Figure(f"{run.way}_{key}", f"{NAMES[run.way]}: {text}", ratio, limit=Limit(highest=limit))
+            Figure(f"{run.transport}_{key}", f"{NAMES[run.transport]}: {text}", ratio, limit=Limit(highest=limit))
             for run, ratio in zip(ours, ratios, strict=True)
         ]
         known = [ratio for ratio in ratios if ratio is not None]

@@ -84,7 +84,7 @@ class AlgorithmLoop:
             topics: Where results are published.
             record: Called on the loop with each frame that was processed.
             supervisor: Keeps the task running.
-            aim: Turns the camera by its gimbal, see `hawk.comm.autopilot.gimbal.GimbalWatch.aim`.
+            aim: Turns the camera by its gimbal, see `hawk.comm.autopilot.gimbal.GimbalAttitudes.aim`.
         """
         self._manager = manager
         self._next_frame = next_frame

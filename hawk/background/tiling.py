@@ -116,18 +116,18 @@ def _colour_bands(rasterio: Any, dataset: Any) -> tuple[int, int, int]:
     """
     kinds = rasterio.enums.ColorInterp
     alpha = kinds.alpha
-    told = list(dataset.colorinterp)
-    if all(each in told for each in (kinds.red, kinds.green, kinds.blue)):
-        red, green, blue = (told.index(each) + 1 for each in (kinds.red, kinds.green, kinds.blue))
+    meanings = list(dataset.colorinterp)
+    if all(each in meanings for each in (kinds.red, kinds.green, kinds.blue)):
+        red, green, blue = (meanings.index(each) + 1 for each in (kinds.red, kinds.green, kinds.blue))
         return red, green, blue
     named = [(text or "").strip().lower() for text in dataset.descriptions]
     found = [[number for number, name in enumerate(named, start=1) if name in names] for names in _BAND_NAMES]
     if all(len(numbers) == 1 for numbers in found):
         return found[0][0], found[1][0], found[2][0]
-    colours = [number for number, each in enumerate(told, start=1) if each is not alpha]
+    colours = [number for number, each in enumerate(meanings, start=1) if each is not alpha]
     if len(colours) == 1:
         return colours[0], colours[0], colours[0]
-    words = ", ".join(name or each.name for name, each in zip(named, told, strict=True))
+    words = ", ".join(name or each.name for name, each in zip(named, meanings, strict=True))
     raise PictureError(
         f"{dataset.name} does not say which of its bands are red, green and blue ({words}): "
         f"gdal_translate -b RED -b GREEN -b BLUE -colorinterp red,green,blue {dataset.name} new.tif, with their numbers"
@@ -136,9 +136,9 @@ def _colour_bands(rasterio: Any, dataset: Any) -> tuple[int, int, int]:
 
 def _alpha_band(rasterio: Any, dataset: Any) -> int:
     """Return the number of the band of opacity: its own, else the one that is added behind all others."""
-    told = list(dataset.colorinterp)
+    meanings = list(dataset.colorinterp)
     alpha = rasterio.enums.ColorInterp.alpha
-    return told.index(alpha) + 1 if alpha in told else int(dataset.count) + 1
+    return meanings.index(alpha) + 1 if alpha in meanings else int(dataset.count) + 1
 
 
 def _rasterio() -> Any:

@@ -77,10 +77,10 @@ def _run(options: argparse.Namespace) -> int:
         raise ConfigError("--apply: name the settings file to change with --config")
     target = options.config if options.apply else None
     if options.in_flight is not None:
-        from hawk.calibrate.flight_command import give_way, run_in_flight
+        from hawk.calibrate.flight_command import run_in_flight, use_least_priority
 
         if options.in_background:
-            give_way()
+            use_least_priority()
         recording = None if options.in_flight == _NEWEST else options.in_flight
         return run_in_flight(config, recording, target, as_json=options.json)
     if options.work == "board":

@@ -132,7 +132,7 @@ def estimate_flight(recording: Path) -> tuple[Flight, Estimate]:
     return flight, estimate(flight.track, match_pairs(flight, pairs), flight.camera)
 
 
-def give_way(oom_score: Path = _OOM_SCORE) -> None:
+def use_least_priority(oom_score: Path = _OOM_SCORE) -> None:
     """Let everything else go first: for the daemon's estimate after a landing. A program short of memory ends this one.
 
     The daemon's own priority and protection (packaging/systemd) are inherited otherwise.

@@ -31,7 +31,8 @@ from hawk.config.sections import Config
 from hawk.ddc.battery.chemistry import CHEMISTRIES
 from hawk.ddc.parameters.failsafes import MAY_BE_MISSING, AutopilotView, check_failsafes, watched_names
 from hawk.ddc.parameters.values import FailsafeCheck, Values
-from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_check
+from hawk.ddc.readings.instant import Instant
+from hawk.ddc.readings.remote_control import RemoteControlReading, remote_control_check
 from hawk.model.vehicle import mode_name
 from hawk.runtime.programs import Processes
 from hawk.runtime.supervision import Supervisor
@@ -72,10 +73,11 @@ def _result(check: FailsafeCheck) -> CheckResult:
 
 def _remote_control(config: Config, values: Values, topics: VehicleTopics) -> CheckResult:
     settings, latest = config.remote_control, topics.remote_control.latest
-    watch = RemoteControlWatch(settings)
+    reading = RemoteControlReading(topics.remote_control, settings)
     now = 0.0 if latest is None else latest.time + topics.remote_control.age
-    watch.look(topics.remote_control.value, values.get(SWITCH_CHANNEL), now, is_armed=False)
-    found = remote_control_check(watch.read(now), values, settings)
+    instant = Instant(now, parameters={name: value for name, value in values.items() if value is not None})
+    reading.update(instant)
+    found = remote_control_check(reading.facts(instant), values, settings)
     if found.passed:
         return passed(found.name, f"{_upper(found.value)}.")
     return warning(found.name, f"{_upper(found.value)}. {found.consequence}", found.remedy)
@@ -264,7 +266,7 @@ def _not_found(url: str, autopilot: MavsdkAutopilot) -> CheckResult:
         return failed(_NAME, f"Not the expected autopilot is heard: {other}", remedy)
     heard = autopilot.hearing.heard
     if heard:
-        remedy = "Is the copter switched on? Then let its messages come this way, too (SERIALn_PROTOCOL, router)."
+        remedy = "Is the copter switched on? Then forward its messages to this link, too (SERIALn_PROTOCOL, router)."
         return failed(_NAME, f"No copter is heard at {url}, but: {heard}.", remedy)
     value = f"No autopilot is heard at {url}."
     if "opened" in autopilot.problem:

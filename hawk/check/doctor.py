@@ -148,7 +148,7 @@ def last_flight(lines: Sequence[Line]) -> list[Line]:
     return kept + flown
 
 
-def tell(lines: Sequence[Line]) -> str:
+def in_words(lines: Sequence[Line]) -> str:
     """Return the flight in words: when, how long, how it ended, then each line with its time."""
     armed = next((line for line in lines if line.event == "arm"), None)
     if armed is None:
@@ -235,7 +235,7 @@ def collect(
     journal = run(["journalctl", "-u", "hawk-drone", "-n", str(JOURNAL_LINES), "--no-pager", "-o", "short-iso"])
     if journal.strip():
         parts["daemon-journal.txt"] = journal
-        parts[LAST_FLIGHT] = tell(last_flight(read_journal(run(COMMAND))))
+        parts[LAST_FLIGHT] = in_words(last_flight(read_journal(run(COMMAND))))
     parts |= _small_files(folder)
     kept = _flight_journal(folder / "journal")
     if kept:

@@ -54,7 +54,7 @@ class FlightTrace:
 
     def end(self, words: str) -> None:
         """Note the end of the program."""
-        self._tell_changes("", "")
+        self._note_changes("", "")
         _note(NOTICE, "end", words)
 
     def record(self, kind: str, payload: Mapping[str, Any]) -> None:
@@ -81,14 +81,14 @@ class FlightTrace:
             self._armed = vehicle.armed
         flown = None if travel.flight_time is None else (travel.flight_time, travel.distance_flown or 0.0)
         if (flown is None) != (self._flown is None):
-            self._tell_air(status)
+            self._note_air(status)
         self._flown = flown
-        self._tell_changes(operation.detail, operation.asked_by or "")
+        self._note_changes(operation.detail, operation.asked_by or "")
         controller = self._controller()
         if controller != self._in_control:
             self._in_control = controller
             _note(NOTICE, "operator", "nobody has control" if controller is None else f"{controller} has control")
-        self._tell_faults(status)
+        self._note_faults(status)
         for entry in status.log:
             if entry.number > self._entry:
                 self._entry = entry.number
@@ -102,14 +102,14 @@ class FlightTrace:
         words = f"{name} asked for {command}: " + ("accepted" if accepted else f"refused: {payload['reason']}")
         _note(NOTICE if accepted else logging.INFO, "operator", words)
 
-    def _tell_air(self, status: DroneStatus) -> None:
+    def _note_air(self, status: DroneStatus) -> None:
         if self._flown is None:
             _note(NOTICE, "take-off", _battery(status))
         else:
             seconds, metres = self._flown
             _note(NOTICE, "landing", f"after {seconds:.0f} s and {metres:.0f} m, {_battery(status)}")
 
-    def _tell_changes(self, detail: str, asked_by: str) -> None:
+    def _note_changes(self, detail: str, asked_by: str) -> None:
         for number, (former, following) in enumerate(self._changes, start=1):
             is_newest = number == len(self._changes)
             cause = f": {detail}" if is_newest and detail else ""
@@ -117,7 +117,7 @@ class FlightTrace:
             _note(NOTICE, "state", f"{former} -> {following}{cause}{asked}")
         self._changes.clear()
 
-    def _tell_faults(self, status: DroneStatus) -> None:
+    def _note_faults(self, status: DroneStatus) -> None:
         faults = {part.name: part.reason for part in status.parts.health if not part.healthy}
         for name in faults.keys() - self._faults.keys():
             if self._repeated.due(f"fault {name}") is not None:

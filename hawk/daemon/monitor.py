@@ -39,15 +39,15 @@ class MonitoredParts:
 
 
 class Monitor:
-    """Looks at the parts at an interval. ``say_word`` is called before each look."""
+    """Looks at the parts at an interval. ``write_flight_state`` is called before each look."""
 
     def __init__(
-        self, parts: MonitoredParts, inputs: DdcInputs, add_message: AddMessage, say_word: Callable[[], None]
+        self, parts: MonitoredParts, inputs: DdcInputs, add_message: AddMessage, write_flight_state: Callable[[], None]
     ) -> None:
         self._parts = parts
         self._inputs = inputs
         self._add_message = add_message
-        self._say_word = say_word
+        self._write_flight_state = write_flight_state
         self._hearing = parts.autopilot.hearing
         self._problem = ""
         self._frames = 0
@@ -55,7 +55,7 @@ class Monitor:
     async def run(self) -> None:
         """Look until cancelled."""
         while True:
-            self._say_word()
+            self._write_flight_state()
             await asyncio.sleep(MONITOR_S)
             self._look()
 

@@ -64,7 +64,7 @@ from hawk.sim.launch import SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file
-from hawk.versions.flight_word import FlightWord
+from hawk.versions.flight_state import FlightStateFile
 from hawk.web.access.tls import Tls, watch_certificate
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
@@ -136,7 +136,7 @@ class Daemon:
         self._journal = FlightJournal(config.store.directory / "journal")
         self._recording = Recording(config.store, self.clock, self._metadata())
         runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
-        self._flight_word = FlightWord(Path(runtime) if runtime else None)
+        self._flight_state = FlightStateFile(Path(runtime) if runtime else None)
         self._make_vehicle()
         self._make_operations()
         self._make_results()
@@ -153,7 +153,7 @@ class Daemon:
             ),
             self.inputs,
             self.manager.log.add,
-            lambda: self._flight_word.say(may_fly=self._may_fly()),
+            lambda: self._flight_state.write(may_fly=self._may_fly()),
         )
         self._web = WebServer(self._web_services())
 
@@ -325,7 +325,7 @@ class Daemon:
             await self._stopping.wait()
             flew = await self.manager.shutdown_in_air()
             self._starts.ended_in_order()
-            self._trace.end("in the air, with a way home" if flew else "in order")
+            self._trace.end("in the air, with a return under way" if flew else "in order")
         finally:
             ticker.stop()
             await self._close()
@@ -434,7 +434,7 @@ class Daemon:
         await self._recording.close()
         await self._journal.close()
         self._output.close()
-        self._flight_word.close()
+        self._flight_state.close()
 
     async def _keep_last_map(self) -> None:
         if self._map_keeper is None:
@@ -499,7 +499,7 @@ class Daemon:
 
     def _record_flights(self, state: VehicleState) -> None:
         if state.armed:
-            self._flight_word.say(may_fly=True)  # at once: no version is switched from now on
+            self._flight_state.write(may_fly=True)  # at once: no version is switched from now on
         if state.connected and not state.armed:
             self._starts.found_disarmed()
         if state.connected:

@@ -303,6 +303,18 @@ class ForgetAskedModes:
 
 
 @dataclass(frozen=True, slots=True)
+class SettleMode:
+    """The autopilot's mode became this one: of the modes that were asked for, those of before are not ours any more."""
+
+    mode: int
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetHeldFence:
+    """The autopilot was not heard for a while: the fence that it holds is not known until it is read again."""
+
+
+@dataclass(frozen=True, slots=True)
 class SetVoice:
     """Let our heartbeats go out, or hold them back."""
 
@@ -353,6 +365,8 @@ Act = (
     | BeginSurvey
     | PutFenceInForce
     | ForgetAskedModes
+    | SettleMode
+    | ForgetHeldFence
     | SetVoice
     | CountStart
     | KeepFall

@@ -1,29 +1,31 @@
 """Decider: judges commands, reacts and decides. It sees facts, returns acts, and does nothing itself.
 
-The same facts and commands give the same decisions: `hawk.ddc.replay` decides a recorded flight again.
+A tick is a row of steps. Each sees facts and the active state, and returns what it decided. One driver guards each step
+and makes the state that follows the active one. The same facts and commands give the same decisions:
+`hawk.ddc.replay` decides a recorded flight again.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple, ParamSpec, TypeVar
 
 from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId
-from hawk.ddc.acts import Acts, BeginSurvey, EnterState, ForgetAskedModes, Log, Record, Step
+from hawk.ddc.acts import STAY, Acts, BeginSurvey, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.keeping.keeper import Keeper
-from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
-from hawk.ddc.readings.link import VehicleEvent
+from hawk.ddc.orders import Cause, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record
-from hawk.ddc.rules.follower import FALLEN, VehicleFollower
+from hawk.ddc.rules.follower import FALLEN, VehicleFollower, forgotten
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
 from hawk.ddc.rules.needs import Interlocks, Situation
-from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
-from hawk.ddc.rules.silence import SilenceWatch
+from hawk.ddc.rules.notices import GroundNotices, SurveyNotices, WitnessNotices
+from hawk.ddc.rules.silence import SilenceRule
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
@@ -34,6 +36,8 @@ from hawk.model.operation import StateName
 from hawk.model.sentences import say, sentence
 
 _LOGGER = logging.getLogger(__name__)
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,33 @@ class Decision:
     fault: str
     is_sound: bool
     """False for a tick in which a step failed that keeps the drone safe: autopilot's changes, Kill, guard, state."""
+
+
+Decided = Acts | Step | Ruling
+"""Outcome of a step: acts alone; acts and a transition; or those of a command, whose order the state takes."""
+Decide = Callable[[Facts, State], Decided]
+
+
+class TickStep(NamedTuple):
+    """One step of a tick. ``is_vital``: the drone's safety depends on it."""
+
+    decide: Decide
+    facts: Facts
+    is_vital: bool = True
+
+
+class Outcome(NamedTuple):
+    """Outcome of steps: the state that is active after them, their acts in order, and the last fault, in words."""
+
+    state: State
+    acts: Acts = ()
+    fault: str = ""
+    is_sound: bool = True
+
+    def then(self, later: Outcome) -> Outcome:
+        """Return the outcome of these steps and those that follow them."""
+        is_sound = self.is_sound and later.is_sound
+        return Outcome(later.state, self.acts + later.acts, later.fault or self.fault, is_sound)
 
 
 class Decider:
@@ -69,15 +100,13 @@ class Decider:
         self._kill = KillSwitch()
         self._keeper = Keeper(settings, right_parameters)
         self._kept = KeptFacts()
-        self._ground = GroundReports(settings.heights.highest_obstacle_m)
-        self._witness = WitnessReports()
+        self._ground = GroundNotices(settings.heights.highest_obstacle_m)
+        self._witness = WitnessNotices()
         self._desk = CommandDesk(tokens, self._kill, self._keeper.reader)
         self._follower = VehicleFollower()
-        self._silence = SilenceWatch()
-        self._survey = SurveyNotice(continues_survey=continues_survey)
-        self._acts: Acts = ()
+        self._silence = SilenceRule()
+        self._survey = SurveyNotices(continues_survey=continues_survey)
         self._fault = ""
-        self._is_sound = True
         self.state: State = IdleState(now, say("Looking for the autopilot."))
         self._entered = _entering(self.state)
 
@@ -102,190 +131,208 @@ class Decider:
         return replace(facts, kept=self._kept)
 
     def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
-        """Decide on a command. A fault refuses it."""
+        """Decide on a command: the desk rules on it, then its acts are done and the state takes its order.
+
+        A fault refuses it.
+        """
         facts = self._with_kept(facts)
-        rulings: list[Ruling] = []
-        self._guarded(facts, lambda: rulings.append(self._rule(facts, client, command)))
-        if rulings:
-            return self._taken(rulings[0].answer)
-        return self._taken(Ack(id=command.id, accepted=False, reason=sentence(self._fault)))
+        ruling, fault = _attempt(lambda: self._desk.rule(client, command, self.situation(facts)))
+        if ruling is None:
+            failed = Outcome(self.state, fault=fault, is_sound=False)
+            return self._refused(command, self._keep(failed.then(self._end_task(self.state, facts))))
+        outcome = self._fold([TickStep(lambda *_: ruling, facts)])
+        if not outcome.is_sound:
+            return self._refused(command, outcome)
+        if any(isinstance(act, BeginSurvey) for act in ruling.acts):
+            self._continues_survey, self._survey = False, SurveyNotices(continues_survey=False)
+        if isinstance(ruling.answer, Ack):
+            outcome = outcome._replace(acts=(*outcome.acts, answer_record(client, command, ruling.answer)))
+        return self._decision(outcome, ruling.answer)
 
     def tick(self, facts: Facts) -> Decision:
         """Decide once a tick: the autopilot's changes, Kill, automatic reactions, the state. No step hides another."""
-        self._is_sound = True
-        for is_vital, step in self._steps(facts):
-            if not self._guarded(facts, step) and is_vital:
-                self._is_sound = False
-        return self._taken(None)
+        return self._decision(self._fold(self._steps(facts)))
 
     def leave_air(self, facts: Facts, cause: Cause) -> Decision | None:
         """Decide to return home, or to land, because the program ends; None where there is nothing to do."""
         if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
             return None
-        facts = self._with_kept(facts)
-        self._guarded(facts, lambda: self._switch(returning(facts, cause), facts))
-        return self._taken(None)
+        return self._at_once(facts, lambda now, _: Step(returning(now, cause)))
 
-    # -- steps ---------------------------------------------------------------------------------------------------
+    def follow(self, facts: Facts, transition: Transition) -> Decision:
+        """Make the state of a transition the active one, whatever the present one is."""
+        return self._at_once(facts, lambda *_: Step(transition))
 
-    def _rule(self, facts: Facts, client: ClientId, command: Command) -> Ruling:
-        ruling = self._desk.rule(client, command, self.situation(facts))
-        self._carry_out(ruling, facts)
-        if any(isinstance(act, BeginSurvey) for act in ruling.acts):
-            self._continues_survey, self._survey = False, SurveyNotice(continues_survey=False)
-        if isinstance(ruling.answer, Ack):
-            self._do((answer_record(client, command, ruling.answer),))
-        return ruling
+    # -- the driver ----------------------------------------------------------------------------------------------
 
-    def _steps(self, facts: Facts) -> Iterator[tuple[bool, Callable[[], None]]]:
-        """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""
-        for event in facts.link.events:
-            yield True, partial(self._hear, event, facts)
-        if not self._kill.is_sending:
-            yield True, lambda: self._step(self._follower.watch(facts, self.state), facts)
-        yield True, lambda: self._lock(facts)
-        yield True, lambda: self._step(self._follower.watch_jump(facts, self.state), facts)
-        yield False, lambda: self._do(self._desk.routes.tick(facts))
-        if self._kill.is_sending:
-            yield True, lambda: self._cut(facts)
-            return
-        yield True, lambda: self._step(self._silence.tick(facts, self.state), facts)
-        yield False, lambda: self._do(guard.notices(facts))
-        yield False, lambda: self._do(self._ground.tick(facts))
-        yield False, lambda: self._do(self._witness.tick(facts, self.state))
-        for is_vital, keep in self._keeper.steps(facts, self.state):
-            yield is_vital, lambda: self._do(keep())  # noqa: B023 - it is called before the next one
-        yield True, lambda: self._note_kept(facts)
-        facts = self._with_kept(facts)
-        yield False, lambda: self._do(self._survey.tick(facts, self.state))
-        yield False, lambda: self._check_lot(facts)
-        yield True, lambda: self._react(facts)
-        if not facts.link.is_up and not self.state.on_ground:
-            return  # nothing that is decided now would reach the autopilot
-        yield True, lambda: self._process(facts)
-        yield True, lambda: self._advance(facts, None)
+    def _fold(self, steps: Iterable[TickStep]) -> Outcome:
+        """Take one step after the other, each with the state that the one before left."""
+        outcome = Outcome(self.state)
+        for step in steps:
+            taken = self._take(step, self.state)
+            if taken != Outcome(self.state):
+                outcome = outcome.then(self._keep(taken))
+        return outcome
 
-    def _note_kept(self, facts: Facts) -> None:
-        self._kept = self._keeper.kept(facts)
+    def _keep(self, outcome: Outcome) -> Outcome:
+        """Remember the state, what was published of it, and the fault: the one place where they change."""
+        self.state = outcome.state
+        self._fault = outcome.fault or self._fault
+        for act in outcome.acts:
+            if isinstance(act, EnterState):
+                self._entered = act
+        return outcome
 
-    def _hear(self, event: VehicleEvent, facts: Facts) -> None:
-        self._step(self._follower.answer(event, facts, self.state), facts)
+    def _take(self, step: TickStep, state: State) -> Outcome:
+        """Take one step. A fault ends a task by Hover and is shown; it stops no other step."""
+        decided, fault = _attempt(step.decide, step.facts, state)
+        if decided is None:
+            taken = Outcome(state, fault=fault, is_sound=False)
+        else:
+            taken = self._carry_out(decided, step.facts, state)
+        if taken.is_sound:
+            return taken
+        ended = self._end_task(taken.state, step.facts)
+        return taken.then(ended)._replace(is_sound=ended.is_sound and not step.is_vital)
 
-    def _lock(self, facts: Facts) -> None:
-        """Lock Arm after a fall. One from a small height shows a moment after "disarmed"."""
-        known = self._kill.fall
-        self._do(self._kill.follow(facts))
-        is_new = known is None and self._kill.fall is not None and facts.link.is_up
-        if is_new and self.state.identity is StateName.IDLE and not self._kill.was_cut:
-            self._step(FALLEN, facts)
+    def _carry_out(self, decided: Decided, facts: Facts, state: State) -> Outcome:
+        """Do what was decided: its acts come first, also where a fault in the state keeps the rest from being done."""
+        if isinstance(decided, tuple):
+            return Outcome(state, decided)
+        if decided is STAY:
+            return Outcome(state)
+        followed, fault = _attempt(self._follow, decided, facts, state)
+        if followed is None:
+            followed = Outcome(state, fault=fault, is_sound=False)
+        return Outcome(state, decided.acts).then(followed)
 
-    def _cut(self, facts: Facts) -> None:
-        self._do(self._kill.tick(facts))
-        if self._kill.is_sending:
-            return
-        if self._kill.state == "confirmed":
-            self._do((Log("error", say("Motors cut. Arm is locked until you clear it.")),))
-            if self.state.identity is not StateName.IDLE:
-                self._switch(ToIdle(say("Motors cut.")), facts)
-            return
-        self._do((Log("error", say("Cutting the motors was not confirmed. Confirm again if it must be.")),))
-        self._step(self._follower.adopt(facts, self.state), facts)
+    def _follow(self, step: Step | Ruling, facts: Facts, state: State) -> Outcome:
+        """Put an order to the state; else restart it, or switch to another one."""
+        if isinstance(step, Ruling):
+            if step.order is not None:
+                return self._carry_out(state.transition_next_state(facts, step.order), facts, state)
+        elif step.restarts:
+            state.restart()
+        return Outcome(state) if step.transition is None else self._switch(step.transition, facts, state)
 
-    def _check_lot(self, facts: Facts) -> None:
-        if self._desk.lot_check.is_open:
-            self._carry_out(self._desk.lot_check.tick(self.situation(facts)), facts)
-
-    def _react(self, facts: Facts) -> None:
-        reaction = guard.reaction(facts, self.state) if facts.link.is_up else None
-        if reaction is not None:
-            self._do((Record("reaction", (("rank", reaction.rank.name), ("state", self.state.get_identity()))),))
-            self._switch(reaction.transition, facts)
-
-    # -- the state -----------------------------------------------------------------------------------------------
-
-    def _carry_out(self, ruling: Ruling, facts: Facts) -> None:
-        self._do(ruling.acts)
-        if ruling.order is not None:
-            self._advance(facts, ruling.order)
-        if ruling.transition is not None:
-            self._switch(ruling.transition, facts)
-
-    def _advance(self, facts: Facts, order: Order | None) -> None:
-        self._step(self.state.transition_next_state(facts, order), facts)
-
-    def _step(self, step: Step, facts: Facts) -> None:
-        self._do(step.acts)
-        if step.restarts:
-            self.state.restart()
-        if step.transition is not None:
-            self._switch(step.transition, facts)
-
-    def _switch(self, transition: Transition, facts: Facts) -> None:
-        """Make the state of a transition the active one."""
+    def _switch(self, transition: Transition, facts: Facts, former: State) -> Outcome:
+        """Leave a state for that of a transition. A fault in leaving or beginning keeps the following one active."""
         following, messages = make_state(transition, facts, self._settings)
-        former, self.state = self.state, following
-        changed = (("from", former.get_identity()), ("to", following.get_identity()))
-        self._entered = _entering(following)
-        self._do((*messages, Record("state", changed), self._entered))
-        self._do(self._left(former, facts))
-        self._do(self._desk.lot_check.supersede())
-        if isinstance(transition, ToIdle) and transition.gave_up_arming:
-            self._follower.abandon_arming(facts.now)
-        if isinstance(transition, ToManual):
-            self._do((ForgetAskedModes(),))
-        if following.identity is StateName.ARM:
-            self._follower.begin_arming()
-        self._do(following.enter(facts))
+        changed = Record("state", (("from", former.get_identity()), ("to", following.get_identity())))
+        left, leave_fault = _attempt(former.leave, facts)
+        superseded = self._desk.lot_check.supersede()
+        self._follower.note(transition, facts.now)
+        forgets: Acts = (ForgetAskedModes(),) if isinstance(transition, ToManual) else ()
+        begun, fault = _attempt(following.enter, facts)
+        acts = (*messages, changed, _entering(following), *(left or ()), *superseded, *forgets, *(begun or ()))
+        if begun is None:
+            return Outcome(following, acts, fault, is_sound=False)
+        return Outcome(following, acts + self._continuing(former, following), leave_fault)
+
+    def _continuing(self, former: State, following: State) -> Acts:
+        """Return the message that the survey goes on, when the operator is back after a start in the air."""
         returned = former.identity is StateName.COMMUNICATION_LOST and following.identity is StateName.HOVER
         if returned and self._follower.started_in_air and self._continues_survey:
-            self._do((Log("info", say("Explore continues the survey.")),))
+            return (Log("info", say("Explore continues the survey.")),)
+        return ()
 
-    def _process(self, facts: Facts) -> None:
-        """Do the state's acts. What the gate lets it send follows its trait, which may just have changed."""
-        acts = self.state.process(facts)
-        entered = _entering(self.state)
-        if entered != self._entered:
-            self._entered = entered
-            self._do((entered,))
-        self._do(acts)
+    def _end_task(self, state: State, facts: Facts) -> Outcome:
+        if not state.is_task:
+            return Outcome(state)
+        return self._carry_out(Step(ToHover(say("A fault in the program."), level="error")), facts, state)
 
-    def _left(self, former: State, facts: Facts) -> Acts:
-        """Return the former state's last acts; a fault in it must not keep the next one from beginning."""
-        try:
-            return former.leave(facts)
-        except Exception as error:
-            self._note_fault(error)
-            return ()
+    def _at_once(self, facts: Facts, decide: Decide) -> Decision:
+        return self._decision(self._fold([TickStep(decide, self._with_kept(facts))]))
 
-    def _do(self, acts: Acts) -> None:
-        self._acts += acts
+    def _decision(self, outcome: Outcome, answer: Outgoing | None = None) -> Decision:
+        return Decision(outcome.acts, answer, self._fault, outcome.is_sound)
 
-    def _taken(self, answer: Outgoing | None) -> Decision:
-        acts, self._acts = self._acts, ()
-        return Decision(acts, answer, self._fault, self._is_sound)
+    def _refused(self, command: Command, outcome: Outcome) -> Decision:
+        return self._decision(outcome, Ack(id=command.id, accepted=False, reason=sentence(outcome.fault)))
 
-    def _guarded(self, facts: Facts, step: Callable[[], object]) -> bool:
-        """Return False for a step that failed. A fault ends a task by Hover and is shown; it stops no other step."""
-        try:
-            step()
-        except Exception as error:
-            self._note_fault(error)
-            self._end_task(facts)
-            return False
-        return True
+    # -- the steps of a tick -------------------------------------------------------------------------------------
 
-    def _end_task(self, facts: Facts) -> None:
-        if not self.state.is_task:
+    def _steps(self, facts: Facts) -> Iterator[TickStep]:
+        """Give the steps of a tick in their order. One is made after the one before was taken."""
+        yield TickStep(lambda now, _: forgotten(now), facts)
+        for event in facts.link.events:
+            yield TickStep(partial(self._follower.answer, event), facts)
+        is_cutting = self._kill.is_sending
+        if not is_cutting:
+            yield TickStep(self._follower.follow, facts)
+        yield TickStep(self._lock, facts)
+        yield TickStep(self._follower.follow_jump, facts)
+        yield TickStep(lambda now, _: self._desk.routes.tick(now), facts, is_vital=False)
+        if is_cutting:
+            yield TickStep(self._cut, facts)
             return
-        try:
-            self._switch(ToHover(say("A fault in the program."), level="error"), facts)
-        except Exception as error:
-            self._is_sound = False
-            self._note_fault(error)
+        yield TickStep(self._silence.tick, facts)
+        yield TickStep(lambda now, _: guard.notices(now), facts, is_vital=False)
+        yield TickStep(lambda now, _: self._ground.tick(now), facts, is_vital=False)
+        yield TickStep(self._witness.tick, facts, is_vital=False)
+        for is_vital, keep in self._keeper.steps():
+            yield TickStep(keep, facts, is_vital)
+        yield TickStep(self._note_kept, facts)
+        facts = self._with_kept(facts)
+        yield TickStep(self._survey.tick, facts, is_vital=False)
+        yield TickStep(self._check_lot, facts, is_vital=False)
+        yield TickStep(_react, facts)
+        if not facts.link.is_up and not self.state.on_ground:
+            return  # nothing that is decided now would reach the autopilot
+        yield TickStep(self._process, facts)
+        yield TickStep(lambda now, state: state.transition_next_state(now), facts)
 
-    def _note_fault(self, error: Exception) -> None:
+    def _lock(self, facts: Facts, state: State) -> Step:
+        """Lock Arm after a fall. One from a small height shows a moment after "disarmed"."""
+        known = self._kill.fall
+        acts = self._kill.follow(facts)
+        is_new = known is None and self._kill.fall is not None and facts.link.is_up
+        falls = is_new and state.identity is StateName.IDLE and not self._kill.was_cut
+        return Step(FALLEN.transition, acts + FALLEN.acts) if falls else Step(acts=acts)
+
+    def _cut(self, facts: Facts, state: State) -> Step:
+        """Go on cutting the motors; at the end say whether they are off."""
+        acts = self._kill.tick(facts)
+        if self._kill.is_sending:
+            return Step(acts=acts)
+        if self._kill.state == "confirmed":
+            off = Log("error", say("Motors cut. Arm is locked until you clear it."))
+            return Step(None if state.identity is StateName.IDLE else ToIdle(say("Motors cut.")), (*acts, off))
+        again = Log("error", say("Cutting the motors was not confirmed. Confirm again if it must be."))
+        adopted = self._follower.adopt(facts, state)
+        return replace(adopted, acts=(*acts, again, *adopted.acts))
+
+    def _note_kept(self, facts: Facts, _: State) -> Acts:
+        """Take the keeper's word, which the steps that follow need."""
+        self._kept = self._keeper.kept(facts)
+        return ()
+
+    def _check_lot(self, facts: Facts, _: State) -> Ruling | Acts:
+        return self._desk.lot_check.tick(self.situation(facts)) if self._desk.lot_check.is_open else ()
+
+    def _process(self, facts: Facts, state: State) -> Acts:
+        """Return the state's acts. What the gate lets it send follows its trait, which may just have changed."""
+        acts = state.process(facts)
+        entered = _entering(state)
+        return acts if entered == self._entered else (entered, *acts)
+
+
+def _react(facts: Facts, state: State) -> Step:
+    """Return the automatic reaction to the facts."""
+    reaction = guard.reaction(facts, state) if facts.link.is_up else None
+    if reaction is None:
+        return STAY
+    record = Record("reaction", (("rank", reaction.rank.name), ("state", state.get_identity())))
+    return Step(reaction.transition, (record,))
+
+
+def _attempt(call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> tuple[T | None, str]:
+    """Return what a call returns and no words; None and words on its fault where it fails."""
+    try:
+        return call(*args, **kwargs), ""
+    except Exception as error:
         _LOGGER.exception("unexpected")
-        self._fault = fault_words(error)
+        return None, fault_words(error)
 
 
 def _entering(state: State) -> EnterState:

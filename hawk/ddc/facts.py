@@ -10,38 +10,23 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from hawk.ddc.battery.charge import NO_CHARGE, ChargeFacts
-from hawk.ddc.battery.energy import Reserve
-from hawk.ddc.battery.survey import SurveyNeed
-from hawk.ddc.fence.outline import OutlineFacts
-from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.battery.battery import BatteryFacts
 from hawk.ddc.readings.belief import GroundFacts
-from hawk.ddc.readings.clearance import BelowFacts
-from hawk.ddc.readings.home import HomeFacts
+from hawk.ddc.readings.limits import LimitFacts
 from hawk.ddc.readings.link import LinkFacts
-from hawk.ddc.readings.operator import NO_OPERATOR
-from hawk.ddc.readings.operator import OperatorFacts as OperatorFacts
+from hawk.ddc.readings.operator import NO_OPERATOR, OperatorFacts
+from hawk.ddc.readings.position import PositionFacts
 from hawk.ddc.readings.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.readings.remote_id import NO_REMOTE_ID, RemoteIdFacts
-from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, TARGET_POSE_AGE_S
-from hawk.ddc.readings.wind import Wind
+from hawk.ddc.readings.sight import SightFacts
+from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, usable_pose
+from hawk.ddc.readings.wind import WindFacts
 from hawk.ddc.witnesses.witness import WitnessFacts
-from hawk.model.limits import Fence, HeightParameters
-from hawk.model.lot_map import Counts
 from hawk.model.operation import Fall, Health
-from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
-from hawk.model.poses import ArmPlace, GlobalPose, MapPoint, MapPose, VehiclePose
+from hawk.model.plans import Inbound, Verdict
+from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.model.sentences import say
-from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
-
-POSITION_CONFIRM_S = 2.0
-"""Seconds for which the autopilot must distrust its position."""
-BATTERY_UNKNOWN_S = 30.0
-"""Seconds without a valid charge after which the drone returns."""
-FAULT_CONFIRM_S = 1.0
-"""Seconds for which a fault of perception must last: one bad picture does not count."""
-RESERVE_CONFIRM_S = 3.0
-"""Seconds for which the reserve must be reached: a dip under load does not count."""
+from hawk.model.vehicle import CopterMode, Diagnostics, LandedState, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,104 +54,6 @@ class Answer:
     def has_failed(self) -> bool:
         """True after a refusal, or when no answer came."""
         return self.status == "failed"
-
-
-@dataclass(frozen=True, slots=True)
-class PositionFacts:
-    """The latest pose however old it is, its age, and the places that belong to it."""
-
-    pose: VehiclePose | None = None
-    age: float = math.inf
-    distrusted_s: float = 0.0
-    """Seconds since the autopilot last trusted its position."""
-    jump_m: float = 0.0
-    """Jump of EKF-local since the last tick, metres; 0 without one."""
-    datum: GlobalPose | None = None
-    arm_place: ArmPlace | None = None
-    home: MapPoint | None = None
-    estimate_jump_m: float = 0.0
-    """Jump of the estimate since the last tick, metres: the pose moved on the map, the drone did not. 0 without one."""
-    autopilot_home: HomeFacts = HomeFacts()
-    """Home as the autopilot reports it; ``home`` is the arm place."""
-    below: BelowFacts = field(default_factory=BelowFacts)
-    """The rangefinder's view of what is below; the slope before Arm."""
-
-
-@dataclass(frozen=True, slots=True)
-class BatteryFacts:
-    """The battery and its reserve. ``info`` is None when the charge is unknown or older than the limit."""
-
-    info: BatteryInfo | None = None
-    age: float = math.inf
-    unknown_s: float = 0.0
-    """Seconds in flight without a valid charge."""
-    reserve: Reserve | None = None
-    """Charge against the cost of the flight home; None on the ground and while an input of it is unknown."""
-    reached_s: float | None = None
-    """Seconds since the reserve was reached; None while it is not."""
-    cells: tuple[int, ...] = ()
-    """Cell counts that the battery may have, by its voltage before take-off; empty while none fits."""
-    survey: SurveyNeed | None = None
-    """Charge against the rest of the survey, on the ground too; None while an input of it is unknown."""
-    charge: ChargeFacts = NO_CHARGE
-    """Counter, voltage and time flown, compared: what is believed of the charge."""
-    short_s: float | None = None
-    """Seconds while it explores for which the battery has been too low for the rest; None while it is not."""
-
-
-@dataclass(frozen=True, slots=True)
-class WindFacts:
-    """The wind in the air, estimated from how the drone leans."""
-
-    estimate: Wind | None = None
-    """None on the ground, and until enough was seen."""
-    strong_s: float | None = None
-    """Seconds since the wind rose above the limit; None below it."""
-
-
-@dataclass(frozen=True, slots=True)
-class LimitFacts:
-    """Heights, the fence in force and the planned fence."""
-
-    heights: HeightParameters = HeightParameters()
-    fence: Fence | None = None
-    breached_s: float | None = None
-    """Seconds since the drone left our fence or ceiling; None inside."""
-    plan: FencePlan = FencePlan("circle", (), 0.0)
-    """The fence of the next Arm."""
-    plan_problem: str = ""
-    """Reason why a stored fence cannot be used; empty when it can."""
-    planned_ceiling: float = 0.0
-    """Our ceiling of the planned fence, metres above the arm place."""
-    held: Fence | None = None
-    """The fence that the autopilot holds, as read back from it; None while that is not known."""
-    outline: OutlineFacts | None = None
-    """Size of the area that Explore is to survey; None: the lot is found by looking."""
-
-
-@dataclass(frozen=True, slots=True)
-class SightFacts:
-    """Results of camera, vision, mapper and planner; None where a result is older than its limit."""
-
-    lot: bool | None = None
-    """Lot in sight."""
-    plan: PathPlan | None = None
-    plan_time: float = -math.inf
-    verdict: Verdict | None = None
-    desired: DesiredPose | None = None
-    """The place that the planner judges now."""
-    desired_count: int = 0
-    """Number of the newest desired pose so far."""
-    asked: Verdict | None = None
-    """Verdict on the place of a Route Request."""
-    fault: str = ""
-    """The first part of perception that is unhealthy, with its reason; empty when all are well."""
-    fault_s: float = 0.0
-    footprint: tuple[MapPoint, ...] = ()
-    counts: Counts = Counts()
-    lot_area: float = 0.0
-    vision_rate: float | None = None
-    camera_age: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,15 +90,15 @@ class Facts:
     """The autopilot's state as it is believed (`hawk.ddc.readings.belief`); disconnected before the first HEARTBEAT."""
     ground: GroundFacts = GroundFacts()
     link: LinkFacts = LinkFacts()
-    position: PositionFacts = PositionFacts()
+    position: PositionFacts = field(default_factory=PositionFacts)
     diagnostics: Diagnostics = Diagnostics()
-    battery: BatteryFacts = BatteryFacts()
-    wind: WindFacts = WindFacts()
+    battery: BatteryFacts = field(default_factory=BatteryFacts)
+    wind: WindFacts = field(default_factory=WindFacts)
     witness: WitnessFacts = field(default_factory=WitnessFacts)
     """Second witnesses of the place."""
-    limits: LimitFacts = LimitFacts()
+    limits: LimitFacts = field(default_factory=LimitFacts)
     operator: OperatorFacts = NO_OPERATOR
-    sight: SightFacts = SightFacts()
+    sight: SightFacts = field(default_factory=SightFacts)
     remote_control: RemoteControlFacts = NO_REMOTE_CONTROL
     remote_id: RemoteIdFacts = NO_REMOTE_ID
     parts: tuple[tuple[str, Health], ...] = ()
@@ -257,10 +144,7 @@ class Facts:
     @property
     def pose(self) -> VehiclePose | None:
         """The pose if it is young (0.5 s) and whole (finite map pose), else None."""
-        pose = self.position.pose
-        if pose is None or self.position.age > TARGET_POSE_AGE_S or pose.map is None or not pose.map.is_finite():
-            return None
-        return pose
+        return usable_pose(self.position.pose, self.position.age)
 
     @property
     def place(self) -> MapPose | None:

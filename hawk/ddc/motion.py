@@ -127,7 +127,7 @@ def _aside(place: Goal, pose: MapPose) -> float:
     return math.hypot(place.north - pose.north, place.east - pose.east)
 
 
-class ProgressWatch:
+class Progress:
     """Detects a drone that gets nowhere: less than a metre nearer to its goal in ten seconds."""
 
     def __init__(self) -> None:
@@ -145,7 +145,7 @@ class ProgressWatch:
         return now - self._since >= PROGRESS_S
 
 
-class RoamingWatch:
+class Roaming:
     """The same for a goal that changes in flight: less than a metre from one place in ten seconds."""
 
     def __init__(self) -> None:

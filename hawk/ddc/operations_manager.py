@@ -16,7 +16,7 @@ from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.acts import Ask, ReadParameter
-from hawk.ddc.battery.survey import SurveyWatch
+from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
@@ -89,7 +89,7 @@ class OperationsManager:
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
         self._reporter = Reporter(self.log, self._trail, self.outcomes, self._setups, self.status)
-        self._survey = SurveyWatch(setup.settings, setup.survey, continues_survey=setup.continues_survey)
+        self._survey = SurveyReading(setup.settings, setup.survey, continues_survey=setup.continues_survey)
         self._senses = Senses(self._sources())
         tokens = KillTokens(setup.new_token)
         goes_on = flight_goes_on(setup.flight, setup.moment(), setup.speed) is not None

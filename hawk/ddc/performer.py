@@ -22,6 +22,7 @@ from hawk.ddc.acts import (
     EnableFence,
     EnterState,
     ForgetAskedModes,
+    ForgetHeldFence,
     JudgeFence,
     KeepFall,
     Log,
@@ -39,6 +40,7 @@ from hawk.ddc.acts import (
     SetMode,
     SetParameters,
     SetReturnAltitude,
+    SettleMode,
     SetVoice,
     ShowUserError,
     StoreHeights,
@@ -171,6 +173,10 @@ class Performer:
                 tools.begin_survey()
             case ForgetAskedModes():
                 tools.service.forget_asked_modes()
+            case SettleMode(mode):
+                tools.service.settle_mode(mode)
+            case ForgetHeldFence():
+                tools.service.forget_held_fence()
             case SetVoice(speaks):
                 tools.service.set_voice(speaks)
             case CountStart():

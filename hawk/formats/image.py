@@ -53,10 +53,10 @@ def largest_step(image: NDArray[np.uint8], block: int) -> float:
     beside = np.maximum(np.abs(_over_a_row(above, columns)), np.abs(_over_a_row(below, columns)))
     size = np.abs(step)
     found = (size >= _LEAST) & (np.abs(agree) >= 2 * _AGREE - 1) & (size >= _SHARPER * beside)
-    told = np.where(found, size, 0.0)
-    best = told.argmax(axis=0)
+    sizes_found = np.where(found, size, 0.0)
+    best = sizes_found.argmax(axis=0)
     sizes = [
-        float(told[begin, colour])
+        float(sizes_found[begin, colour])
         for colour, begin in enumerate(best.tolist())
         if _goes_on(at[begin : begin + columns, colour], columns - begin % columns)
     ]

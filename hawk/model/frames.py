@@ -232,8 +232,8 @@ class FrameJump:
     """The movement of EKF-local's coordinates: north, east, down, metres."""
 
 
-class OffsetWatch:
-    """Watches the offset of EKF-local to the globe. A jump is confirmed when three looks in a row agree on it."""
+class OffsetObserver:
+    """Observes the offset of EKF-local to the globe. A jump is confirmed when three looks in a row agree on it."""
 
     def __init__(self) -> None:
         self._suspects: list[ArmPlace] = []
@@ -279,7 +279,7 @@ class MapTie:
         """Origin of the map frame."""
         self.home: GlobalPose | None = None
         """Home as the autopilot reports it."""
-        self.watch = OffsetWatch()
+        self.offset = OffsetObserver()
         self._provisional: GlobalPose | None = None
         self._restored: ArmPlace | None = None
         self._armed_at: float | None = None  # armed at this moment and not anchored yet
@@ -319,7 +319,7 @@ class MapTie:
 
     def rebooted(self) -> None:
         """Forget everything but the datum: EKF-local is another one."""
-        self.watch = OffsetWatch()
+        self.offset = OffsetObserver()
         self.frames = self.home = self._armed_at = self._disarmed = None
         self._is_armed = False
 
@@ -380,7 +380,7 @@ class MapTie:
         """Compare EKF-local with the globe; return a jump when it was confirmed and the frames are anchored again."""
         if self.frames is None or self._armed_at is not None:
             return None
-        jump = self.watch.look(self.frames.arm, position, here)
+        jump = self.offset.look(self.frames.arm, position, here)
         if jump is not None:
             self._tie(jump.arm)
         return jump

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Literal
+from typing import Annotated, Final, Literal
+
+from pydantic import AliasChoices, Field
 
 from hawk.model.moment import UNKNOWN_MOMENT, Moment
 
@@ -67,15 +69,19 @@ GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 """States in which the drone is not in the air."""
 
 
+_DISTANCE_BEFORE_0_3: Final = "way"
+"""The key of `FlightSoFar.distance_m` in journals and notes of versions before 0.3."""
+
+
 @dataclass(frozen=True, slots=True)
 class FlightSoFar:
-    """A flight in progress: seconds since take-off and metres flown (``way``), as of ``moment``.
+    """A flight in progress: seconds since take-off and metres flown, as of ``moment``.
 
     ``parameters``: those of the autopilot that were right in this flight; they are put back when somebody changes them.
     """
 
     seconds: float
-    way: float
+    distance_m: Annotated[float, Field(validation_alias=AliasChoices("distance_m", _DISTANCE_BEFORE_0_3))]
     moment: Moment = UNKNOWN_MOMENT
     parameters: Mapping[str, float] = field(default_factory=dict)
 

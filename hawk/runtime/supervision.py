@@ -77,15 +77,15 @@ class Supervisor:
             except Exception as error:
                 _LOG.exception("%s ended", name)
                 words = f"{type(error).__name__}: {error}"
-            self._tell(name, words)
+            self._note_end(name, words)
             await asyncio.sleep(self._pause)
 
-    def _tell(self, name: str, words: str) -> None:
+    def _note_end(self, name: str, words: str) -> None:
         self._ended[name] = (self._monotonic(), words)
         try:
             self._report(name, words)
         except Exception:  # the report must not cost the task
-            _LOG.exception("the end of %s could not be told", name)
+            _LOG.exception("the end of %s could not be reported", name)
 
 
 async def until_first_ends(*works: Coroutine[Any, Any, None]) -> None:

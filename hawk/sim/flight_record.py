@@ -39,10 +39,10 @@ class WatchedFence:
 
 
 class FlightRecord:
-    """Watches the body. ``way_m`` is the length of the true path over the ground, ``flown_s`` the air time."""
+    """Watches the body. ``distance_flown_m``: length of the true path over the ground; ``flown_s``: the air time."""
 
     def __init__(self, autopilot: Autopilot) -> None:
-        self.way_m = 0.0
+        self.distance_flown_m = 0.0
         self.flown_s = 0.0
         self.excursions = 0
         self.highest_m = 0.0
@@ -65,7 +65,7 @@ class FlightRecord:
             return
         self._time = self._autopilot.time
         body = self._autopilot.body
-        self.way_m += math.dist(body.position[:2], self._last[:2])
+        self.distance_flown_m += math.dist(body.position[:2], self._last[:2])
         self._last = body.position
         self.highest_m = max(self.highest_m, body.height)
         if not body.on_ground:
@@ -105,7 +105,7 @@ class FlightRecord:
             "fence_mark": zlib.crc32(repr(autopilot.fence.items).encode()),
             "rally_points": len(autopilot.rally.points),
             "battery": round(autopilot.battery.charge, 4),
-            "way_m": round(self.way_m, 2),
+            "distance_flown_m": round(self.distance_flown_m, 2),
             "flown_s": round(self.flown_s, 2),
             "highest_m": round(self.highest_m, 2),
             "fence": self._fence is not None,

@@ -82,7 +82,7 @@ async def run_survey(options: SurveyOptions) -> int:
         assert options.simulation is not None  # noqa: S101 - the command line refuses neither and both
         folder = options.out / "run"
         if not options.continues:
-            put_aside(folder / "store")
+            set_store_aside(folder / "store")
         stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
         return await _fly(options, address_of(ready.url), stack, stack.truth, outline)
@@ -163,7 +163,7 @@ async def _fly(
         token=options.token,
         tls=trusted(options.certificate) if address.is_secure else None,
     ) as drone:
-        watch = FenceWatch(stack)
+        watch = FenceSender(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
         plan = SurveyPlan(
             set_failsafes=options.set_failsafes, continues=options.continues, outline=outline, limits=limits
@@ -188,14 +188,14 @@ async def _fly(
     return int(outcome.status)
 
 
-def put_aside(store: Path) -> None:
+def set_store_aside(store: Path) -> None:
     """Rename the store of an earlier simulated survey: a new one must not go on with it."""
     if store.exists():
         number = next(n for n in count(1) if not store.with_name(f"{store.name}-{n}").exists())
         store.rename(store.with_name(f"{store.name}-{number}"))
 
 
-class FenceWatch:
+class FenceSender:
     """Sends our fence to the simulator as soon as it is known, so that it can count excursions of the true position."""
 
     def __init__(self, stack: SimulatedStack | None) -> None:
@@ -214,7 +214,7 @@ class FenceWatch:
         corners = to_global(GlobalPose(*beat.datum, 0.0), np.array([[p.north, p.east] for p in beat.fence]))
         polygon = [(float(latitude), float(longitude)) for latitude, longitude in corners]
         self._task = asyncio.create_task(
-            self._stack.watch_fence(polygon, beat.ceiling or 1000.0), name="survey-fence-watch"
+            self._stack.watch_fence(polygon, beat.ceiling or 1000.0), name="survey-fence-sender"
         )
 
     async def close(self) -> None:
@@ -249,7 +249,7 @@ def _report(
         "landed": outcome.landed,
         "disarmed": outcome.disarmed,
         "duration_s": outcome.duration_s,
-        "way_m": outcome.distance_m,
+        "distance_flown_m": outcome.distance_m,
         "explored": outcome.explored,
         "lot_area_m2": None,
         "outline_m2": outcome.outline_m2,
@@ -260,7 +260,7 @@ def _report(
     }
     if status is not None:
         due, late = status["frames_due"], status["frames_late"]
-        values |= {key: status[key] for key in ("landed", "disarmed", "way_m", "excursions", "crashed")}
+        values |= {key: status[key] for key in ("landed", "disarmed", "distance_flown_m", "excursions", "crashed")}
         values |= {"late_frames": late / due if due else 0.0, "frames_due": due}
         values["run_is_valid"] = values["late_frames"] <= LATE_FRAMES_LIMIT
     if truth is not None and truth.origin is not None and (survey.tiles or survey.stalls):

@@ -1,8 +1,8 @@
 """``python -m hawk.versions.alive``: status 0 while a daemon runs and its state machine makes progress, else 1.
 
-The health check of a container. It reads the daemon's word (`hawk.versions.flight_word`), which needs no token, no port
-and no certificate; ``/api/health`` needs a login, and is 503 as well for a camera that is missing, which a new start of
-the container does not bring back.
+The health check of a container. It reads the daemon's flight state (`hawk.versions.flight_state`), which needs no
+token, no port and no certificate; ``/api/health`` needs a login, and is 503 as well for a camera that is missing, which
+a new start of the container does not bring back.
 
 ``--on-the-ground``: status 0 when no version would be refused now (`hawk.versions.guard`): an engine that replaces a
 container does not ask.
@@ -17,7 +17,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hawk.versions.flight_word import hear
+from hawk.versions.flight_state import read_flight_state
 from hawk.versions.guard import ASKED_S, RUNTIME_FOLDER, look
 
 
@@ -25,16 +25,16 @@ def fault(folder: Path, now_s: float) -> str | None:
     """Return what is wrong with the daemon, None when nothing is.
 
     Args:
-        folder: Folder of the daemon's word.
+        folder: Folder of the daemon's flight state.
         now_s: CLOCK_MONOTONIC, seconds.
     """
     try:
-        heard = hear(folder)
+        found = read_flight_state(folder)
     except OSError as error:
         return f"{folder}: cannot be read: {error.strerror}"
-    if not heard.is_held:
+    if not found.is_held:
         return f"{folder}: no daemon runs"
-    if heard.word is None or now_s - heard.word.at_s > ASKED_S:
+    if found.state is None or now_s - found.state.at_s > ASKED_S:
         return f"{folder}: the daemon runs, and its state machine made no progress for {ASKED_S:g} s"
     return None
 

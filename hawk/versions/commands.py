@@ -16,12 +16,12 @@ from hawk.versions.switching import (
     IN_ORDER,
     Outside,
     Refused,
-    give_way,
     install,
     note_end,
     note_ready,
     require_ground,
     roll_back,
+    use_idle_time_only,
 )
 
 VERSION_COMMANDS: Final = frozenset({"rollback", "versions"})
@@ -131,7 +131,7 @@ def _ground(options: argparse.Namespace) -> None:
 
 
 def _install(options: argparse.Namespace) -> None:
-    give_way()
+    use_idle_time_only()
     os.umask(0o022)  # the daemon's user reads it, whatever root's mask is
     outside = _outside(options)
     removed = install(Versions(options.root), options.package, options.version, outside)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from hawk.versions.flight_word import Heard, hear
+from hawk.versions.flight_state import FoundState, read_flight_state
 
 UNIT: Final = "hawk-drone.service"
 RUNTIME_FOLDER: Final = Path("/run/hawk")
@@ -17,7 +17,7 @@ RUNTIME_FOLDER: Final = Path("/run/hawk")
 SYSTEMD_FOLDER: Final = Path("/run/systemd/system")
 """Exists where systemd runs (sd_booted(3))."""
 ASKED_S: Final = 3.0
-"""Real seconds in which a daemon that runs must say its word again; it does so four times a second."""
+"""Real seconds in which a daemon that runs must write its state again; it does so four times a second."""
 PAUSE_S: Final = 0.1
 _ENDED: Final = frozenset({"inactive", "failed", ""})
 
@@ -44,21 +44,21 @@ ENDED_ARMED: Final = Refusal(
 )
 
 
-def judge(heard: Heard, asked_s: float, *, unit_runs: bool) -> Refusal | None:
+def judge(found: FoundState, asked_s: float, *, unit_runs: bool) -> Refusal | None:
     """Return why no version may be switched now, None when one may.
 
     Args:
-        heard: The daemon's word.
+        found: The daemon's file.
         asked_s: CLOCK_MONOTONIC when the daemon was asked, seconds. "On the ground" counts when it was said since: a
             daemon that hangs does not see a pilot arm.
         unit_runs: True when systemd has the unit started, is starting it, or is ending it.
     """
-    word = heard.word
-    if heard.is_held:
-        if word is not None and word.may_fly:
+    state = found.state
+    if found.is_held:
+        if state is not None and state.may_fly:
             return ARMED
-        return None if word is not None and word.at_s >= asked_s else SILENT
-    if word is not None and word.may_fly:
+        return None if state is not None and state.at_s >= asked_s else SILENT
+    if state is not None and state.may_fly:
         return ENDED_ARMED
     return SILENT if unit_runs else None
 
@@ -75,10 +75,10 @@ def look(
     runs = unit_runs or service_runs
     while True:
         try:
-            heard = hear(folder)
+            found = read_flight_state(folder)
         except OSError as error:
-            return Refusal(f"{folder}: the daemon's word cannot be read: {error}.", "Run this as root.")
-        refusal = judge(heard, asked_s, unit_runs=runs())
+            return Refusal(f"{folder}: the daemon's flight state cannot be read: {error}.", "Run this as root.")
+        refusal = judge(found, asked_s, unit_runs=runs())
         if refusal is not SILENT or monotonic() >= asked_s + ASKED_S:
             return refusal
         sleep(PAUSE_S)

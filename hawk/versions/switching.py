@@ -27,7 +27,7 @@ class Refused(Exception):  # noqa: N818 - it is no error: the drone may fly
         super().__init__(f"{refusal.reason} {refusal.remedy}")
 
 
-def give_way() -> None:
+def use_idle_time_only() -> None:
     """Give this process the processor when nobody else wants it: the drone may fly."""
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 

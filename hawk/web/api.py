@@ -131,7 +131,7 @@ def _report(services: WebServices) -> dict[str, Any]:
         "explored": None if status is None else status.perception.explored,
         "explore_done": None if status is None else status.perception.explore_done,
         "flight_time_s": None if status is None else status.travel.flight_time,
-        "way_m": None if status is None else status.travel.distance_flown,
+        "distance_flown_m": None if status is None else status.travel.distance_flown,
     }
 
 

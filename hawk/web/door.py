@@ -59,7 +59,7 @@ def descriptor_limit() -> int:
     return 2**31 if soft == resource.RLIM_INFINITY else soft
 
 
-class Visit(asyncio.Protocol):
+class WebConnection(asyncio.Protocol):
     """One connection: passes everything on to aiohttp's protocol, and is known to the door."""
 
     def __init__(self, door: Door, inner: asyncio.Protocol) -> None:
@@ -139,7 +139,7 @@ class Door:
     def __init__(self, places: Places, monotonic: Callable[[], float]) -> None:
         self.places = places
         self._monotonic = monotonic
-        self._waiting: dict[str, dict[Visit, None]] = {}
+        self._waiting: dict[str, dict[WebConnection, None]] = {}
         """By address, those that began to wait first at the front."""
         self.waiting = 0
         """Connections that wait."""
@@ -153,43 +153,43 @@ class Door:
         """True when no further request is answered, except to the operator in control."""
         return self.answered >= self.places.answered
 
-    def visits(self) -> list[Visit]:
+    def waiting_connections(self) -> list[WebConnection]:
         """Return the connections that wait."""
-        return [visit for visits in self._waiting.values() for visit in visits]
+        return [connection for connections in self._waiting.values() for connection in connections]
 
-    def enter(self, visit: Visit) -> None:
+    def enter(self, connection: WebConnection) -> None:
         """Let a connection wait; another goes when there are too many."""
-        if visit.is_gone:
+        if connection.is_gone:
             return
-        if len(self._waiting.get(visit.address, ())) >= self.places.waiting_of_one:
-            self._close_one(visit.address)
+        if len(self._waiting.get(connection.address, ())) >= self.places.waiting_of_one:
+            self._close_one(connection.address)
         elif self.waiting >= self.places.waiting:
             self.make_room()
-        visit.since = self._monotonic()
-        self._waiting.setdefault(visit.address, {})[visit] = None
+        connection.since = self._monotonic()
+        self._waiting.setdefault(connection.address, {})[connection] = None
         self.waiting += 1
 
-    def leave(self, visit: Visit) -> None:
+    def leave(self, connection: WebConnection) -> None:
         """Forget a connection that waited."""
-        visits = self._waiting.get(visit.address)
-        if visits is None or visit not in visits:
+        connections = self._waiting.get(connection.address)
+        if connections is None or connection not in connections:
             return
-        del visits[visit]
+        del connections[connection]
         self.waiting -= 1
-        if not visits:
-            del self._waiting[visit.address]
+        if not connections:
+            del self._waiting[connection.address]
 
     @contextlib.contextmanager
-    def answering(self, visit: Visit) -> Iterator[None]:
+    def answering(self, connection: WebConnection) -> Iterator[None]:
         """Keep the connection as long as its request is under way."""
-        self.leave(visit)
-        visit.is_known = True
+        self.leave(connection)
+        connection.is_known = True
         self.answered += 1
         try:
             yield
         finally:
             self.answered -= 1
-            self.enter(visit)
+            self.enter(connection)
 
     def make_room(self) -> None:
         """Close one that waits, from the address that has most of them."""
@@ -199,22 +199,24 @@ class Door:
     def sweep(self) -> None:
         """Close what has waited too long. An answer that is still being received goes on."""
         now = self._monotonic()
-        for visit in self.visits():
-            if now - visit.since < (IDLE_S if visit.is_known else FIRST_REQUEST_S):
+        for connection in self.waiting_connections():
+            if now - connection.since < (IDLE_S if connection.is_known else FIRST_REQUEST_S):
                 continue
-            if visit.is_known and visit.is_receiving():
-                visit.since = now
+            if connection.is_known and connection.is_receiving():
+                connection.since = now
             else:
-                self._close(visit)
+                self._close(connection)
 
     def _close_one(self, address: str) -> None:
-        visits = self._waiting[address]
-        self._close(next((visit for visit in visits if not visit.is_known), None) or next(iter(visits)))
+        connections = self._waiting[address]
+        self._close(
+            next((connection for connection in connections if not connection.is_known), None) or next(iter(connections))
+        )
 
-    def _close(self, visit: Visit) -> None:
-        self.leave(visit)
+    def _close(self, connection: WebConnection) -> None:
+        self.leave(connection)
         self.closed += 1
-        visit.end()
+        connection.end()
 
 
 DOOR = web.AppKey("door", Door)
@@ -231,8 +233,8 @@ def attend(keeps_place: Callable[[web.Request], bool], public: frozenset[str] = 
 
     @web.middleware
     async def middleware(request: web.Request, handler: Handler) -> web.StreamResponse:
-        visit = None if request.transport is None else request.transport.get_protocol()
-        if not isinstance(visit, Visit) or request.path in public:
+        connection = None if request.transport is None else request.transport.get_protocol()
+        if not isinstance(connection, WebConnection) or request.path in public:
             return await handler(request)
         door = request.app[DOOR]
         if door.is_full and not keeps_place(request):
@@ -240,7 +242,7 @@ def attend(keeps_place: Callable[[web.Request], bool], public: frozenset[str] = 
                 text=f"{door.places.answered} requests are being answered; send it again in a moment",
                 headers={hdrs.RETRY_AFTER: "1"},
             )
-        with door.answering(visit):
+        with door.answering(connection):
             return await handler(request)
 
     return middleware

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Final
 
 from hawk.web.access.guesses import PacedLog
-from hawk.web.door import FIRST_REQUEST_S, Door, Visit
+from hawk.web.door import FIRST_REQUEST_S, Door, WebConnection
 
 ACCEPTS_PER_S: Final = 500.0
 HANDSHAKES_PER_S: Final = 50.0
@@ -94,17 +94,17 @@ class Listener:
         with contextlib.ExitStack() as undo:
             undo.callback(accepted.close)
             accepted.setblocking(False)
-            visit = Visit(self._door, self._make())
+            connection = WebConnection(self._door, self._make())
             if self._tls is None:
-                await asyncio.get_running_loop().connect_accepted_socket(lambda: visit, accepted)
+                await asyncio.get_running_loop().connect_accepted_socket(lambda: connection, accepted)
             else:
-                self._begin_handshake(visit, accepted, self._tls)
+                self._begin_handshake(connection, accepted, self._tls)
             undo.pop_all()
 
-    def _begin_handshake(self, visit: Visit, accepted: socket.socket, tls: ssl.SSLContext) -> None:
+    def _begin_handshake(self, connection: WebConnection, accepted: socket.socket, tls: ssl.SSLContext) -> None:
         """Let a connection wait while it shakes hands: the next one is accepted meanwhile."""
         peer = accepted.getpeername()
-        task = asyncio.create_task(self._shake_hands(visit, accepted, tls), name="web-handshake")
+        task = asyncio.create_task(self._shake_hands(connection, accepted, tls), name="web-handshake")
         self._handshakes.add(task)
 
         def ended(_: object) -> None:  # also one that was cancelled before its first step
@@ -113,25 +113,25 @@ class Listener:
             if error is not None:
                 self._log.error("a TLS handshake failed by a fault inside: %r", error)
             if task.cancelled() or error is not None or not task.result():
-                visit.is_gone = True
-                self._door.leave(visit)
+                connection.is_gone = True
+                self._door.leave(connection)
                 accepted.close()
 
         task.add_done_callback(ended)
-        visit.arrive(peer[0], lambda: _cancel(task))
+        connection.arrive(peer[0], lambda: _cancel(task))
 
-    async def _shake_hands(self, visit: Visit, accepted: socket.socket, tls: ssl.SSLContext) -> bool:
+    async def _shake_hands(self, connection: WebConnection, accepted: socket.socket, tls: ssl.SSLContext) -> bool:
         """Begin TLS; return False for a connection that fails, stalls or speaks no TLS."""
         try:
             await asyncio.get_running_loop().connect_accepted_socket(
-                lambda: visit,
+                lambda: connection,
                 accepted,
                 ssl=tls,
                 ssl_handshake_timeout=FIRST_REQUEST_S,
                 ssl_shutdown_timeout=SHUTDOWN_S,
             )
         except OSError as error:  # SSLError and the timeout are OSErrors
-            self._log.info("no TLS handshake with %s: %s", visit.address, _short(error))
+            self._log.info("no TLS handshake with %s: %s", connection.address, _short(error))
             return False
         return True
 

@@ -332,7 +332,7 @@ class Asking:
     _kept: WeakKeyDictionary[Session, float] = field(default_factory=WeakKeyDictionary)
     """When a session was refused last."""
     _last: float = float("-inf")
-    _told: Session | None = None
+    _notified: Session | None = None
 
     @property
     def asker(self) -> Session | None:
@@ -356,8 +356,8 @@ class Asking:
         if wait > 0.0:
             return say("Control was asked for a moment ago: ask again in {wait:.0f} s.", wait=wait)
         self._question, self._last = _Question(session, now), now
-        if self._told is session:
-            self._told = None
+        if self._notified is session:
+            self._notified = None
         return None
 
     def acted(self) -> None:
@@ -379,12 +379,12 @@ class Asking:
     def keep(self) -> None:
         """The one in control keeps it: its asker learns of it, and may ask again later."""
         if (asker := self.asker) is not None:
-            self._kept[asker], self._told = self.clock(), asker
+            self._kept[asker], self._notified = self.clock(), asker
         self.end()
 
     def was_kept_from(self, session: Session | None) -> bool:
         """Return True while this session's last question was answered by "Keep" lately."""
-        return session is not None and self._told is session and self.clock() - self._kept[session] <= AGAIN_S
+        return session is not None and self._notified is session and self.clock() - self._kept[session] <= AGAIN_S
 
     def end(self) -> None:
         """Forget the question: it was answered, withdrawn, or control went elsewhere."""

@@ -13,13 +13,15 @@ from typing import Final
 
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.launch import SimulationOptions
-from proving.faults.fault import Fault
-from proving.faults.report import names, reporter, summary
+from proving.faults.fault import Fault, Outcome
+from proving.faults.record import DOCS, REAL, keep_outcome, read_outcomes
+from proving.faults.report import names, reporter, rewrite, short_table, summary, table
 from proving.faults.run import ALL, SEED, START, run_faults
 from proving.faults.table_vehicle import VEHICLE
 from proving.faults.vehicle import ArduCopter, can_be_given
 
 EXIT_USAGE = 2
+PAGE: Final = DOCS / "ardupilot.md"
 BEGIN: Final = "<!-- `make ardupilot` writes from here ... -->"
 DEFAULTS: Final = "copter.parm"
 MISSING: Final = "set ARDUPILOT=/path/to/arducopter, ArduPilot's program for software-in-the-loop (docs/ardupilot.md)"
@@ -33,8 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run by command line; return the exit status: 1 when a flight did not end as it must, 2 for wrong options."""
     options = make_parser().parse_args(arguments)
     flights = selected(options.only, fitting(ALL) if options.others else ())
-    if options.list:
-        print("\n".join(names(flights)))
+    if options.list or options.table:
+        print("\n".join(names(flights)) if options.list else table(read_outcomes(REAL, flights)))
         return 0
     try:
         copter, world = copter_of(options), world_of(options)
@@ -45,13 +47,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_USAGE
     set_session_niceness(SIMULATOR_NICENESS)  # the proxy is part of the link, and must not delay it
     folder = options.out or Path(tempfile.mkdtemp(prefix="hawk-ardupilot-"))
-    report = reporter(options.write, selected((), fitting(ALL)), BEGIN)
+    report = reporter(keep if options.write else lambda _: None)
     outcomes = asyncio.run(run_faults(flights, folder, world, report, copter))
     passed = all(outcome.passed for outcome in outcomes)
     print(summary(outcomes) + ("" if passed else f"; logs: {folder}"))
     if passed and options.out is None:
         shutil.rmtree(folder, ignore_errors=True)
     return 0 if passed else 1
+
+
+def keep(outcome: Outcome) -> None:
+    """Keep an outcome and write the page's table again."""
+    known = selected((), fitting(ALL))
+    keep_outcome(REAL, outcome, known)
+    rewrite(PAGE, short_table(read_outcomes(REAL, known)), BEGIN)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -67,8 +76,11 @@ def make_parser() -> argparse.ArgumentParser:
         "--others", action="store_true", help="also the faults of docs/faults.md that a real vehicle can be given"
     )
     parser.add_argument("--list", action="store_true", help="print the flights, fly none")
+    parser.add_argument(
+        "--table", action="store_true", help="print what must be seen and what was measured last, fly none"
+    )
     parser.add_argument("--out", type=Path, help="folder for the programs' logs and files")
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="write the table into the marked section of a page")
+    parser.add_argument("--write", action="store_true", help=f"keep the outcomes ({REAL.name}), write {PAGE.name}")
     parser.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture, in place of a drawn lot")
     parser.add_argument("--metres-per-pixel", type=float, metavar="X", help="scale of that picture")
     parser.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")

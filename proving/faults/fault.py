@@ -77,7 +77,7 @@ class StartAgain:
 
 
 @dataclass(frozen=True, slots=True)
-class CountAnew:
+class CountAgain:
     """Messages of the daemon are counted, and the true place is compared, from here on."""
 
 
@@ -159,7 +159,7 @@ Act = (
     | Station
     | Signal
     | StartAgain
-    | CountAnew
+    | CountAgain
     | Survey
     | Order
     | KillMotors
@@ -184,7 +184,7 @@ class Moment:
     ``beat`` is the last heartbeat, None while none came since the daemon's last start; ``truth`` is the simulator's
     account of the drone. Since the fault began: ``log`` the daemon's messages, ``exits`` its exit statuses, ``starts``
     its starts, ``sent`` counts of messages to the autopilot by kind, ``answers`` to orders (None: accepted, else the
-    reason). ``before`` is the truth when the fault began, or at the last `CountAnew`. ``second``: exit
+    reason). ``before`` is the truth when the fault began, or at the last `CountAgain`. ``second``: exit
     status (None: it runs) and output of a second daemon. ``survey``: the measures of the survey that has ended
     (`hawk.survey.report.compare`, and ``status``).
     """
@@ -220,7 +220,7 @@ def mode(*names: str) -> Sight:
     return Sight(f"mode {' or '.join(names)}", lambda m: m.truth["mode"] in names)
 
 
-def told(text: str) -> Sight:
+def reported(text: str) -> Sight:
     """A message or the state's detail contains the text."""
 
     def test(moment: Moment) -> bool:
@@ -363,6 +363,12 @@ class See:
     def words(self) -> str:
         """The sight and its time."""
         return f"{self.sight.words} ({'for' if self.lasts else '≤'} {self.within_s:g} s)"
+
+    def words_with(self, seconds: float | None) -> str:
+        """Return the sight with the seconds until it was seen, and its limit; None: it was not seen."""
+        if self.lasts or seconds is None:
+            return self.words
+        return f"{self.sight.words}: {seconds:g} of {self.within_s:g} s"
 
 
 @dataclass(frozen=True, slots=True)

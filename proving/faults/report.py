@@ -1,4 +1,4 @@
-"""The table of faults as Markdown, and its place in a page."""
+"""Outcomes of faults in words: lines for the terminal, tables in Markdown, and their place in a page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 from proving.faults.fault import (
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Disk,
     Drone,
     Fault,
@@ -30,55 +30,51 @@ from proving.faults.fault import (
     Survey,
     WallClock,
 )
+from proving.faults.record import name_of
 
 BEGIN: Final = "<!-- `make faults` writes from here ... -->"
 END: Final = "<!-- ... to here -->"
-_HEAD: Final = "| fault | when | must be seen after it | seen after, s | nothing lost |\n|---|---|---|---|---|"
 
 
 def table(outcomes: Iterable[Outcome]) -> str:
-    """Return a row for each fault."""
-    return "\n".join([_HEAD, *(_row(outcome) for outcome in outcomes)])
+    """Return a row for each outcome: what had to be seen with its limit, when it was seen, and what was not lost."""
+    head = "| fault | when | seen after it, of the time allowed | nothing lost |\n|---|---|---|---|"
+    return "\n".join([head, *(_row(outcome, ", ".join(outcome.kept) or "-") for outcome in outcomes)])
 
 
-def merged(page: Path, outcomes: Sequence[Outcome], order: Sequence[Fault], mark: str) -> str:
-    """Return the table of a page's section with the rows of these outcomes in place of those before, in this order.
-
-    A row is known by its fault and when it happens. Rows that are in neither are left out.
-    """
-    _, _, rest = page.read_text().partition(mark)
-    rows = {_key(row): row for row in rest.partition(END)[0].splitlines() if row.startswith("| ")}
-    rows |= {_key(row): row for row in map(_row, outcomes)}
-    known = [_key(_row(Outcome(fault))) for fault in order]
-    return "\n".join([_HEAD, *(rows[key] for key in known if key in rows)])
+def short_table(outcomes: Iterable[Outcome]) -> str:
+    """Return a row for each outcome with what was seen and when alone, without acts, limits and sights that last."""
+    rows = (f"| {each.fault.name} | {each.fault.when.value} | {_times(each)} |" for each in outcomes)
+    return "\n".join(["| fault | when | seen after it, or after the last act, s |", "|---|---|---|", *rows])
 
 
-def _key(row: str) -> tuple[str, ...]:
-    return tuple(cell.strip() for cell in row.split("|")[1:3])
+def _times(outcome: Outcome) -> str:
+    sights = (step for step in outcome.fault.steps if isinstance(step, See))
+    timed = zip(sights, outcome.seconds, strict=False)
+    seen = (f"{see.sight.words}: {value:g}" for see, value in timed if not see.lasts)
+    return "; ".join((*seen, *outcome.figures, *_failed(outcome)))
 
 
 def rewrite(page: Path, text: str, mark: str = BEGIN) -> None:
     """Replace the section of a page that begins with a mark. Raises ValueError when it has none."""
-    before, begin, rest = page.read_text().partition(mark)
+    page.write_text(rewritten(page.read_text(encoding="utf-8"), text, mark), encoding="utf-8")
+
+
+def rewritten(page: str, text: str, mark: str = BEGIN) -> str:
+    """Return a page's text with another section behind a mark. Raises ValueError when it has none."""
+    before, begin, rest = page.partition(mark)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise ValueError(f"{page} has no section between {mark!r} and {END!r}: add the two lines")
-    page.write_text(f"{before}{mark}\n\n{text}\n\n{END}{after}")
+        raise ValueError(f"the page has no section between {mark!r} and {END!r}: add the two lines")
+    return f"{before}{mark}\n\n{text}\n\n{END}{after}"
 
 
-def reporter(page: Path | None, order: Sequence[Fault], mark: str = BEGIN) -> Callable[[Outcome], None]:
-    """Return what prints an outcome and writes its row at once: a run that is broken off has lost none.
-
-    Args:
-        page: The page with the table; None: nothing is written.
-        order: The faults in the order of their rows.
-        mark: Begin of the page's section.
-    """
+def reporter(keep: Callable[[Outcome], None]) -> Callable[[Outcome], None]:
+    """Return a function that prints an outcome and keeps it at once: a run that is broken off loses none."""
 
     def report(outcome: Outcome) -> None:
         print(line(outcome), flush=True)
-        if page is not None:
-            rewrite(page, merged(page, (outcome,), order, mark), mark)
+        keep(outcome)
 
     return report
 
@@ -91,24 +87,27 @@ def line(outcome: Outcome) -> str:
     return f"{mark} {outcome.fault.when.value}: {outcome.fault.name}: {tail}"
 
 
-def _row(outcome: Outcome) -> str:
-    fault = outcome.fault
-    seen = ", ".join(f"{value:g}" for value in outcome.seconds) or "-"
-    seen = "; ".join((seen, *outcome.figures))
-    end = ", ".join(outcome.kept) if outcome.passed else f"**failed**: {'; '.join(outcome.problems)}"
-    cells = (fault.name, fault.when.value, _steps(fault.steps), seen, end)
+def _row(outcome: Outcome, *more: str) -> str:
+    cells = (outcome.fault.name, outcome.fault.when.value, _seen(outcome), *more)
     return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"
 
 
-def _steps(steps: Sequence[Act | See]) -> str:
-    """Return the sights in order, with the acts that come between them."""
+def _seen(outcome: Outcome) -> str:
+    """Return the sights in order, each with its seconds and limit, the acts that come between them, and problems."""
     parts: list[str] = []
-    for number, step in enumerate(steps):
+    seconds = iter(outcome.seconds)
+    has_seen = False
+    for step in outcome.fault.steps:
         if isinstance(step, See):
-            parts.append(step.words)
-        elif any(isinstance(former, See) for former in steps[:number]):
+            has_seen = True
+            parts.append(step.words_with(next(seconds, None)))
+        elif has_seen and not isinstance(step, CountAgain):
             parts.append(f"then {act(step)}")
-    return "; ".join(parts)
+    return "; ".join((*parts, *outcome.figures, *_failed(outcome)))
+
+
+def _failed(outcome: Outcome) -> tuple[str, ...]:
+    return () if outcome.passed else (f"**failed**: {'; '.join(outcome.problems)}",)
 
 
 def act(step: Act) -> str:
@@ -124,7 +123,7 @@ def act(step: Act) -> str:
             return f"signal {number}"
         case StartAgain():
             return "the daemon is started again"
-        case CountAnew():
+        case CountAgain():
             return "counted from here"
         case Survey():
             return "a survey"
@@ -157,4 +156,4 @@ def summary(outcomes: Sequence[Outcome]) -> str:
 
 def names(faults: Iterable[Fault]) -> list[str]:
     """Return what identifies each fault."""
-    return [f"{fault.when.value}: {fault.name}" for fault in faults]
+    return [name_of(fault) for fault in faults]

@@ -19,13 +19,13 @@ from hawk.sim.launch import SimulationOptions
 from hawk.store.replay import RecordingError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError
-from hawk.survey.run import FenceWatch
+from hawk.survey.run import FenceSender
 from hawk.survey.stack import SimulatedStack
 from proving.faults.disk import DiskError, OwnDisk
 from proving.faults.fault import (
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Disk,
     Drone,
     Fault,
@@ -101,7 +101,7 @@ _JOURNALLED_S: Final = 2.0  # a crash may lose the last second, so it comes a mo
 _RESTORED_S: Final = 10.0  # real: a daemon that starts in the air acts first and restores its map seconds later
 _LOOK_S: Final = 0.04
 _PATIENCE: Final = 3.0  # real time may be so much slower than the speed before a wait is given up
-_ALOFT_M: Final = 1.0
+_IN_AIR_M: Final = 1.0
 _GONE: Final = (SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, TimeoutError, ClientError, DiskError)
 
 
@@ -189,7 +189,7 @@ class Rig:
             await self.reach(fault.when)
         except _GONE as error:
             return Outcome(fault, problems=(f"not {fault.when.value}: {error}{self._ends()}",))
-        before, self.falls, self._broken = self._keepsake(), fault.falls, []
+        before, self.falls, self._broken = self._read_kept(), fault.falls, []
         await self._watch_fence()
         await asyncio.sleep(_JOURNALLED_S)
         self._since = Since(
@@ -277,7 +277,7 @@ class Rig:
                 self.stack.daemon.send_signal(number)
             case StartAgain():
                 self._service.withheld = False
-            case CountAnew():
+            case CountAgain():
                 self._since.passed, self._since.truth = self._passed(), self._truth
             case SecondDaemon(shared):
                 await self._start_second(shared)
@@ -334,7 +334,7 @@ class Rig:
         """Let a real vehicle's true place be measured against the fence of the daemon."""
         beat = self._beat()
         if isinstance(self.stack, VehicleStack) and beat is not None:
-            watch = FenceWatch(self.stack)
+            watch = FenceSender(self.stack)
             watch.look(beat)
             await watch.close()
 
@@ -371,10 +371,10 @@ class Rig:
         while True:
             with contextlib.suppress(OSError, TimeoutError):
                 self._truth = await self.stack.status()
-            aloft = not self._truth["landed"] and self._truth["position"]["height"] > _ALOFT_M
+            is_in_air = not self._truth["landed"] and self._truth["position"]["height"] > _IN_AIR_M
             if self._truth["crashed"] and not self.falls:
                 self._note("the drone crashed")
-            if self._truth["disarmed"] and aloft and not self.falls:
+            if self._truth["disarmed"] and is_in_air and not self.falls:
                 self._note("motors off in the air")
             await asyncio.sleep(_LOOK_S)
 
@@ -419,7 +419,7 @@ class Rig:
 
     # -- nothing is lost ---------------------------------------------------------------------------------------------
 
-    def _keepsake(self) -> Kept | None:
+    def _read_kept(self) -> Kept | None:
         beat = self._beat()
         return None if beat is None or self._pilot is None else Kept.now(beat, self._pilot.drone.map.stalls, self.store)
 
@@ -434,7 +434,7 @@ class Rig:
                 await self._pilot.drone.whole_map()
             except _GONE as error:
                 return [f"the map does not come: {error}"], ()
-            after = self._keepsake()
+            after = self._read_kept()
             if before is None or after is None:
                 return ["the daemon shows nothing"], ()
             problems = lost(before, after)

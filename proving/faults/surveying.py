@@ -8,13 +8,13 @@ from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.survey import report
 from hawk.survey.client import DroneClient
 from hawk.survey.operator import SurveyOperator, SurveyPlan
-from hawk.survey.run import FenceWatch
+from hawk.survey.run import FenceSender
 from hawk.survey.stack import SimulatedStack
 
 
 async def fly_survey(drone: DroneClient, stack: SimulatedStack) -> tuple[dict[str, float], str]:
     """Fly a survey; return its measures against the stack's truth (with its ``status``), and its reason in words."""
-    watch = FenceWatch(stack)
+    watch = FenceSender(stack)
 
     def look(_: str, beat: Heartbeat) -> None:
         watch.look(beat)
@@ -27,7 +27,7 @@ async def fly_survey(drone: DroneClient, stack: SimulatedStack) -> tuple[dict[st
         **measures,
         "status": float(outcome.status),
         "duration_s": outcome.duration_s or 0.0,
-        "way_m": outcome.distance_m or 0.0,
+        "distance_flown_m": outcome.distance_m or 0.0,
     }, outcome.reason
 
 
@@ -40,5 +40,5 @@ def figures(measures: Mapping[str, float]) -> Sequence[str]:
         f"recall {measures['stall_recall']:.3f}",
         f"precision {measures['stall_precision']:.3f}",
         f"states {measures['state_accuracy']:.1%}",
-        f"{measures['way_m']:.0f} m in {measures['duration_s']:.0f} s",
+        f"{measures['distance_flown_m']:.0f} m in {measures['duration_s']:.0f} s",
     )

@@ -23,8 +23,8 @@ from proving.faults.fault import (
     healthy,
     mode,
     refused,
+    reported,
     state,
-    told,
     unhealthy,
 )
 from proving.faults.station import command_fields, parameter_fields
@@ -65,13 +65,13 @@ POSITION: Final = (
     Fault(
         "the estimate of the position jumps by 25 m",
         When.HOVERING,
-        (Drone({"gps_jump": (25.0, 0.0, 0.0)}), See(told("position"), 4.0), See(both(UP, state(_HOVER)), 5.0)),
+        (Drone({"gps_jump": (25.0, 0.0, 0.0)}), See(reported("position"), 4.0), See(both(UP, state(_HOVER)), 5.0)),
         ends_flight=True,
     ),
     Fault(
         "the estimate of the position jumps by 25 m",
         When.EXPLORING,
-        (Drone({"gps_jump": (0.0, 25.0, 0.0)}), See(absent(state(_EXPLORE)), 4.0), See(told("position"), 4.0)),
+        (Drone({"gps_jump": (0.0, 25.0, 0.0)}), See(absent(state(_EXPLORE)), 4.0), See(reported("position"), 4.0)),
         ends_flight=True,
     ),
     Fault(
@@ -194,7 +194,7 @@ CAMERA: Final = (
         (
             Drone({"camera": "frozen"}),
             See(unhealthy("camera", "stands still"), 6.0),
-            See(both(state(_HOVER), told("stands still")), 8.0),
+            See(both(state(_HOVER), reported("stands still")), 8.0),
             Drone({"camera": "ok"}),
             See(healthy("camera"), 5.0),
         ),
@@ -263,13 +263,13 @@ OTHERS: Final = (
     Fault(
         "a second station turns the fence off",
         When.HOVERING,
-        (Station("PARAM_SET", parameter_fields("FENCE_ENABLE", 0.0)), See(told("ence"), 5.0)),
+        (Station("PARAM_SET", parameter_fields("FENCE_ENABLE", 0.0)), See(reported("ence"), 5.0)),
         ends_flight=True,
     ),
     Fault(
         "a second station turns our failsafe off",
         When.HOVERING,
-        (Station("PARAM_SET", parameter_fields("FS_GCS_ENABLE", 0.0)), See(told("FS_GCS_ENABLE"), 10.0)),
+        (Station("PARAM_SET", parameter_fields("FS_GCS_ENABLE", 0.0)), See(reported("FS_GCS_ENABLE"), 10.0)),
         ends_flight=True,
     ),
     Fault(
@@ -277,7 +277,7 @@ OTHERS: Final = (
         When.HOVERING,
         (
             _HOME_MOVED,
-            See(told("ome"), 5.0),
+            See(reported("ome"), 5.0),
         ),
         ends_flight=True,
     ),

@@ -25,8 +25,8 @@ from proving.faults.fault import (
     healthy,
     lower_than,
     mode,
+    reported,
     state,
-    told,
     unhealthy,
 )
 from proving.faults.proxy import Direction, Rule
@@ -238,7 +238,7 @@ ORDER: Final = (
         When.HOVERING,
         (
             Link((Rule(_DOWN, frozenset({"HEARTBEAT"}), delay_s=1.2, times=1),)),
-            See(both(state(_HOVER), _STAYS, absent(told("Landed"))), 6.0, lasts=True),
+            See(both(state(_HOVER), _STAYS, absent(reported("Landed"))), 6.0, lasts=True),
         ),
     ),
     Fault(
@@ -246,7 +246,7 @@ ORDER: Final = (
         When.EXPLORING,
         (
             Link((Rule(_DOWN, frozenset({"LOCAL_POSITION_NED"}), delay_s=1.2, times=1),)),
-            See(both(state(_EXPLORE), UP, absent(told("booted"))), 6.0, lasts=True),
+            See(both(state(_EXPLORE), UP, absent(reported("booted"))), 6.0, lasts=True),
         ),
     ),
     Fault(
@@ -254,7 +254,7 @@ ORDER: Final = (
         When.HOVERING,
         (
             Link((Rule(_DOWN, jitter_s=0.3), Rule(_UP, jitter_s=0.3))),
-            See(both(state(_HOVER), _STAYS, absent(told("booted"))), 15.0, lasts=True),
+            See(both(state(_HOVER), _STAYS, absent(reported("booted"))), 15.0, lasts=True),
         ),
     ),
     Fault(
@@ -282,7 +282,9 @@ ORDER: Final = (
             Link((Rule(_DOWN, delay_s=4.0),)),
             See(UP, 4.0, lasts=True),
             _WELL,
-            See(both(UP, absent(told("Motors off")), absent(state(StateName.IDLE, StateName.ARM))), 8.0, lasts=True),
+            See(
+                both(UP, absent(reported("Motors off")), absent(state(StateName.IDLE, StateName.ARM))), 8.0, lasts=True
+            ),
         ),
     ),
 )
@@ -293,7 +295,7 @@ FORGED: Final = (
         When.HOVERING,
         (
             Forge("HEARTBEAT", _HEARTBEAT, foreign=True, times=40),
-            See(both(UP, state(_HOVER), absent(told("Motors off"))), 3.0, lasts=True),
+            See(both(UP, state(_HOVER), absent(reported("Motors off"))), 3.0, lasts=True),
         ),
     ),
     Fault(
@@ -301,7 +303,7 @@ FORGED: Final = (
         When.HOVERING,
         (
             Forge("HEARTBEAT", _HEARTBEAT, system=7, times=40),
-            See(both(UP, state(_HOVER), absent(told("Motors off"))), 3.0, lasts=True),
+            See(both(UP, state(_HOVER), absent(reported("Motors off"))), 3.0, lasts=True),
         ),
     ),
     Fault(
@@ -340,7 +342,7 @@ FORGED: Final = (
                 dict.fromkeys(("roll", "pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed"), 0.0)
                 | {"time_boot_ms": 500},
             ),
-            See(both(UP, state(_HOVER), absent(told("booted"))), 6.0, lasts=True),
+            See(both(UP, state(_HOVER), absent(reported("booted"))), 6.0, lasts=True),
         ),
     ),
     Fault(

@@ -14,7 +14,7 @@ from proving.faults.fault import (
     UP,
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Drone,
     Fault,
     Forge,
@@ -30,9 +30,9 @@ from proving.faults.fault import (
     healthy,
     mode,
     refused,
+    reported,
     restarted,
     state,
-    told,
 )
 from proving.faults.sights import CLEAN, FENCE_IS_OURS, NO_RALLY, parameter, stayed, warned
 from proving.faults.station import FORCE, command_fields
@@ -60,13 +60,13 @@ _UNPRINTABLE: Final = b"\xff\xfe\x1b[31mred \x9b2J\x07 bell"
 def _put_back(name: str, value: float) -> tuple[Act | See, ...]:
     """Return the steps of a parameter that another station sets: it is reported and put back."""
     changed = parameter(name, value)
-    told_of = warned(name, *(words for beginning, words in _NAMES.items() if name.startswith(beginning)))
-    return Drone({"parameters": {name: value}}), See(both(told_of, absent(changed)), _BACK_S)
+    is_reported = warned(name, *(words for beginning, words in _NAMES.items() if name.startswith(beginning)))
+    return Drone({"parameters": {name: value}}), See(both(is_reported, absent(changed)), _BACK_S)
 
 
 def _fence(change: dict[str, Any]) -> tuple[Act | See, ...]:
     """Return the steps of a fence that another station changes: it is reported and put back."""
-    return Drone(change), See(absent(FENCE_IS_OURS), 1.0), See(both(FENCE_IS_OURS, told("ence")), _BACK_S)
+    return Drone(change), See(absent(FENCE_IS_OURS), 1.0), See(both(FENCE_IS_OURS, reported("ence")), _BACK_S)
 
 
 KEPT: Final = (
@@ -92,7 +92,7 @@ KEPT: Final = (
         When.HOVERING,
         (
             Station("COMMAND_LONG", command_fields(MavCommand.DO_FENCE_ENABLE, 0.0)),
-            See(told("ence"), _BACK_S),
+            See(reported("ence"), _BACK_S),
         ),
         ends_flight=True,
     ),
@@ -116,7 +116,7 @@ KEPT: Final = (
         (
             Drone({"fence": _ELSEWHERE}),
             See(absent(FENCE_IS_OURS), 1.0),
-            See(told("ence"), 5.0),
+            See(reported("ence"), 5.0),
             See(FENCE_IS_OURS, _BACK_S),
             See(either(DOWN, both(UP, absent(state(_EXPLORE)))), 10.0, lasts=True),
         ),
@@ -128,7 +128,7 @@ KEPT: Final = (
         (
             Drone({"fence": []}),
             Order(Takeoff()),
-            See(both(FENCE_IS_OURS, told("ence")), 2 * _BACK_S),
+            See(both(FENCE_IS_OURS, reported("ence")), 2 * _BACK_S),
             See(absent(state(_EXPLORE)), 3.0, lasts=True),
         ),
         ends_flight=True,
@@ -138,10 +138,10 @@ KEPT: Final = (
         When.HOVERING,
         (
             Drone({"fence": []}),
-            See(told("ence in the autopilot was changed"), _BACK_S),
+            See(reported("ence in the autopilot was changed"), _BACK_S),
             Order(AutonomousExplore()),
             See(refused("ence"), 1.0),
-            See(both(FENCE_IS_OURS, told("is in the autopilot again")), _BACK_S),
+            See(both(FENCE_IS_OURS, reported("is in the autopilot again")), _BACK_S),
             Order(AutonomousExplore()),
             See(state(_EXPLORE), 5.0),
         ),
@@ -189,7 +189,7 @@ HOMEWARD: Final = (
         When.EXPLORING,
         (
             Drone({"fence": [], "rally": [(90.0, 90.0, 15.0)], "parameters": {"RALLY_INCL_HOME": 0.0}}),
-            See(told("ence"), _BACK_S),
+            See(reported("ence"), _BACK_S),
             See(warned("ally"), _BACK_S),
             See(FENCE_IS_OURS, _BACK_S),
         ),
@@ -211,7 +211,7 @@ HOMEWARD: Final = (
                     "x": 30.0,
                 },
             ),
-            CountAnew(),
+            CountAgain(),
             See(both(UP, stayed(40.0)), 15.0, lasts=True),
             Order(ReturnToLaunch()),
             See(DOWN, 120.0),
@@ -226,8 +226,8 @@ FALL: Final = (
         (
             Station("COMMAND_LONG", command_fields(MavCommand.COMPONENT_ARM_DISARM, 0.0, FORCE)),
             See(MOTORS_OFF, 1.0),
-            See(told("otors off in the air"), 3.0),
-            See(absent(told("Landed. Motors off")), 10.0, lasts=True),
+            See(reported("otors off in the air"), 3.0),
+            See(absent(reported("Landed. Motors off")), 10.0, lasts=True),
             Order(Arm()),
             See(refused(), 1.0),
         ),
@@ -239,8 +239,8 @@ FALL: Final = (
         When.EXPLORING,
         (
             Drone({"motors": "off"}),
-            See(told("otors off in the air"), 3.0),
-            See(absent(told("Landed. Motors off")), 10.0, lasts=True),
+            See(reported("otors off in the air"), 3.0),
+            See(absent(reported("Landed. Motors off")), 10.0, lasts=True),
             Order(Arm()),
             See(refused(), 1.0),
         ),
@@ -294,7 +294,9 @@ STRANGERS: Final = (
         When.EXPLORING,
         (
             Drone({"others": ["tracker", "gimbal", "copter", "station"]}),
-            See(both(state(_EXPLORE), UP, absent(told("Motors off")), absent(told("booted"))), 12.0, lasts=True),
+            See(
+                both(state(_EXPLORE), UP, absent(reported("Motors off")), absent(reported("booted"))), 12.0, lasts=True
+            ),
         ),
     ),
     Fault(

@@ -12,7 +12,7 @@ from proving.faults.fault import (
     UP,
     Act,
     Bring,
-    CountAnew,
+    CountAgain,
     Drone,
     Fault,
     Order,
@@ -78,7 +78,7 @@ PLACE: Final = (
             See(_GOES_ON, 8.0, lasts=True),  # the camera is seen to agree first
             Drone({"gps_walk": (0.0, -0.7)}),
             See(_STOPPED, 20.0),
-            CountAnew(),
+            CountAgain(),
             See(both(stayed(15.0), _HELD), 30.0, lasts=True),
         ),
         ends_flight=True,
@@ -110,7 +110,7 @@ PLACE: Final = (
         When.GROUND,
         (
             Drone({"gps_bias": (8.0, -6.0, 4.0), "autopilot": "reboot"}),
-            CountAnew(),
+            CountAgain(),
             See(check_fails("GPS"), 20.0),  # the autopilot is away
             See(both(absent(check_fails("GPS")), healthy("position")), 60.0),
             Bring(When.HOVERING),
@@ -266,7 +266,7 @@ HEADING: Final = (
         (
             Drone({"compass_error_deg": 45.0}),
             See(_STOPPED, 10.0),
-            CountAnew(),
+            CountAgain(),
             See(both(UP, stayed(25.0)), 20.0, lasts=True),
         ),
         ends_flight=True,

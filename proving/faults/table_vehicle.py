@@ -7,7 +7,7 @@ from typing import Final
 
 from hawk.comm.autopilot.commands import MavCommand
 from hawk.comm.protocol.commands import Arm, AutonomousExplore, CompulsiveMove, ReturnToLaunch
-from hawk.ddc.senses import PERCEPTION_PARTS
+from hawk.ddc.readings.sight import PERCEPTION_PARTS
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
 from proving.faults.fault import (
@@ -17,7 +17,7 @@ from proving.faults.fault import (
     MOTORS_OFF,
     SILENT,
     UP,
-    CountAnew,
+    CountAgain,
     Drone,
     Fault,
     KillMotors,
@@ -41,12 +41,12 @@ from proving.faults.fault import (
     mode,
     near_home,
     refused,
+    reported,
     restarted,
     sent,
     state,
     stayed_within,
     surveyed,
-    told,
     unhealthy,
 )
 from proving.faults.proxy import Direction
@@ -72,9 +72,9 @@ def _switch(to: CopterMode) -> Station:
     return Station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, float(to)))
 
 
-def _left_alone(state_name: StateName, *modes: CopterMode, seconds: float) -> tuple[CountAnew, See]:
+def _left_alone(state_name: StateName, *modes: CopterMode, seconds: float) -> tuple[CountAgain, See]:
     """Return the steps that see a state and a mode shown, and nothing commanded, for so long."""
-    return CountAnew(), See(both(state(state_name), mode(*(each.name for each in modes)), SILENT), seconds, lasts=True)
+    return CountAgain(), See(both(state(state_name), mode(*(each.name for each in modes)), SILENT), seconds, lasts=True)
 
 
 SURVEY: Final = Fault(
@@ -112,7 +112,7 @@ GUST: Final = Fault(
         See(state(_HOVER), 40.0),
         Drone({"wind": _GUST_M_S, "wind_heading_deg": _EAST_DEG}),
         See(_OUTSIDE, 20.0),
-        See(either(told("utside the fence"), mode("RTL")), 20.0),
+        See(either(reported("utside the fence"), mode("RTL")), 20.0),
         Drone({"wind": 0.0}),
         See(INSIDE, 30.0),
         Order(ReturnToLaunch(confirmed=True)),
@@ -127,7 +127,7 @@ UNHEARD: Final = Fault(
         Link((dropped(Direction.DOWN),)),
         See(_SENT_HOME, 4.0),
         See(mode("RTL"), 5.0),
-        CountAnew(),
+        CountAgain(),
         See(absent(sent("HEARTBEAT")), 5.0, lasts=True),
         See(DOWN, 120.0),
         Link(),
@@ -166,7 +166,7 @@ RESERVE: Final = Fault(
     When.EXPLORING,
     (
         Drone({"battery": 21.0}),
-        See(both(_SENT_HOME, told("battery is needed")), 10.0),
+        See(both(_SENT_HOME, reported("battery is needed")), 10.0),
         See(both(mode("RTL"), state(_RETURN)), 10.0),
         See(DOWN, 120.0),
     ),
@@ -177,8 +177,8 @@ LOW_VOLTAGE: Final = Fault(
     (
         Station("PARAM_SET", parameter_fields("SIM_BATT_VOLTAGE", 10.4)),
         See(mode("RTL"), 16.0),
-        See(both(state(_RETURN), told("Battery")), 18.0),
-        CountAnew(),
+        See(both(state(_RETURN), reported("Battery")), 18.0),
+        CountAgain(),
         See(both(mode("RTL", "LAND"), state(_RETURN, StateName.LAND), SILENT), 10.0, lasts=True),
         See(DOWN, 120.0),
         See(both(state(_IDLE), SILENT), 125.0),
@@ -199,8 +199,8 @@ CUT_BY_ANOTHER: Final = Fault(
     (
         Station("COMMAND_LONG", command_fields(MavCommand.COMPONENT_ARM_DISARM, 0.0, FORCE)),
         See(MOTORS_OFF, 1.5),
-        See(told("otors off in the air"), 4.0),
-        See(both(FELL, state(_IDLE), absent(told("Landed. Motors off"))), 10.0),
+        See(reported("otors off in the air"), 4.0),
+        See(both(FELL, state(_IDLE), absent(reported("Landed. Motors off"))), 10.0),
         Order(Arm()),
         See(refused("went off in the air"), 1.0),
     ),
@@ -212,13 +212,13 @@ SAG: Final = Fault(
     When.EXPLORING,
     (
         Station("PARAM_SET", parameter_fields("SIM_BATT_VOLTAGE", 9.3)),
-        See(both(mode("LAND"), state(StateName.LAND), told("voltage sags")), 8.0),
+        See(both(mode("LAND"), state(StateName.LAND), reported("voltage sags")), 8.0),
         See(DOWN, 90.0),
-        See(both(state(_IDLE), told("Landed. Motors off")), 95.0),
+        See(both(state(_IDLE), reported("Landed. Motors off")), 95.0),
     ),
     ends_flight=True,
 )
-_RIGHT_AGAIN: Final = told("is right again")
+_RIGHT_AGAIN: Final = reported("is right again")
 _GOES_ON: Final = both(state(_EXPLORE), UP)
 _RETURNS_HOME: Final = (
     Order(ReturnToLaunch(confirmed=True)),
@@ -231,8 +231,8 @@ BATTERY_ACTION: Final = Fault(
     When.EXPLORING,
     (
         Drone({"parameters": {"BATT_FS_LOW_ACT": 5.0}}),
-        See(told("cuts the motors (BATT_FS_LOW_ACT 5)"), 10.0),
-        See(both(told("Battery failsafe is right again"), _GOES_ON), 12.0),
+        See(reported("cuts the motors (BATT_FS_LOW_ACT 5)"), 10.0),
+        See(both(reported("Battery failsafe is right again"), _GOES_ON), 12.0),
         Station("PARAM_SET", parameter_fields("SIM_BATT_VOLTAGE", 10.3)),
         See(both(mode("RTL"), UP), 16.0),
         See(DOWN, 120.0),
@@ -245,8 +245,8 @@ RETURN_ALTITUDE: Final = Fault(
     When.EXPLORING,
     (
         Drone({"parameters": {"RTL_ALT": 30_000.0}}),
-        See(told("Return height: 300 m"), 10.0),
-        See(both(told("Return height is right again"), _GOES_ON), 12.0),
+        See(reported("Return height: 300 m"), 10.0),
+        See(both(reported("Return height is right again"), _GOES_ON), 12.0),
         *_RETURNS_HOME[:2],
         See(lower_than(45.0), 20.0, lasts=True),
         *_RETURNS_HOME[2:],
@@ -257,8 +257,8 @@ FENCE_CLEARED: Final = Fault(
     When.EXPLORING,
     (
         Drone({"fence": []}),
-        See(told("The fence in the autopilot was changed"), 10.0),
-        See(both(told("is in the autopilot again"), _GOES_ON), 20.0),
+        See(reported("The fence in the autopilot was changed"), 10.0),
+        See(both(reported("is in the autopilot again"), _GOES_ON), 20.0),
         See(_GOES_ON, 5.0, lasts=True),
     ),
 )
@@ -267,8 +267,8 @@ FENCE_OFF: Final = Fault(
     When.EXPLORING,
     (
         Station("COMMAND_LONG", command_fields(MavCommand.DO_FENCE_ENABLE, 0.0)),
-        See(told("Fence in the autopilot: "), 10.0),
-        See(both(told("Fence in the autopilot is right again"), _GOES_ON), 12.0),
+        See(reported("Fence in the autopilot: "), 10.0),
+        See(both(reported("Fence in the autopilot is right again"), _GOES_ON), 12.0),
         See(_GOES_ON, 5.0, lasts=True),
     ),
 )
@@ -277,8 +277,8 @@ FENCE_REPLACED: Final = Fault(
     When.EXPLORING,
     (
         Drone({"fence": [(-500.0, -500.0), (-500.0, 500.0), (500.0, 500.0), (500.0, -500.0)]}),
-        See(told("The fence in the autopilot was changed"), 12.0),
-        See(both(told("is in the autopilot again"), _GOES_ON), 22.0),
+        See(reported("The fence in the autopilot was changed"), 12.0),
+        See(both(reported("is in the autopilot again"), _GOES_ON), 22.0),
         See(_GOES_ON, 5.0, lasts=True),
     ),
 )
@@ -287,7 +287,7 @@ RALLY_POINT: Final = Fault(
     When.EXPLORING,
     (
         Drone({"rally": [(44.0, 0.0, 25.0)]}),
-        See(told("to a rally point where one is nearer"), 10.0),
+        See(reported("to a rally point where one is nearer"), 10.0),
         See(both(_RIGHT_AGAIN, _GOES_ON), 14.0),
         *_RETURNS_HOME,
     ),
@@ -301,7 +301,7 @@ GNSS_WALKS: Final = Fault(
         See(both(UP, state(_EXPLORE)), 20.0, lasts=True),  # the camera is seen to agree first
         Drone({"gps_walk": (0.5, -0.5)}),
         See(both(state(_HOVER), unhealthy("position", "camera sees")), 15.0),
-        CountAnew(),
+        CountAgain(),
         See(both(_TRULY_HELD, stayed(12.0)), 25.0, lasts=True),
     ),
     ends_flight=True,

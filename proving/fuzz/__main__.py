@@ -20,7 +20,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.figures import Figure, Limit, Section, missed, tell
+from benchmarks.figures import Figure, Limit, Section, missed, print_and_write
 from proving.fuzz.link import LinkResult, LinkRun
 from proving.fuzz.run import Result, Run
 
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.datagrams:
         link = asyncio.run(LinkRun(options.seed, options.datagrams, options.first).run(_link_progress))
         sections.append(Section("fuzz: the autopilot's port", link_figures(link), "; ".join(link.findings)))
-    tell(sections, options.json)
+    print_and_write(sections, options.json)
     return EXIT_FAILED if missed(sections) else 0
 
 

@@ -28,7 +28,7 @@ from hawk.comm.clock import Clock
 from hawk.config.sections import AutopilotSettings
 from hawk.sim.launch import free_udp_port
 from proving.fuzz.datagrams import AUTOPILOT, STRANGE_MODE, Datagrams, frame
-from proving.fuzz.house import Faults
+from proving.fuzz.rig import Faults
 from proving.fuzz.run import FINDINGS
 
 ROUND: Final = 64
@@ -73,8 +73,8 @@ class LinkRun:
         self._sequence = 0
         self.result = LinkResult()
 
-    async def run(self, tell: Callable[[LinkResult], None] = lambda _: None) -> LinkResult:
-        """Send everything; ``tell`` is called after each hundredth."""
+    async def run(self, report: Callable[[LinkResult], None] = lambda _: None) -> LinkResult:
+        """Send everything; ``report`` is called after each hundredth."""
         with _collected(self._faults), _sender() as autopilot, _sender() as stranger:
             port = free_udp_port()
             topics = VehicleTopics.create(clock := Clock())
@@ -85,7 +85,7 @@ class LinkRun:
             stranger.connect(("127.0.0.1", port))
             try:
                 await self._meet(autopilot, topics)
-                await self._rounds(autopilot, stranger, topics, tell)
+                await self._rounds(autopilot, stranger, topics, report)
                 if not self.result.findings:
                     await self._settle(autopilot, topics)
                     self._note_faults("the end")
@@ -99,7 +99,7 @@ class LinkRun:
         autopilot: socket.socket,
         stranger: socket.socket,
         topics: VehicleTopics,
-        tell: Callable[[LinkResult], None],
+        report: Callable[[LinkResult], None],
     ) -> None:
         result, begun = self.result, time.monotonic()
         every = max(1, len(self._numbers) // ROUND // 100)
@@ -115,7 +115,7 @@ class LinkRun:
             self._note_faults(f"cases {numbers[0]} to {numbers[-1]}")
             result.seconds = time.monotonic() - begun
             if (at // ROUND) % every == 0:
-                tell(result)
+                report(result)
             if len(result.findings) >= FINDINGS:
                 break
 

@@ -15,7 +15,7 @@ import aiohttp
 
 from proving.fuzz.answers import id_of, problem_with
 from proving.fuzz.cases import Case, Cases
-from proving.fuzz.house import Guest, House
+from proving.fuzz.rig import FuzzClient, FuzzRig
 from proving.fuzz.wire import exchange, frames, request
 
 ROUND: Final = 32
@@ -51,7 +51,7 @@ class Run:
     """Sends cases ``first`` to ``first + messages`` of a seed."""
 
     def __init__(self, folder: Path, seed: int, messages: int, first: int = 0) -> None:
-        self._house = House(folder)
+        self._rig = FuzzRig(folder)
         self._cases = Cases(seed)
         self._seed = seed
         self._rng = random.Random(f"wire:{seed}:{first}")
@@ -60,19 +60,19 @@ class Run:
         self.result = Result()
 
     @property
-    def house(self) -> House:
-        """The house that the messages are sent to."""
-        return self._house
+    def rig(self) -> FuzzRig:
+        """The rig that the messages are sent to."""
+        return self._rig
 
-    async def run(self, tell: Callable[[Result], None] = lambda _: None) -> Result:
-        """Send everything; ``tell`` is called after each hundredth."""
+    async def run(self, report: Callable[[Result], None] = lambda _: None) -> Result:
+        """Send everything; ``report`` is called after each hundredth."""
         result, begun = self.result, time.monotonic()
         memory: float | None = None
-        async with self._house.open(), aiohttp.ClientSession() as session:
-            witness, fuzzer = await self._guest(session), await self._guest(session)
+        async with self._rig.open(), aiohttp.ClientSession() as session:
+            witness, fuzzer = await self._client(session), await self._client(session)
             for at in range(0, len(self._numbers), ROUND):
                 numbers = self._numbers[at : at + ROUND]
-                fuzzer = fuzzer if not fuzzer.has_left else await self._guest(session)
+                fuzzer = fuzzer if not fuzzer.has_left else await self._client(session)
                 await self._pass_control(at // ROUND, witness, fuzzer)
                 await self._round(numbers, witness, fuzzer)
                 self._note_faults(f"cases {numbers[0]} to {numbers[-1]}")
@@ -81,29 +81,29 @@ class Run:
                 if memory is None and at >= len(self._numbers) // 10:
                     memory = memory_mb()
                 if (at // ROUND) % max(32, len(self._numbers) // ROUND // 100) == 0:
-                    tell(result)
+                    report(result)
                 if len(result.findings) >= FINDINGS:
                     break
             await asyncio.gather(*self._wires)
-            for guest in (witness, fuzzer):
-                await guest.close()
+            for client in (witness, fuzzer):
+                await client.close()
         result.memory_mb = memory_mb() - (memory or 0.0)
         self._note_faults("the end")
         return result
 
-    async def _guest(self, session: aiohttp.ClientSession) -> Guest:
-        return Guest(await session.ws_connect(f"{self._house.server.url}ws", max_msg_size=0))
+    async def _client(self, session: aiohttp.ClientSession) -> FuzzClient:
+        return FuzzClient(await session.ws_connect(f"{self._rig.server.url}ws", max_msg_size=0))
 
-    async def _pass_control(self, number: int, witness: Guest, fuzzer: Guest) -> None:
+    async def _pass_control(self, number: int, witness: FuzzClient, fuzzer: FuzzClient) -> None:
         if number % CONTROL_ROUNDS:
             return
         owner, other = (witness, fuzzer) if number // CONTROL_ROUNDS % 2 == 0 else (fuzzer, witness)
-        for guest, action in ((other, "Release"), (owner, "Request")):
-            await guest.send(f'{{"Type": "Control", "Action": "{action}"}}')
-            if not await guest.answered(self._house, 1):
+        for client, action in ((other, "Release"), (owner, "Request")):
+            await client.send(f'{{"Type": "Control", "Action": "{action}"}}')
+            if not await client.answered(self._rig, 1):
                 self._find(f"round {number}", "a request for control was not answered")
 
-    async def _round(self, numbers: range, witness: Guest, fuzzer: Guest) -> None:
+    async def _round(self, numbers: range, witness: FuzzClient, fuzzer: FuzzClient) -> None:
         """Send a round with the witness's commands in its middle, and connections beside it."""
         await self._begin_wires(sum(self._rng.random() < WIRE_SHARE for _ in numbers))
         cases = [self._cases.at(number) for number in numbers]
@@ -113,9 +113,9 @@ class Run:
                 for text, name in zip(_WITNESS, asked, strict=True):
                     await witness.send(text % name)
             await fuzzer.send(case.message)
-        answers = await fuzzer.answered(self._house, len(cases))
+        answers = await fuzzer.answered(self._rig, len(cases))
         self._judge(numbers, cases, answers, fuzzer.has_left)
-        heard = [answer.get("Id") for answer in await witness.answered(self._house, len(asked))]
+        heard = [answer.get("Id") for answer in await witness.answered(self._rig, len(asked))]
         if sorted(map(str, heard)) != sorted(asked):
             self._find(f"cases {numbers[0]} to {numbers[-1]}", f"the witness asked {asked} and heard {heard}")
         self.result.witnessed += len(heard)
@@ -123,7 +123,7 @@ class Run:
     async def _begin_wires(self, count: int) -> None:
         """Open ``count`` connections; the rounds go on beside them."""
         while len(self._wires) + count > WIRES:
-            await self._house.tick()
+            await self._rig.tick()
             await asyncio.sleep(0.005)
         for _ in range(count):
             self.result.connections += 1
@@ -156,7 +156,7 @@ class Run:
 
     async def _wire(self, number: int) -> None:
         rng = random.Random(f"{self._seed}:wire:{number}")
-        port = self._house.server.port
+        port = self._rig.server.port
         is_socket = rng.random() < 0.3
         path = rng.choice(("/ws", "/video")) if is_socket else None
         data = frames(rng) if is_socket else request(rng, port)
@@ -164,9 +164,9 @@ class Run:
             self._find(f"connection {number} ({data[:200]!r})", problem)
 
     def _note_faults(self, where: str) -> None:
-        for text in self._house.faults.found:
+        for text in self._rig.faults.found:
             self._find(where, text)
-        self._house.faults.found.clear()
+        self._rig.faults.found.clear()
 
     def _find(self, where: str, what: str) -> None:
         self.result.findings.append(f"{where}: {what}")

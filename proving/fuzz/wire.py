@@ -72,15 +72,15 @@ def _frame(rng: random.Random) -> bytes:
     opcode = rng.choice((0, 1, 1, 1, 2, 3, 8, 9, 10, 11, 15))
     first = opcode | (0x80 if rng.random() < 0.8 else 0) | rng.choice((0, 0, 0, 0x10, 0x20, 0x40))
     payload = rng.choice((b"", b'{"Type":"Hold"}', b"\xff\xfe", rng.randbytes(rng.randrange(300)), b'{"ack":1}'))
-    told = rng.choice((len(payload), len(payload), len(payload), len(payload) + 5, 2**40, 2**63))
+    claimed = rng.choice((len(payload), len(payload), len(payload), len(payload) + 5, 2**40, 2**63))
     masked = 0x80 if rng.random() < 0.8 else 0
     mask = rng.randbytes(4)
-    if told < 126:
-        head = struct.pack("!BB", first, masked | told)
-    elif told < 65536:
-        head = struct.pack("!BBH", first, masked | 126, told)
+    if claimed < 126:
+        head = struct.pack("!BB", first, masked | claimed)
+    elif claimed < 65536:
+        head = struct.pack("!BBH", first, masked | 126, claimed)
     else:
-        head = struct.pack("!BBQ", first, masked | 127, told)
+        head = struct.pack("!BBQ", first, masked | 127, claimed)
     body = bytes(byte ^ mask[at % 4] for at, byte in enumerate(payload)) if masked else payload
     return head + (mask if masked else b"") + body
 

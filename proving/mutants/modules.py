@@ -11,7 +11,7 @@ from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 
-GROUPS: Final[dict[str, tuple[str, ...]]] = {
+_NAMED: Final[dict[str, tuple[str, ...]]] = {
     "transitions": ("hawk/ddc/decider.py", "hawk/ddc/rules/follower.py"),
     "states": (
         "hawk/ddc/states/base.py",
@@ -91,6 +91,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "hawk/comm/autopilot/remote_id.py",
         "hawk/comm/autopilot/status_texts.py",
         "hawk/ddc/readings/clearance.py",
+        "hawk/ddc/battery/battery.py",
         "hawk/ddc/battery/charge.py",
         "hawk/ddc/battery/chemistry.py",
         "hawk/ddc/readings/fall.py",
@@ -120,7 +121,17 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/readings/link.py",
     ),
 }
-"""Group -> modules, as paths in the checkout."""
+
+
+def _unnamed(folder: str) -> tuple[str, ...]:
+    """Return the modules of a folder that no group names."""
+    named = {module for modules in _NAMED.values() for module in modules}
+    found = (str(path.relative_to(ROOT)) for path in sorted((ROOT / folder).glob("*.py")) if path.stem != "__init__")
+    return tuple(module for module in found if module not in named)
+
+
+GROUPS: Final = _NAMED | {"readings": _NAMED["readings"] + _unnamed("hawk/ddc/readings")}
+"""Group -> modules, as paths in the checkout. A new reading is one of them without an entry."""
 
 ALL_MODULES: Final = tuple(module for modules in GROUPS.values() for module in modules)
 
@@ -210,7 +221,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/parameters/values.py": ("failsafes", "keeper"),
     "hawk/ddc/witnesses/witness.py": ("place_doubt", "height", "witness"),
     "hawk/ddc/rules/notices.py": ("place_doubt", "height"),
-    "hawk/ddc/stopwatch.py": ("stopwatch", "heading", "height", "place", "link"),
+    "hawk/ddc/stopwatch.py": ("stopwatch", "heading", "height", "place", "home", "remote_control"),
     "hawk/ddc/rules/failing.py": ("failing",),
     "hawk/ddc/fence/plan.py": ("plan", "fence_zones", "zones"),
     "hawk/ddc/requests/fence_checks.py": ("performer", "plan", "fence_zones"),
@@ -220,9 +231,19 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/rules/route_requests.py": ("route_requests", "lot_moves"),
     "hawk/ddc/fence/geometry.py": ("geometry_limits", "geometry"),
     "hawk/ddc/readings/clearance.py": ("clearance", "slope", "senses"),
+    "hawk/ddc/battery/battery.py": ("senses",),
     "hawk/ddc/battery/chemistry.py": ("charge", "failsafes"),
     "hawk/ddc/battery/energy.py": ("energy", "senses"),
     "hawk/ddc/readings/wind.py": ("wind", "senses"),
+    "hawk/ddc/readings/belief.py": ("belief", "senses"),
+    "hawk/ddc/readings/instant.py": ("senses", "fall"),
+    "hawk/ddc/readings/limits.py": ("senses",),
+    "hawk/ddc/readings/link.py": ("link", "senses"),
+    "hawk/ddc/readings/operator.py": ("operator", "senses"),
+    "hawk/ddc/readings/position.py": ("position", "senses"),
+    "hawk/ddc/readings/remote_control.py": ("remote_control", "senses"),
+    "hawk/ddc/readings/remote_id.py": ("remote_id", "senses"),
+    "hawk/ddc/readings/sight.py": ("senses",),
     "hawk/ddc/keeping/effort.py": ("keeper",),
     "hawk/ddc/keeping/fence.py": ("keeper", "flight_gate"),
     "hawk/ddc/keeping/home.py": ("keeper", "home"),

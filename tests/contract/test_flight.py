@@ -29,7 +29,7 @@ pytestmark = pytest.mark.contract
 METRES_A_DEGREE = 111_100.0
 
 
-def test_takeoff_sets_guided_by_itself_and_climbs_as_high_as_mavsdk_was_told(grounded: Vehicle) -> None:
+def test_takeoff_sets_guided_by_itself_and_climbs_to_the_height_set_in_mavsdk(grounded: Vehicle) -> None:
     pilot = grounded.pilot
     pilot.landed.clear()
     pilot.action.arm()

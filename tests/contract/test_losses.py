@@ -9,6 +9,7 @@ from tests.contract.vehicle import HEIGHT, LAND, ON_GROUND, RTL, Vehicle
 pytestmark = pytest.mark.contract
 
 
+@pytest.mark.fault("link, radio, GPS or battery lost on hawk-sim and on a real ArduCopter")
 def test_a_lost_radio_returns(flying: Vehicle) -> None:
     flying.set({"FS_THR_ENABLE": 1, "FS_OPTIONS": 0})
     flying.faults.radio(False)
@@ -19,6 +20,7 @@ def test_a_lost_radio_returns(flying: Vehicle) -> None:
         flying.faults.radio(True)
 
 
+@pytest.mark.fault("link, radio, GPS or battery lost on hawk-sim and on a real ArduCopter")
 def test_a_lost_gps_shows_within_ten_seconds_and_lands(flying: Vehicle) -> None:
     pilot = flying.pilot
     flying.faults.gps(False)
@@ -31,6 +33,7 @@ def test_a_lost_gps_shows_within_ten_seconds_and_lands(flying: Vehicle) -> None:
     flying.wait(pilot.telemetry.health_all_ok, 90.0)
 
 
+@pytest.mark.fault("link, radio, GPS or battery lost on hawk-sim and on a real ArduCopter")
 def test_a_low_battery_returns_after_ten_seconds(flying: Vehicle) -> None:
     flying.set({"BATT_LOW_VOLT": 11.0, "BATT_FS_LOW_ACT": 2, "BATT_LOW_TIMER": 10})
     flying.go(15.0, 0.0, -HEIGHT)

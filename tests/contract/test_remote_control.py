@@ -60,6 +60,10 @@ def test_the_switch_sits_on_channel_five_and_its_last_position_is_stabilize(radi
         assert radio.knows(f"FLTMODE{position}")
 
 
+@pytest.mark.fault(
+    "the receiver is lost and ArduCopter repeats its last pulses",
+    "SYS_STATUS decides; it says so only while FS_THR_ENABLE is not 0, which refuses Arm",
+)
 def test_a_lost_receiver_keeps_its_last_pulses_and_shows_in_the_health_alone(radio: Vehicle) -> None:
     radio.set({"FS_THR_ENABLE": 1})
     radio.faults.radio(False)
@@ -73,7 +77,7 @@ def test_a_lost_receiver_keeps_its_last_pulses_and_shows_in_the_health_alone(rad
     radio.wait(lambda: receiver(radio, "health"), 10.0)
 
 
-def test_with_its_failsafe_off_a_lost_receiver_is_not_told(radio: Vehicle) -> None:
+def test_with_its_failsafe_off_a_lost_receiver_is_not_reported(radio: Vehicle) -> None:
     radio.set({"FS_THR_ENABLE": 0})
     radio.faults.radio(False)
     radio.let_pass(4.0)

@@ -83,7 +83,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await page.get_by_role("tab", name="Settings").click()
     await expect(button(page, "Edit fence")).to_be_disabled()
     await expect(button(page, "Edit fence")).to_contain_text("Flying: land first")
-    await the_way_across_the_gap_is_refused(page, screenshots)
+    await the_path_across_the_gap_is_refused(page, screenshots)
     await move_to(page, AT_ITS_FOOT)
     await slide(page, page.locator("hawk-slide button"))
     await state_is(page, "Moving")
@@ -167,7 +167,7 @@ async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
     await page.wait_for_timeout(300)
     await page.mouse.click(*places[0])
     await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"), timeout=5_000)
-    await shows(page, "From parts of it the straight way home leaves the fence")
+    await shows(page, "From parts of it the straight path home leaves the fence")
 
 
 async def putting_it_right(page: Page) -> None:
@@ -232,7 +232,7 @@ async def take_off(page: Page) -> None:
     await state_is(page, "Holding", 60)
 
 
-async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
+async def the_path_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
     """The arm is inside, the straight path to it is not, and no lot to fly over is known: the bar says why."""
     await move_to(page, IN_THE_ARM)
     await shows(page, "The straight path there leaves the fence")

@@ -76,7 +76,7 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     """Control, watching, Hold, Move, a daemon that dies, and Cut motors: by clicks on two pages, in one flight."""
     errors, home = watch(scene.pilot), await scene.place_at_rest()
     await take_off(scene.pilot)
-    await watching_is_told_and_commands_nothing(scene)
+    await a_viewer_is_shown_as_such_and_commands_nothing(scene)
     await explore(scene.pilot)
     await everything_fits(scene.pilot, screenshots)
     await press(scene.watcher, "Hold", 10)
@@ -90,7 +90,7 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     await press(scene.pilot, "Hold", 10)
     await state_is(scene.pilot, "Holding")
     assert not errors
-    await a_dead_daemon_is_told_and_found_again(scene, screenshots)
+    await a_dead_daemon_is_reported_and_found_again(scene, screenshots)
     await the_motors_are_cut_in_two_steps(scene, screenshots)
 
 
@@ -114,7 +114,7 @@ async def explore(page: Page) -> None:
     pytest.fail(f"exploring ended {EXPLORE_ATTEMPTS} times")
 
 
-async def watching_is_told_and_commands_nothing(scene: Scene) -> None:
+async def a_viewer_is_shown_as_such_and_commands_nothing(scene: Scene) -> None:
     page = scene.watcher
     await shows(page, "You are watching. Someone else has control.")
     await expect(button(page, "Arm")).to_have_count(0)
@@ -171,7 +171,7 @@ async def move(scene: Scene, side: int, *, by_key: bool) -> None:
     assert side * (after[0] - before[0]) > 2 * abs(after[1] - before[1])  # to the right is east
 
 
-async def a_dead_daemon_is_told_and_found_again(scene: Scene, screenshots: Path) -> None:
+async def a_dead_daemon_is_reported_and_found_again(scene: Scene, screenshots: Path) -> None:
     page = scene.pilot
     await kill_daemon(scene.stack)
     await shows(page, "No word from the drone for")

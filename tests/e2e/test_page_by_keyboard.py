@@ -40,7 +40,7 @@ async def faults(page: Page, view: str, screenshots: Path) -> dict[str, list[str
     return {view: found} if found else {}
 
 
-def told(found: dict[str, list[str]]) -> str:
+def in_words(found: dict[str, list[str]]) -> str:
     return "\n".join(f"{view}: {one}" for view, all_of_it in found.items() for one in all_of_it)
 
 
@@ -62,7 +62,7 @@ async def test_axe_finds_nothing_on_any_view(browser: Browser, fake: Any, screen
         await expect(page.locator(".keylist")).to_be_visible()
         found |= await faults(page, f"{theme}-{scene}-keys", screenshots)
         await page.close()
-    assert not found, told(found)
+    assert not found, in_words(found)
 
 
 async def test_axe_finds_nothing_while_something_is_asked(browser: Browser, fake: Any, screenshots: Path) -> None:
@@ -82,7 +82,7 @@ async def test_axe_finds_nothing_while_something_is_asked(browser: Browser, fake
     await page.keyboard.press("Escape")
     phone = await opened(browser, address, PHONE)
     found |= await faults(phone, "phone", screenshots)
-    assert not found, told(found)
+    assert not found, in_words(found)
 
 
 async def test_a_flight_begins_by_keyboard_alone(browser: Browser, fake: Any) -> None:

@@ -47,6 +47,11 @@ MEASURE = """(selectors) => {
 }"""
 
 
+@pytest.mark.fault(
+    "a small or zoomed window, a phone, a question open, no link",
+    "Hold, Land, Cut motors and Return home are wholly in the window and uncovered; a question does not move "
+    "Hold and Land; the map has 35 % of the shorter side",
+)
 async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any, screenshots: Path) -> None:
     page = await browser.new_page(viewport={"width": 1440, "height": 900})
     _, ground = await fake("ready")
@@ -133,6 +138,10 @@ async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, st
     return places
 
 
+@pytest.mark.fault(
+    '"Keep pressed 1 s to cut" is pressed for 0.2 s while the page is busy for 1.5 s',
+    "the motors run on; the page says that it could not follow the press",
+)
 async def test_a_short_press_on_a_busy_page_does_not_cut_the_motors(browser: Browser, fake: Any) -> None:
     page = await browser.new_page(viewport={"width": 1440, "height": 900})
     _, air = await fake("still")

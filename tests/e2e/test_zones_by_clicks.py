@@ -41,7 +41,7 @@ async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshot
         await press(page, "Add zone: an exclusion zone", 5)
         await click_around(page, MAST)
         await expect(title(page)).to_have_text(re.compile("4 corners, 2 zones$"), timeout=5_000)
-        await shows(page, "From parts of it the straight way home crosses a zone")
+        await shows(page, "From parts of it the straight path home crosses a zone")
         await in_every_size(page, screenshots)
         await putting_it_right(page)
         await press(page, "Save fence", 10)

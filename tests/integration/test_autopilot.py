@@ -153,7 +153,7 @@ async def test_a_flight_on_the_map_with_a_reset_of_ekf_local(rig: Rig) -> None:
     assert math.dist((rig.map.north, rig.map.east), (8.0, -5.0)) < 1.0
     await rig.fly_to(0.0, 5.0)
     after = await rig.status()
-    assert _way(before, after) == pytest.approx((-8.0, 10.0), abs=1.0)  # where it truly went
+    assert _moved(before, after) == pytest.approx((-8.0, 10.0), abs=1.0)  # where it truly went
 
     await rig.autopilot.set_mode(CopterMode.RTL)
     await rig.until(lambda: not rig.topics.state.value.armed, 60.0)  # type: ignore[union-attr]
@@ -161,7 +161,7 @@ async def test_a_flight_on_the_map_with_a_reset_of_ekf_local(rig: Rig) -> None:
     await rig.until(lambda: rig.topics.state.value.landed is LandedState.ON_GROUND)  # type: ignore[union-attr]
 
 
-def _way(before: Any, after: Any) -> tuple[float, float]:
+def _moved(before: Any, after: Any) -> tuple[float, float]:
     """Return how far the true position moved, metres north and east (the simulation reports x east, y south)."""
     first, second = before["position"], after["position"]
     return first["y"] - second["y"], second["x"] - first["x"]

@@ -163,7 +163,7 @@ def moved(before: Look, after: Look) -> list[float]:
     return [math.dist(*((s.north, s.east) for s in (before.stalls[i], after.stalls[i]))) for i in kept]
 
 
-async def test_the_battery_ended_the_first_flight_half_way(swap: Swap) -> None:
+async def test_the_battery_ended_the_first_flight_midway(swap: Swap) -> None:
     assert swap.half.beat.state == StateName.IDLE
     assert len(swap.half.stalls) < 0.9 * len(swap.truth.stalls)
 
@@ -175,7 +175,7 @@ async def test_after_the_swap_the_map_is_the_same_one(swap: Swap) -> None:
     assert all(metres < 0.1 for metres in moved(before, after))
 
 
-async def test_before_take_off_it_is_told_that_an_earlier_survey_goes_on(swap: Swap) -> None:
+async def test_before_take_off_the_drone_reports_that_an_earlier_survey_goes_on(swap: Swap) -> None:
     (text,) = [text for text in swap.again.said if text.startswith("An earlier survey goes on")]
     assert f"{len(swap.half.stalls)} stalls" in text
     (check,) = [check for check in swap.again.ready.checks if check.name == "Survey"]
@@ -207,6 +207,12 @@ async def test_the_rest_is_flown_and_the_lot_is_whole(swap: Swap) -> None:
     assert found["stall_precision"] > 0.95, account
 
 
+@pytest.mark.fault(
+    "battery swapped in the middle of a survey: both computers without power, another boot, 5 m beside, the "
+    "receiver off by 1.9 m",
+    "map, datum and ids are kept; Explore flies the rest; 95 % of the stalls stay within 1 m and none is "
+    "counted twice; the arm place of before is dropped",
+)
 async def test_stalls_of_before_stay_in_place_and_keep_their_ids(swap: Swap) -> None:
     before, after = swap.half, swap.again.ended
     gone = before.stalls.keys() - after.stalls.keys()
@@ -214,6 +220,10 @@ async def test_stalls_of_before_stay_in_place_and_keep_their_ids(swap: Swap) -> 
     assert np.percentile(moved(before, after), 95) < 1.0
 
 
+@pytest.mark.fault(
+    "battery swapped in the middle of a survey: both computers without power, another boot, 5 m beside, the "
+    "receiver off by 1.9 m"
+)
 async def test_no_stall_is_counted_twice(swap: Swap) -> None:
     places = np.array([(stall.north, stall.east) for stall in swap.again.ended.stalls.values()])
     nearest = KDTree(places).query(places, k=2)[0][:, 1]

@@ -65,6 +65,12 @@ def is_shown(address: str, beat: Heartbeat) -> bool:
     return not part.healthy and f"{address} (system 1) sends to the autopilot's port, too." in part.reason
 
 
+@pytest.mark.fault(
+    "another sender forges HEARTBEAT, EXTENDED_SYS_STATE, position and battery, with the autopilot's system "
+    "id and another one",
+    "nothing of it is believed; the link's health and a message name address and system id within 1 s; Arm is "
+    "refused until it is silent for 10 s; in flight the drone flies on by the first sender",
+)
 async def test_forged_telemetry_changes_nothing_but_the_health_of_the_link(tmp_path: Path) -> None:
     stack = over_a_picture(tmp_path)
     try:

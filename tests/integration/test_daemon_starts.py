@@ -83,6 +83,10 @@ async def stays_away(made: asyncio.subprocess.Process) -> bool:
     return False
 
 
+@pytest.mark.fault(
+    "the program crashes again and again in the air before it has found the link",
+    "each start is on the disk before the link is opened; the third within a minute opens none",
+)
 async def test_crashes_before_the_link_is_found_count_while_the_flight_goes_on(tmp_path: Path) -> None:
     await journal_of_a_flight(tmp_path, age_s=1.0)
     for _ in range(2):
@@ -97,6 +101,10 @@ async def test_crashes_before_the_link_is_found_count_while_the_flight_goes_on(t
         assert await stays_away(made), "an orderly end takes nothing back but its own start"
 
 
+@pytest.mark.fault(
+    "SIGHUP in the air (a lost terminal)",
+    "logged, the flight goes on; on the ground the program ends in order",
+)
 async def test_a_lost_terminal_does_not_end_a_flight(tmp_path: Path) -> None:
     await journal_of_a_flight(tmp_path, age_s=1.0)
     for _ in range(2):
@@ -138,6 +146,10 @@ async def test_on_the_ground_every_start_opens_the_link(tmp_path: Path) -> None:
             assert not await stays_away(made)
 
 
+@pytest.mark.fault(
+    "a second daemon is started on the store of one that runs",
+    "it ends with status 2 and names the first; one journal",
+)
 async def test_a_second_daemon_on_one_store_ends_with_status_2_and_names_the_first(tmp_path: Path) -> None:
     async with started(tmp_path, WAITS) as first:
         assert first.stdout is not None
@@ -150,6 +162,10 @@ async def test_a_second_daemon_on_one_store_ends_with_status_2_and_names_the_fir
         assert len(list((tmp_path / "journal").iterdir())) == 1, "one journal"
 
 
+@pytest.mark.fault(
+    "a second daemon of this computer on the same serial line, TCP or UDP address",
+    "it does not open the link, names the first, and opens it when that one has ended",
+)
 async def test_a_second_daemon_on_one_autopilot_names_the_first(tmp_path: Path) -> None:
     autopilot = f"tcpout://127.0.0.1:{free_tcp_port()}"
     async with started(tmp_path / "one", WAITS, autopilot=autopilot) as first:

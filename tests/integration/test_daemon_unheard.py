@@ -45,6 +45,8 @@ async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flown
         await stack.stop()
 
 
+@pytest.mark.fault("downlink dead, and RTL messages are lost too")
+@pytest.mark.fault("downlink dead, uplink alive, in the air")
 async def test_a_mute_autopilot_is_sent_home_landed_by_hand_and_heard_again(flown: Flown) -> None:
     await flown.put(late_parameters_s=2.0)  # the failsafes are set all the same
     async with operator(flown.url) as pilot:
@@ -66,7 +68,7 @@ async def test_a_mute_autopilot_is_sent_home_landed_by_hand_and_heard_again(flow
     assert not (await flown.stack.status())["crashed"]
 
 
-async def test_heard_again_it_can_be_held(flown: Flown) -> None:
+async def test_a_drone_whose_link_is_back_can_be_held(flown: Flown) -> None:
     async with operator(flown.url) as pilot:
         await pilot.take_off()
         await flown.put(link="mute")

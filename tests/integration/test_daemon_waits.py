@@ -108,6 +108,7 @@ async def test_what_is_absent_at_the_start_is_waited_for_and_found(tmp_path: Pat
         assert await has_picture(url)
 
 
+@pytest.mark.fault("standard error or the journal is not read")
 async def test_a_log_that_nobody_reads_keeps_it_neither_from_starting_nor_from_ending(tmp_path: Path) -> None:
     page_port = free_tcp_port()
     settings = tmp_path / "config.toml"

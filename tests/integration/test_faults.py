@@ -15,7 +15,7 @@ from tests.integration.sim_support import small_picture
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 
-async def test_five_faults_of_one_flight_end_as_they_must(tmp_path: Path) -> None:
+async def test_five_faults_of_one_flight_end_without_problems(tmp_path: Path) -> None:
     faults = dict(zip(names(ALL), ALL, strict=True))
     options = SimulationOptions(world=small_picture(tmp_path), metres_per_pixel=0.5, speed=3.0)
     outcomes: list[Outcome] = []

@@ -28,7 +28,7 @@ async def standing(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[tu
         await stack.stop()
 
 
-async def test_the_slope_is_told_before_arm_and_refuses_nothing(standing: tuple[SimulatedStack, Operator]) -> None:
+async def test_the_slope_is_reported_before_arm_and_refuses_nothing(standing: tuple[SimulatedStack, Operator]) -> None:
     _, pilot = standing
     beat = await pilot.until(lambda b: any(check.name == "Slope" for check in b.checks))
     check = next(check for check in beat.checks if check.name == "Slope")
@@ -37,6 +37,7 @@ async def test_the_slope_is_told_before_arm_and_refuses_nothing(standing: tuple[
     await pilot.take_off()
 
 
+@pytest.mark.fault("a task flies closer over something than the least clearance")
 async def test_a_move_into_the_slope_ends_above_it(standing: tuple[SimulatedStack, Operator]) -> None:
     stack, pilot = standing
     assert pilot.beat.height_above_ground == pytest.approx(8.0, abs=1.5)

@@ -41,8 +41,8 @@ GNSS_M = 1.0
 
 @dataclass(frozen=True)
 class Flight:
-    told: RouteAnswer
-    told_off_lot: RouteAnswer
+    answer: RouteAnswer
+    answer_off_lot: RouteAnswer
     refused: Ack
     refused_beat: Heartbeat
     beats: list[Heartbeat]
@@ -135,13 +135,13 @@ async def begin_another(stack: SimulatedStack, url: str, folder: Path) -> Anothe
 
 async def fly(pilot: Operator) -> Flight:
     off_lot = AutonomousMove(x=OFF_LOT[0], y=OFF_LOT[1], frame="Map")
-    told_off_lot = await pilot.drone.ask(RouteRequest(x=OFF_LOT[0], y=OFF_LOT[1], frame="Map"))
-    assert isinstance(told_off_lot, RouteAnswer)
+    answer_off_lot = await pilot.drone.ask(RouteRequest(x=OFF_LOT[0], y=OFF_LOT[1], frame="Map"))
+    assert isinstance(answer_off_lot, RouteAnswer)
     refused = await pilot.drone.ask(off_lot)
     assert isinstance(refused, Ack)
     refused_beat = await pilot.until(lambda b: b.user_error != UserError.NONE, 5.0)
-    told = await pilot.drone.ask(RouteRequest(x=TARGET[0], y=TARGET[1], frame="Map"))
-    assert isinstance(told, RouteAnswer)
+    answer = await pilot.drone.ask(RouteRequest(x=TARGET[0], y=TARGET[1], frame="Map"))
+    assert isinstance(answer, RouteAnswer)
     await pilot.order(AutonomousMove(x=TARGET[0], y=TARGET[1], frame="Map"))
     beats: list[Heartbeat] = []
 
@@ -150,7 +150,7 @@ async def fly(pilot: Operator) -> Flight:
         return beat.state == StateName.HOVER
 
     await pilot.until_state(StateName.AUTONOMOUS_MOVE, 5.0)
-    return Flight(told, told_off_lot, refused, refused_beat, beats, await pilot.until(arrived, 90.0))
+    return Flight(answer, answer_off_lot, refused, refused_beat, beats, await pilot.until(arrived, 90.0))
 
 
 def place(beat: Heartbeat) -> tuple[float, float]:
@@ -163,7 +163,7 @@ def line(points: Sequence[Point]) -> shapely.LineString:
     return shapely.LineString([(p.north, p.east) for p in points])
 
 
-async def test_the_straight_way_leaves_the_lot_and_the_flown_one_does_not(flight: Flight) -> None:
+async def test_the_straight_path_leaves_the_lot_and_the_flown_one_does_not(flight: Flight) -> None:
     places = [place(beat) for beat in flight.beats]
     assert not shapely.covers(LOT.buffer(GNSS_M), shapely.LineString([places[0], TARGET]))
     assert shapely.covers(LOT.buffer(GNSS_M), shapely.LineString(places))
@@ -171,16 +171,16 @@ async def test_the_straight_way_leaves_the_lot_and_the_flown_one_does_not(flight
     assert flight.arrived.detail.startswith("There.")
 
 
-async def test_the_way_was_told_before_and_nothing_flew_for_it(flight: Flight) -> None:
-    assert flight.told.refused is None
-    assert flight.told.length is not None
-    assert shapely.covers(LOT, line(flight.told.points))
-    assert line(flight.told.points).length == pytest.approx(flight.told.length, abs=0.5)
+async def test_the_distance_was_known_before_and_nothing_flew_for_it(flight: Flight) -> None:
+    assert flight.answer.refused is None
+    assert flight.answer.length is not None
+    assert shapely.covers(LOT, line(flight.answer.points))
+    assert line(flight.answer.points).length == pytest.approx(flight.answer.length, abs=0.5)
     flown = sum(np.hypot(*np.subtract(a, b)) for a, b in itertools.pairwise(map(place, flight.beats)))
-    assert flown == pytest.approx(flight.told.length, rel=0.15)
+    assert flown == pytest.approx(flight.answer.length, rel=0.15)
 
 
-async def test_the_way_that_is_left_is_shown_on_the_way_and_not_after(flight: Flight) -> None:
+async def test_the_distance_left_is_shown_in_flight_and_not_after(flight: Flight) -> None:
     moving = [beat for beat in flight.beats if beat.state == StateName.AUTONOMOUS_MOVE]
     assert len(moving) > 20
     assert all(len(beat.route) >= 2 for beat in moving)
@@ -200,7 +200,7 @@ async def test_a_place_off_the_lot_is_refused_with_user_error_1(flight: Flight) 
     assert "outside the lot" in flight.refused.reason
     assert flight.refused_beat.user_error == UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     assert flight.refused_beat.state == StateName.HOVER
-    assert flight.told_off_lot.refused == flight.refused.reason
+    assert flight.answer_off_lot.refused == flight.refused.reason
 
 
 async def test_a_new_survey_empties_the_map_and_keeps_the_earlier_one_on_disk(another: Another) -> None:

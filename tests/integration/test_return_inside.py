@@ -24,7 +24,7 @@ U_SHAPE: Ring = (
     (15.0, 45.0), (15.0, 75.0), (-60.0, 75.0), (-60.0, -15.0),
 )  # fmt: skip
 """Two arms to the north, 30 m apart; north and east of the drone, which stands in the west arm."""
-WAY_OUT = ((-45.0, 0.0), (-45.0, 60.0), (5.0, 60.0))
+PATH_OUT = ((-45.0, 0.0), (-45.0, 60.0), (5.0, 60.0))
 CEILING_M = 40.0
 
 
@@ -45,7 +45,7 @@ async def draw(pilot: Operator, ring: Ring) -> None:
 
 
 async def fly_to_the_other_arm(pilot: Operator) -> None:
-    for north, east in WAY_OUT:
+    for north, east in PATH_OUT:
         await pilot.order(CompulsiveMove(x=north, y=east, frame="Map"))
         await pilot.until_state(StateName.COMPULSIVE_MOVE)
         await pilot.until_state(StateName.HOVER)
@@ -75,6 +75,11 @@ async def in_the_other_arm(
         await stack.stop()
 
 
+@pytest.mark.fault(
+    "a return in a bent fence: the straight line home leaves it",
+    "a path inside it by targets, 2 m from our limit, until home is in straight sight; then RTL; the true "
+    "position never leaves the fence",
+)
 async def test_a_return_between_two_arms_of_the_fence_ends_at_home_and_never_leaves_it(
     in_the_other_arm: tuple[SimulatedStack, Operator],
 ) -> None:
@@ -90,8 +95,8 @@ async def test_a_return_between_two_arms_of_the_fence_ends_at_home_and_never_lea
     assert straight.east is not None
     assert straight.east < 20.0, "RTL took over in the west arm"
     await pilot.until_down()
-    told = await stack.status()
-    assert (told["fence"], told["excursions"], told["crashed"]) == (True, 0, False)
+    status = await stack.status()
+    assert (status["fence"], status["excursions"], status["crashed"]) == (True, 0, False)
     home = pilot.beat
     assert home.north is not None
     assert home.east is not None

@@ -62,7 +62,7 @@ def test_a_whole_flight(flight: Flight) -> None:
     pilot.wait(lambda: pilot.landed == [1, 3, 2, 4, 1], 5.0)
     status = get_json(f"{flight.http}/status")
     assert (status["landed"], status["disarmed"], status["crashed"]) == (True, True, False)
-    assert 30.0 < status["way_m"] < 45.0
+    assert 30.0 < status["distance_flown_m"] < 45.0
 
 
 def test_arming_again_after_the_return_needs_guided_first(flight: Flight) -> None:

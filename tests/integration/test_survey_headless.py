@@ -116,7 +116,7 @@ def explored_after(seconds: float) -> Watch:
     return watch
 
 
-async def test_a_whole_survey_with_failsafes_set_on_the_way(flight: Flight) -> None:
+async def test_a_whole_survey_that_sets_the_failsafes(flight: Flight) -> None:
     async with flight.client() as drone:
         operator = SurveyOperator(drone, SurveyPlan(set_failsafes=True))
         outcome = await flight.fly(drone, explored_after(10.0), operator.run())

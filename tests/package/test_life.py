@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.flight_word import FlightWord, hear
+from hawk.versions.flight_state import FlightStateFile, read_flight_state
 from proving.bare_root import CLEAN
 from tests.package.clean_root import CleanRoot
 
@@ -52,14 +52,14 @@ def root(clean_root: CleanRoot) -> CleanRoot:
 @contextmanager
 def flying(root: CleanRoot) -> Iterator[None]:
     """Hold the daemon's file as one does whose drone is armed; it has landed afterwards."""
-    word, landed = FlightWord(root.path(RUN)), threading.Event()
+    file, landed = FlightStateFile(root.path(RUN)), threading.Event()
 
     def fly() -> None:
         while not landed.wait(0.1):
-            word.say(may_fly=True)
+            file.write(may_fly=True)
 
-    word.say(may_fly=True)
-    assert hear(root.path(RUN)).is_held
+    file.write(may_fly=True)
+    assert read_flight_state(root.path(RUN)).is_held
     pilot = threading.Thread(target=fly)
     pilot.start()
     try:
@@ -67,8 +67,8 @@ def flying(root: CleanRoot) -> Iterator[None]:
     finally:
         landed.set()
         pilot.join()
-        word.say(may_fly=False)
-        word.close()
+        file.write(may_fly=False)
+        file.close()
 
 
 def in_force(root: CleanRoot) -> str:
@@ -139,12 +139,12 @@ def test_the_daemon_starts_as_its_user_and_says_that_nothing_flies(root: CleanRo
             time.sleep(0.2)
         assert root.path(ready).exists(), daemon.communicate(timeout=5)[0] if daemon.poll() is not None else "not ready"
         listed = root.run("hawk-drone", "versions")
-        assert hear(root.path(RUN)).is_held
+        assert read_flight_state(root.path(RUN)).is_held
         assert listed.splitlines() == [f"{before}  in force, was never ready", "A version may be switched now."]
     finally:
         daemon.kill()  # its process space ends with it
         daemon.communicate(timeout=60)
-    assert not hear(root.path(RUN)).is_held
+    assert not read_flight_state(root.path(RUN)).is_held
     root.run("/usr/lib/hawk-drone/service-hook", "ready")
 
 

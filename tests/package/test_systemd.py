@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.flight_word import hear
+from hawk.versions.flight_state import read_flight_state
 from tests.package.clean_root import CleanRoot
 from tests.package.systemd_root import NoSystemdError, SystemdRoot, booted
 
@@ -81,7 +81,7 @@ def test_the_hardened_unit_has_its_priority_and_no_capability(system: SystemdRoo
 
 
 def test_the_daemon_works_under_the_unit(system: SystemdRoot) -> None:
-    """Its page answers, its vision is loaded, and its word is that nothing flies."""
+    """Its page answers, its vision is loaded, and its flight state is that nothing flies."""
     code = "import urllib.request as r; print(r.urlopen('http://127.0.0.1:3000/metrics').read().decode())"
     until = time.monotonic() + WAIT_S
     while "hawk_status_age_seconds" not in (text := system.run("python3", "-c", code)):
@@ -157,4 +157,4 @@ def test_a_removal_stops_it(system: SystemdRoot) -> None:
     system.run("dpkg", "--remove", UNIT)
     assert not system.root.path("/opt/hawk").exists()
     assert system.run("systemctl", "is-active", UNIT, fails=True).strip() in ("inactive", "failed")
-    assert not hear(system.root.path("/run/hawk")).is_held
+    assert not read_flight_state(system.root.path("/run/hawk")).is_held

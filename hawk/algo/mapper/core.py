@@ -75,7 +75,7 @@ class MapCore:
         self._frame = self._outlined_at = self._rows_at = self._cars_at = 0
         self._is_spent = False
         self._touched: set[TileKey] = set()
-        self._chores: list[Callable[[CellEvidence, SeenGround], bool]] = [
+        self._slow_steps: list[Callable[[CellEvidence, SeenGround], bool]] = [
             self._outline,
             self._complete_rows,
             self._picture,
@@ -106,15 +106,15 @@ class MapCore:
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
         self._frame += 1
         self._is_spent = False
-        for chore in self._chores:
-            if chore(evidence, seen):
-                self._chores.remove(chore)
-                self._chores.append(chore)
+        for step in self._slow_steps:
+            if step(evidence, seen):
+                self._slow_steps.remove(step)
+                self._slow_steps.append(step)
                 break
         self._show_stalls()
 
     def encode(self, pose: MapPose | None) -> None:
-        """Encode a bounded number of changed tiles and renew the index; only one tile after the dearest chore."""
+        """Encode a bounded number of changed tiles and renew the index; only one tile after the costliest step."""
         settings = self._settings
         near = (0.0, 0.0) if pose is None else (pose.north, pose.east)
         most = 1 if self._is_spent else settings.tiles_per_frame

@@ -176,28 +176,28 @@ class Slip:
         self.heading.move(step, max(time - before, 0.0))
         if self._key is None or step < _STILL_M:  # while the drone stands, GNSS drifts on
             self._key = _Key(at, time, found)
-        way = at - self._key.drone
-        if abs(way) < _BASE_M:
+        path = at - self._key.drone
+        if abs(path) < _BASE_M:
             return
-        if abs(way) < 3 * _BASE_M:
-            self._compare(self._key, found, way, max(time - self._key.time, 0.0))
+        if abs(path) < 3 * _BASE_M:
+            self._compare(self._key, found, path, max(time - self._key.time, 0.0))
         self._key = _Key(at, time, found)
 
-    def _compare(self, key: _Key, found: Floats, way: complex, seconds: float) -> None:
+    def _compare(self, key: _Key, found: Floats, path: complex, seconds: float) -> None:
         wrong = complex(math.cos(self.heading.turn), -math.sin(self.heading.turn))
-        expected = way * (1 - wrong)
+        expected = path * (1 - wrong)
         places = key.found[:, :2] + (expected.real, expected.imag)
         k, f = mutual_nearest(np.column_stack([places, key.found[:, 2]]), found[:, :2], found[:, 2])
         residual = found[f, :2] - places[k]
         step = _agreed(residual, _LEAST_COMPARED)
         if step is None:
             return
-        self.leans[f] = (step - residual) @ (way.real, way.imag) / abs(way) ** 2
-        measured = 1 - (expected + complex(*step)) / way
+        self.leans[f] = (step - residual) @ (path.real, path.imag) / abs(path) ** 2
+        measured = 1 - (expected + complex(*step)) / path
         if not _PLAUSIBLE[0] < abs(measured) < _PLAUSIBLE[1]:
             return
         ratio = measured / wrong
-        self.heading.learn(self.heading.turn - math.atan2(ratio.imag, ratio.real), way, seconds)
+        self.heading.learn(self.heading.turn - math.atan2(ratio.imag, ratio.real), path, seconds)
         gain = self._sigma**2 / (self._sigma**2 + _SIGMA**2)
         self._sigma = max(self._sigma * math.sqrt(1 - gain), _LEAST_SIGMA)
 

@@ -183,9 +183,9 @@ class StallTracker:
         note_leans(rows, found.lean)
         gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
-        told = np.where(_tells_of_change(rows, found), np.maximum(weight, look.change), weight)
-        told *= np.clip(found.visible, 0, 1)
-        rows["taken"] = np.clip(rows["taken"] + told * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
+        votes = np.where(_shows_change(rows, found), np.maximum(weight, look.change), weight)
+        votes *= np.clip(found.visible, 0, 1)
+        rows["taken"] = np.clip(rows["taken"] + votes * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
         rows["looks"] += weight
         rows["seen"] += 1
         rows["last_seen"] = look.time
@@ -270,7 +270,7 @@ class StallTracker:
         return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
 
 
-def _tells_of_change(rows: Rows, found: Detections) -> NDArray[np.bool_]:
+def _shows_change(rows: Rows, found: Detections) -> NDArray[np.bool_]:
     """Return True (N,) for the stalls that a look shows clearly in another state than the called one."""
     came = (rows["state"] != TAKEN) & (found.taken >= _CHANGED)
     left = (rows["state"] != FREE) & (found.taken <= 1 - _CHANGED)
@@ -279,10 +279,10 @@ def _tells_of_change(rows: Rows, found: Detections) -> NDArray[np.bool_]:
 
 def note_leans(rows: Rows, leans: NDArray[np.float64]) -> None:
     """Add a measured lean (share of the drone's movement, see `Slip`) to each of the stalls (N,); NaN: not measured."""
-    told = np.isfinite(leans)
-    rows["lean_looks"] = np.minimum(rows["lean_looks"] + told, _MOST_LEAN_LOOKS)
-    step = (np.where(told, leans, 0) - rows["lean"]) / np.maximum(rows["lean_looks"], 1)
-    rows["lean"] += np.where(told, step, 0)
+    is_known = np.isfinite(leans)
+    rows["lean_looks"] = np.minimum(rows["lean_looks"] + is_known, _MOST_LEAN_LOOKS)
+    step = (np.where(is_known, leans, 0) - rows["lean"]) / np.maximum(rows["lean_looks"], 1)
+    rows["lean"] += np.where(is_known, step, 0)
     rows["raised"] = rows["lean"] > RAISED + _LEAN_SIGMA / np.sqrt(np.maximum(rows["lean_looks"], 1))
 
 

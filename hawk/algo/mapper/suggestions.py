@@ -168,14 +168,14 @@ class Suggestion:
     def from_bytes(cls, data: bytes) -> Suggestion:
         """Return the suggestion. Raises ValueError when it is none."""
         try:
-            told = cls(**json.loads(data))
-            numbers = (told.north, told.east, told.angle, told.length, told.born_m, told.flown_m, told.time)
+            read = cls(**json.loads(data))
+            numbers = (read.north, read.east, read.angle, read.length, read.born_m, read.flown_m, read.time)
             is_sound = all(math.isfinite(number) for number in numbers)
         except (TypeError, UnicodeDecodeError) as error:
             raise ValueError(f"not a suggestion: {error!r}") from error
         if not is_sound:
             raise ValueError("not a suggestion: a number is not finite")
-        return told
+        return read
 
 
 @dataclass(frozen=True, slots=True)

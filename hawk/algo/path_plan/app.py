@@ -11,7 +11,7 @@ import numpy as np
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, LotMap, Mask, Place, Window
-from hawk.algo.path_plan.camera import LeanWatch, ReadableSpeed, Swath, exploring_height
+from hawk.algo.path_plan.camera import LeanObserver, ReadableSpeed, Swath, exploring_height
 from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
@@ -58,7 +58,7 @@ class PathPlanApp:
         self._outlined: OutlinedGround | None = None
         self._footprint = footprint or (lambda swath: Footprint.of(swath, self._settings, self._lean.share))
         self._overview = Overview()
-        self._lean = LeanWatch(self._settings)
+        self._lean = LeanObserver(self._settings)
         self._readable = ReadableSpeed(self._settings.exposure_s)
         self._guard = FenceGuard(None)
         self._routes = RouteKeeper(self._settings.near_lot_m)

@@ -102,7 +102,7 @@ class Lean:
         return cls(corner, beyond(settings.lean_deg), beyond(settings.stop_lean_deg), radius)
 
 
-class LeanWatch:
+class LeanObserver:
     """Finds out in flight by how much the drone leans."""
 
     def __init__(self, settings: PathPlanSettings) -> None:

@@ -157,7 +157,7 @@ _NEVER = 1000.0  # more than any Hamming distance of 256 bits
 
 
 @dataclass(frozen=True, slots=True)
-class Laid:
+class GroundFeatures:
     """Features on the ground: ``places`` (N,), their ``descriptors`` (N, 32), and ``grain``, a pixel's metres."""
 
     places: Places = field(repr=False)
@@ -189,7 +189,7 @@ class _Picture:
     time: float
     pose: MapPose
     speed: float
-    laid: Laid
+    ground: GroundFeatures
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,15 +219,17 @@ def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
     return features_at(small, orb, kept, camera)
 
 
-def lay(features: Features, camera: CameraModel, pose: MapPose) -> Laid:
+def project(features: Features, camera: CameraModel, pose: MapPose) -> GroundFeatures:
     """Project features onto level ground below ``pose``, whose height is above that ground."""
     rays = np.column_stack([features.points, np.ones(len(features.points))]) @ camera_to_ned(camera, pose).T
     good = rays[:, 2] >= FLATTEST * np.linalg.norm(rays, axis=1)
     north, east, down = rays[good].T
-    return Laid((north + 1j * east) * (pose.height / down), features.descriptors[good], features.pixel * pose.height)
+    return GroundFeatures(
+        (north + 1j * east) * (pose.height / down), features.descriptors[good], features.pixel * pose.height
+    )
 
 
-def compare(before: Laid, now: Laid, expected: Similarity, farthest: float) -> Similarity | None:
+def compare(before: GroundFeatures, now: GroundFeatures, expected: Similarity, farthest: float) -> Similarity | None:
     """Return the similarity from the ground of one picture to that of the other; None when too little agrees.
 
     Features are sought within `REACH_M` of where ``expected`` says that they are; when too few agree there, everywhere,
@@ -245,7 +247,7 @@ def compare(before: Laid, now: Laid, expected: Similarity, farthest: float) -> S
     return None if found is None or abs(found.offset - expected.offset) > farthest else found
 
 
-def _agreed(before: Laid, now: Laid, distance: Distances, share: float) -> Similarity | None:
+def _agreed(before: GroundFeatures, now: GroundFeatures, distance: Distances, share: float) -> Similarity | None:
     first, second = _mutual(distance)
     if len(first) < LEAST:
         return None
@@ -277,8 +279,8 @@ class Odometry:
         if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m or frame.mount_problem:
             self._pair = None
             return None
-        laid = lay(spread_features(image, frame.camera), frame.camera, pose)
-        picture = _Picture(frame.captured, pose, frame.speed, laid)
+        ground = project(spread_features(image, frame.camera), frame.camera, pose)
+        picture = _Picture(frame.captured, pose, frame.speed, ground)
         self._pair, step = _followed(pair, picture)
         return step
 
@@ -292,11 +294,11 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
     if abs(moved) > max(last.speed, now.speed) * seconds + slack:
         return _Pair(now, now), None
     before, expected = pair.found, moved + pair.beyond_m_s * seconds
-    found = compare(pair.key.laid, now.laid, before.then_moved(expected), slack)
+    found = compare(pair.key.ground, now.ground, before.then_moved(expected), slack)
     is_over = found is None or found.is_far(now.pose.height) or now.time - pair.key.time > KEY_S
     if found is None:  # the last picture has more in common with this one
         before = Similarity()
-        found = compare(last.laid, now.laid, before.then_moved(expected), slack)
+        found = compare(last.ground, now.ground, before.then_moved(expected), slack)
     if found is None:
         return _Pair(now, now), None
     beyond = (before.then_moved(moved).offset - found.offset) / seconds

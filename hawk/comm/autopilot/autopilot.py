@@ -228,7 +228,7 @@ class MavsdkAutopilot:
         if frames is None:
             raise AutopilotError(say("No arm place yet: there is no map to fly on"))
         self._require_link()
-        if not self._tie.watch.sure:
+        if not self._tie.offset.sure:
             raise AutopilotError(say("The autopilot's position leapt: not sent before it is tied to the map again"))
         self._free_targets()
         place = frames.ekf(north, east, height)
@@ -277,7 +277,7 @@ class MavsdkAutopilot:
         """
         self._require_link()
         rings = rings_of(fence, self._tie.fence_origin)
-        was_off = await self._begin_fence_anew()
+        was_off = await self._drop_other_fence()
         await self.calls.run("upload fence", self._link.upload_fence, rings, deadline_s=_FENCE_UPLOAD_S)
         await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
         await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
@@ -288,7 +288,7 @@ class MavsdkAutopilot:
         if was_off:
             await self._until_fence_is_on()
 
-    async def _begin_fence_anew(self) -> bool:
+    async def _drop_other_fence(self) -> bool:
         """Switch a fence of other kinds off, on the ground alone; return True when that was done.
 
         ArduPilot 4.7 keeps a kind on that FENCE_TYPE loses while the fence is on. A command that switches the fence off

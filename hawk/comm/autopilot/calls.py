@@ -122,7 +122,7 @@ class Calls:
     def note_overdue(self, name: str) -> None:
         """Count a call of another thread that does not return, for ever."""
         self._hanging[object()] = name
-        self._tell(name)
+        self._report_overdue(name)
 
     def _pass_deadline(self, key: object, name: str, limit: float, outcome: asyncio.Future[Any]) -> None:
         self._hanging[key] = name
@@ -130,9 +130,9 @@ class Calls:
             outcome.set_exception(
                 AutopilotError(say("{name}: MAVSDK did not return within {limit:g} s", name=name, limit=limit))
             )
-        self._tell(name)
+        self._report_overdue(name)
 
-    def _tell(self, name: str) -> None:
+    def _report_overdue(self, name: str) -> None:
         self.on_overdue(name)  # before anything that may block
         _LOG.error("MAVSDK hangs in: %s", name)
 

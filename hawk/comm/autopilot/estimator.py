@@ -82,7 +82,7 @@ def _fault(flags: EkfFlag, fields: Mapping[str, Any]) -> str:
 _WORDS: Final = {"velocity": say("velocity"), "pos_horiz": say("position"), "compass": say("compass")}
 
 
-class LeapWatch:
+class LeapObserver:
     """Compares successive positions in EKF-local (NED, metres) with their velocities."""
 
     def __init__(self) -> None:

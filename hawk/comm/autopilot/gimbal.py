@@ -36,7 +36,7 @@ class _Sample:
     from_north: bool
 
 
-class GimbalWatch:
+class GimbalAttitudes:
     """Keeps the attitudes of the last seconds."""
 
     def __init__(self) -> None:

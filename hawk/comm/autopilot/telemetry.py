@@ -14,14 +14,14 @@ from dataclasses import replace
 from typing import Any, Final
 
 from hawk.comm.autopilot.boot_clock import BootClock
-from hawk.comm.autopilot.estimator import EstimatorReport, LeapWatch
-from hawk.comm.autopilot.gimbal import GimbalWatch
+from hawk.comm.autopilot.estimator import EstimatorReport, LeapObserver
+from hawk.comm.autopilot.gimbal import GimbalAttitudes
 from hawk.comm.autopilot.mavlink_link import Message, SensorHealth
 from hawk.comm.autopilot.remote_control import RemoteControlReports
 from hawk.comm.autopilot.remote_id import RemoteIdReports
 from hawk.comm.autopilot.status_texts import StatusTexts
 from hawk.comm.autopilot.streams import RateKeeper
-from hawk.comm.autopilot.terrain import TerrainWatch, looks_down, read_distance
+from hawk.comm.autopilot.terrain import TerrainEstimator, looks_down, read_distance
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.clock import Clock
 from hawk.model.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
@@ -91,10 +91,10 @@ class Telemetry:
         self._buffer = PoseBuffer()
         self._boot_clock = BootClock(clock.speed)
         self._estimator = EstimatorReport()
-        self._leaps = LeapWatch()
-        self._terrain = TerrainWatch()
+        self._leaps = LeapObserver()
+        self._terrain = TerrainEstimator()
         self._shift = _NOT_SHIFTED  # leaps of the estimate since the arm place: north, east (m)
-        self.gimbal = GimbalWatch()
+        self.gimbal = GimbalAttitudes()
         """The camera's gimbal, where the autopilot reports one."""
         self.texts = StatusTexts()
         self.state = VehicleState()
@@ -172,7 +172,7 @@ class Telemetry:
         """Return the pose interpolated to that moment, None when it is not known."""
         position = self._buffer.position_at(time)
         attitude = self._buffer.attitude_at(time)
-        if position is None or attitude is None or not self.tie.watch.sure:
+        if position is None or attitude is None or not self.tie.offset.sure:
             return None
         return self._compose(position, attitude)
 
@@ -218,10 +218,10 @@ class Telemetry:
         sample = EkfPosition(time, *(_number(fields, name) for name in ("x", "y", "z", "vx", "vy", "vz")))
         if self._leaps.look(sample) and self.tie.frames is not None:
             _LOG.warning("The autopilot's position leapt; no pose is given until it is tied to the map again")
-            self.tie.watch.doubt()
+            self.tie.offset.doubt()
             self._buffer.clear()
         self._buffer.add_position(sample)
-        if self.tie.watch.sure:
+        if self.tie.offset.sure:
             self._publish_pose(sample)
 
     def _publish_pose(self, position: EkfPosition) -> None:
@@ -237,7 +237,7 @@ class Telemetry:
         reading = read_distance(fields, time, self._buffer.attitude_at(time))
         frames, position = self.tie.frames, self._buffer.position_at(time)
         place = None
-        if frames is not None and position is not None and self.tie.watch.sure:
+        if frames is not None and position is not None and self.tie.offset.sure:
             local = frames.local(position, 0.0)
             place = (local.x, local.y, -local.z)
         self._topics.terrain.publish(self._terrain.take(reading, place))
@@ -262,7 +262,7 @@ class Telemetry:
         jump = self.tie.look(position, here)
         if jump is not None:
             self._take_jump(jump)
-        if self.tie.frames is not None and self.tie.watch.sure:
+        if self.tie.frames is not None and self.tie.offset.sure:
             self._settle_leap(jump)
 
     def _settle_leap(self, jump: FrameJump | None) -> None:
@@ -321,7 +321,7 @@ class Telemetry:
         if reading.time is None:
             return None
         if reading.event == "corrected":
-            _LOG.warning("The autopilot's clock was mapped wrongly; poses begin anew")
+            _LOG.warning("The autopilot's clock was mapped wrongly; poses are estimated again")
             self._global = None
             self._buffer.clear()
             self.gimbal.forget()
@@ -338,7 +338,7 @@ class Telemetry:
         _LOG.warning("The autopilot has booted")
         self._global = self._gps = self._fence_on = self._compass_ok = None
         self._buffer.clear()
-        self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), _NOT_SHIFTED
+        self._estimator, self._leaps, self._shift = EstimatorReport(), LeapObserver(), _NOT_SHIFTED
         self._terrain.reset()
         self.gimbal.forget()
         self.tie.rebooted()

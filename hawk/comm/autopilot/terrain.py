@@ -129,7 +129,7 @@ class _Sample:
         return math.hypot(self.north - other.north, self.east - other.east)
 
 
-class TerrainWatch:
+class TerrainEstimator:
     """Estimates the ground from readings and the drone's place at each of them."""
 
     def __init__(self) -> None:

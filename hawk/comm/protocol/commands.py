@@ -1,6 +1,6 @@
 """Messages between drone and operator (JSON over a WebSocket), one pydantic model each.
 
-Names and keys are the specification's (sections 18.4.5 and 20.4.5); our own are listed in ``docs/architecture.md``. An
+Names and keys are the specification's (sections 18.4.5 and 20.4.5); our own are listed in ``docs/protocol.md``. An
 unknown value is null: never NaN, never 0.
 """
 

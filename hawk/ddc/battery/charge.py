@@ -13,6 +13,7 @@ from statistics import median_high
 
 from hawk.ddc.battery.chemistry import LEAST_CELL_V, REST_TOLERANCE_V, SAG_V, Chemistry
 from hawk.ddc.battery.energy import ASSUMED_DRAIN
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo
 
@@ -99,7 +100,7 @@ NO_CHARGE = ChargeFacts()
 """Before the first reading."""
 
 
-class ChargeWatch:
+class ChargeReading:
     """Follows counter and voltage, reading by reading."""
 
     def __init__(self, chemistry: Chemistry, return_v: float | None = None, land_v: float | None = None) -> None:
@@ -109,8 +110,7 @@ class ChargeWatch:
         self._land_v = min(self._return_v, chemistry.land_v if land_v is None else land_v)
         self._volts: deque[tuple[float, float]] = deque()
         self._is_airborne = False
-        self._low_at: float | None = None
-        self._critical_at: float | None = None
+        self._low, self._critical = Stopwatch(), Stopwatch()
         self._took_off = 0.0
         self._begun: tuple[float, float] | None = None
         self._lowest: tuple[float, float] | None = None
@@ -152,8 +152,8 @@ class ChargeWatch:
             doubt=doubt,
             doubted_s=now - self._doubted_at if is_airborne and doubt else 0.0,
             flown_s=now - self._took_off if is_airborne else 0.0,
-            low_s=_since(self._low_at, now),
-            critical_s=_since(self._critical_at, now),
+            low_s=self._low.read(now),
+            critical_s=self._critical.read(now),
         )
 
     def _begin(self, now: float, *, is_airborne: bool) -> None:
@@ -163,7 +163,7 @@ class ChargeWatch:
         self._held = None
         self._settling, self._holding = _Highest(DIP_S), _Highest(HELD_S)
         self._begun, self._lowest, self._doubt = None, None, ""
-        self._low_at = self._critical_at = None
+        self._low, self._critical = Stopwatch(), Stopwatch()
 
     def _median(self, info: BatteryInfo | None, count: int | None, now: float) -> float | None:
         """Return the median voltage of a cell; None while it is not known."""
@@ -185,11 +185,11 @@ class ChargeWatch:
         return self._chemistry.charge(volts + (SAG_V if self._is_airborne else REST_TOLERANCE_V))
 
     def _look_at_volts(self, volts: float | None, now: float) -> None:
-        """Look whether the voltage sags."""
-        if volts is not None and volts < self._return_v and self._low_at is None:
-            self._low_at = now
-        if volts is not None and volts < self._land_v and self._critical_at is None:
-            self._critical_at = now
+        """Look whether the voltage sags: a battery that sagged once is low for the whole flight."""
+        if volts is not None and volts < self._return_v:
+            self._low.update(True, now)
+        if volts is not None and volts < self._land_v:
+            self._critical.update(True, now)
 
     def _look(self, counter: float | None, now: float) -> None:
         """Look whether the counter counts."""
@@ -270,10 +270,6 @@ def _contradiction(counter: float | None, allowed: float | None, volts: float | 
 def cell_words(volts: float, cells: int | None) -> str:
     """Return the voltage of a cell in words; ``cells``: their number."""
     return say("{volts:.2f} V a cell of {cells}", volts=volts, cells=str(cells) if cells is None else cells)
-
-
-def _since(begun: float | None, now: float) -> float | None:
-    return None if begun is None else now - begun
 
 
 def _finite(value: float | None) -> float | None:

@@ -64,7 +64,7 @@ def seconds_home(distance: float, height: float, return_height: float, speed: fl
     return climb + distance / speed + (top - final) / DESCENT_M_S + final / FINAL_DESCENT_M_S
 
 
-class BatteryWatch:
+class DrainReading:
     """Measures the drain in flight: least squares over a window."""
 
     def __init__(self, reserve_percent: float) -> None:

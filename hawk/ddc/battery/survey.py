@@ -247,7 +247,7 @@ class Sighting:
     """Area of the fence in force or planned, square metres; None while there is none."""
 
 
-class SurveyWatch:
+class SurveyReading:
     """Estimates every half second; `need` is the last estimate."""
 
     def __init__(self, settings: DdcSettings, memory: SurveyMemory, *, continues_survey: bool) -> None:
@@ -269,7 +269,7 @@ class SurveyWatch:
         return self._short.read(now)
 
     def fail(self) -> None:
-        """Note a fault in `look`: nothing is known. It is logged once."""
+        """Note a fault in `update`: nothing is known. It is logged once."""
         if not self._has_failed:
             _LOGGER.exception("the battery against the survey")
         self._has_failed = True
@@ -282,7 +282,7 @@ class SurveyWatch:
         self._short = Stopwatch()
         self._looked = self._kept = self._explored_until = -math.inf
 
-    def look(self, seen: Sighting) -> None:
+    def update(self, seen: Sighting) -> None:
         """Take the readings of a tick."""
         self._measure(seen)
         self._follow(seen)

@@ -293,7 +293,7 @@ def where_outside(fence: Fence, place: MapPoint) -> str:
 def blind_home(fence: Fence) -> str:
     """Return the note about a home that is not seen from everywhere inside."""
     return say(
-        "From parts of it the straight way home {crosses}. Our returns stay inside; the autopilot's own failsafes "
+        "From parts of it the straight path home {crosses}. Our returns stay inside; the autopilot's own failsafes "
         "(lost link, its battery failsafe, a dead companion computer) fly straight.",
         crosses=say("crosses a zone") if fence.zones else say("leaves the fence"),
     )

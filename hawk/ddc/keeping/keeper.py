@@ -50,12 +50,12 @@ class Keeper:
         """The autopilot's parameters that were right in this flight."""
         return self._parameters.right
 
-    def steps(self, facts: Facts, state: State) -> Iterator[tuple[bool, Callable[[], Acts]]]:
+    def steps(self) -> Iterator[tuple[bool, Callable[[Facts, State], Acts]]]:
         """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""
-        yield False, lambda: self.reader.tick(facts)
-        yield True, lambda: self._keep_parameters(facts, state)
-        yield True, lambda: self._fence.tick(facts, state, self.reader.values())
-        yield True, lambda: self._home.tick(facts, state)
+        yield False, lambda facts, _: self.reader.tick(facts)
+        yield True, self._keep_parameters
+        yield True, lambda facts, state: self._fence.tick(facts, state, self.reader.values())
+        yield True, self._home.tick
 
     def kept(self, facts: Facts) -> KeptFacts:
         """Return what cannot be put back, and why RTL would not end at home."""

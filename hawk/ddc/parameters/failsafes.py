@@ -341,7 +341,7 @@ def _ceiling_problem(values: Values, limits: FlightLimits) -> str:
 
 
 def _return_height(values: Values, limits: FlightLimits) -> FailsafeCheck:
-    name, consequence = RETURN_HEIGHT, say("On its way home the drone would leave the fence.")
+    name, consequence = RETURN_HEIGHT, say("On its return the drone would leave the fence.")
     found = return_altitude(values)
     if found is None:
         return _settable(name, NOT_READ, consequence)

@@ -11,6 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
+from hawk.ddc.stopwatch import Stopwatch
+from hawk.model.operation import Health
 from hawk.model.poses import VehiclePose
 from hawk.model.sentences import say
 from hawk.model.vehicle import (
@@ -36,6 +38,14 @@ class GroundFacts:
     doubted_s: float = 0.0
     """Seconds since the doubt began."""
 
+    @property
+    def lasting_doubt(self) -> str:
+        """The doubt once it has lasted long enough to be shown; empty before, and without one."""
+        return self.doubt if self.doubted_s >= DOUBT_CONFIRM_S else ""
+
+
+DOUBT_CONFIRM_S = 0.5
+"""Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""
 
 AIR_HEIGHT_M = 3.0
 """An armed drone that is higher than this above its arm place does not stand there: on the ground the height drifts by
@@ -88,13 +98,18 @@ class Motion:
 class Belief:
     """``vehicle``: the state as it is believed; ``ground``: the same as the autopilot gives it, and the doubt."""
 
-    vehicle: VehicleState
-    ground: GroundFacts
+    vehicle: VehicleState = VehicleState()
+    ground: GroundFacts = GroundFacts()
     motion: Motion = Motion()
     """Height and climb; no height where the arm place is that of an earlier flight."""
 
+    @property
+    def is_airborne(self) -> bool:
+        """True when the drone is believed armed and not believed on the ground."""
+        return self.vehicle.armed and self.vehicle.landed is not LandedState.ON_GROUND
 
-class GroundWatch:
+
+class BeliefReading:
     """Compares armed, landed, height and climb with each other, moment by moment."""
 
     def __init__(self) -> None:
@@ -102,8 +117,8 @@ class GroundWatch:
         self._armed = False
         self._mode: int | None = None
         self._armed_since = -math.inf
-        self._disarmed_since: float | None = None
-        self._doubted_since: float | None = None
+        self._disarmed = Stopwatch()  # by the times of HEARTBEATs
+        self._doubted = Stopwatch()
 
     def update(self, said: VehicleState, motion: Motion, arm_place_time: float, now: float) -> Belief:
         """Return what is believed now.
@@ -127,9 +142,8 @@ class GroundWatch:
         stands = motion if armed else replace(motion, height=None)  # it may stand on a hill
         believed, second = _believe_landed(armed, landed, stands)
         doubt = doubt or second or self._silence(said)
-        self._doubted_since = (now if self._doubted_since is None else self._doubted_since) if doubt else None
-        doubted = 0.0 if self._doubted_since is None else now - self._doubted_since
-        ground = GroundFacts(said.armed, said.landed, now - said.landed_time, doubt, doubted)
+        doubted_s = self._doubted.update(bool(doubt), now) or 0.0
+        ground = GroundFacts(said.armed, said.landed, now - said.landed_time, doubt, doubted_s)
         return Belief(replace(said, armed=armed, custom_mode=self._mode, landed=believed), ground, motion)
 
     def _believe_armed(self, said: VehicleState, landed: LandedState, motion: Motion) -> tuple[bool, str]:
@@ -139,14 +153,15 @@ class GroundWatch:
         if self._first_heard is None:
             self._first_heard = said.time
         if said.armed or not self._armed:
-            self._armed, self._disarmed_since = said.armed, None
+            self._armed = said.armed
+            self._disarmed.update(False, said.time)
             return said.armed, ""
-        if self._disarmed_since is None:
-            self._disarmed_since = said.time
+        disarmed_s = self._disarmed.update(True, said.time) or 0.0
         against = "" if motion.is_fall else motion.against_ground
         stands = landed is LandedState.ON_GROUND and not against
-        if stands or said.time - self._disarmed_since >= DISARMED_S:
-            self._armed, self._disarmed_since = False, None
+        if stands or disarmed_s >= DISARMED_S:
+            self._armed = False
+            self._disarmed.update(False, said.time)
             return False, ""
         if not against:
             against = say("also that it flies") if landed in _FLYING else say("not that it is on the ground")
@@ -157,6 +172,12 @@ class GroundWatch:
         if self._first_heard is None or said.time - max(said.landed_time, self._first_heard) <= LANDED_TIMEOUT_S:
             return ""
         return say("The autopilot does not say whether it is on the ground.")
+
+
+def ground_health(ground: GroundFacts, *, is_linked: bool) -> Health:
+    """Return the health of armed and landed: bad while a doubt lasts. Without a link the link's own health is shown."""
+    doubt = ground.lasting_doubt if is_linked else ""
+    return Health.bad(doubt) if doubt else Health()
 
 
 def _believe_landed(armed: bool, landed: LandedState, motion: Motion) -> tuple[LandedState, str]:

@@ -10,14 +10,16 @@ from collections import deque
 from dataclasses import dataclass
 
 from hawk.comm.autopilot.terrain import Terrain
+from hawk.comm.topic import Topic
 from hawk.config.sections import OBSTACLE_MARGIN_M
-from hawk.ddc.readings.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
+from hawk.ddc.readings.instant import Instant, Parts, Reading
+from hawk.ddc.readings.topic_interface import TARGET_POSE_AGE_S
 from hawk.ddc.words import direction, metres
 from hawk.model.limits import Fence
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPoint, VehiclePose
 from hawk.model.sentences import say
-from hawk.model.vehicle import LandedState, VehicleState
+from hawk.model.vehicle import LandedState
 
 REST_S = 1.0
 """Seconds of attitude that are averaged."""
@@ -58,7 +60,7 @@ def slope_of(roll: float, pitch: float, yaw: float) -> Slope:
     return Slope((forward * cosine - right * sine) / down, (forward * sine + right * cosine) / down)
 
 
-class SlopeWatch:
+class SlopeReading:
     """Averages the attitude of a drone that stands still, disarmed."""
 
     def __init__(self) -> None:
@@ -163,7 +165,7 @@ def least_clearance(setting_m: float, minimum: float) -> float:
     return min(setting_m, MIN_SHARE * minimum)
 
 
-class ClearanceWatch:
+class ClearanceReading:
     """Counts the readings that are too small, one after the other."""
 
     def __init__(self) -> None:
@@ -210,35 +212,35 @@ def range_health(terrain: Terrain | None, age: float) -> Health | None:
     return Health(HealthStatus.HEALTHY, reason)
 
 
-class BelowWatch:
-    """Looks once a tick."""
+class BelowReading(Reading):
+    """Takes the rangefinder's newest message and the attitude once a tick."""
 
-    def __init__(self, topics: DdcTopicInterface, least_clearance_m: float) -> None:
-        self._topics = topics
+    def __init__(self, terrain: Topic[Terrain], least_clearance_m: float) -> None:
+        """``terrain``: the ground below by the rangefinder. ``least_clearance_m``: least distance to it in a task."""
+        self._terrain = terrain
         self._least_m = least_clearance_m
-        self._clearance = ClearanceWatch()
-        self._slope = SlopeWatch()
+        self._clearance = ClearanceReading()
+        self._slope = SlopeReading()
 
-    def update(self, vehicle: VehicleState) -> None:
-        """Take the newest message and pose. ``vehicle``: the state that is believed."""
+    def update(self, instant: Instant) -> None:
+        """Take the newest message and pose."""
+        vehicle, pose = instant.vehicle, instant.pose
         stands = vehicle.landed is LandedState.ON_GROUND
-        terrain, pose = self._topics.vehicle.terrain.value, self._topics.get_pose()
-        if stands or not vehicle.armed:
-            self._clearance.reset()
+        if instant.is_airborne:
+            self._clearance.update(self._terrain.value, least_clearance(self._least_m, instant.heights.minimum))
         else:
-            self._clearance.update(terrain, least_clearance(self._least_m, self._topics.get_heights().minimum))
+            self._clearance.reset()
         if vehicle.armed or not stands:
             self._slope.reset()
-        elif pose is not None and self._topics.get_pose_age() <= TARGET_POSE_AGE_S:  # before Arm there is no map
+        elif pose is not None and instant.pose_age <= TARGET_POSE_AGE_S:  # before Arm there is no map
             self._slope.update(pose)
 
-    def facts(self, now: float) -> BelowFacts:
+    def facts(self, instant: Instant) -> BelowFacts:
         """Return what is known."""
-        terrain = self._topics.vehicle.terrain.fresh(SILENT_S)
-        return BelowFacts(terrain, *self._clearance.low(now), self._slope.slope())
+        terrain = self._terrain.fresh(SILENT_S)
+        return BelowFacts(terrain, *self._clearance.low(instant.now), self._slope.slope())
 
-    def part(self) -> tuple[tuple[str, Health], ...]:
-        """Return the rangefinder's name and health; nothing when none was ever heard."""
-        topic = self._topics.vehicle.terrain
-        health = range_health(topic.value, topic.age)
+    def parts(self, instant: Instant) -> Parts:
+        """Return the rangefinder's health; nothing when none was ever heard."""
+        health = range_health(self._terrain.value, self._terrain.age)
         return () if health is None else (("rangefinder", health),)

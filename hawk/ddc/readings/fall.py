@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from hawk.ddc.readings.belief import AIR_HEIGHT_M, Belief, Motion
+from hawk.ddc.readings.instant import Instant, Reading
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.model.operation import Fall
 from hawk.model.poses import GlobalPose
@@ -47,7 +48,7 @@ class _Sample:
     place: GlobalPose | None
 
 
-class FallWatch:
+class FallReading(Reading):
     """Follows a flight to its end, moment by moment."""
 
     def __init__(self, kept: Fall | None = None) -> None:
@@ -56,22 +57,16 @@ class FallWatch:
         self._steady: _Sample | None = None
         self._last: _Sample | None = None
         self._fell_at: float | None = None
-        self._off_said: float | None = None
+        self._is_off_said = False
         self._off_at = -math.inf
         self._landing_said = -math.inf
         self._ground_said: float | None = None
         self._has_landed = False
         self._fall = kept
 
-    def update(self, belief: Belief, place: GlobalPose | None, now: float, utc: float) -> Fall | None:
-        """Return the fall that ended the last flight; None while armed, and after a landing.
-
-        Args:
-            belief: Armed and landed as they are believed and as the autopilot gives them; height and climb.
-            place: The drone's place of this moment; None where it is not known.
-            now: Seconds of the daemon's clock.
-            utc: Wall clock, Unix seconds.
-        """
+    def update(self, instant: Instant) -> None:
+        """Take armed and landed as they are believed and as the autopilot gives them; height, climb and place."""
+        belief, place, now, utc = instant.belief, instant.place, instant.now, instant.utc
         armed, motion = belief.vehicle.armed, belief.motion
         if armed and not self._armed:
             self._begin()
@@ -84,20 +79,20 @@ class FallWatch:
             if not armed:
                 self._fall = self._end(motion, place, now, utc)
         self._armed = armed
+
+    def facts(self) -> Fall | None:
+        """Return the fall that ended the last flight; None while armed, and after a landing."""
         return self._fall
 
     def _begin(self) -> None:
-        self._steady = self._last = self._fell_at = self._off_said = self._ground_said = self._fall = None
+        self._steady = self._last = self._fell_at = self._ground_said = self._fall = None
         self._landing_said = -math.inf
-        self._has_landed = False
+        self._is_off_said = self._has_landed = False
 
     def _listen(self, belief: Belief, now: float) -> None:
         """Note the phases of the flight as the autopilot says them."""
         said = belief.ground
-        if said.armed_said:
-            self._off_said = None
-        elif self._off_said is None:
-            self._off_said = now
+        self._is_off_said = not said.armed_said
         landed = said.landed_said if said.landed_age <= LANDED_TIMEOUT_S else LandedState.UNDEFINED
         if landed is LandedState.LANDING:
             self._landing_said = now
@@ -120,10 +115,9 @@ class FallWatch:
         fell_unseen = unseen > POSE_TIMEOUT_S and dropped > AIR_HEIGHT_M and _is_fall(dropped / unseen)
         if motion.is_fall or fell_unseen:
             self._fell_at = now
-        elif self._fell_at is not None and now - self._fell_at > RECOVERED_S and self._off_said is None:
+        elif self._fell_at is not None and now - self._fell_at > RECOVERED_S and not self._is_off_said:
             self._fell_at = None
-        flies = belief.vehicle.armed and belief.vehicle.landed is not LandedState.ON_GROUND
-        if flies and self._fell_at is None and motion.climb >= -SINK_M_S:
+        if belief.is_airborne and self._fell_at is None and motion.climb >= -SINK_M_S:
             self._steady = replace(sample, height=_apex(motion))
         self._last = sample
 

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
-from hawk.comm.topic import Stamped
+from hawk.comm.topic import Stamped, Topic
 from hawk.ddc.fence.geometry import contains, to_map
+from hawk.ddc.readings.instant import Instant, Parts, Reading
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.words import metres
 from hawk.model.frames import offset_ned
 from hawk.model.limits import Fence
 from hawk.model.operation import Health
-from hawk.model.poses import ArmPlace, GlobalPose
+from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.sentences import say
 
 HOME_TOLERANCE_M = 3.0
@@ -65,54 +68,74 @@ def home_words(home: HomeFacts) -> str:
     return say("Home is {away} from the arm place, outside the fence.", away=away)
 
 
-class HomeWatch:
+class HomeReading(Reading):
     """Compares HOME_POSITION with the arm place, in flight and armed on the ground."""
 
-    def __init__(self) -> None:
+    def __init__(self, home: Topic[GlobalPose]) -> None:
+        """``home``: HOME_POSITION."""
+        self._home = home
         self._arm: Stamped[ArmPlace] | None = None
         self._disarmed_at = -math.inf
-        self._wrong_since: float | None = None
-        self._right_since: float | None = None
+        self._wrong, self._right = Stopwatch(), Stopwatch()
+        self._facts = HomeFacts()
 
-    def look(
-        self,
-        home: Stamped[GlobalPose] | None,
-        arm: Stamped[ArmPlace] | None,
-        armed: bool,
-        datum: GlobalPose | None,
-        fence: Fence | None,
-        now: float,
-    ) -> HomeFacts:
-        """Return the facts at ``now``, seconds; ``datum`` is the map's origin, ``fence`` the one in force."""
+    def update(self, instant: Instant) -> None:
+        """Compare the two."""
+        vehicle, arm = instant.vehicle, instant.arm
+        armed = vehicle.armed or not math.isfinite(vehicle.time)  # before the first HEARTBEAT it may be armed
         if not armed:
-            self._disarmed_at = now
+            self._disarmed_at = instant.now
         self._note_arming(arm if armed and arm is not None and arm.time >= self._disarmed_at else None)
+        self._facts = self._compare(instant)
+
+    def facts(self) -> HomeFacts:
+        """Return home as the autopilot reported it at the last tick."""
+        return self._facts
+
+    def parts(self, instant: Instant) -> Parts:
+        """Return the health of home."""
+        return (("home", home_health(self._facts)),)
+
+    def ends(self, instant: Instant) -> tuple[MapPoint, ...]:
+        """Return the places on the map at which the flight home may end: the arm place, and home where it was moved.
+
+        None is known before there are a datum and an arm place.
+        """
+        datum, home, place = instant.datum, home_on_map(instant), self._facts.place
+        if datum is None or home is None:
+            return ()
+        if not self._facts.is_moved or place is None:
+            return (home,)
+        return (home, to_map(datum, place.latitude, place.longitude))  # RTL flies to the latter
+
+    def _compare(self, instant: Instant) -> HomeFacts:
+        home, arm, now = self._home.latest, self._arm, instant.now
         if home is None:
             return HomeFacts()
         place, age = home.value, now - home.time
-        if self._arm is None or home.time < self._arm.time:  # a home of before this arming
+        if arm is None or home.time < arm.time:  # a home of before this arming
             return HomeFacts(place, age)
-        down, away = _offset(place, self._arm.value)
-        is_inside = abs(down) <= HOME_HEIGHT_M and _is_inside(place, datum, fence)
+        down, away = _offset(place, arm.value)
+        is_inside = abs(down) <= HOME_HEIGHT_M and _is_inside(place, instant.datum, instant.fence)
         return HomeFacts(place, age, away, self._time(away > HOME_TOLERANCE_M, now), is_inside)
 
     def _note_arming(self, arm: Stamped[ArmPlace] | None) -> None:
         """Begin again with each arming. A jump of EKF-local publishes the same place again: it is no arming."""
         known = None if self._arm is None else _place(self._arm.value)
-        if arm is None:
-            self._arm = self._wrong_since = self._right_since = None
-        elif known != _place(arm.value):
-            self._arm, self._wrong_since, self._right_since = arm, None, None
+        if arm is None or known != _place(arm.value):
+            self._arm, self._wrong, self._right = arm, Stopwatch(), Stopwatch()
 
     def _time(self, is_wrong: bool, now: float) -> float | None:
-        if is_wrong:
-            self._right_since = None
-            self._wrong_since = now if self._wrong_since is None else self._wrong_since
-        elif self._right_since is None:
-            self._right_since = now
-        elif now - self._right_since >= HOLDS_S:
-            self._wrong_since = None
-        return None if self._wrong_since is None else now - self._wrong_since
+        """Return for how long it has been wrong: a right reading ends that when it has lasted."""
+        right_s, wrong_s = self._right.update(not is_wrong, now), self._wrong.read(now)
+        still_wrong = wrong_s is not None and right_s is not None and right_s < HOLDS_S
+        return self._wrong.update(is_wrong or still_wrong, now)
+
+
+def home_on_map(instant: Instant) -> MapPoint | None:
+    """Return the arm place on the map; None before there are a datum and an arm place."""
+    datum, arm = instant.datum, instant.arm_place
+    return None if datum is None or arm is None else _on_map(datum, arm)
 
 
 def home_health(home: HomeFacts) -> Health:
@@ -122,6 +145,11 @@ def home_health(home: HomeFacts) -> Health:
     if home.away is not None and home.age > HOME_AGE_S:
         return Health.bad(say("No home position from the autopilot."))
     return Health()
+
+
+@lru_cache(maxsize=1)
+def _on_map(datum: GlobalPose, arm: ArmPlace) -> MapPoint:
+    return to_map(datum, arm.latitude, arm.longitude)
 
 
 def _offset(home: GlobalPose, arm: ArmPlace) -> tuple[float, float]:

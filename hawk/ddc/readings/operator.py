@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hawk.comm.protocol.authority import Tenure
+from hawk.comm.protocol.authority import OperatorDesk, Tenure
 from hawk.comm.protocol.heartbeat import ClientId
+from hawk.ddc.readings.instant import Instant, Reading
 from hawk.model.sentences import say
 
 SOME_OPERATOR = say("the operator")
@@ -40,3 +41,23 @@ class OperatorFacts:
 
 
 NO_OPERATOR = OperatorFacts()
+
+
+class OperatorReading(Reading):
+    """Asks the desk who has control."""
+
+    def __init__(self, desk: OperatorDesk) -> None:
+        self._desk = desk
+
+    def facts(self, instant: Instant) -> OperatorFacts:
+        """Return what is known."""
+        desk = self._desk
+        controller = desk.controller()
+        return OperatorFacts(
+            is_present=desk.operator_present(instant.now),
+            is_controlled=controller is not None,
+            clients=desk.controlling_clients(),
+            controller=controller or "",
+            names=tuple(desk.names().items()),
+            given_back_by=desk.given_back_by(),
+        )

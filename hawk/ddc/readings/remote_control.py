@@ -15,7 +15,10 @@ from typing import Final
 
 from hawk.comm.autopilot.remote_control import RemoteControl
 from hawk.comm.protocol.heartbeat import CheckItem
+from hawk.comm.topic import Topic
 from hawk.config.sections import RemoteControlSettings
+from hawk.ddc.readings.instant import Instant, Parts, Reading
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.operation import Health
 from hawk.model.sentences import say
 from hawk.model.vehicle import CopterMode, mode_name
@@ -94,35 +97,37 @@ def switch_position(pulse: int) -> int | None:
     return bisect_left(_LAST_PULSES, pulse) + 1 if low <= pulse <= high else None
 
 
-class RemoteControlWatch:
+class RemoteControlReading(Reading):
     """Times what must last: a position of the switch, and a loss in flight."""
 
-    def __init__(self, settings: RemoteControlSettings) -> None:
+    def __init__(self, radio: Topic[RemoteControl], settings: RemoteControlSettings) -> None:
+        """``radio``: the remote control as the autopilot hears it."""
+        self._radio = radio
         self._required = settings.required
         self._heard: RemoteControl | None = None
         self._channel: int | None = None
         self._seen: set[int] = set()
         self._position: tuple[int, float] | None = None  # and since when
-        self._missing_since: float | None = None
-        self._lost_at: float | None = None
+        self._missing, self._lost = Stopwatch(), Stopwatch()
 
-    def look(self, heard: RemoteControl | None, channel: float | None, now: float, *, is_armed: bool) -> None:
-        """Take what was heard, and the value of FLTMODE_CH, None before it was read. ``now`` in seconds."""
+    def update(self, instant: Instant) -> None:
+        """Take what was heard, and the value of FLTMODE_CH where it was read."""
+        heard, channel = self._radio.value, instant.parameters.get(SWITCH_CHANNEL)
         number = None if channel is None else int(channel)
         booted = heard is not None and self._heard is not None and heard.boots != self._heard.boots
         if booted or number != self._channel:
             self._seen.clear()
             self._position = None
         self._heard, self._channel = heard, number
-        facts = self.read(now)
-        self._follow_switch(facts, now)
-        self._follow_loss(self._required and is_armed and not facts.is_heard, now)
+        facts = self.facts(instant)
+        self._follow_switch(facts, instant.now)
+        is_missing = self._required and instant.is_armed_and_heard and not facts.is_heard
+        missing_s = self._missing.update(is_missing, instant.now)
+        self._lost.update(missing_s is not None and missing_s >= LOST_CONFIRM_S, instant.now)
 
-    def read(self, now: float) -> RemoteControlFacts:
-        """Return the facts at ``now``, seconds."""
-        heard, channel = self._heard, self._channel
-        if heard is None:
-            heard = RemoteControl()
+    def facts(self, instant: Instant) -> RemoteControlFacts:
+        """Return what was heard by the last tick, at this instant."""
+        heard, channel, now = self._heard or RemoteControl(), self._channel, instant.now
         return RemoteControlFacts(
             age=now - heard.time,
             channels=heard.channels,
@@ -130,8 +135,12 @@ class RemoteControlWatch:
             channel=channel,
             pulse=0 if channel is None else heard.pulse(channel),
             has_moved=len(self._seen) > 1,
-            lost_s=None if self._lost_at is None else now - self._lost_at,
+            lost_s=self._lost.read(now),
         )
+
+    def parts(self, instant: Instant) -> Parts:
+        """Return the health of the remote control in flight."""
+        return (("remote control", remote_control_health(self.facts(instant))),)
 
     def _follow_switch(self, facts: RemoteControlFacts, now: float) -> None:
         position = switch_position(facts.pulse) if facts.is_heard else None
@@ -141,15 +150,6 @@ class RemoteControlWatch:
             self._position = (position, now)
         elif now - self._position[1] >= SEEN_S:
             self._seen.add(position)
-
-    def _follow_loss(self, is_missing: bool, now: float) -> None:
-        if not is_missing:
-            self._missing_since = self._lost_at = None
-            return
-        if self._missing_since is None:
-            self._missing_since = now
-        if self._lost_at is None and now - self._missing_since >= LOST_CONFIRM_S:
-            self._lost_at = now
 
 
 def remote_control_health(facts: RemoteControlFacts) -> Health:
@@ -182,7 +182,7 @@ def _receiver_problem(facts: RemoteControlFacts) -> CheckItem | None:
         value = say("no word of it") if math.isinf(facts.age) else say("no word of it for {age:.0f} s", age=facts.age)
         return _failed(value, _NO_PILOT, say("Wait a moment; then check the link to the autopilot."))
     if facts.receiver is None:
-        return _failed(say("the autopilot does not tell its receiver's health"), _NO_PILOT, say("Wait a moment."))
+        return _failed(say("the autopilot does not report its receiver's health"), _NO_PILOT, say("Wait a moment."))
     if not facts.receiver:
         return _failed(say("not heard by the autopilot"), _NO_PILOT, say("Switch it on, check receiver and binding."))
     return None

@@ -8,7 +8,9 @@ from typing import Final
 
 from hawk.comm.autopilot.remote_id import RemoteIdReport
 from hawk.comm.protocol.heartbeat import CheckItem
+from hawk.comm.topic import Topic
 from hawk.config.sections import RemoteIdSettings
+from hawk.ddc.readings.instant import Instant, Parts, Reading
 from hawk.ddc.words import sentence
 from hawk.model.operation import Health
 from hawk.model.sentences import say
@@ -65,3 +67,20 @@ def remote_id_health(facts: RemoteIdFacts, settings: RemoteIdSettings, *, is_arm
     """Return the health in flight; before it the preflight check shows it."""
     problem = facts.problem if settings.enabled and is_armed else ""
     return Health.bad(say("Remote ID: {problem}", problem=sentence(problem))) if problem else Health()
+
+
+class RemoteIdReading(Reading):
+    """Reads the transmitter's last word."""
+
+    def __init__(self, report: Topic[RemoteIdReport], settings: RemoteIdSettings) -> None:
+        self._report = report
+        self._settings = settings
+
+    def facts(self, instant: Instant) -> RemoteIdFacts:
+        """Return what is known."""
+        return remote_id_facts(self._report.value, instant.now)
+
+    def parts(self, instant: Instant) -> Parts:
+        """Return the transmitter's health."""
+        health = remote_id_health(self.facts(instant), self._settings, is_armed=instant.is_armed_and_heard)
+        return (("remote id", health),)

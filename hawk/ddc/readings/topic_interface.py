@@ -39,6 +39,13 @@ LOOP_LAG_LIMIT_S = 0.1
 """More lag of the loop than this is unhealthy, seconds."""
 
 
+def usable_pose(pose: VehiclePose | None, age: float) -> VehiclePose | None:
+    """Return the pose if it is young (0.5 s) and whole (finite map pose), else None; ``age`` in seconds."""
+    if pose is None or age > TARGET_POSE_AGE_S or pose.map is None or not pose.map.is_finite():
+        return None
+    return pose
+
+
 @dataclass(frozen=True, slots=True)
 class DdcInputs:
     """Topics of the other rooms, given by the composition root."""
@@ -264,10 +271,7 @@ class DdcTopicInterface:
 
     def get_fresh_pose(self) -> VehiclePose | None:
         """Return the pose if it is young and whole enough to send a target on (0.5 s, finite map pose)."""
-        pose = self._vehicle.pose.value
-        if pose is None or self.get_pose_age() > TARGET_POSE_AGE_S or pose.map is None or not pose.map.is_finite():
-            return None
-        return pose
+        return usable_pose(self._vehicle.pose.value, self.get_pose_age())
 
     def get_pose_age(self) -> float:
         """Return seconds since the moment of the latest pose, infinite when there is none."""

@@ -16,9 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.ddc.readings.instant import Instant, Reading
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.poses import VehiclePose
 
 FloatArray = NDArray[np.float64]
+
+WIND_S = 1.0
+"""Interval of the estimates, seconds."""
 
 GRAVITY = 9.80665
 ROTOR_DRAG, ROTOR_DRAG_SPREAD = 0.15, 0.08
@@ -71,11 +76,50 @@ class Wind:
         return (math.sqrt(self.rotor_drag**2 + 4 * self.body_drag * thrust) - self.rotor_drag) / (2 * self.body_drag)
 
 
+@dataclass(frozen=True, slots=True)
+class WindFacts:
+    """The wind in the air, estimated from how the drone leans."""
+
+    estimate: Wind | None = None
+    """None on the ground, and until enough was seen."""
+    strong_s: float | None = None
+    """Seconds since the wind rose above the limit; None below it."""
+
+
+class WindReading(Reading):
+    """Estimates the wind of a flight once a second, and times a strong one."""
+
+    def __init__(self, limit_m_s: float) -> None:
+        """``limit_m_s``: a wind above it is strong."""
+        self._limit = limit_m_s
+        self._estimator = WindEstimator()
+        self._estimated_at = -math.inf
+        self._strong = Stopwatch()
+        self.estimate: Wind | None = None
+        """The last estimate of this flight."""
+
+    def update(self, instant: Instant) -> None:
+        """Take the pose."""
+        pose, now = instant.fresh_pose, instant.now
+        if not instant.is_airborne:
+            self._estimator.reset()
+            self.estimate = None
+        elif pose is not None:
+            self._estimator.update(pose)
+            if now - self._estimated_at >= WIND_S:
+                self.estimate, self._estimated_at = self._estimator.estimate(), now
+        self._strong.update(self.estimate is not None and self.estimate.speed > self._limit, now)
+
+    def facts(self, instant: Instant) -> WindFacts:
+        """Return what is known."""
+        return WindFacts(self.estimate, self._strong.read(instant.now))
+
+
 _PRIOR = np.array([ROTOR_DRAG, BODY_DRAG])
 _WEIGHT = np.array([ROTOR_DRAG_SPREAD, BODY_DRAG_SPREAD]) ** -2.0
 
 
-class WindWatch:
+class WindEstimator:
     """Estimates the wind from poses in the air."""
 
     def __init__(self) -> None:

@@ -64,7 +64,7 @@ def _fence_refusal(target: Goal, pose: MapPose, limits: Limits, away: float) -> 
         return "" if nearer else say("the target is {where}", where=place_words(limits.fence, target.point))
     if away > 0.0 or leads_inside(limits.fence, pose.point, target.point):
         return ""
-    return say("the straight way to the target {leaves}", leaves=path_words(limits.fence))
+    return say("the straight path to the target {leaves}", leaves=path_words(limits.fence))
 
 
 def _height_refusal(target: Goal, pose: MapPose, limits: Limits) -> str:

@@ -13,16 +13,19 @@ from enum import Enum
 from hawk.ddc.acts import (
     STAY,
     Act,
+    Acts,
     Ask,
     CountStart,
     ForgetAskedModes,
+    ForgetHeldFence,
     Log,
     Record,
     SetArmed,
+    SettleMode,
     Step,
 )
 from hawk.ddc.facts import Facts
-from hawk.ddc.orders import Cause, CauseKind, Rank, ToHover, ToIdle, ToReturn
+from hawk.ddc.orders import Cause, CauseKind, Rank, ToArm, ToHover, ToIdle, ToReturn, Transition
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import adopted
@@ -63,7 +66,7 @@ def flight_goes_on(kept: FlightSoFar | None, now: Moment, speed: float) -> tuple
         passed = max(now.seconds, min(now.utc - kept.moment.utc, FLIGHT_KEPT_S))
     if passed > FLIGHT_KEPT_S:
         return None
-    return kept.seconds + passed * speed, kept.way
+    return kept.seconds + passed * speed, kept.distance_m
 
 
 def starts_before(starts: Iterable[Moment], flight: FlightSoFar | None, now: Moment) -> int:
@@ -119,6 +122,16 @@ def state_from_autopilot(
     return StateName.MANUAL
 
 
+def forgotten(facts: Facts) -> Acts:
+    """Return what is not known any more after a new mode, and after the link was lost.
+
+    These acts come before all others of a tick: a mode that the tick asks for stays ours.
+    """
+    mode = facts.link.new_mode
+    settled: Acts = () if mode is None else (SettleMode(mode),)
+    return (*settled, ForgetHeldFence()) if VehicleEvent.LINK_LOST in facts.link.events else settled
+
+
 class VehicleFollower:
     """Decides on the autopilot's changes, from facts and from the armings and starts that it remembers."""
 
@@ -129,13 +142,12 @@ class VehicleFollower:
         self.started_in_air = False
         """True when this program found the drone in the air."""
 
-    def begin_arming(self) -> None:
-        """Expect "armed": an arming was asked for."""
-        self._abandoned = None
-
-    def abandon_arming(self, now: float) -> None:
-        """Answer an "armed" that comes late by a disarm: the arming was given up."""
-        self._abandoned = now
+    def note(self, transition: Transition, now: float) -> None:
+        """Take a transition: an "armed" that comes after an arming was given up is answered by a disarm."""
+        if isinstance(transition, ToArm):
+            self._abandoned = None
+        elif isinstance(transition, ToIdle) and transition.gave_up_arming:
+            self._abandoned = now
 
     def answer(self, event: VehicleEvent, facts: Facts, state: State) -> Step:
         """Return the step that an event causes."""
@@ -156,16 +168,16 @@ class VehicleFollower:
             case _:
                 return Step(acts=(record,))
 
-    def watch(self, facts: Facts, state: State) -> Step:
+    def follow(self, facts: Facts, state: State) -> Step:
         """Return the step that arming, disarming and the count of starts cause, once a tick."""
         if not facts.link.is_up:
             return STAY
         if self._awaits_count and facts.starts_in_air is not None:
             self._awaits_count = False
             return _restart(facts.starts_in_air, state)
-        return self._watch_arming(facts, state)
+        return self._follow_arming(facts, state)
 
-    def watch_jump(self, facts: Facts, state: State) -> Step:
+    def follow_jump(self, facts: Facts, state: State) -> Step:
         """Return the step that a jump of the position causes: tasks end, a state that holds forms its goal again.
 
         A jump of the estimate moves the drone on the map. Its goal of before is not flown to: the drone did not move.
@@ -205,7 +217,7 @@ class VehicleFollower:
         message = Log("warning", say("The program started while the drone was in the air."))
         return Step(step.transition, (*step.acts, CountStart(), message))
 
-    def _watch_arming(self, facts: Facts, state: State) -> Step:
+    def _follow_arming(self, facts: Facts, state: State) -> Step:
         if not facts.vehicle.armed:
             return STAY if state.on_ground else _down(facts)
         if facts.is_airborne and state.on_ground:

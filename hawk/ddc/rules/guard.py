@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, FAULT_CONFIRM_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.battery.battery import BATTERY_UNKNOWN_S, RESERVE_CONFIRM_S
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import recovery_words
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToLand, ToReturn, Transition
 from hawk.ddc.readings.clearance import LOW_S
+from hawk.ddc.readings.position import POSITION_CONFIRM_S
+from hawk.ddc.readings.sight import FAULT_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.states.base import State
 from hawk.ddc.states.returning import cause_here
@@ -110,7 +113,7 @@ def _position_words(facts: Facts) -> str:
 
 def _cause_to_return(facts: Facts) -> Cause | None:
     if facts.battery.reached_s is not None and facts.battery.reached_s >= RESERVE_CONFIRM_S:
-        return Cause(say("The battery is needed for the way home."), CauseKind.RESERVE)
+        return Cause(say("The battery is needed for the flight home."), CauseKind.RESERVE)
     if facts.battery.charge.is_low:
         return Cause(say("The battery's voltage is too low."), CauseKind.VOLTAGE)
     if facts.battery.unknown_s >= BATTERY_UNKNOWN_S:

@@ -165,7 +165,7 @@ def move_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
     refused, fence = place_refusal(facts, place), facts.limits.fence
     if refused is None and fence is not None and not _is_path_inside(facts, place):
         what = path_words(fence)
-        words = say("X, Y: the straight way there {what}: go around it in two moves.", what=what)
+        words = say("X, Y: the straight path there {what}: go around it in two moves.", what=what)
         return Refusal(words, _OUT_OF_BOUNDS)
     return refused
 
@@ -177,7 +177,9 @@ def route_refusal(facts: Facts, route: Route) -> Refusal | None:
         return POSITION_UNKNOWN
     legs_inside = all(path_is_inside(fence, a, b) for a, b in pairwise(route.points))
     if len(route.points) < 2 or not legs_inside or not _is_path_inside(facts, route.points[1]):
-        return Refusal(say("X, Y: the way there {what}: choose another place.", what=path_words(fence)), _OUT_OF_BOUNDS)
+        return Refusal(
+            say("X, Y: the path there {what}: choose another place.", what=path_words(fence)), _OUT_OF_BOUNDS
+        )
     return None
 
 

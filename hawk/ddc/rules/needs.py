@@ -9,10 +9,11 @@ from typing import Final
 
 from hawk.comm.protocol.command_table import DISARM_FIRST, ON_GROUND, Need
 from hawk.comm.protocol.heartbeat import CheckItem, KillState
-from hawk.ddc.facts import FAULT_CONFIRM_S, Facts
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameters.values import FailsafeCheck, Values
 from hawk.ddc.readings.home import home_words
+from hawk.ddc.readings.sight import FAULT_CONFIRM_S
 from hawk.ddc.rules.preflight import failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State

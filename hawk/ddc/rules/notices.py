@@ -1,4 +1,4 @@
-"""Messages about the survey: that an earlier one goes on, and that the battery will not last for the rest."""
+"""Messages that say a thing once: on the survey, on the ground below, on doubts and compasses."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ SHORT_CONFIRM_S: Final = 10.0
 """Seconds for which the battery must be too low for the rest of the survey: plans and drain waver."""
 
 
-class SurveyNotice:
+class SurveyNotices:
     """Says each once: the earlier survey once a run of the program, the battery once a flight."""
 
     def __init__(self, *, continues_survey: bool) -> None:
         """``continues_survey``: the map of an earlier run was restored."""
-        self._is_earlier_untold = continues_survey
-        self._is_short_told = False
+        self._earlier_is_due = continues_survey
+        self._is_short_reported = False
 
     def tick(self, facts: Facts, state: State) -> Acts:
         """Return the messages of this tick."""
         if not facts.vehicle.armed:
-            self._is_short_told = False
+            self._is_short_reported = False
             return self._earlier(facts)
         if state.identity is StateName.AUTONOMOUS_EXPLORE:
             return self._short(facts)
@@ -38,9 +38,9 @@ class SurveyNotice:
 
     def _earlier(self, facts: Facts) -> Acts:
         sight = facts.sight
-        if not self._is_earlier_untold or sight.lot_area <= 0.0:
+        if not self._earlier_is_due or sight.lot_area <= 0.0:
             return ()
-        self._is_earlier_untold = False
+        self._earlier_is_due = False
         need = facts.battery.survey
         is_done = need is not None and need.basis == "map" and need.seconds <= 0.0
         rest = say("It was seen whole.") if is_done else say("Explore flies the rest.")
@@ -51,9 +51,9 @@ class SurveyNotice:
     def _short(self, facts: Facts) -> Acts:
         battery = facts.battery
         is_certain = battery.short_s is not None and battery.short_s >= SHORT_CONFIRM_S
-        if self._is_short_told or battery.survey is None or not is_certain:
+        if self._is_short_reported or battery.survey is None or not is_certain:
             return ()
-        self._is_short_told = True
+        self._is_short_reported = True
         share = tens(battery.survey.whole_share)
         text = say("The battery will not last for the whole survey: about {share} % of it.", share=share)
         return (
@@ -61,35 +61,35 @@ class SurveyNotice:
         )
 
 
-TOLD_SHARE = 1 / 3
+REPORTED_SHARE = 1 / 3
 """Ground that is this share of Min above or below the arm place is reported."""
 AGAIN_SHARE = 0.5
 """It is reported again only after it was this share of that closer to the arm place's height."""
 
 
-class GroundReports:
+class GroundNotices:
     """Reports each side once, until the ground is near the arm place's height again."""
 
     def __init__(self, obstacle: float | None) -> None:
         """``obstacle``: the highest declared one, metres; None when none is declared."""
         self._obstacle = obstacle
-        self._told = 0.0
+        self._reported = 0.0
         """1 when risen ground was reported, -1 when sunken ground was."""
 
     def tick(self, facts: Facts) -> Acts:
         """Return the message of the tick in which the ground rose or sank by more than the limit."""
         ground = facts.position.below.ground
         if not facts.is_airborne:
-            self._told = 0.0
+            self._reported = 0.0
             return ()
         if ground is None:
             return ()
-        limit = TOLD_SHARE * facts.limits.heights.minimum
+        limit = REPORTED_SHARE * facts.limits.heights.minimum
         if abs(ground) < AGAIN_SHARE * limit:
-            self._told = 0.0
-        if abs(ground) <= limit or self._told == math.copysign(1.0, ground):
+            self._reported = 0.0
+        if abs(ground) <= limit or self._reported == math.copysign(1.0, ground):
             return ()
-        self._told = math.copysign(1.0, ground)
+        self._reported = math.copysign(1.0, ground)
         if ground < 0:
             return (Log("info", say("The ground here is {ground} lower than the arm place.", ground=metres(-ground))),)
         words = say(
@@ -119,7 +119,7 @@ class GroundReports:
         )
 
 
-class WitnessReports:
+class WitnessNotices:
     """Reports each doubt once, and compasses that fail."""
 
     def __init__(self) -> None:

@@ -291,7 +291,7 @@ def _return_height(altitude: float | None, plan: _Plan | None) -> CheckItem:
         return _failed(name, value, say("It may be above the fence."), say("Wait."))
     text = say("{altitude}, ceiling {ceiling}", altitude=metres(altitude), ceiling=metres(plan.fence.ceiling))
     if altitude > plan.fence.ceiling:
-        return _failed(name, text, say("On its way home it would leave the fence."), say("Change the heights."))
+        return _failed(name, text, say("On its return it would leave the fence."), say("Change the heights."))
     if not sees_all(plan.fence, plan.home):
         text = say("{heights}; {blind}", heights=text, blind=_blind_words(plan.fence))
     return _passed(name, text)

@@ -16,7 +16,7 @@ from hawk.model.sentences import say
 
 WAITING_LIMIT = 8
 """Clients whose questions wait at a time."""
-NOT_JUDGED = say("X, Y: whether the place is inside the lot could not be told within a second.")
+NOT_JUDGED = say("X, Y: whether the place is inside the lot could not be found within a second.")
 _REASONS = {
     Inbound.OUTSIDE: say("X, Y: the place is outside the lot: choose one inside, or Compulsive Move."),
     Inbound.UNKNOWN: say("X, Y: nobody has seen that place yet: explore first, or Compulsive Move."),
@@ -31,7 +31,7 @@ def verdict_refusal(verdict: Verdict) -> str:
         return ""
     return say(
         "X, Y: {refused}: choose another place, or Compulsive Move.",
-        refused=verdict.route.refused or say("no way there is known"),
+        refused=verdict.route.refused or say("no route there is known"),
     )
 
 
@@ -59,10 +59,10 @@ class RouteRequests:
         acts: Acts = ()
         older = self._waiting.pop(client, None)
         if older is not None:
-            acts = _refuse(older, say("You asked for another way since."))
+            acts = _refuse(older, say("You asked for another route since."))
         question = _Question(client, request)
         if len(self._waiting) >= WAITING_LIMIT:
-            return acts + _refuse(question, say("Too many ask for ways: ask again in a moment."))
+            return acts + _refuse(question, say("Too many ask for routes: ask again in a moment."))
         self._waiting[client] = question
         return acts
 

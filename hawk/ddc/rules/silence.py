@@ -24,7 +24,7 @@ SENDINGS = 6
 
 
 @dataclass(slots=True)
-class _Telling:
+class _Repetition:
     """The messages with a state's mode: how many were sent, and when the last one, seconds."""
 
     state: State
@@ -32,12 +32,12 @@ class _Telling:
     sent_at: float = float("-inf")
 
 
-class SilenceWatch:
+class SilenceRule:
     """Sends the mode of the state to an autopilot that is not heard, and holds our heartbeats back."""
 
     def __init__(self) -> None:
         self._is_silent = False
-        self._telling: _Telling | None = None
+        self._repetition: _Repetition | None = None
 
     def tick(self, facts: Facts, state: State) -> Step:
         """Return what the silence causes: messages without an answer, our own silence, Return To Launch."""
@@ -54,7 +54,7 @@ class SilenceWatch:
         return Step(acts=acts + self._send(facts, state))
 
     def _hear(self) -> Step:
-        self._telling = None
+        self._repetition = None
         if not self._is_silent:
             return STAY
         self._is_silent = False
@@ -69,11 +69,11 @@ class SilenceWatch:
 
     def _send(self, facts: Facts, state: State) -> Acts:
         """Return the state's mode as a message, every REPEAT_S from the state's beginning or the silence's."""
-        if self._telling is None or state is not self._telling.state:
-            self._telling = _Telling(state)
-        telling, mode = self._telling, state.autopilot_mode
-        if mode is None or telling.sent >= SENDINGS or facts.now - telling.sent_at < REPEAT_S - 1e-6:
+        if self._repetition is None or state is not self._repetition.state:
+            self._repetition = _Repetition(state)
+        repetition, mode = self._repetition, state.autopilot_mode
+        if mode is None or repetition.sent >= SENDINGS or facts.now - repetition.sent_at < REPEAT_S - 1e-6:
             return ()
-        telling.sent += 1
-        telling.sent_at = facts.now
+        repetition.sent += 1
+        repetition.sent_at = facts.now
         return (Ask(SendMode(mode), facts.now),)

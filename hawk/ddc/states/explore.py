@@ -8,7 +8,7 @@ from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import path_is_inside, path_words
 from hawk.ddc.fence.outline import OutlineFacts, area_words
-from hawk.ddc.motion import Carrot, Goal, RoamingWatch
+from hawk.ddc.motion import Carrot, Goal, Roaming
 from hawk.ddc.orders import ToHover
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
@@ -66,7 +66,7 @@ class Travelling:
         if fence is None or not path_is_inside(fence, place.point, goal.point):
             self.is_way_barred = True
             what = say("leaves the fence") if fence is None else path_words(fence)
-            self.obstacle = say("The way there {what}.", what=what)
+            self.obstacle = say("The path there {what}.", what=what)
             return ()
         self.obstacle = facts.target_refusal if self._has_sent else ""
         self._has_sent = True
@@ -120,7 +120,7 @@ class AutonomousExploreState(AirborneState):
         super().__init__(now)
         self._flight = settings.flight
         self._travelling = Travelling(settings)
-        self._watch = RoamingWatch()
+        self._roaming = Roaming()
         self._stuck = False
         self._goal: Goal | None = None
         self._lot_seen = now
@@ -156,7 +156,7 @@ class AutonomousExploreState(AirborneState):
         if place is None:
             return ()
         acts = self._take_plan(facts, place)
-        self._stuck = self._watch.is_stuck(place, facts.now)
+        self._stuck = self._roaming.is_stuck(place, facts.now)
         if self._goal is None:
             return acts
         return acts + self._travelling.process(facts, self._goal, self._speed)
@@ -174,7 +174,7 @@ class AutonomousExploreState(AirborneState):
             error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot was found here."))
             return Step(ToHover(say("No lot was found here."), level="warning"), (error,))
         if self._stuck:
-            why = sentence(self._travelling.obstacle) or say("The planner gives no way on.")
+            why = sentence(self._travelling.obstacle) or say("The planner gives no further path.")
             return Step(ToHover(joined(say("No progress for 10 s."), why), level="warning"))
         return STAY
 

@@ -194,7 +194,7 @@ class ReturnToLaunchState(HomingState):
         if self._stopping is not None or self._waits(facts):
             moved = facts.position.autopilot_home.is_moved or not facts.kept.astray
             home = say("Returning home: home was moved, it is set back first.")
-            return home if moved else say("Returning home: the autopilot's way home is put right first.")
+            return home if moved else say("Returning home: the autopilot's return is put right first.")
         if not self._straight or not is_beyond_sight(facts):
             return super().detail(facts)
         return joined(super().detail(facts), say("Straight: {reason}", reason=sentence(self._straight)))
@@ -237,7 +237,7 @@ class ReturnToLaunchState(HomingState):
             return begun.words
         self._inside = begun
         distance = metres(length(begun.route(facts)))
-        words = say("The straight way home leaves the fence: returning inside it, {distance}.", distance=distance)
+        words = say("The straight path home leaves the fence: returning inside it, {distance}.", distance=distance)
         return (Log("info", words),)
 
     def _return(self, facts: Facts) -> Acts:
@@ -249,7 +249,7 @@ class ReturnToLaunchState(HomingState):
         self._look(facts)
         if self._is_misled and not facts.is_astray:
             self._stopping = ModeKeeper(CopterMode.BRAKE)
-            log = Log("warning", say("The way home is right again: the return begins again."))
+            log = Log("warning", say("The autopilot's return is right again: it begins again."))
             return (log, *self._begin_again(facts, self._stopping))
         if self._waits(facts):
             return ()

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from hawk.ddc.acts import STAY, Acts, Desire, Log, ShowUserError, Step
 from hawk.ddc.facts import Facts
-from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower
+from hawk.ddc.motion import Goal, Progress, RouteFollower
 from hawk.ddc.orders import MoveOrder, Order, ToHover
 from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
 from hawk.ddc.settings import DdcSettings
@@ -28,7 +28,7 @@ class MoveState(AirborneState):
     def __init__(self, now: float, order: MoveOrder, settings: DdcSettings) -> None:
         super().__init__(now)
         self._travelling = Travelling(settings)
-        self._watch = ProgressWatch()
+        self._progress = Progress()
         self._stuck = False
         self._arrived = False
         self._order = order
@@ -52,7 +52,7 @@ class MoveState(AirborneState):
         if place is not None:
             self._lead(place)
             self._arrived = self._travelling.has_arrived(self._goal, place)
-            self._stuck = self._watch.is_stuck(place, self._watched, facts.now)
+            self._stuck = self._progress.is_stuck(place, self._watched, facts.now)
         return self._travelling.process(facts, self._aim)
 
     def _lead(self, _: MapPose) -> None:
@@ -148,7 +148,7 @@ class AutonomousMoveState(MoveState):
             return ()
         was_asked = self._asked_again
         self._follow_from_here(route)
-        return () if was_asked else (Log("info", say("The map changed on the way. Another way there was found.")),)
+        return () if was_asked else (Log("info", say("The map changed in flight. Another route there was found.")),)
 
     def _follow_from_here(self, route: Route) -> None:
         self._follower = RouteFollower(route, self._arrival_m)

@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
+from hawk.ddc.battery.battery import BATTERY_UNKNOWN_S, RESERVE_CONFIRM_S
 from hawk.ddc.battery.energy import Reserve
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import contains, path_is_inside
 from hawk.ddc.fence.path import is_in_sight, length, route_inside
-from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower, stopping_point
+from hawk.ddc.motion import Goal, Progress, RouteFollower, stopping_point
+from hawk.ddc.readings.position import POSITION_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.explore import Travelling
@@ -110,7 +112,7 @@ class PathHome:
         self._was_guided = False
         self._settings = settings
         self._travelling = Travelling(settings)
-        self._watch = ProgressWatch()
+        self._progress = Progress()
         self._yaw = place.yaw
         self._short_since: float | None = None
         self._needs_path = False
@@ -166,7 +168,7 @@ class PathHome:
         acts = self._travelling.process(facts, Goal(aim.north, aim.east, height, self._yaw), lowest=lowest)
         climbs = place.height < height - CLIMBED_M
         to = self._from if climbs else corner
-        if self._watch.is_stuck(place, Goal(to.north, to.east, height, self._yaw), facts.now):
+        if self._progress.is_stuck(place, Goal(to.north, to.east, height, self._yaw), facts.now):
             self.end = Straight(joined(say("no progress on the path for 10 s."), self._travelling.obstacle))
             return ()
         return acts

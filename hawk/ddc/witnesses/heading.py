@@ -55,7 +55,7 @@ class HeadingFacts:
         )
 
 
-class HeadingWatch:
+class HeadingReading:
     """Takes the camera's steps of a flight, and judges. `reset` on the ground."""
 
     def __init__(self) -> None:

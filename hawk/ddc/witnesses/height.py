@@ -118,7 +118,7 @@ class HeightFacts:
         )
 
 
-class HeightWatch:
+class HeightReading:
     """Takes the witnesses' readings of a flight, and judges. `stand` on the ground."""
 
     def __init__(self) -> None:

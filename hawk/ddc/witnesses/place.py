@@ -110,7 +110,7 @@ class _Sum:
     eased: complex
 
 
-class PlaceWatch:
+class PlaceReading:
     """Takes the camera's steps of a flight, and judges. `reset` on the ground."""
 
     def __init__(self) -> None:

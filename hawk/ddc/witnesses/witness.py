@@ -1,18 +1,19 @@
-"""Second witnesses of the autopilot's place: values, made by the watches of `hawk.ddc.witnesses.witness`."""
+"""Second witnesses of the autopilot's place: values, as one tick believes them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 from hawk.comm.autopilot.terrain import Terrain
+from hawk.ddc.readings.instant import Instant, Parts, Reading
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.witnesses.heading import HeadingFacts, HeadingWatch
-from hawk.ddc.witnesses.height import AGREES_M, HeightFacts, HeightWatch
-from hawk.ddc.witnesses.place import PlaceFacts, PlaceWatch
+from hawk.ddc.witnesses.heading import HeadingFacts, HeadingReading
+from hawk.ddc.witnesses.height import AGREES_M, HeightFacts, HeightReading
+from hawk.ddc.witnesses.place import PlaceFacts, PlaceReading
 from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.operation import Health
 from hawk.model.sentences import say
-from hawk.model.vehicle import Diagnostics, GnssHeight, LandedState, VehicleState
+from hawk.model.vehicle import Diagnostics, GnssHeight
 
 COMPASS_LOST = say("No compass works: the heading is kept by gyroscopes and GNSS.")
 
@@ -54,19 +55,19 @@ class WitnessFacts:
         return Health.bad(self.doubt) if reported.is_healthy and self.doubt else reported
 
 
-def compass_part(diagnostics: Diagnostics) -> tuple[tuple[str, Health], ...]:
+def compass_part(diagnostics: Diagnostics) -> Parts:
     """Return the compasses' name and health; nothing where none is in use."""
     if diagnostics.compass_ok is None:
         return ()
     return (("compass", Health() if diagnostics.compass_ok else Health.bad(COMPASS_LOST)),)
 
 
-class Witnesses:
+class WitnessReading(Reading):
     """Hears every message of the witnesses; looks once a tick."""
 
     def __init__(self, topics: DdcTopicInterface) -> None:
         self._topics = topics
-        self._place, self._height, self._heading = PlaceWatch(), HeightWatch(), HeadingWatch()
+        self._place, self._height, self._heading = PlaceReading(), HeightReading(), HeadingReading()
         self._seen_height = HeightFacts()
         self._flies = False
         self._stops = (
@@ -82,18 +83,23 @@ class Witnesses:
         for stop in self._stops:
             stop()
 
-    def update(self, vehicle: VehicleState, now: float) -> None:
-        """Take the state that is believed: on the ground everything begins again."""
-        self._flies = vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
+    def update(self, instant: Instant) -> None:
+        """Judge the height; on the ground everything begins again."""
+        self._flies = instant.is_airborne
         if not self._flies:
             self._place.reset()
             self._height.stand()
             self._heading.reset()
-        self._seen_height = self._height.look(now, self._topics.get_rel_alt())
+        reported = None if instant.pose is None else instant.pose.relative_altitude
+        self._seen_height = self._height.look(instant.now, reported)
 
-    def facts(self, now: float) -> WitnessFacts:
-        """Return what is known at ``now``, seconds."""
-        return WitnessFacts(self._place.facts(now), self._seen_height, self._heading.facts(now))
+    def facts(self, instant: Instant) -> WitnessFacts:
+        """Return what is known."""
+        return WitnessFacts(self._place.facts(instant.now), self._seen_height, self._heading.facts(instant.now))
+
+    def parts(self, instant: Instant) -> Parts:
+        """Return the health of the compasses; nothing where none is in use."""
+        return compass_part(self._topics.get_diagnostics())
 
     def _note(self, step: GroundStep) -> None:
         if self._flies:

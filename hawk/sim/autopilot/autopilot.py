@@ -168,8 +168,8 @@ class Autopilot:
         reset = self.estimator.take_reset()
         if any(reset):
             self.mode.reset_position(reset)
-        if self.estimator.glitch.is_told != self._glitches:
-            self._glitches = self.estimator.glitch.is_told
+        if self.estimator.glitch.is_reported != self._glitches:
+            self._glitches = self.estimator.glitch.is_reported
             self.say(CRITICAL, "GPS Glitch or Compass error" if self._glitches else "Glitch cleared")
         if self.estimator.yaw_resets > self._yaw_resets:
             self._yaw_resets = self.estimator.yaw_resets

@@ -104,7 +104,7 @@ class Glitch:
         return VARIANCE_PER_M * math.hypot(north, east) * math.exp(-self._refused_s / VARIANCE_TIME_S)
 
     @property
-    def is_told(self) -> bool:
+    def is_reported(self) -> bool:
         """True while EKF_STATUS_REPORT has GPS_GLITCHING."""
         return self._refused_s >= GLITCH_SAID_S or self._settling_s > 0.0
 

@@ -251,7 +251,7 @@ def _ekf_status(autopilot: Autopilot) -> Message:
         flags |= mavlink.EKF_PRED_POS_HORIZ_REL | mavlink.EKF_PRED_POS_HORIZ_ABS
     elif not estimator.aids:
         flags |= mavlink.EKF_VELOCITY_HORIZ | mavlink.EKF_CONST_POS_MODE
-    if estimator.glitch.is_told:
+    if estimator.glitch.is_reported:
         flags |= mavlink.EKF_GPS_GLITCHING
     horizontal = 0.01 + estimator.glitch.variance
     return mavlink.MAVLink_ekf_status_report_message(

@@ -16,7 +16,7 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.supervision import until_first_ends
 from hawk.web.access.access import OPEN, access_of
-from hawk.web.door import Visit
+from hawk.web.door import WebConnection
 from hawk.web.services import COUNTERS, SERVICES
 from hawk.web.video.video_wire import (
     BOUNDARY,
@@ -71,9 +71,9 @@ async def _serve_socket(viewers: Viewers, viewer: Viewer, socket: web.WebSocketR
         why = await asyncio.shield(viewer.ended)
         await socket.close(code=_CLOSE_CODES[why], message=why.value.encode())
 
-    visit = viewer.transport.get_protocol()
-    if isinstance(visit, Visit) and viewer.wire is socket_frame:
-        visit.tap = AckTap(lambda sequence: viewers.acknowledged(viewer, sequence))
+    connection = viewer.transport.get_protocol()
+    if isinstance(connection, WebConnection) and viewer.wire is socket_frame:
+        connection.tap = AckTap(lambda sequence: viewers.acknowledged(viewer, sequence))
     with viewers.watching(viewer):
         await until_first_ends(_read(viewers, viewer, socket), end())
 

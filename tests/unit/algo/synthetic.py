@@ -129,8 +129,8 @@ class SyntheticVision:
     def _stalls(self, real: MapPose, lot: GroundImage) -> list[StallSeen]:
         table = self.truth.stalls
         shift = np.array([lot.to_map[0, 2], lot.to_map[1, 2]])
-        told = lot.map_points(np.array([(lot.valid.shape[1] - 1) / 2, (lot.valid.shape[0] - 1) / 2]))
-        moved = told - (real.north, real.east)
+        middle = lot.map_points(np.array([(lot.valid.shape[1] - 1) / 2, (lot.valid.shape[0] - 1) / 2]))
+        moved = middle - (real.north, real.east)
         del shift
         centres = table[:, :2] + moved
         corners = stall_corners(table) + moved

@@ -75,7 +75,7 @@ def test_growing_keeps_the_middle() -> None:
 
 
 @given(st.floats(0, 6.2), places, places)
-def test_a_picture_is_laid_where_its_pixels_say_they_are(yaw: float, north: float, east: float) -> None:
+def test_a_picture_is_placed_where_its_pixels_say_they_are(yaw: float, north: float, east: float) -> None:
     """One bright pixel lands in the cell whose centre is nearest to its place."""
     c, s = math.cos(yaw), math.sin(yaw)
     to_map = np.array([[-s * 0.2, -c * 0.2, north], [c * 0.2, -s * 0.2, east]])
@@ -83,13 +83,13 @@ def test_a_picture_is_laid_where_its_pixels_say_they_are(yaw: float, north: floa
     window = Window.around(corners, 0.2, 2.0)
     picture = np.zeros((31, 41), np.float32)
     picture[20, 10] = 1.0
-    laid = cv2.warpAffine(picture, window.affine(to_map), (window.columns, window.rows), flags=cv2.INTER_LINEAR)
+    placed = cv2.warpAffine(picture, window.affine(to_map), (window.columns, window.rows), flags=cv2.INTER_LINEAR)
     place = to_map @ (10, 20, 1)
     column, row = window.cells_of(np.array(place[0]), np.array(place[1]))
-    weight = laid.sum()
-    rows, columns = np.indices(laid.shape)
-    assert abs((laid * columns).sum() / weight - column) < 0.35
-    assert abs((laid * rows).sum() / weight - row) < 0.35
+    weight = placed.sum()
+    rows, columns = np.indices(placed.shape)
+    assert abs((placed * columns).sum() / weight - column) < 0.35
+    assert abs((placed * rows).sum() / weight - row) < 0.35
 
 
 def test_a_part_is_where_the_same_cells_lie() -> None:

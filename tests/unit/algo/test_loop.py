@@ -143,6 +143,7 @@ async def test_a_gimbal_turns_the_camera_of_its_picture(rig: Rig) -> None:
     assert rig.recorded[0].map_problem == ""
 
 
+@pytest.mark.fault("the attitude of the camera's gimbal does not come, or is older than 0.5 s")
 async def test_without_the_gimbal_s_attitude_nothing_is_mapped_and_the_mapper_says_why(rig: Rig) -> None:
     rig.aim = lambda camera, _time, _pose: (camera, "the gimbal's attitude is 3 s old: nothing is mapped")
     output = await rig.put(2.0)

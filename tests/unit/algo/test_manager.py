@@ -139,7 +139,7 @@ def test_a_turn_of_a_late_picture_is_mapped(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize("fault", [NoImage("torn"), AlgoError("no ground"), RuntimeError("bug")])
-def test_a_fault_of_vision_is_told_and_mapper_and_planner_go_on(rig: Rig, fault: Exception) -> None:
+def test_a_fault_of_vision_is_reported_and_mapper_and_planner_go_on(rig: Rig, fault: Exception) -> None:
     before = rig.mapper.get_occupancy_map()
     rig.vision.fault = fault
     output = rig.run(replace(flight(21)[-1]))
@@ -152,7 +152,7 @@ def test_a_fault_of_vision_is_told_and_mapper_and_planner_go_on(rig: Rig, fault:
     assert output.path_plan.target is not None
 
 
-def test_a_fault_of_the_mapper_is_told_and_the_planner_goes_on(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_the_mapper_is_reported_and_the_planner_goes_on(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rig.mapper, "fuse", _broken)
     output = rig.run(flight(21)[-1])
     assert output.vision_health.is_healthy
@@ -205,6 +205,7 @@ def test_the_pictures_of_a_frozen_camera_are_not_mapped(rig: Rig) -> None:
     assert all(output.vision_health.is_healthy and output.annotated_jpeg for output in outputs)
 
 
+@pytest.mark.fault("the check of the camera fails", "camera unhealthy with that frame")
 def test_a_check_of_the_camera_that_fails_is_no_healthy_camera(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rig.check, "look", _broken)
     output = rig.run(flight(21)[-1])

@@ -207,6 +207,7 @@ LOCAL = 'LOCAL_CS["site",UNIT["metre",1],AXIS["Easting",EAST],AXIS["Northing",NO
 ENGINEERING = 'ENGCRS["site",EDATUM["a peg"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
 
 
+@pytest.mark.fault("a background in local coordinates, or beyond the map", "refused with a remedy, status 2")
 @pytest.mark.parametrize("system", [LOCAL, ENGINEERING])
 def test_local_coordinates_are_refused_with_a_remedy(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], system: str
@@ -219,6 +220,7 @@ def test_local_coordinates_are_refused_with_a_remedy(
     assert "Traceback" not in said
 
 
+@pytest.mark.fault("a background in local coordinates, or beyond the map")
 @pytest.mark.parametrize("at", [from_origin(0.0, 89.9, 1e-4, 1e-4), from_origin(500.0, 200.0, 1e-4, 1e-4)])
 def test_a_picture_beyond_the_map_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], at: Affine) -> None:
     path = geotiff(tmp_path / "pole.tif", crs="EPSG:4326", at=at)
@@ -238,6 +240,10 @@ def banded(path: Path, order: list[int], interpretation: list[str], names: list[
     return path
 
 
+@pytest.mark.fault(
+    "a background whose bands are in another order, or unnamed",
+    "red, green and blue by their names; unnamed: refused with a remedy",
+)
 @pytest.mark.parametrize(
     ("order", "interpretation", "names"),
     [
@@ -265,6 +271,7 @@ def test_the_order_of_the_bands_is_read(
                 assert np.mean(off > 2) < 0.04  # along the edges between colours
 
 
+@pytest.mark.fault("a background whose bands are in another order, or unnamed")
 def test_bands_that_nobody_names_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = banded(tmp_path / "bands.tif", [2, 1, 0, 3], [], [])
     assert main(["make-background", str(path), "--out", str(tmp_path / "tiles")]) == 2

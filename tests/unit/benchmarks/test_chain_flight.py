@@ -75,7 +75,7 @@ def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> 
     assert found["chain_lot_seen"].value == pytest.approx(0.8)
     assert found["chain_stalls_seen"].value == pytest.approx(30 / 40)
     assert found["chain_recall_in_view"].value == pytest.approx((18 + 6) / 30)
-    assert found["chain_way_over_model"].value == pytest.approx(400 / 320)
+    assert found["chain_distance_over_model"].value == pytest.approx(400 / 320)
     assert found["chain_precision_star"].value == 1.0
     assert found["chain_recall_whole"].value == pytest.approx(38 / 40)
     assert found["chain_finished"].passed
@@ -143,11 +143,11 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(
     assert one.errors.max() < 1e-6
 
 
-def test_a_wrong_compass_and_height_are_told_and_lead_the_drone_astray() -> None:
+def test_errors_of_compass_and_height_change_the_reported_pose_and_the_goal() -> None:
     errors = Errors(height=1.2, compass=0.1)
-    told = errors.told(MapPose(3.0, 4.0, 35.0, 0.01, 0.02, 0.5))
-    assert (told.north, told.east, told.roll, told.pitch) == (3.0, 4.0, 0.01, 0.02)
-    assert (told.height, told.yaw) == pytest.approx((42.0, 0.6))
+    reported = errors.reported(MapPose(3.0, 4.0, 35.0, 0.01, 0.02, 0.5))
+    assert (reported.north, reported.east, reported.roll, reported.pitch) == (3.0, 4.0, 0.01, 0.02)
+    assert (reported.height, reported.yaw) == pytest.approx((42.0, 0.6))
     led = errors.led(Goal(1.0, 2.0, 42.0, 0.6))
     assert led is not None
     assert (led.north, led.east, led.height, led.yaw) == pytest.approx((1.0, 2.0, 35.0, 0.5))
@@ -164,7 +164,7 @@ def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     assert figures["chain_flights"] == 1
     assert figures["chain_finished"] == 0
     assert figures["chain_precision"] > 0.8
-    assert 0 < figures["chain_way_over_model"] < 1
+    assert 0 < figures["chain_distance_over_model"] < 1
     assert 0 < figures["chain_single_recall"] < 1
     assert (tmp_path / "maps" / "seed-1.png").exists()
 

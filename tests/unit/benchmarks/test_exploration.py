@@ -47,7 +47,7 @@ def test_fifteen_seeds_show_every_size_and_kind() -> None:
     assert {(round(lot.area), lot.kind) for lot in lots} == {(a, k) for a in (3_000, 10_000, 30_000) for k in KINDS}
 
 
-def test_the_least_way_sweeps_what_the_first_look_does_not_show() -> None:
+def test_the_least_distance_sweeps_what_the_first_look_does_not_show() -> None:
     setup = flown()
     assert setup.swath.width == pytest.approx(0.85 * 2 * 35 * math.tan(math.radians(35)))
     assert setup.bound(10_000.0) == pytest.approx((10_000 - setup.swath.width * setup.swath.depth) / setup.swath.width)
@@ -84,7 +84,7 @@ def test_a_cell_counts_when_its_middle_lies_inside() -> None:
     assert np.array_equal(within(corners[::-1], part), expected)
 
 
-def test_the_map_is_laid_where_the_drone_believes_to_be() -> None:
+def test_the_map_is_placed_where_the_drone_believes_to_be() -> None:
     setup = flown()
     lot = replace(setup.lot(0), shape=shapely.box(-30, -30, 30, 30))
     maps = [SurveyedMap(lot, setup, np.random.default_rng(1), errors=False) for _ in range(2)]
@@ -103,7 +103,7 @@ def test_the_map_is_laid_where_the_drone_believes_to_be() -> None:
     assert edges[1] - edges[0] == pytest.approx(4, abs=COARSE_M)
 
 
-def test_someone_who_was_told_the_lot_has_only_to_see_it() -> None:
+def test_a_pilot_that_knows_the_lot_has_only_to_see_it() -> None:
     setup = flown()
     lot = replace(setup.lot(0), shape=shapely.box(-32, -32, 32, 32))
     known = KnownLotMap(lot, setup, np.random.default_rng(1))
@@ -122,12 +122,12 @@ def test_someone_who_was_told_the_lot_has_only_to_see_it() -> None:
     assert (extent[1] >= 32).all()
 
 
-def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same_way() -> None:
+def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same_path() -> None:
     setup = flown()
     lot = setup.lot(3)
     flights = [fly(lot, setup, TourPilot([(10.0, 0.0)], turns=turns), errors=False) for turns in (False, True)]
     assert flights[1].coverage > flights[0].coverage + 0.03
-    assert flights[1].whole_way == pytest.approx(flights[0].whole_way, abs=1.0)
+    assert flights[1].whole_distance_m == pytest.approx(flights[0].whole_distance_m, abs=1.0)
     assert flights[1].end == "done"
 
 
@@ -190,7 +190,7 @@ def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(
     lot = setup.lot(seed)
     tour = shipped(setup.name).tour(lot, setup)
     assert math.dist(tour.places[0], lot.start) < 1.0
-    assert length_of(tour.places) == pytest.approx(tour.way, rel=0.02)
+    assert length_of(tour.places) == pytest.approx(tour.distance_m, rel=0.02)
     leant = setup.height * math.tan(math.radians(PathPlanSettings().lean_deg))
     far = lot.shape.difference(shapely.LineString(tour.places).buffer(setup.swath.reach + leant))
     assert far.area <= 0.02 * lot.area
@@ -220,4 +220,4 @@ def test_a_flight_ends_when_nothing_moves() -> None:
 
     flight = fly(lot, setup, Idle())
     assert flight.end == "stuck"
-    assert flight.way is None
+    assert flight.distance_m is None

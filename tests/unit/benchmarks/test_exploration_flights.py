@@ -19,7 +19,7 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.oracle import best_tour, shortened
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.polish import OracleTour
-from benchmarks.exploration.report import figures, rows, way_over_oracle
+from benchmarks.exploration.report import distance_over_oracle, figures, rows
 from benchmarks.exploration.runs import KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun, fly_known_lot, fly_outline
 from benchmarks.exploration.setups import Setup, flown
 from benchmarks.exploration.tour_cache import TourCache
@@ -36,7 +36,7 @@ class TourFlown:
 
     places: Floats
     turns: bool
-    way: float
+    distance_m: float
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def small(oracle_flights: list[TourFlown]) -> Iterator[SeedRun]:
         def fly(self, places: Floats) -> OracleTour | None:
             tour = super().fly(places)
             if tour is not None:
-                oracle_flights.append(TourFlown(places.copy(), self._kind, tour.way))
+                oracle_flights.append(TourFlown(places.copy(), self._kind, tour.distance_m))
             return tour
 
     with pytest.MonkeyPatch.context() as patch:
@@ -84,18 +84,20 @@ def test_the_planner_sees_it_all_ends_by_itself_and_stays_inside(small: SeedRun)
     assert flight.end == "done"
     assert flight.coverage >= 0.98
     assert flight.excursions == 0
-    assert flight.way is not None
-    assert flight.way <= flight.whole_way
-    assert small.oracle.way < 2.0 * flight.way
+    assert flight.distance_m is not None
+    assert flight.distance_m <= flight.whole_distance_m
+    assert small.oracle.distance_m < 2.0 * flight.distance_m
 
 
 def test_the_oracle_s_tour_shows_enough_when_flown_again(small: SeedRun, oracle_flights: list[TourFlown]) -> None:
-    best = min(oracle_flights, key=lambda one: one.way)
-    assert best.way == small.oracle.way
+    best = min(oracle_flights, key=lambda one: one.distance_m)
+    assert best.distance_m == small.oracle.distance_m
     pilot = TourPilot([as_place(place) for place in best.places[1:]], turns=best.turns)
     again = fly(small.lot, flown(), pilot, errors=False, to_the_end=False)
     assert again.coverage >= 0.98
-    assert again.way == small.oracle.way  # though the oracle flew only what its last flights had not in common
+    assert (
+        again.distance_m == small.oracle.distance_m
+    )  # though the oracle flew only what its last flights had not in common
 
 
 def test_equal_seeds_fly_equally(small: SeedRun) -> None:
@@ -104,14 +106,14 @@ def test_equal_seeds_fly_equally(small: SeedRun) -> None:
 
 
 def test_a_flight_that_did_not_see_enough_never_looks_short(small: SeedRun) -> None:
-    poor = replace(small.planner, way=None, seconds=None, coverage=0.5)
+    poor = replace(small.planner, distance_m=None, seconds=None, coverage=0.5)
     run = replace(small, flights={**small.flights, PLANNER: poor})
-    assert way_over_oracle(run) == math.inf
-    told = {figure.key: figure for figure in figures([run], [])}
-    assert told["way_over_oracle_median"].value is None
-    assert told["way_over_oracle_median"].passed is False
-    assert told["coverage_min"].passed is False
-    assert told["unfinished"].value == 1
+    assert distance_over_oracle(run) == math.inf
+    by_key = {figure.key: figure for figure in figures([run], [])}
+    assert by_key["distance_over_oracle_median"].value is None
+    assert by_key["distance_over_oracle_median"].passed is False
+    assert by_key["coverage_min"].passed is False
+    assert by_key["unfinished"].value == 1
 
 
 def test_time_is_by_the_oracle_s_of_the_same_lot(small: SeedRun) -> None:
@@ -120,19 +122,19 @@ def test_time_is_by_the_oracle_s_of_the_same_lot(small: SeedRun) -> None:
     assert times["seconds_over_oracle_0_3_ha_median"] == pytest.approx(3.0)
 
 
-def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
-    slow, fast = (replace(small.planner, way=small.oracle.way * factor) for factor in (1.2, 0.9))
-    assert replace(small, flights={PLANNER: slow}).best_way == small.oracle.way
+def test_the_best_distance_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
+    slow, fast = (replace(small.planner, distance_m=small.oracle.distance_m * factor) for factor in (1.2, 0.9))
+    assert replace(small, flights={PLANNER: slow}).best_distance_m == small.oracle.distance_m
     lucky = replace(small, flights={PLANNER: slow, NEAREST: fast})
-    assert lucky.best_way == pytest.approx(0.9 * small.oracle.way)
-    assert way_over_oracle(lucky) == pytest.approx(1.2 / 0.9)
+    assert lucky.best_distance_m == pytest.approx(0.9 * small.oracle.distance_m)
+    assert distance_over_oracle(lucky) == pytest.approx(1.2 / 0.9)
 
 
-def test_who_was_told_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -> None:
-    told = small.flights[KNOWN_LOT]
-    assert told.end == "seen"
-    assert told.way == pytest.approx(told.whole_way, abs=0.5)
-    assert told.excursions == 0
+def test_a_pilot_that_knows_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -> None:
+    known = small.flights[KNOWN_LOT]
+    assert known.end == "seen"
+    assert known.distance_m == pytest.approx(known.whole_distance_m, abs=0.5)
+    assert known.excursions == 0
 
 
 def test_with_an_outline_every_place_of_it_is_seen_inside_the_fence(small: SeedRun) -> None:
@@ -145,15 +147,16 @@ def test_with_an_outline_every_place_of_it_is_seen_inside_the_fence(small: SeedR
 def test_every_promised_figure_is_there(small: SeedRun) -> None:
     keys = {figure.key for figure in figures([small], [small])}
     promised = {
-        "way_over_oracle_median", "way_over_oracle_p90", "way_over_nearest_frontier_median", "way_over_bound_median",
-        "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median",
+        "distance_over_oracle_median", "distance_over_oracle_p90", "distance_over_nearest_frontier_median",
+        "distance_over_bound_median",
+        "known_lot_over_oracle_median", "known_lot_over_oracle_p90", "distance_over_oracle_0_3_ha_median",
         "seconds_over_oracle_0_3_ha_median", "seconds_over_oracle_0_3_ha_p90",
         "outline_over_oracle_median", "outline_over_oracle_0_3_ha_median", "outline_whole_0_3_ha_median",
         "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
     }  # fmt: skip
     assert promised <= keys
     (row,) = rows("flown", [small])
-    assert row["planner"]["way_m"] == pytest.approx(small.planner.way, abs=0.1)
+    assert row["planner"]["distance_m"] == pytest.approx(small.planner.distance_m, abs=0.1)
     assert json.dumps(row)
 
 
@@ -161,7 +164,7 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
     path = tmp_path / "tours.json"
     TourCache(path).keep(small.lot, flown(), small.oracle)
     monkeypatch.setattr("benchmarks.exploration.tour_cache.best_tour", None)
-    assert TourCache(path).tour(small.lot, flown()).way == pytest.approx(small.oracle.way, abs=0.01)
+    assert TourCache(path).tour(small.lot, flown()).distance_m == pytest.approx(small.oracle.distance_m, abs=0.01)
     unwritten = tmp_path / "unwritten.json"
     TourCache(unwritten, writes=False).keep(small.lot, flown(), small.oracle)
     assert not unwritten.exists()
@@ -170,16 +173,16 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
 def test_a_longer_tour_does_not_replace_a_kept_one(small: SeedRun, tmp_path: Path) -> None:
     cache = TourCache(tmp_path / "tours.json")
     for factor, kept in ((1.0, 1.0), (1.1, 1.0), (0.9, 0.9)):
-        cache.keep(small.lot, flown(), replace(small.oracle, way=factor * small.oracle.way))
-        assert cache.tour(small.lot, flown()).way == pytest.approx(kept * small.oracle.way, abs=0.01)
+        cache.keep(small.lot, flown(), replace(small.oracle, distance_m=factor * small.oracle.distance_m))
+        assert cache.tour(small.lot, flown()).distance_m == pytest.approx(kept * small.oracle.distance_m, abs=0.01)
 
 
 def test_the_oracle_s_tour_gets_shorter_from_another_pilot_s_flight(small: SeedRun) -> None:
     """A detour is kept as it is; from the path of a good flight a better tour is found, which shows enough."""
-    poor = replace(small.oracle, way=3 * small.oracle.way)
+    poor = replace(small.oracle, distance_m=3 * small.oracle.distance_m)
     assert shortened(small.lot, flown(), poor, [], 0.98) is poor
     again = shortened(small.lot, flown(), poor, [small.oracle.places], 0.98)
-    assert again.way < 1.15 * small.oracle.way
+    assert again.distance_m < 1.15 * small.oracle.distance_m
 
 
 def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,8 +190,8 @@ def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, mon
     monkeypatch.setattr(campaign, "_one", lambda name, seed, tours, shorten: small)
     path = tmp_path / "tours.json"
     assert campaign.fly_all("flown", [3, 4], path, 2) == [small, small]
-    assert TourCache(tmp_path / "tours-flown.json").tour(small.lot, flown()).way == pytest.approx(
-        small.oracle.way, abs=0.01
+    assert TourCache(tmp_path / "tours-flown.json").tour(small.lot, flown()).distance_m == pytest.approx(
+        small.oracle.distance_m, abs=0.01
     )
 
 
@@ -202,7 +205,7 @@ def test_the_command_writes_json_and_pictures(
     assert values["excursions"] == 0
     assert len(values["flights"]) == 4
     assert len(list((tmp_path / "pictures").glob("*.png"))) == 4
-    assert "way by oracle, median" in capsys.readouterr().out
+    assert "distance by oracle, median" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         command.main(["--seeds", "3", "--shorten"])
     assert "--tours" in capsys.readouterr().err
@@ -210,4 +213,6 @@ def test_the_command_writes_json_and_pictures(
 
 def test_among_all_benchmarks_the_keys_do_not_clash(small: SeedRun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "fly_all", lambda name, seeds, tours, workers, shorten=False: [small])
-    assert {"exploration_excursions", "exploration_way_over_oracle_median"} <= {f.key for f in campaign.measure([3])}
+    assert {"exploration_excursions", "exploration_distance_over_oracle_median"} <= {
+        f.key for f in campaign.measure([3])
+    }

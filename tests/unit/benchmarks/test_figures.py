@@ -74,7 +74,7 @@ def test_jitter_does_not_depend_on_when_it_began(times: list[float], shift: floa
     ("value", "text"),
     [(0.0, "0"), (0.01234, "0.0123"), (1.0, "1"), (12.345, "12.3"), (123.4, "123"), (None, "–"), (math.nan, "–")],
 )
-def test_numbers_are_told_with_three_digits(value: float | None, text: str) -> None:
+def test_numbers_have_three_digits(value: float | None, text: str) -> None:
     assert number(value) == text
 
 
@@ -92,10 +92,10 @@ def test_two_figures_cannot_share_a_key() -> None:
         flat([Section("one", [Figure("a", "", 1.0)]), Section("two", [Figure("a", "", 2.0)])])
 
 
-def test_the_table_tells_figure_reference_ratio_limit_and_what_was_void() -> None:
+def test_the_table_has_figure_reference_ratio_limit_and_what_was_void() -> None:
     figure = Figure("lag", "loop lag", 30.0, "ms", Reference("idle loop", 10.0), Limit(highest=20.0))
     out = io.StringIO()
     print_table([Section("latency", [figure], "VOID: [others] worked")], Console(file=out, width=120))
-    told = out.getvalue()
+    printed = out.getvalue()
     for part in ("loop lag", "30", "ms", "idle loop 10", "3.00", "≤ 20", "MISSED", "latency: VOID: [others] worked"):
-        assert part in told
+        assert part in printed

@@ -36,7 +36,7 @@ def test_the_tick_stands_beside_the_tick_before_the_flood_and_its_limit() -> Non
     assert found["flood_refused_share"].value == pytest.approx(0.5)
 
 
-def test_a_busy_machine_and_a_flood_too_short_for_the_daemons_figures_are_told() -> None:
+def test_a_busy_machine_and_a_flood_too_short_for_the_daemons_figures_are_reported() -> None:
     assert void(run()) == ""
     assert "1.50 cores" in void(run(others=1.5))
     assert "lasted 12 s" in void(run(seconds=12.0))

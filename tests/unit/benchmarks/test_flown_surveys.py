@@ -54,15 +54,15 @@ def test_a_lane_that_leaves_the_fence_goes_by_its_corners() -> None:
         assert fence.covers(shapely.LineString([one, other]))
 
 
-def test_a_fence_in_two_parts_leaves_no_way() -> None:
+def test_a_fence_in_two_parts_leaves_no_path() -> None:
     fence = shapely.union(shapely.box(-80, -120, -40, 120), shapely.box(40, -120, 80, 120)).union(
         shapely.box(-80, -120, 80, -117)
     )
-    with pytest.raises(BenchmarkError, match="no way"):
+    with pytest.raises(BenchmarkError, match="no path"):
         lanes(LOT, fence, math.pi / 2, SWATH, (-70.0, 0.0))
 
 
-def test_the_true_lots_are_laid_on_the_survey_s_map() -> None:
+def test_the_true_lots_are_projected_on_the_survey_s_map() -> None:
     origin = GlobalPose(43.26, -79.92, 0.0)
     truth = GroundTruth((), (), (), (np.array([[10.0, 20.0], [50.0, 20.0], [50.0, 60.0]]),), origin)
     survey = SurveyMap(GlobalPose(43.2597, -79.9195, 0.0), {}, {})
@@ -78,22 +78,22 @@ def by_key(found: list[Figure]) -> dict[str, Figure]:
 
 
 def test_figures_compare_with_the_model_and_with_the_lawnmower() -> None:
-    found = by_key(figures([RUN, replace(RUN, way_m=190.0, f1=0.90)]))
-    assert found["flown_way_over_kinematic"].value == pytest.approx(410 / 400)
-    assert found["flown_way_over_kinematic"].passed
+    found = by_key(figures([RUN, replace(RUN, distance_m=190.0, f1=0.90)]))
+    assert found["flown_distance_over_kinematic"].value == pytest.approx(410 / 400)
+    assert found["flown_distance_over_kinematic"].passed
     assert found["flown_f1_gain"].value == pytest.approx((0.01 - 0.04) / 2)
     assert not found["flown_f1_gain"].passed
     assert found["flown_f1_gain_min"].value == pytest.approx(-0.04)
-    assert found["flown_way_over_lawnmower"].value == pytest.approx(410 / 600)
+    assert found["flown_distance_over_lawnmower"].value == pytest.approx(410 / 600)
 
 
-def test_a_way_much_longer_than_the_model_s_and_an_excursion_are_missed() -> None:
-    found = by_key(figures([replace(RUN, way_m=260.0, excursions=1, status=4, late=0.02)]))
-    for key in ("flown_way_over_kinematic", "flown_excursions", "flown_finished", "flown_late_frames"):
+def test_a_distance_much_longer_than_the_model_s_and_an_excursion_are_missed() -> None:
+    found = by_key(figures([replace(RUN, distance_m=260.0, excursions=1, status=4, late=0.02)]))
+    for key in ("flown_distance_over_kinematic", "flown_excursions", "flown_finished", "flown_late_frames"):
         assert found[key].passed is False
 
 
-def test_late_pictures_and_worlds_that_were_not_measured_are_told() -> None:
+def test_late_pictures_and_worlds_that_were_not_measured_are_reported() -> None:
     assert problem_of([RUN], 1) == ""
     assert problem_of([RUN, replace(RUN, seed=7, late=0.5)], 3) == (
         "VOID: the simulator drew too late for 7; only 2 of 3 worlds were measured"

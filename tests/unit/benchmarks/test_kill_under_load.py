@@ -34,7 +34,7 @@ def test_a_vision_that_has_little_to_do_is_no_load() -> None:
     assert not by_key(figures(run(vision_fps=1.0)))["kill_loaded_vision_fps"].passed
 
 
-def test_few_kills_and_a_busy_machine_are_told() -> None:
+def test_few_kills_and_a_busy_machine_are_reported() -> None:
     assert void(run()) == ""
     assert "too few" in void(run(kills=3))
     assert "1.20 cores" in void(run(others=1.2))

@@ -28,20 +28,20 @@ def fly(one: Drone, goal: Goal, seconds: float) -> float:
     return most
 
 
-def test_it_flies_to_a_goal_leans_meanwhile_and_counts_its_way() -> None:
+def test_it_flies_to_a_goal_leans_meanwhile_and_counts_its_distance() -> None:
     one = drone()
     lean = fly(one, Goal(20.0, 10.0, 35.0, math.pi / 2), 20.0)
     assert (one.true.north, one.true.east, one.true.height) == pytest.approx((20.0, 10.0, 35.0), abs=0.3)
     assert one.true.yaw == pytest.approx(math.pi / 2, abs=0.02)
     assert math.radians(5) < lean < math.radians(25)
-    assert one.way == pytest.approx(math.hypot(20.0, 10.0), abs=1.0)
+    assert one.distance_m == pytest.approx(math.hypot(20.0, 10.0), abs=1.0)
     assert one.seconds == pytest.approx(20.0)
 
 
 def test_it_does_not_follow_a_goal_beyond_the_fence() -> None:
     one = drone()
     fly(one, Goal(0.0, 80.0, 35.0, 0.0), 10.0)
-    assert one.way < 1.0
+    assert one.distance_m < 1.0
 
 
 def test_a_drifting_position_takes_it_where_it_believes_the_goal_is() -> None:

@@ -45,9 +45,9 @@ def test_the_command_writes_a_column_for_each_kind(tmp_path: Path, capsys: pytes
     out = tmp_path / "out" / "likeness.json"
     out.parent.mkdir()
     assert likeness.main(["--lots", str(tmp_path), "--json", str(out)]) == 0
-    told = capsys.readouterr().out
-    assert "| | real lots |" in told
-    assert "| stalls a picture | 8.00 (8.00 to 8.00) |" in told
+    printed = capsys.readouterr().out
+    assert "| | real lots |" in printed
+    assert "| stalls a picture | 8.00 (8.00 to 8.00) |" in printed
     figures = json.loads(out.read_text())
     assert figures["real_lots_stalls_p50"] == 8
     assert figures["real_lots_shade_green_p50"] is None, "there is no shade"

@@ -20,7 +20,7 @@ async def no_simulator(seconds: float, seed: int, folder: Path) -> tuple[list[Fi
     raise BenchmarkError("hawk-sim did not start")
 
 
-def test_one_section_is_measured_told_and_written(
+def test_one_section_is_measured_printed_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(kill_wire, "measure", two_kills)

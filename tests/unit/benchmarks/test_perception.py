@@ -107,8 +107,8 @@ def test_probabilities_that_are_meant_have_no_calibration_error() -> None:
 def test_places_are_read(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "lot.jpg"), np.zeros((100, 100, 3), np.uint8))
     stalls = [{"corners_m": quad.tolist(), "state": "unclear"} for quad in ROW]
-    told = {"metres_per_pixel": 0.2, "stalls": stalls, "lots_m": [LOT.tolist()]}
-    (tmp_path / "lot.json").write_text(json.dumps(told))
+    labels = {"metres_per_pixel": 0.2, "stalls": stalls, "lots_m": [LOT.tolist()]}
+    (tmp_path / "lot.json").write_text(json.dumps(labels))
     (found,) = read_lots(tmp_path)
     assert found.metres_per_pixel == 0.2
     assert set(found.truth.states) == {"unknown"}
@@ -136,7 +136,7 @@ def write_tiles(folder: Path, stalls: Mapping[str, int], others: list[str]) -> N
         (folder / "labels" / f"{name}.txt").write_text("\n".join(lines))
 
 
-def test_stalls_are_told_as_far_as_the_picture_shows_them() -> None:
+def test_stalls_are_cut_at_the_edge_of_the_picture() -> None:
     stalls = np.array([[[x, 1.0], [x + 2.5, 1.0], [x + 2.5, 6.0], [x, 6.0]] for x in (5.0, -1.0, -2.3, 8.0, 12.0)])
     cut, is_shown = as_shown(stalls, (10.0, 20.0))
     assert is_shown.tolist() == [True, True, False, True, False]
@@ -171,7 +171,7 @@ def test_tilted_frames_show_the_stalls_where_they_are(ground: Place) -> None:
 
 
 @pytest.mark.slow
-def test_a_video_tells_how_steady_each_stall_is(tmp_path: Path, ground: Place) -> None:
+def test_a_video_shows_how_steady_each_stall_is(tmp_path: Path, ground: Place) -> None:
     path = tmp_path / "still.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, ground.image.shape[1::-1])
     for _ in range(6):

@@ -22,8 +22,8 @@ def test_a_tour_gets_shorter_and_still_shows_enough() -> None:
     first = flown(DETOUR)
     assert first is not None
     best = polished(first, DETOUR, flown, np.random.default_rng(1))
-    assert best.way < 0.85 * first.way
-    assert best.way == pytest.approx(length_of(best.places))
+    assert best.distance_m < 0.85 * first.distance_m
+    assert best.distance_m == pytest.approx(length_of(best.places))
     assert flown(best.places) is not None
     assert (best.places[0] == DETOUR[0]).all()
 

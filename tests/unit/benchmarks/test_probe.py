@@ -9,7 +9,7 @@ from hawk.web.clients import ClientView
 from hawk.web.sessions import ControlView
 
 
-async def test_an_idle_loop_is_sampled_until_the_probe_is_told_to_end() -> None:
+async def test_an_idle_loop_is_sampled_until_the_probe_is_ended() -> None:
     probe = Probe("idle")
     try:
         await probe.start()

@@ -53,7 +53,7 @@ def test_a_process_that_ends_meanwhile_is_left_out(proc: Path) -> None:
     ("command", "part"),
     [("python -m hawk.sim.cli", "simulator"), ("python -m hawk.cli survey", "daemon"), ("sleep 1", "benchmark")],
 )
-def test_a_command_line_tells_the_part(command: str, part: str) -> None:
+def test_a_command_line_names_the_part(command: str, part: str) -> None:
     assert part_of(command) == part
 
 

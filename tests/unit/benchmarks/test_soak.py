@@ -123,7 +123,7 @@ def test_a_short_run_is_not_judged() -> None:
     assert LEAST_MIN <= 120 - WARM_UP_MIN
 
 
-def test_no_flight_is_a_failure_and_failed_ones_are_told() -> None:
+def test_no_flight_is_a_failure_and_failed_ones_are_reported() -> None:
     assert by_key(run(120), Flights())["soak_flights"].passed is False
     assert "the link was lost" in problem(run(120), Flights(3, ["the link was lost"]))
 

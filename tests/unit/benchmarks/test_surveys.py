@@ -9,13 +9,22 @@ import numpy as np
 import pytest
 
 from benchmarks.figures import BenchmarkError, Figure
-from benchmarks.surveys import Survey, _result, _void, figures, least_way, parse_seeds, place_figures, place_worlds
+from benchmarks.surveys import (
+    Survey,
+    _result,
+    _void,
+    figures,
+    least_distance_m,
+    parse_seeds,
+    place_figures,
+    place_worlds,
+)
 from hawk.survey.truth import GroundTruth
 
 RIGHT_ANGLE = math.pi / 2  # a picture is twice as wide as the drone is high
 GOOD = {
     "status": 0, "landed": True, "disarmed": True, "stall_f1": 0.9, "free_count_error": 0.02,
-    "free_count_error_stalls": 1.0, "excursions": 0, "way_m": 300.0, "late_frames": 0.001,
+    "free_count_error_stalls": 1.0, "excursions": 0, "distance_flown_m": 300.0, "late_frames": 0.001,
 }  # fmt: skip
 
 
@@ -31,18 +40,18 @@ def by_key(found: list[Figure]) -> dict[str, Figure]:
     return {figure.key: figure for figure in found}
 
 
-def test_the_least_way_is_the_area_beyond_the_first_picture_by_the_width_of_a_picture() -> None:
+def test_the_least_distance_is_the_area_beyond_the_first_picture_by_the_width_of_a_picture() -> None:
     # 20 m wide, 11.25 m deep pictures over 100 m x 40 m
-    assert least_way(truth(lot(100, 40)), 10.0, RIGHT_ANGLE) == pytest.approx((4000 - 20 * 11.25) / 20)
+    assert least_distance_m(truth(lot(100, 40)), 10.0, RIGHT_ANGLE) == pytest.approx((4000 - 20 * 11.25) / 20)
 
 
 def test_lots_that_overlap_are_counted_once() -> None:
-    one = least_way(truth(lot(100, 40)), 10.0, RIGHT_ANGLE)
-    assert least_way(truth(lot(100, 40), lot(50, 40, 25)), 10.0, RIGHT_ANGLE) == pytest.approx(one)
+    one = least_distance_m(truth(lot(100, 40)), 10.0, RIGHT_ANGLE)
+    assert least_distance_m(truth(lot(100, 40), lot(50, 40, 25)), 10.0, RIGHT_ANGLE) == pytest.approx(one)
 
 
-def test_a_lot_within_one_picture_takes_no_way() -> None:
-    assert least_way(truth(lot(5, 5)), 10.0, RIGHT_ANGLE) == 0.0
+def test_a_lot_within_one_picture_takes_no_distance() -> None:
+    assert least_distance_m(truth(lot(5, 5)), 10.0, RIGHT_ANGLE) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -72,7 +81,7 @@ def test_a_survey_that_did_not_land_is_not_finished() -> None:
     assert not Survey("seed-1", {}, 0.0).finished
 
 
-def test_figures_of_several_surveys_tell_mean_and_worst() -> None:
+def test_figures_of_several_surveys_have_mean_and_worst() -> None:
     worse = {**GOOD, "stall_f1": 0.8, "free_count_error": -0.2, "free_count_error_stalls": -9.0, "excursions": 2}
     found = by_key(figures([Survey("seed-1", GOOD, 100.0), Survey("seed-2", worse, 150.0)]))
     assert found["stall_f1"].value == pytest.approx(0.85)
@@ -83,7 +92,7 @@ def test_figures_of_several_surveys_tell_mean_and_worst() -> None:
     assert found["free_counts_right"].passed is False
     assert found["excursions"].value == 2
     assert found["excursions"].passed is False
-    assert found["way_over_bound"].value == pytest.approx((3.0 + 2.0) / 2)
+    assert found["distance_over_bound"].value == pytest.approx((3.0 + 2.0) / 2)
     assert found["surveys_finished"].passed
 
 

@@ -136,12 +136,12 @@ def test_the_slow_link_carries_its_bytes_and_never_makes_up_for_an_empty_time() 
     assert source.taken <= 1_500_000.0 * 10 * SLOW_TICK_S
 
 
-def run(way: str, fast_ms: float, slow_ms: float, cpu_us: float, share: float = 1.0) -> Run:
+def run(transport: str, fast_ms: float, slow_ms: float, cpu_us: float, share: float = 1.0) -> Run:
     """A run of 16 viewers over 10 s."""
     fast = [fast_ms] * round(14 * 300 * share)
-    found = Run(way, 16, 14, fast, [slow_ms] * 160, [5.0] * 200, seconds=10.0, memory_mb=50.0)
+    found = Run(transport, 16, 14, fast, [slow_ms] * 160, [5.0] * 200, seconds=10.0, memory_mb=50.0)
     found.cpu_s = cpu_us * 1e-6 * found.delivered
-    found.control_ms = [] if way == USTREAMER else [4.0] * 100
+    found.control_ms = [] if transport == USTREAMER else [4.0] * 100
     return found
 
 
@@ -149,7 +149,7 @@ def values(*runs: Run) -> dict[str, float | None]:
     return flat([Shown("video", figures(runs))])
 
 
-def test_what_is_promised_is_of_the_worse_way() -> None:
+def test_limits_hold_for_the_worse_transport() -> None:
     found = values(run(SOCKET, 5.0, 80.0, 90.0), run(STREAM, 6.0, 70.0, 60.0, 0.5), run(USTREAMER, 20.0, 1000.0, 100.0))
     assert found["socket_fast_p99_over_ustreamer"] == pytest.approx(0.25)
     assert found["fast_p99_over_ustreamer"] == pytest.approx(0.3)
@@ -173,7 +173,7 @@ def test_without_ustreamer_there_are_no_ratios() -> None:
     assert found["control_rtt_p99_ms"] == pytest.approx(4.0)
 
 
-def test_a_way_that_delivered_nothing_has_no_ratio() -> None:
+def test_a_transport_that_delivered_nothing_has_no_ratio() -> None:
     silent = Run(SOCKET, 16, 14, seconds=10.0)
     found = values(silent, run(STREAM, 6.0, 70.0, 60.0), run(USTREAMER, 20.0, 1000.0, 100.0))
     assert found["socket_cpu_per_frame_over_ustreamer"] is None
@@ -206,7 +206,7 @@ def test_real_servers_are_measured(
     async def work() -> Any:
         return await measure(Setting(file, tmp_path, 2.0, feeder), (3,), 1)
 
-    runs = {each.way: each for each in asyncio.run(work())}
+    runs = {each.transport: each for each in asyncio.run(work())}
     assert set(runs) == {SOCKET, STREAM} | ({USTREAMER} if with_ustreamer else set())
     for each in runs.values():
         assert len(each.fast_ms) >= 20

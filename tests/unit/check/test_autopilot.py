@@ -226,6 +226,7 @@ async def test_who_is_heard_in_place_of_a_copter_is_named(tmp_path: Path) -> Non
     assert "antenna tracker (ArduPilot), system 2" in found.value
 
 
+@pytest.mark.fault("a second copter on the link")
 async def test_another_copter_is_a_warning_until_ours_is_named(tmp_path: Path) -> None:
     vehicle = FakeVehicle(GOOD)
     vehicle.hearing = Hearing(other_vehicles="hexarotor (ArduPilot), system 3")

@@ -11,6 +11,10 @@ from hawk.check.result import failed, passed, print_json, print_table
 SAID = "PreArm: \x1b[31mh\ufffd\udcff\u202e\nCheck"
 
 
+@pytest.mark.fault(
+    "`hawk-drone check --json` while a text that a terminal obeys comes from the autopilot",
+    "JSON, in ASCII",
+)
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii", "latin-1"])
 def test_json_is_json_whatever_a_link_said_and_a_terminal_can_write(encoding: str) -> None:
     raw = io.BytesIO()

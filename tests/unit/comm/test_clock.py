@@ -82,7 +82,7 @@ def test_a_stamp_out_of_order_is_no_reboot(back: float, mapped: float) -> None:
     assert estimator.update(10.0 - back, 69.0) == pytest.approx(mapped - back if back <= 1.0 else mapped)
 
 
-def test_a_reboot_starts_anew() -> None:
+def test_a_reboot_starts_the_estimate_again() -> None:
     estimator = OffsetEstimator()
     estimator.update(1000.0, 50.0)
     assert estimator.update(0.5, 60.0) == pytest.approx(60.0)

@@ -34,7 +34,7 @@ def test_a_reader_sees_the_newest_only_and_its_age() -> None:
     assert numbers.fresh(0.4) is None
 
 
-def test_listeners_are_told_in_order_until_they_end() -> None:
+def test_listeners_are_called_in_order_until_they_end() -> None:
     numbers, _ = topic()
     heard: list[tuple[str, int]] = []
     end = numbers.listen(lambda value: heard.append(("first", value)))
@@ -46,7 +46,7 @@ def test_listeners_are_told_in_order_until_they_end() -> None:
     assert heard == [("first", 1), ("second", 1), ("second", 2)]
 
 
-def test_a_listener_may_end_itself_while_it_is_told() -> None:
+def test_a_listener_may_end_itself_while_it_is_called() -> None:
     numbers, _ = topic()
     heard: list[int] = []
 

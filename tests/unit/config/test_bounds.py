@@ -31,7 +31,7 @@ def numeric() -> list[tuple[str, str]]:
     ]
 
 
-def test_there_are_as_many_as_there_are() -> None:
+def test_every_number_of_the_settings_is_tried() -> None:
     defaults = Config().model_dump()
     numbers = {(s, k) for s, v in defaults.items() for k, each in v.items() if type(each) in NUMBERS}
     assert numbers <= set(numeric())
@@ -39,6 +39,10 @@ def test_there_are_as_many_as_there_are() -> None:
     assert len(numeric()) > 35
 
 
+@pytest.mark.fault(
+    "a number in the settings beyond what is physically right",
+    "the daemon does not start; file, line, name, value and both bounds are shown",
+)
 @pytest.mark.parametrize(("section", "key"), numeric())
 def test_a_number_beyond_either_bound_is_refused_with_name_value_and_both_bounds(section: str, key: str) -> None:
     found = bounds(section, key)

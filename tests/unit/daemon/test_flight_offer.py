@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from hawk.calibrate.flight_command import give_way
+from hawk.calibrate.flight_command import use_least_priority
 from hawk.cli import make_parser
 from hawk.config.sections import CameraSettings
 from hawk.daemon.flight_offer import COMMAND, FlightOffer
@@ -161,12 +161,12 @@ def test_the_command_is_one_that_the_command_line_knows(tmp_path: Path) -> None:
     assert (options.in_flight, options.json, options.in_background) == (recording, True, True)
 
 
-def test_an_estimate_in_the_background_gives_way(tmp_path: Path) -> None:
+def test_an_estimate_in_the_background_runs_at_low_priority(tmp_path: Path) -> None:
     """In a process of its own: niceness cannot be taken back."""
     score = tmp_path / "score"
     pid = os.fork()
     if pid == 0:
-        give_way(score)
+        use_least_priority(score)
         os._exit(os.getpriority(os.PRIO_PROCESS, 0))
     assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 19
     assert score.read_text() == "800"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.check.doctor import NO_FLIGHT, Line, last_flight, read_journal, tell
+from hawk.check.doctor import NO_FLIGHT, Line, in_words, last_flight, read_journal
 from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     HealthItem,
@@ -143,11 +143,11 @@ def test_journald_gave_the_flight_back_with_its_priorities() -> None:
     ]
 
 
-def test_the_last_flight_is_told_from_the_journal() -> None:
+def test_the_last_flight_is_shown_from_the_journal() -> None:
     flight = last_flight(read_journal(REAL.read_text()))
     assert [line.event for line in flight][:2] == ["start", "arm"]
     assert flight[-1].event == "disarm"
-    first, _, *rest = tell(flight).splitlines()
+    first, _, *rest = in_words(flight).splitlines()
     assert first.startswith("Last flight: 20")
     assert "Landed after 312 s and 840 m, battery 98 %, 16.4 V. The motors were off at its end." in first
     assert (
@@ -168,9 +168,9 @@ def test_the_newest_flight_counts_and_one_that_a_restart_cut_goes_on() -> None:
     ]  # fmt: skip
     flight = last_flight(lines)
     assert [each.when for each in flight] == [0, 3, 4, 5]
-    assert "started 1 times in this flight" in tell(flight)
-    assert "The journal does not hold its end" in tell(flight)
-    assert tell(last_flight([])) == tell(last_flight(lines[:1])) == f"{NO_FLIGHT}\n"
+    assert "started 1 times in this flight" in in_words(flight)
+    assert "The journal does not hold its end" in in_words(flight)
+    assert in_words(last_flight([])) == in_words(last_flight(lines[:1])) == f"{NO_FLIGHT}\n"
 
 
 @pytest.mark.parametrize(

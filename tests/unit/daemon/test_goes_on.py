@@ -47,7 +47,7 @@ async def datum_after(folder: Path, options: DaemonOptions) -> GlobalPose | None
     ],
     ids=["real drone", "simulated world", "simulated world after a fault"],
 )
-async def test_whose_survey_goes_on(tmp_path: Path, options: DaemonOptions, goes_on: bool) -> None:
+async def test_options_decide_whether_a_survey_goes_on(tmp_path: Path, options: DaemonOptions, goes_on: bool) -> None:
     assert await datum_after(tmp_path, options) == (DATUM if goes_on else None)
 
 
@@ -126,6 +126,10 @@ async def started(folder: Path, now: Moment, *, flies: bool = False, continues: 
         await again.close()
 
 
+@pytest.mark.fault(
+    "the wall clock steps by 3 days between two starts on the ground",
+    "the survey goes on; one that is set aside is shown in log and page",
+)
 @pytest.mark.parametrize("step", [31 * 60.0, 3 * DAY, -3 * DAY, 40 * 365 * DAY])
 async def test_a_step_of_the_wall_clock_begins_no_survey_and_makes_none_young(tmp_path: Path, step: float) -> None:
     young = replace(NOW.before(-100.0), utc=NOW.utc + step)
@@ -168,7 +172,9 @@ async def test_a_survey_in_the_air_and_one_that_an_operator_continues_go_on_what
         (Moment("boot", NOW.seconds + 2400.0, 0.0), "40 minutes ago"),
     ],
 )
-async def test_a_survey_that_is_set_aside_is_told_with_its_name_and_age(tmp_path: Path, now: Moment, age: str) -> None:
+async def test_a_survey_that_is_set_aside_is_reported_with_its_name_and_age(
+    tmp_path: Path, now: Moment, age: str
+) -> None:
     found = await started(tmp_path, now)
     (first, *_) = sorted(path.name for path in (tmp_path / "journal").iterdir())
     begins = f"A new survey begins: the last one, {first}, was written {age}"
@@ -176,7 +182,8 @@ async def test_a_survey_that_is_set_aside_is_told_with_its_name_and_age(tmp_path
     assert found.kept.survey_id != first
 
 
-async def test_the_page_tells_of_a_survey_that_was_set_aside(tmp_path: Path) -> None:
+@pytest.mark.fault("the wall clock steps by 3 days between two starts on the ground")
+async def test_the_page_shows_a_survey_that_was_set_aside(tmp_path: Path) -> None:
     old = this_moment().before(2 * DAY)
     journal = FlightJournal(tmp_path / "journal", moment=lambda: old)
     journal.set_datum(DATUM)
@@ -211,6 +218,7 @@ async def test_a_new_simulated_world_sets_a_survey_aside_without_a_word(tmp_path
         await again.close()
 
 
+@pytest.mark.fault("the store became read-only in the air", "the start goes on without it")
 @pytest.mark.parametrize("flies", [True, False])
 async def test_a_store_that_cannot_be_written_stops_no_start_in_the_air(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, flies: bool

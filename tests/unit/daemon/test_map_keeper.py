@@ -34,7 +34,7 @@ async def test_only_what_changed_is_put() -> None:
     assert put == [{"stalls": b"x"}]
 
 
-async def test_a_failure_is_told_and_tried_again(caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_failure_is_reported_and_tried_again(caplog: pytest.LogCaptureFixture) -> None:
     kept = asyncio.Event()
     keeper = MapKeeper(Map(failing=True).changes_since, lambda _: kept.set(), interval_s=0.0)
     with caplog.at_level(logging.ERROR):

@@ -109,6 +109,10 @@ async def test_crashes_in_a_flight_count_on_disk_and_in_memory(computer: Compute
     assert rules == [ADOPT, RETURN_HOME, STAY_AWAY, STAY_AWAY]
 
 
+@pytest.mark.fault(
+    "the wall clock steps by 31 minutes or 3 days in the air, forward or back",
+    "crash count, flight, map and arm place stay",
+)
 @pytest.mark.parametrize("step", [31 * 60.0, -31 * 60.0, 3 * 86400.0, -3 * 86400.0])
 async def test_a_step_of_the_wall_clock_loses_no_crash(computer: Computer, step: float) -> None:
     await computer.run(NOW, None, flying)
@@ -142,7 +146,7 @@ async def test_without_a_flight_under_way_only_a_drone_found_in_the_air_counts(s
 
 
 @pytest.mark.parametrize(("times", "counts"), [((1.0, 30.0, 60.9), [1, 2, 3]), ((1.0, 30.0, 61.0), [1, 2, 2])])
-async def test_a_start_found_in_the_air_tells_how_many_there_were_within_a_minute(
+async def test_a_start_found_in_the_air_counts_those_within_a_minute(
     computer: Computer, times: tuple[float, ...], counts: list[int]
 ) -> None:
     await computer.run(NOW, None, flying)
@@ -165,11 +169,19 @@ async def test_a_start_counts_for_a_minute(computer: Computer, again: float, rul
 # -- where a start may be missing -------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "six crashes in the air on a full disk, and the memory cannot be written either",
+    "every start counts as the second: Return To Launch, never GUIDED again",
+)
 async def test_six_crashes_on_a_full_disk_without_memory_end_in_a_return_each(tmp_path: Path) -> None:
     broken = Computer(tmp_path, disk_works=False, memory_works=False)
     assert [await broken.found(after(1.0 + n)) for n in range(6)] == [2] * 6
 
 
+@pytest.mark.fault(
+    "six crashes in the air on a full disk",
+    "the starts are counted in memory: adopt, return home, then the drone is left to the autopilot",
+)
 async def test_six_crashes_on_a_full_disk_are_counted_in_memory(tmp_path: Path) -> None:
     full = Computer(tmp_path, disk_works=False)
     counts, rules = [], []
@@ -209,6 +221,11 @@ async def test_without_the_kernels_name_of_the_boot_each_start_is_the_second(sou
 # -- the computer boots in the air ------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "the companion computer boots in the air",
+    "the flight goes on, crashes before the boot count; the arm place stays where two clocks say that the "
+    "autopilot ran on",
+)
 async def test_a_boot_in_the_air_counts_with_the_crashes_before_it(sound: Computer) -> None:
     await sound.run(after(-30.0), None, in_air)
     await sound.run(after(-10.0), None, in_air, flying)
@@ -253,6 +270,7 @@ async def test_the_drone_of_a_new_simulated_world_has_no_past(sound: Computer) -
         assert starts.found_in_air() == 1
 
 
+@pytest.mark.fault("a second copter on the link")
 async def test_a_flight_that_goes_on_keeps_its_vehicle(sound: Computer) -> None:
     await sound.run(NOW, None, lambda starts: starts.keep_flight(FLIGHT, 7), in_air)
     async with sound.running(after(1.0)) as starts:

@@ -12,7 +12,7 @@ from typing import Any
 
 from hawk.comm.autopilot.remote_control import RemoteControl
 from hawk.comm.autopilot.remote_id import RemoteIdReport
-from hawk.comm.autopilot.terrain import RangeReading, TerrainWatch
+from hawk.comm.autopilot.terrain import RangeReading, TerrainEstimator
 from hawk.comm.autopilot.vehicle import AutopilotError, OtherFenceError, VehicleTopics
 from hawk.comm.protocol.commands import (
     Ack,
@@ -155,7 +155,7 @@ class FakeAutopilot:
         self.below: Callable[[float, float], float | None] | None = None
         """Height of what is below a place (north, east), metres above the arm place; None: out of the rangefinder's
         range. Without the function there is no rangefinder."""
-        self.terrain_watch = TerrainWatch()
+        self.terrain_watch = TerrainEstimator()
         self.stuck = False
         self.held_fence: Fence | None = None
         self.radio: bool | None = True

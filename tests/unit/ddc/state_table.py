@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from itertools import groupby
 from pathlib import Path
 from typing import Literal
 
@@ -16,7 +15,7 @@ from hawk.comm.protocol.commands import Ack, Command, Kill, KillToken
 from hawk.ddc.acts import Acts, Ask, CutMotors, Desire, ReadParameter
 from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider, Decision
-from hawk.ddc.facts import Answer, Facts, WindFacts
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.orders import (
     ConfigureOrder,
     MoveOrder,
@@ -36,7 +35,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.readings.clearance import BelowFacts
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.readings.wind import Wind
+from hawk.ddc.readings.wind import Wind, WindFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
@@ -104,8 +103,7 @@ class Program:
         self._desired: DesiredPose | None = None
         for tick in range(round(SETTLED_S / TICK_S)):
             self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
-        self._decider._switch(column.transition, column.facts(BEGAN))
-        self._keep(self._decider._taken(None).acts)
+        self._keep(self._decider.follow(column.facts(BEGAN), column.transition).acts)
 
     @property
     def state(self) -> StateName:
@@ -341,62 +339,58 @@ def table() -> dict[tuple[str, str], dict[str, str]]:
 
 def document() -> str:
     """Return docs/states.md."""
-    outcomes = table()
-    parts = [_HEAD, _diagram(outcomes)]
-    for group, rows in groupby(outcomes.items(), key=lambda row: row[0][0]):
-        parts.append(_section(group, [(name, cells) for (_, name), cells in rows]))
-    return "\n".join(parts)
-
-
-def _section(group: str, rows: list[tuple[str, dict[str, str]]]) -> str:
     reasons: list[str] = []
-    lines = [f"## {group}", "", "| | " + " | ".join(column.name for column in COLUMNS) + " |"]
-    lines.append("|---" * (len(COLUMNS) + 1) + "|")
-    for name, cells in rows:
-        shown = [_cell(cells[column.name], reasons) for column in COLUMNS]
-        lines.append(f"| {name} | " + " | ".join(shown) + " |")
-    if reasons:
-        lines += ["", *(f"{number}. {reason}" for number, reason in enumerate(reasons, start=1))]
-    return "\n".join([*lines, ""])
+    head = ["| | " + " | ".join(column.name for column in COLUMNS) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
+    commands: dict[tuple[str, ...], list[str]] = {}
+    events: dict[tuple[str, ...], list[str]] = {}
+    for (group, name), cells in table().items():
+        shown = tuple(_cell(cells[column.name], reasons) for column in COLUMNS)
+        rows, words = (commands, name) if group == "Command" else (events, f"{group}: {name[0].lower()}{name[1:]}")
+        rows.setdefault(shown, []).append(words)
+    refusals = [f"{number}. {reason}" for number, reason in enumerate(reasons, start=1)]
+    parts = [
+        "## Commands",
+        "",
+        *head,
+        *_lines(commands),
+        "",
+        *refusals,
+        "",
+        "## Events",
+        "",
+        *head,
+        *_lines(events),
+        "",
+    ]
+    return "\n".join([_HEAD, *parts])
+
+
+def _lines(rows: dict[tuple[str, ...], list[str]]) -> list[str]:
+    """Return a line of a table for each row: what leads to the same in every state stands in one."""
+    return [f"| {'; '.join(names)} | {' | '.join(cells)} |" for cells, names in rows.items()]
 
 
 def _cell(text: str, reasons: list[str]) -> str:
     if text == "stays":
-        return "·"
+        return ""
     if not text.startswith("refused: "):
-        return f"**{text}**"
+        return f"**{_SHORT.get(text, text)}**"
     reason = text.removeprefix("refused: ")
     if reason not in reasons:
         reasons.append(reason)
-    return f"no ({reasons.index(reason) + 1})"
+    return str(reasons.index(reason) + 1)
 
 
-def _diagram(outcomes: dict[tuple[str, str], dict[str, str]]) -> str:
-    """Return a diagram of the changes that commands cause: reactions would hide them."""
-    names = {column.identity.value: column.identity.name for column in COLUMNS}
-    edges: dict[tuple[str, str], list[str]] = {}
-    for (group, event), cells in outcomes.items():
-        for column in COLUMNS:
-            following = cells[column.name]
-            if group == "Command" and following in names and following != column.identity.value:
-                said = edges.setdefault((column.identity.value, following), [])
-                if event not in said:
-                    said.append(event)
-    lines = ["```mermaid", "stateDiagram-v2", *(f'    state "{text}" as {name}' for text, name in names.items())]
-    lines += [f"    {names[a]} --> {names[b]}: {', '.join(events)}" for (a, b), events in edges.items()]
-    return "\n".join([*lines, "```", ""])
-
-
+_SHORT = {column.identity.value: column.name for column in COLUMNS if column.identity is not S.ARM}
+"""Names of states as the columns have them."""
 _HEAD = """# States and events
 
 `.venv/bin/python -m tests.unit.ddc.state_table` puts each event to the decider in each state and writes this page; a
-test compares the two. One event happens to a drone on which all is well. The cell is the state that follows. "·" means
-that the state stays, "no (3)" that the command is refused, with reason 3 below its table. The operator in control gives
-the commands. In "Lost" the operator is away.
-
-The diagram shows the changes that commands cause, the tables those that anything else causes, too.
+test compares the two. One event happens to a drone on which all is well. The cell is the state that follows; it is
+empty where the state stays. A number: the command is refused, with that reason below its table. What leads to the same
+in every state stands in one row. The operator in control gives the commands. "Lost" is CommunicationLost, in which the
+operator is away; "RTL" is Return To Launch.
 """
-
 
 if __name__ == "__main__":
     DOCUMENT.write_text(document())

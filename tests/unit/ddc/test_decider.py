@@ -8,7 +8,16 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.protocol.commands import Ack, AutonomousExplore, CompulsiveMove, Hold, Kill, ReturnToLaunch
+from hawk.comm.protocol.commands import (
+    Ack,
+    AutonomousExplore,
+    CompulsiveMove,
+    Hold,
+    Kill,
+    KillRequest,
+    KillToken,
+    ReturnToLaunch,
+)
 from hawk.ddc.acts import (
     Act,
     Ask,
@@ -16,17 +25,19 @@ from hawk.ddc.acts import (
     Desire,
     EnterState,
     ForgetAskedModes,
+    ForgetHeldFence,
     Log,
     ReadParameter,
     SendMode,
     SendTarget,
     SetArmed,
     SetMode,
+    SettleMode,
     TakeOff,
 )
 from hawk.ddc.battery.energy import Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import Facts, WindFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -45,9 +56,11 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.readings.wind import Wind
+from hawk.ddc.readings.wind import Wind, WindFacts
+from hawk.ddc.rules.command_desk import CommandDesk, LotCheck
 from hawk.ddc.rules.guard import reaction
-from hawk.ddc.rules.kill import KillTokens
+from hawk.ddc.rules.kill import KillSwitch, KillTokens
+from hawk.ddc.rules.route_requests import RouteRequests
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
@@ -85,8 +98,7 @@ def flies(name: StateName) -> Decider:
     """A program that is in a state."""
     made = decider()
     made.tick(flying(0.0))
-    made._switch(TRANSITIONS[name], flying(0.0))
-    made._taken(None)
+    made.follow(flying(0.0), TRANSITIONS[name])
     return made
 
 
@@ -211,7 +223,7 @@ def test_a_cause_lasts_as_long_as_its_condition(kind: CauseKind, change: Callabl
 
 
 @pytest.mark.parametrize("name", [name for name in TRANSITIONS if name is not S.IDLE])
-def test_without_a_link_in_the_air_only_modes_are_told_and_no_state_goes_on(name: StateName) -> None:
+def test_without_a_link_in_the_air_only_modes_are_sent_and_no_state_goes_on(name: StateName) -> None:
     program = flies(name)
     for tick in range(1, 800):
         acts = program.tick(_briefly_unheard(flying(0.05 * tick))).acts
@@ -279,7 +291,7 @@ def test_a_fault_in_leave_does_not_keep_the_next_state_from_beginning(monkeypatc
 
 def test_a_fault_in_one_step_does_not_keep_the_state_from_acting(monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.HOVER)
-    monkeypatch.setattr(program._desk.routes, "tick", _broken)
+    monkeypatch.setattr(RouteRequests, "tick", _broken)
     decision = program.tick(flying(0.5))
     assert of_kind(decision.acts, SendTarget)
     assert "boom" in decision.fault
@@ -298,10 +310,38 @@ def test_a_change_to_another_state_keeps_the_modes_that_were_asked_for_in_mind_a
     None
 ):
     program = flies(S.AUTONOMOUS_EXPLORE)
-    program._switch(ToReturn(), flying(1.0))
-    assert ForgetAskedModes() not in program._taken(None).acts, "its own RTL would count as somebody else's"
-    program._switch(ToManual(), flying(1.1, CopterMode.LOITER))
-    assert ForgetAskedModes() in program._taken(None).acts
+    returns = program.follow(flying(1.0), ToReturn())
+    assert ForgetAskedModes() not in returns.acts, "its own RTL would count as somebody else's"
+    assert ForgetAskedModes() in program.follow(flying(1.1, CopterMode.LOITER), ToManual()).acts
+
+
+def test_a_pilot_who_takes_over_in_the_tick_in_which_a_return_is_due_is_left_alone() -> None:
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    facts = reserve_reached(flying(1.0, CopterMode.LOITER), 3.0)
+    link = replace(facts.link, new_mode=CopterMode.LOITER, events=(VehicleEvent.FOREIGN_MODE,))
+    decision = program.tick(replace(facts, link=link))
+    assert decision.acts[0] == SettleMode(CopterMode.LOITER)
+    assert ForgetAskedModes() in decision.acts
+    assert asked(decision.acts) == []
+    assert program.state.identity is S.MANUAL
+
+
+def test_what_is_forgotten_comes_before_all_other_acts_of_a_tick() -> None:
+    """A mode that is asked for in the tick in which another one shows stays ours."""
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    facts = reserve_reached(flying(1.0), 3.0)
+    link = replace(facts.link, new_mode=CopterMode.GUIDED, events=(VehicleEvent.LINK_LOST, VehicleEvent.LINK_BACK))
+    acts = program.tick(replace(facts, link=link)).acts
+    assert acts[:2] == (SettleMode(CopterMode.GUIDED), ForgetHeldFence())
+    assert SetMode(CopterMode.RTL) in asked(acts + program.tick(flying(1.05)).acts)
+
+
+def test_a_tick_is_unsound_when_what_is_forgotten_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr("hawk.ddc.decider.forgotten", _broken)
+    decision = program.tick(flying(0.5))
+    assert not decision.is_sound
+    assert of_kind(decision.acts, SendTarget)
 
 
 def test_an_arming_that_was_asked_for_is_not_given_up_by_one_of_before() -> None:
@@ -309,18 +349,16 @@ def test_an_arming_that_was_asked_for_is_not_given_up_by_one_of_before() -> None
     armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
     for begins, given_up in ((True, False), (False, True)):
         program = decider()
-        program._switch(ToIdle("Arming took too long.", gave_up_arming=True), on_ground(flying(1.0)))
+        program.follow(on_ground(flying(1.0)), ToIdle("Arming took too long.", gave_up_arming=True))
         if begins:
-            program._switch(ToArm(), on_ground(flying(1.1)))
-        program._switch(ToIdle(), on_ground(flying(1.2)))
-        program._taken(None)
+            program.follow(on_ground(flying(1.1)), ToArm())
+        program.follow(on_ground(flying(1.2)), ToIdle())
         assert (SetArmed(False) in asked(program.tick(armed).acts)) is given_up
 
 
 def test_only_an_arming_that_was_given_up_is_answered_by_a_disarm() -> None:
     program = decider()
-    program._switch(ToIdle("The heights were not saved."), on_ground(flying(1.0)))
-    program._taken(None)
+    program.follow(on_ground(flying(1.0)), ToIdle("The heights were not saved."))
     armed = flying(2.0)
     armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
     assert SetArmed(False) not in asked(program.tick(armed).acts)
@@ -329,8 +367,7 @@ def test_only_an_arming_that_was_given_up_is_answered_by_a_disarm() -> None:
 
 def test_an_armed_that_comes_after_it_was_given_up_is_answered_by_a_disarm() -> None:
     program = decider()
-    program._switch(ToIdle("Arming took too long.", gave_up_arming=True), on_ground(flying(1.0)))
-    program._taken(None)
+    program.follow(on_ground(flying(1.0)), ToIdle("Arming took too long.", gave_up_arming=True))
     armed = flying(2.0)
     armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
     assert SetArmed(False) in asked(program.tick(armed).acts)
@@ -350,8 +387,7 @@ def test_take_off_is_asked_for_once_and_its_refusal_ends_it() -> None:
     program = decider()
     waiting = flying(1.0)
     waiting = replace(waiting, vehicle=replace(waiting.vehicle, landed=LandedState.ON_GROUND))
-    program._switch(ToTakeoff(), waiting)
-    assert asked(program._taken(None).acts) == [TakeOff(35.0)]
+    assert asked(program.follow(waiting, ToTakeoff()).acts) == [TakeOff(35.0)]
     assert asked(program.tick(replace(waiting, now=2.0)).acts) == []
     assert program.state.identity is S.ARM, "a request that nobody knows any more has failed"
 
@@ -422,24 +458,23 @@ def _broken(*_: object, **__: object) -> Any:
 # -- sound ticks -------------------------------------------------------------------------------------------------------
 
 VITAL = (
-    "_follower.answer",
-    "_follower.watch",
-    "_follower.watch_jump",
-    "_silence.tick",
-    "_keeper._parameters.tick",
-    "_keeper._fence.tick",
-    "_keeper._home.tick",
-    "_keeper.kept",
+    "rules.follower.VehicleFollower.answer",
+    "rules.follower.VehicleFollower.follow",
+    "rules.follower.VehicleFollower.follow_jump",
+    "rules.silence.SilenceRule.tick",
+    "keeping.parameters.KeptParameters.tick",
+    "keeping.fence.KeptFence.tick",
+    "keeping.home.KeptHome.tick",
+    "keeping.keeper.Keeper.kept",
+    "rules.kill.KillSwitch.follow",
 )
-LESS_VITAL = ("_desk.routes.tick", "_keeper.reader.tick")
-
-
-def _breaks(program: Decider, where: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    *owners, name = where.split(".")
-    owner: object = program
-    for each in owners:
-        owner = getattr(owner, each)
-    monkeypatch.setattr(owner, name, _broken)
+LESS_VITAL = (
+    "rules.route_requests.RouteRequests.tick",
+    "parameters.reader.ParameterReader.tick",
+    "rules.notices.GroundNotices.tick",
+    "rules.notices.WitnessNotices.tick",
+    "rules.notices.SurveyNotices.tick",
+)
 
 
 @pytest.mark.parametrize(("where", "sound"), [*((w, False) for w in VITAL), *((w, True) for w in LESS_VITAL)])
@@ -447,7 +482,7 @@ def test_a_tick_is_unsound_when_a_step_fails_that_keeps_the_drone_safe(
     where: str, sound: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     program = flies(S.HOVER)
-    _breaks(program, where, monkeypatch)
+    monkeypatch.setattr(f"hawk.ddc.{where}", _broken)
     facts = flying(0.5)
     decision = program.tick(replace(facts, link=replace(facts.link, events=(VehicleEvent.FOREIGN_MODE,))))
     assert "boom" in decision.fault
@@ -474,9 +509,11 @@ def test_a_tick_is_unsound_when_the_guard_fails(function: str, sound: bool, monk
 
 def test_a_tick_is_unsound_when_kill_fails_while_it_cuts(monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.HOVER)
-    program._kill.begin(flying(0.4))
+    token = program.command(flying(0.3), "ana", KillRequest()).answer
+    assert isinstance(token, KillToken)
+    program.command(flying(0.4), "ana", Kill(token=token.token))
     assert program.is_cutting
-    monkeypatch.setattr(program._kill, "tick", _broken)
+    monkeypatch.setattr(KillSwitch, "tick", _broken)
     assert not program.tick(flying(0.5)).is_sound
 
 
@@ -488,7 +525,7 @@ def test_a_decision_is_sound_before_the_first_tick_and_has_no_fault() -> None:
 
 def test_a_tick_in_which_a_task_cannot_be_ended_after_a_fault_is_unsound(monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.AUTONOMOUS_EXPLORE)
-    monkeypatch.setattr(program._desk.routes, "tick", _broken)
+    monkeypatch.setattr(RouteRequests, "tick", _broken)
     monkeypatch.setattr("hawk.ddc.decider.make_state", _broken)
     assert not program.tick(flying(0.5)).is_sound
     assert program.state.identity is S.AUTONOMOUS_EXPLORE
@@ -496,7 +533,7 @@ def test_a_tick_in_which_a_task_cannot_be_ended_after_a_fault_is_unsound(monkeyp
 
 def test_a_command_that_fails_is_refused_with_the_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.HOVER)
-    monkeypatch.setattr(program._desk, "rule", _broken)
+    monkeypatch.setattr(CommandDesk, "rule", _broken)
     decision = program.command(flying(0.5), "ana", ReturnToLaunch())
     assert isinstance(decision.answer, Ack)
     assert not decision.answer.accepted
@@ -506,7 +543,7 @@ def test_a_command_that_fails_is_refused_with_the_fault(monkeypatch: pytest.Monk
 
 def test_a_route_and_a_waiting_command_that_fail_leave_the_tick_sound(monkeypatch: pytest.MonkeyPatch) -> None:
     program = flies(S.HOVER)
-    monkeypatch.setattr(type(program._desk.lot_check), "is_open", property(_broken))
+    monkeypatch.setattr(LotCheck, "is_open", property(_broken))
     decision = program.tick(flying(0.5))
     assert decision.is_sound
     assert "boom" in decision.fault
@@ -520,14 +557,12 @@ def test_after_a_start_in_the_air_the_operator_hears_that_the_survey_goes_on(
 ) -> None:
     program = Decider(SETTINGS, KillTokens(), 0.0, continues_survey=continues)
     program.tick(found(flying(0.0) if in_air else on_ground(flying(0.0))))
-    program._switch(ToCommunicationLost(), flying(0.1))
-    program._taken(None)
+    program.follow(flying(0.1), ToCommunicationLost())
     back = program.tick(flying(0.2))
     assert program.state.identity is S.HOVER
     texts = [act.text for act in back.acts if isinstance(act, Log)]
     assert ("Explore continues the survey." in texts) is told
-    program._switch(ToHover(), flying(0.3))
-    again = [act.text for act in program._taken(None).acts if isinstance(act, Log)]
+    again = [act.text for act in program.follow(flying(0.3), ToHover()).acts if isinstance(act, Log)]
     assert "Explore continues the survey." not in again
 
 

@@ -9,13 +9,17 @@ from typing import Any
 import pytest
 
 from hawk.comm.autopilot.terrain import Terrain
-from hawk.ddc import facts as limits
-from hawk.ddc.facts import Answer, BatteryFacts, Facts, KeptFacts, LimitFacts, PositionFacts, SightFacts, WindFacts
+from hawk.ddc.battery.battery import BATTERY_UNKNOWN_S, RESERVE_CONFIRM_S, BatteryFacts
+from hawk.ddc.facts import Answer, Facts, KeptFacts
 from hawk.ddc.readings.belief import GroundFacts
 from hawk.ddc.readings.clearance import BelowFacts
 from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts
+from hawk.ddc.readings.limits import LimitFacts
 from hawk.ddc.readings.link import LinkFacts
+from hawk.ddc.readings.position import POSITION_CONFIRM_S, PositionFacts
+from hawk.ddc.readings.sight import FAULT_CONFIRM_S, SightFacts
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, TARGET_POSE_AGE_S, VERDICT_AGE_S
+from hawk.ddc.readings.wind import WindFacts
 from hawk.model.operation import Health
 from hawk.model.plans import Inbound, Route, Verdict
 from hawk.model.poses import MapPoint, MapPose
@@ -43,8 +47,8 @@ def home(**changes: Any) -> Facts:
 
 def test_the_limits_of_time_and_place() -> None:
     """Seconds, and metres for home: the specification's and the safety page's figures."""
-    assert (TARGET_POSE_AGE_S, POSE_TIMEOUT_S, limits.POSITION_CONFIRM_S) == (0.5, 1.0, 2.0)
-    assert (limits.BATTERY_UNKNOWN_S, limits.FAULT_CONFIRM_S, limits.RESERVE_CONFIRM_S) == (30.0, 1.0, 3.0)
+    assert (TARGET_POSE_AGE_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S) == (0.5, 1.0, 2.0)
+    assert (BATTERY_UNKNOWN_S, FAULT_CONFIRM_S, RESERVE_CONFIRM_S) == (30.0, 1.0, 3.0)
     assert (VERDICT_AGE_S, HOME_TOLERANCE_M) == (1.0, 3.0)
 
 

@@ -65,6 +65,7 @@ def possible(rig: Rig, command: str) -> bool:
 # -- armed by another station -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("armed by another station, failsafes off", "Takeoff is refused with the failsafe and its remedy")
 async def test_armed_by_another_station_without_failsafes_it_does_not_take_off(unsafe: Rig) -> None:
     by_somebody_else(unsafe)
     await unsafe.run(2)
@@ -76,6 +77,10 @@ async def test_armed_by_another_station_without_failsafes_it_does_not_take_off(u
     assert unsafe.autopilot.count("takeoff") == 0
 
 
+@pytest.mark.fault(
+    "armed by another station, no fence in the autopilot",
+    "fence compared, uploaded and read back (0.4 + 0.6 s on the real one), then Takeoff is accepted",
+)
 async def test_armed_by_another_station_it_takes_off_once_the_fence_is_up_and_read_back(rig: Rig) -> None:
     rig.autopilot.silent.add("compare_fence")
     by_somebody_else(rig)
@@ -92,6 +97,10 @@ async def test_armed_by_another_station_it_takes_off_once_the_fence_is_up_and_re
     await rig.until(S.HOVER)
 
 
+@pytest.mark.fault(
+    "the autopilot refuses the fence",
+    "no task; reported once, tried again every 5 s; Hold, RTL, Land open",
+)
 async def test_a_fence_that_is_not_taken_keeps_it_on_the_ground_and_is_tried_again(rig: Rig) -> None:
     rig.autopilot.refuse["upload_fence"] = "no space"
     by_somebody_else(rig)
@@ -103,6 +112,7 @@ async def test_a_fence_that_is_not_taken_keeps_it_on_the_ground_and_is_tried_aga
     rig.order(Takeoff())
 
 
+@pytest.mark.fault("another station replaced the fence between two flights", "uploaded again at the next arming")
 async def test_a_fence_that_was_replaced_since_the_last_flight_is_uploaded_again(rig: Rig) -> None:
     by_somebody_else(rig)
     await rig.run(1)
@@ -127,8 +137,12 @@ async def test_the_takeoff_after_our_own_arm_uploads_nothing_twice(rig: Rig) -> 
 # -- taken up in the air ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "flight taken up in the air without failsafes",
+    "no Explore, Move or Resume; Hold, RTL, Land accepted",
+)
 @pytest.mark.parametrize("command", TASKS, ids=lambda command: type(command).__name__)
-async def test_in_the_air_without_failsafes_no_task_begins_and_every_way_out_is_open(
+async def test_in_the_air_without_failsafes_no_task_begins_and_every_return_is_open(
     tmp_path: Path, command: Command
 ) -> None:
     rig = Rig(tmp_path, parameters=DEFAULT_PARAMETERS)
@@ -143,6 +157,7 @@ async def test_in_the_air_without_failsafes_no_task_begins_and_every_way_out_is_
     await rig.close()
 
 
+@pytest.mark.fault("the autopilot refuses the fence")
 @pytest.mark.parametrize("command", TASKS, ids=lambda command: type(command).__name__)
 async def test_in_the_air_no_task_begins_before_the_fence_is_up(flying: Rig, command: Command) -> None:
     flying.autopilot.held_fence = None
@@ -163,6 +178,11 @@ async def test_in_the_air_no_task_begins_before_the_fence_is_up(flying: Rig, com
     assert flying.manager.handle("ana", command) is None or flying.state is not S.HOVER
 
 
+@pytest.mark.fault(
+    "restart in the air",
+    "fence compared, nothing written when it is ours; tasks after that and the reading of parameters (4.4 s "
+    "on the real one)",
+)
 async def test_a_restart_in_the_air_compares_the_fence_and_writes_nothing_when_it_is_ours(fresh: Rig) -> None:
     fresh.autopilot.put_in_air()
     fresh.autopilot.held_fence = fresh.manager.fences.build(*[fresh.autopilot.datum] * 2)  # type: ignore[arg-type]
@@ -172,6 +192,7 @@ async def test_a_restart_in_the_air_compares_the_fence_and_writes_nothing_when_i
     fresh.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+@pytest.mark.fault("link lost and back in flight", "fence and parameters are looked at again before any task")
 async def test_the_fence_is_compared_again_after_a_lost_link(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.calls.clear()
@@ -184,6 +205,7 @@ async def test_the_fence_is_compared_again_after_a_lost_link(flying: Rig) -> Non
     flying.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+@pytest.mark.fault("a pilot flies", "nothing is written to the autopilot")
 async def test_under_a_pilot_nothing_is_written_and_resume_needs_the_failsafes(unsafe: Rig) -> None:
     by_somebody_else(unsafe)
     unsafe.autopilot.change_mode(CopterMode.LOITER)
@@ -203,6 +225,10 @@ async def test_under_a_pilot_nothing_is_written_and_resume_needs_the_failsafes(u
     unsafe.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+@pytest.mark.fault(
+    "another station changes what was right while a pilot flies",
+    "reported; Resume is accepted, and it is put back before any task",
+)
 async def test_what_is_put_back_once_no_pilot_flies_keeps_nobody_from_taking_the_drone(holding: Rig) -> None:
     await holding.run(2)
     holding.autopilot.change_mode(CopterMode.LOITER)
@@ -247,6 +273,10 @@ async def flown_once(rig: Rig) -> None:
     rig.expect(S.IDLE)
 
 
+@pytest.mark.fault(
+    "armed at B with A's fence in force, by us or by another station",
+    "B's fence in force, uploaded and read back",
+)
 @pytest.mark.parametrize("ours", [True, False], ids=["by us", "by another station"])
 async def test_armed_at_b_the_fence_is_never_that_of_a(rig: Rig, ours: bool) -> None:
     await flown_once(rig)
@@ -267,6 +297,7 @@ async def test_armed_at_b_the_fence_is_never_that_of_a(rig: Rig, ours: bool) -> 
     rig.order(Takeoff())
 
 
+@pytest.mark.fault("another station clears or replaces the fence in flight, by as many corners")
 @pytest.mark.parametrize("held", ["cleared", "replaced"])
 async def test_a_fence_that_another_station_clears_in_flight_is_put_back(flying: Rig, held: str) -> None:
     await flying.run(1)
@@ -342,6 +373,10 @@ def test_it_compares_first_and_uploads_where_another_fence_is_held() -> None:
     assert again == (Ask(UploadFence(FENCE), 1.3 + RETRY_S),)
 
 
+@pytest.mark.fault(
+    "taken up outside the fence of its arm place",
+    "nothing is uploaded (the autopilot would act at once); no task; led back, then uploaded",
+)
 def test_outside_the_fence_it_is_not_uploaded_because_the_autopilot_would_act_at_once() -> None:
     holder, state = KeptFence(SETTINGS), HoverState(1.0, SETTINGS)
     holder.tick(without_fence(1.0, 160.0), state, {})
@@ -373,7 +408,7 @@ def test_a_drawn_fence_that_cannot_be_read_keeps_every_task_off() -> None:
     assert holder.problem == "The drawn fence cannot be used."
 
 
-def test_a_plan_that_makes_no_fence_is_told() -> None:
+def test_a_plan_that_makes_no_fence_is_reported() -> None:
     holder = KeptFence(SETTINGS)
     side = 4e-5  # nothing is left inside the margin
     ring = tuple((DATUM.latitude + a * side, DATUM.longitude + b * side) for a, b in ((0, 0), (0, 1), (1, 1), (1, 0)))

@@ -24,8 +24,10 @@ from hawk.comm.protocol.commands import (
     KillRequest,
     KillToken,
 )
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, FAULT_CONFIRM_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S
+from hawk.ddc.battery.battery import BATTERY_UNKNOWN_S, RESERVE_CONFIRM_S
 from hawk.ddc.readings.belief import AIR_HEIGHT_M
+from hawk.ddc.readings.position import POSITION_CONFIRM_S
+from hawk.ddc.readings.sight import FAULT_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.guard import FENCE_RETURN_S

@@ -55,7 +55,7 @@ async def test_each_target_is_on_the_route(flying: Rig) -> None:
     assert all(abs(e) < 0.5 or abs(n - 30) < 1.6 for n, e in places)
 
 
-async def test_without_a_way_it_is_refused_with_user_error_1(flying: Rig) -> None:
+async def test_without_a_route_it_is_refused_with_user_error_1(flying: Rig) -> None:
     flying.sight.route = Route(refused="no way over known lot leads there")
     answer = await move(flying, 30, 40)
     assert not answer.accepted
@@ -65,7 +65,7 @@ async def test_without_a_way_it_is_refused_with_user_error_1(flying: Rig) -> Non
     assert flying.topics.des_pose_pub.value is None
 
 
-async def test_a_planner_that_says_inside_but_gives_no_way_is_not_believed(flying: Rig) -> None:
+async def test_a_planner_that_says_inside_but_gives_no_route_is_not_believed(flying: Rig) -> None:
     flying.sight.route = Route()
     assert not (await move(flying, 30, 40)).accepted
     flying.expect(S.HOVER)
@@ -89,7 +89,7 @@ async def test_a_route_that_begins_beyond_the_fence_from_here_is_refused(flying:
     assert not (await move(flying, 30, 40)).accepted
 
 
-async def test_a_way_that_is_cut_off_on_the_way_holds_and_says_why(flying: Rig) -> None:
+async def test_a_route_that_is_cut_off_in_flight_holds_and_says_why(flying: Rig) -> None:
     flying.sight.route = AROUND
     await move(flying, 30, 40)
     await flying.run(3)
@@ -104,7 +104,7 @@ async def test_a_way_that_is_cut_off_on_the_way_holds_and_says_why(flying: Rig) 
     assert flying.topics.des_pose_pub.value is None
 
 
-async def test_a_new_way_is_flown_from_where_the_drone_is_and_told(flying: Rig) -> None:
+async def test_a_new_route_is_flown_from_where_the_drone_is_and_reported(flying: Rig) -> None:
     flying.sight.route = AROUND
     await move(flying, 30, 40)
     await flying.run(3)
@@ -119,7 +119,7 @@ async def test_a_new_way_is_flown_from_where_the_drone_is_and_told(flying: Rig) 
     assert "There. Holding." in flying.log
 
 
-async def test_a_refused_new_target_tells_nothing_of_a_changed_map(flying: Rig) -> None:
+async def test_a_refused_new_target_reports_nothing_of_a_changed_map(flying: Rig) -> None:
     await move(flying, 60, 0)
     await flying.run(2)
     flying.sight.inbound = Inbound.OUTSIDE
@@ -130,7 +130,7 @@ async def test_a_refused_new_target_tells_nothing_of_a_changed_map(flying: Rig) 
     assert not any("Another way" in text for text in flying.log)
 
 
-async def test_the_status_has_the_way_that_is_left(flying: Rig) -> None:
+async def test_the_status_has_the_distance_that_is_left(flying: Rig) -> None:
     status = flying.manager.status
     assert status.value is not None
     assert not status.value.travel.route
@@ -160,7 +160,7 @@ async def ask(rig: Rig, request: RouteRequest, client: str = "ana") -> RouteAnsw
     return answer
 
 
-async def test_the_way_is_told_and_nothing_is_flown(flying: Rig) -> None:
+async def test_the_route_is_reported_and_nothing_is_flown(flying: Rig) -> None:
     flying.sight.route = AROUND
     answer = await ask(flying, RouteRequest(id=7, x=30, y=40, frame="Map"))
     assert answer.id == 7
@@ -183,7 +183,7 @@ async def test_who_only_watches_may_ask(flying: Rig) -> None:
     ("inbound", "words"),
     [(Inbound.OUTSIDE, "outside the lot"), (Inbound.UNKNOWN, "nobody has seen"), (None, "could not be told")],
 )
-async def test_why_there_is_no_way_is_told_without_a_user_error(
+async def test_the_reason_of_no_route_is_reported_without_a_user_error(
     flying: Rig, inbound: Inbound | None, words: str
 ) -> None:
     flying.sight.inbound = inbound
@@ -194,13 +194,13 @@ async def test_why_there_is_no_way_is_told_without_a_user_error(
     assert flying.manager.outcomes.user_error is UserError.NONE
 
 
-async def test_a_place_outside_the_fence_is_told_at_once(flying: Rig) -> None:
+async def test_a_place_outside_the_fence_is_reported_at_once(flying: Rig) -> None:
     answer = await ask(flying, RouteRequest(x=900, y=0))
     assert answer.refused is not None
     assert "fence" in answer.refused
 
 
-async def test_it_is_told_while_another_place_is_flown_to(flying: Rig) -> None:
+async def test_it_is_reported_while_another_place_is_flown_to(flying: Rig) -> None:
     await move(flying, 60, 0)
     flying.socket.replies.clear()
     answer = await ask(flying, RouteRequest(x=-20, y=10, frame="Map"))
@@ -217,7 +217,7 @@ async def test_many_may_ask_and_each_gets_an_answer(flying: Rig) -> None:
     answers = {a.id: a for _, a in flying.socket.replies if isinstance(a, RouteAnswer)}
     assert set(answers) == set(range(12))
     assert all(answers[n].refused is None for n in range(6, 12))
-    assert all(answers[n].refused == "You asked for another way since." for n in range(6))
+    assert all(answers[n].refused == "You asked for another route since." for n in range(6))
 
 
 async def test_a_crowd_is_refused_politely(flying: Rig) -> None:

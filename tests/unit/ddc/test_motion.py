@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hawk.ddc.motion import (
     Carrot,
     Goal,
-    ProgressWatch,
-    RoamingWatch,
+    Progress,
+    Roaming,
     maximum_target_distance,
     stopping_distance,
     stopping_point,
@@ -184,50 +184,50 @@ def test_a_drone_blown_off_gets_a_new_carrot() -> None:
     assert carrot.step(goal, at(east=40), 0.05, 15, 60).east == 40
 
 
-def test_no_progress_for_ten_seconds_is_told() -> None:
-    watch, goal = ProgressWatch(), Goal(50, 0, 30, 0)
-    assert not watch.is_stuck(at(), goal, 0.0)
-    assert not watch.is_stuck(at(0.9), goal, 9.9)
-    assert watch.is_stuck(at(0.9), goal, 10.0)
+def test_no_progress_for_ten_seconds_is_reported() -> None:
+    progress, goal = Progress(), Goal(50, 0, 30, 0)
+    assert not progress.is_stuck(at(), goal, 0.0)
+    assert not progress.is_stuck(at(0.9), goal, 9.9)
+    assert progress.is_stuck(at(0.9), goal, 10.0)
 
 
 def test_a_metre_of_progress_is_enough_and_going_away_is_none() -> None:
-    watch, goal = ProgressWatch(), Goal(50, 0, 30, 0)
-    watch.is_stuck(at(), goal, 0.0)
-    assert not watch.is_stuck(at(1.0), goal, 9.0)
-    assert not watch.is_stuck(at(-9.0), goal, 18.9)
-    assert watch.is_stuck(at(-9.0), goal, 19.0)
+    progress, goal = Progress(), Goal(50, 0, 30, 0)
+    progress.is_stuck(at(), goal, 0.0)
+    assert not progress.is_stuck(at(1.0), goal, 9.0)
+    assert not progress.is_stuck(at(-9.0), goal, 18.9)
+    assert progress.is_stuck(at(-9.0), goal, 19.0)
 
 
-def test_a_climb_is_progress_and_a_new_goal_starts_anew() -> None:
-    watch = ProgressWatch()
-    watch.is_stuck(at(height=20), Goal(0, 0, 30, 0), 0.0)
-    assert not watch.is_stuck(at(height=22), Goal(0, 0, 30, 0), 9.0)
-    assert not watch.is_stuck(at(height=22), Goal(9, 0, 30, 0), 30.0)
+def test_a_climb_is_progress_and_a_new_goal_starts_again() -> None:
+    progress = Progress()
+    progress.is_stuck(at(height=20), Goal(0, 0, 30, 0), 0.0)
+    assert not progress.is_stuck(at(height=22), Goal(0, 0, 30, 0), 9.0)
+    assert not progress.is_stuck(at(height=22), Goal(9, 0, 30, 0), 30.0)
 
 
 def test_roaming_within_a_metre_is_no_progress() -> None:
-    watch = RoamingWatch()
-    assert not watch.is_stuck(at(), 0.0)
-    assert not watch.is_stuck(at(1.2), 8.0)
-    assert not watch.is_stuck(at(0.8), 17.9)
-    assert watch.is_stuck(at(0.8), 18.0)
+    roaming = Roaming()
+    assert not roaming.is_stuck(at(), 0.0)
+    assert not roaming.is_stuck(at(1.2), 8.0)
+    assert not roaming.is_stuck(at(0.8), 17.9)
+    assert roaming.is_stuck(at(0.8), 18.0)
 
 
-def test_a_goal_that_moves_in_height_by_more_than_a_metre_starts_anew() -> None:
-    watch = ProgressWatch()
-    watch.is_stuck(at(), Goal(50, 0, 30, 0), 0.0)
-    assert watch.is_stuck(at(), Goal(50, 0, 31, 0), 10.0)
-    assert not watch.is_stuck(at(), Goal(50, 0, 31.1, 0), 10.0)
+def test_a_goal_that_moves_in_height_by_more_than_a_metre_starts_again() -> None:
+    progress = Progress()
+    progress.is_stuck(at(), Goal(50, 0, 30, 0), 0.0)
+    assert progress.is_stuck(at(), Goal(50, 0, 31, 0), 10.0)
+    assert not progress.is_stuck(at(), Goal(50, 0, 31.1, 0), 10.0)
 
 
 def test_roaming_a_metre_away_is_progress() -> None:
-    watch = RoamingWatch()
-    watch.is_stuck(at(), 5.0)
-    assert watch.is_stuck(at(0.99), 15.0)
-    assert not watch.is_stuck(at(1.0), 15.0)
-    assert not watch.is_stuck(at(1.0, height=31.0), 24.0)
-    assert watch.is_stuck(at(1.0, height=31.0), 34.0)
+    roaming = Roaming()
+    roaming.is_stuck(at(), 5.0)
+    assert roaming.is_stuck(at(0.99), 15.0)
+    assert not roaming.is_stuck(at(1.0), 15.0)
+    assert not roaming.is_stuck(at(1.0, height=31.0), 24.0)
+    assert roaming.is_stuck(at(1.0, height=31.0), 34.0)
 
 
 def test_a_goal_with_a_number_that_is_not_finite() -> None:

@@ -25,6 +25,7 @@ from hawk.ddc.acts import (
     EnableFence,
     EnterState,
     ForgetAskedModes,
+    ForgetHeldFence,
     JudgeFence,
     KeepFall,
     Log,
@@ -42,6 +43,7 @@ from hawk.ddc.acts import (
     SetMode,
     SetParameters,
     SetReturnAltitude,
+    SettleMode,
     SetVoice,
     ShowUserError,
     StoreFence,
@@ -227,7 +229,7 @@ async def test_what_is_desired_is_published_and_the_highest_number_counted(stage
     assert outcomes.desired_count == 6
 
 
-async def test_what_is_published_told_and_kept(stage: Stage) -> None:
+async def test_what_is_published_reported_and_kept(stage: Stage) -> None:
     heights, outline, fall = HeightParameters(16.0, 21.0, 41.0), Outline((SQUARE,)), Fall(5.0)
     stage.do(
         UseHeights(heights),
@@ -262,6 +264,23 @@ async def test_modes_that_were_asked_for_are_forgotten(stage: Stage) -> None:
     assert stage.service.asked_for(CopterMode.RTL)
     stage.do(ForgetAskedModes())
     assert not stage.service.asked_for(CopterMode.RTL)
+
+
+async def test_of_the_modes_that_were_asked_for_those_before_the_last_are_settled_away_once_it_shows(
+    stage: Stage,
+) -> None:
+    await stage.ask(SetMode(CopterMode.RTL))
+    await stage.ask(SetMode(CopterMode.LAND))
+    stage.do(SettleMode(CopterMode.LAND))
+    assert not stage.service.asked_for(CopterMode.RTL)
+    assert stage.service.asked_for(CopterMode.LAND)
+
+
+async def test_the_fence_that_is_held_is_forgotten(stage: Stage) -> None:
+    stage.drone.held_fence = FENCE
+    await stage.ask(CompareFence(FENCE))
+    stage.do(ForgetHeldFence())
+    assert stage.service.held_fence is None
 
 
 async def test_heights_are_stored(stage: Stage) -> None:

@@ -7,6 +7,7 @@ import math
 import tempfile
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -32,11 +33,16 @@ from hawk.comm.protocol.commands import (
     SetFailsafes,
     Takeoff,
 )
+from hawk.ddc import decider as decider_room
+from hawk.ddc.acts import Acts
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import inside_point, outside_by
 from hawk.ddc.motion import maximum_target_distance
 from hawk.ddc.orders import Rank, Transition
 from hawk.ddc.readings.belief import AIR_HEIGHT_M
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import State
+from hawk.ddc.states.factory import make_state
 from hawk.model.operation import StateName
 from hawk.model.plans import ExploreStatus, Inbound, PathPlan
 from hawk.model.poses import GlobalPose, MapPoint
@@ -83,6 +89,7 @@ class Flight(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         if hasattr(self, "rig"):
+            self.patch.stop()
             self.loop.run_until_complete(self.rig.close())
         self.loop.close()
         self.folder.cleanup()
@@ -308,15 +315,16 @@ class Flight(RuleBasedStateMachine):
         drone.send_target = checked  # type: ignore[method-assign]
 
     def _watch_switches(self) -> None:
-        decider = self.rig.manager._decider
-        switch = decider._switch
+        """Note each state that the decider makes, while the former one is still active."""
 
-        def noted(transition: Transition, facts: Facts) -> None:
-            former, rank = decider.state.identity, decider.state.rank
-            switch(transition, facts)
-            self.switches.append((former, rank, decider.state.identity, decider.state.rank, self.foreign))
+        def noted(transition: Transition, facts: Facts, setup: DdcSettings) -> tuple[State, Acts]:
+            former = self.rig.manager.state
+            following, messages = make_state(transition, facts, setup)
+            self.switches.append((former.identity, former.rank, following.identity, following.rank, self.foreign))
+            return following, messages
 
-        decider._switch = noted  # type: ignore[method-assign]
+        self.patch = mock.patch.object(decider_room, "make_state", noted)
+        self.patch.start()
 
     def _command(self, command: Command, client: str) -> None:
         self.foreign = True

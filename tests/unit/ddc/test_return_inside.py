@@ -11,9 +11,10 @@ import pytest
 
 from hawk.comm.protocol.commands import Arm, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
+from hawk.ddc.battery.battery import RESERVE_CONFIRM_S
 from hawk.ddc.battery.energy import LANDING_PERCENT, Reserve
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts
+from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import path as fence_path
 from hawk.ddc.fence.geometry import contains, outside_by, polygon_fence
 from hawk.ddc.motion import PROGRESS_S, Goal
@@ -22,6 +23,7 @@ from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.ddc.rules.failing import AIR_S
+from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.rules.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
 from hawk.ddc.states.path_home import RETURNS_ALREADY, PathHome, begin
@@ -66,8 +68,7 @@ def returning(facts: Facts, order: ToReturn = BY_ORDER) -> Decider:
     """A program whose drone begins to return at these facts."""
     made = decider(facts.now - 1.0)
     made.tick(replace(facts, now=facts.now - 0.5))
-    made._switch(order, facts)
-    made._taken(None)
+    made.follow(facts, order)
     return made
 
 
@@ -103,11 +104,12 @@ def flown(made: Decider, now: float, seconds: float, change: Change = lambda fac
 # -- the path ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("a return in a bent fence: the straight line home leaves it")
 def test_it_is_led_by_targets_that_the_gate_takes_until_home_is_in_sight() -> None:
     made, facts = returning(bent(10.0)), bent(10.0)
     acts = made.tick(facts).acts
     assert gate(acts) == [True]
-    assert "The straight way home leaves the fence: returning inside it, 98 m." in texts(acts)
+    assert "The straight path home leaves the fence: returning inside it, 98 m." in texts(acts)
     assert modes(acts) == []
     assert traits(made) == LED
     now = 10.0
@@ -281,6 +283,11 @@ def no_reserve(facts: Facts) -> Facts:
     return replace(facts, battery=replace(facts.battery, reserve=None))
 
 
+@pytest.mark.fault(
+    "a return in a bent fence with an old or distrusted position, outside the fence, without a path, with too "
+    "little charge",
+    "RTL straight at once, with the reason",
+)
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -324,7 +331,7 @@ def test_a_charge_that_lasts_for_the_path_flies_it(percent: float) -> None:
 
 @pytest.mark.parametrize("starts", [2])
 def test_the_second_start_in_the_air_goes_straight(starts: int) -> None:
-    made = Decider(SETTINGS, decider()._desk._tokens, 9.0)
+    made = Decider(SETTINGS, KillTokens(), 9.0)
     begun = bent(9.0)
     made.tick(replace(begun, link=replace(begun.link, events=(VehicleEvent.FOUND,))))
     acts = made.tick(replace(bent(9.1), starts_in_air=starts)).acts
@@ -340,6 +347,10 @@ def aged(seconds: float) -> Change:
     return lambda facts: replace(facts, position=replace(facts.position, age=seconds))
 
 
+@pytest.mark.fault(
+    "a return along a path inside a bent fence: too little charge, no progress, or GUIDED refused",
+    "RTL straight, within 3 s for the charge and 10 s without progress",
+)
 @pytest.mark.parametrize(
     ("change", "seconds", "reason"),
     [
@@ -352,7 +363,7 @@ def aged(seconds: float) -> Change:
         (lambda facts: facts, PROGRESS_S, "no progress on the path for 10 s"),
     ],
 )
-def test_on_the_way_it_goes_straight_when_the_path_cannot_be_flown_on(
+def test_in_flight_it_goes_straight_when_the_path_cannot_be_flown_on(
     change: Change, seconds: float, reason: str
 ) -> None:
     made = returning(bent(10.0))
@@ -383,6 +394,7 @@ def test_a_dip_of_the_charge_ends_nothing() -> None:
     assert modes(flown(made, 12.6, RESERVE_CONFIRM_S - 0.5)) == []
 
 
+@pytest.mark.fault("a return along a path inside a bent fence: too little charge, no progress, or GUIDED refused")
 def test_guided_that_is_refused_is_not_waited_for() -> None:
     def brakes(facts: Facts) -> Facts:
         return replace(facts, vehicle=replace(facts.vehicle, custom_mode=int(CopterMode.BRAKE)))
@@ -398,6 +410,10 @@ def test_guided_that_is_refused_is_not_waited_for() -> None:
     assert "Straight home, beyond the fence: GUIDED was refused: Not now." in texts(acts)
 
 
+@pytest.mark.fault(
+    "a return along a path inside a bent fence: a step of it raises, or the program ends",
+    "RTL straight",
+)
 def test_a_fault_in_the_path_leads_straight_home(monkeypatch: pytest.MonkeyPatch) -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
@@ -432,6 +448,10 @@ def foreign(mode: CopterMode) -> Change:
     return change
 
 
+@pytest.mark.fault(
+    "a return along a path inside a bent fence: a pilot or a failsafe of the autopilot changes the mode",
+    "nothing is asked for, no target is sent",
+)
 @pytest.mark.parametrize(
     ("mode", "state"),
     [(CopterMode.LOITER, S.MANUAL), (CopterMode.RTL, S.RETURN_TO_LAUNCH), (CopterMode.LAND, S.LAND)],
@@ -451,6 +471,7 @@ def test_another_mode_is_not_countermanded(mode: CopterMode, state: S) -> None:
     assert not of_kind(acts, SendTarget)
 
 
+@pytest.mark.fault("a return along a path inside a bent fence: the autopilot is not heard", "RTL is sent after 3 s")
 def test_a_silent_autopilot_is_sent_rtl_after_three_seconds() -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
@@ -486,6 +507,7 @@ def test_heard_again_in_rtl_it_stays_in_rtl() -> None:
     assert made.state.identity is S.RETURN_TO_LAUNCH
 
 
+@pytest.mark.fault("a return along a path inside a bent fence: a step of it raises, or the program ends")
 def test_the_end_of_the_program_has_rtl_fly_straight() -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
@@ -507,7 +529,7 @@ def test_the_operator_holds_and_lands_it(command: Hold | Land, state: S) -> None
 
 
 def test_the_reserve_refuses_hold_as_before() -> None:
-    made = returning(bent(10.0), ToReturn(Cause("The battery is needed for the way home.", CauseKind.RESERVE)))
+    made = returning(bent(10.0), ToReturn(Cause("The battery is needed for the flight home.", CauseKind.RESERVE)))
     made.tick(bent(10.0))
     reached = charge(39.0)(bent(10.05))
     answer = made.command(reached, "ana", Hold()).answer
@@ -612,6 +634,10 @@ async def test_paths_are_prepared_off_the_loop_when_the_fence_comes_into_force(
     assert {name.startswith("hawk-parameters") for _, name in made} == {True}
 
 
+@pytest.mark.fault(
+    "the reserve counts the straight line where the path is longer",
+    "it counts the path, so that the drone turns home in time",
+)
 async def test_the_reserve_counts_the_path_where_it_is_longer(rig: Rig) -> None:
     await draw(rig, fence(U_SHAPE))
     rig.order(Arm())

@@ -15,7 +15,7 @@ from hawk.comm.autopilot.remote_id import RemoteIdReport
 from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.acts import Ask, SetMode
 from hawk.ddc.battery.energy import ASSUMED_DRAIN, SAFETY_FACTOR, seconds_home
-from hawk.ddc.battery.survey import SurveyWatch
+from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
@@ -56,7 +56,7 @@ class Bench:
         self.log = FlightLog(self.clock, self.utc)
         self.requests = Requests(self.clock, lambda _name, _failure: None)
         self.outcomes = Outcomes()
-        self.survey = SurveyWatch(self.settings, SurveyMemory(), continues_survey=False)
+        self.survey = SurveyReading(self.settings, SurveyMemory(), continues_survey=False)
         self.silent: set[str] = set()
         """Parts of perception that say nothing."""
         self.bad: dict[str, str] = {}
@@ -131,12 +131,32 @@ class TestLink:
         bench.autopilot.connected = True
         assert bench.tick().link.events == (VehicleEvent.LINK_BACK,)
 
-    async def test_a_lost_link_forgets_the_fence_that_the_autopilot_holds(self, bench: Bench) -> None:
+    async def test_while_the_link_is_lost_the_fence_that_the_autopilot_holds_is_not_known(self, bench: Bench) -> None:
         bench.tick()
         await bench.service.upload_fence(FENCE)
         assert bench.tick().limits.held == FENCE
         bench.autopilot.connected = False
         assert bench.tick().limits.held is None
+        assert bench.senses.look().limits.held is None
+        assert bench.service.held_fence == FENCE, "to forget it is an act: the senses do nothing to the service"
+
+    def test_the_mode_that_a_tick_sees_first_is_a_fact_of_that_tick(self, bench: Bench) -> None:
+        bench.fly()
+        bench.autopilot.change_mode(CopterMode.RTL)
+        bench.publish()
+        assert bench.senses.look().link.new_mode is None
+        assert bench.tick().link.new_mode == CopterMode.RTL
+        assert bench.tick().link.new_mode is None
+
+    def test_a_tick_that_fails_loses_no_event(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+        bench.fly()
+        bench.autopilot.connected = False
+        with monkeypatch.context() as broken:
+            broken.setattr(bench.topics, "get_part_healths", lambda: 1 / 0)
+            for _ in range(2):
+                with pytest.raises(ZeroDivisionError):
+                    bench.tick()
+        assert bench.tick().link.events == (VehicleEvent.LINK_LOST,)
 
     def test_a_mode_that_nobody_of_us_asked_for(self, bench: Bench) -> None:
         bench.fly()
@@ -256,7 +276,7 @@ class TestPosition:
         assert again is not None
         assert again.north == pytest.approx(0.0, abs=0.01)
 
-    def test_jumps_are_told_once(self, bench: Bench) -> None:
+    def test_jumps_are_reported_once(self, bench: Bench) -> None:
         bench.fly()
         bench.autopilot.topics.frame_jump.publish(3.0)
         bench.autopilot.topics.frame_jump.publish(2.0)
@@ -417,7 +437,7 @@ class TestBattery:
         def fail(_seen: object) -> None:
             raise RuntimeError("boom")
 
-        monkeypatch.setattr(bench.survey, "look", fail)
+        monkeypatch.setattr(bench.survey, "update", fail)
         facts = bench.tick()
         assert facts.battery.reserve is not None
         assert facts.battery.survey is None

@@ -53,7 +53,7 @@ def test_nothing_but_a_command_takes_the_motors_off_a_drone_in_the_air(event: tu
 
 @pytest.mark.parametrize("event", REACTIONS)
 @pytest.mark.parametrize("column", ["Manual", "RTL", "Land"])
-def test_no_reaction_takes_the_drone_from_a_pilot_or_from_its_way_home(column: str, event: tuple[str, str]) -> None:
+def test_no_reaction_takes_the_drone_from_a_pilot_or_from_its_return(column: str, event: tuple[str, str]) -> None:
     assert OUTCOMES[event][column] == "stays"
 
 

@@ -101,7 +101,7 @@ async def test_local_position_x_is_north_and_y_is_east(flying: Rig) -> None:
     assert flying.autopilot.east < -2
 
 
-async def test_a_flight_is_told(flying: Rig) -> None:
+async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))
     await flying.run(3)
@@ -156,7 +156,7 @@ async def test_words_of_the_autopilot_are_the_message(rig: Rig) -> None:
         assert (entry.level, entry.text, entry.details) == (level, f"{lead}: severity {severity}", "")
 
 
-async def test_the_same_words_are_told_once_in_ten_seconds_and_debug_never(rig: Rig) -> None:
+async def test_the_same_words_are_reported_once_in_ten_seconds_and_debug_never(rig: Rig) -> None:
     before = len(rig.manager.log.entries)
     for _ in range(5):
         rig.autopilot.say("PreArm: Compass", 4)

@@ -1,8 +1,8 @@
-"""A doubt by values: when it begins, what it says while it lasts, and when it ends."""
+"""A condition that is timed; and a doubt by values: when it begins, what it says while it lasts, and when it ends."""
 
 from __future__ import annotations
 
-from hawk.ddc.stopwatch import Doubt
+from hawk.ddc.stopwatch import Doubt, Stopwatch
 
 
 def test_it_begins_when_the_disagreement_has_lasted_and_says_so_once_it_has() -> None:
@@ -28,3 +28,13 @@ def test_it_ends_when_the_agreement_has_lasted() -> None:
     assert doubt.holds
     assert doubt.ends(16.0, agrees=True)
     assert not doubt.holds
+
+
+def test_a_stopwatch_times_a_condition_and_begins_again() -> None:
+    watch = Stopwatch()
+    assert watch.update(False, 1.0) is None
+    assert watch.update(True, 2.0) == 0.0
+    assert watch.update(True, 5.0) == 3.0
+    assert watch.read(6.0) == 4.0
+    assert watch.update(False, 7.0) is None
+    assert watch.update(True, 9.0) == 0.0

@@ -87,6 +87,10 @@ def fences(draw: st.DrawFn) -> Fence:
         raise
 
 
+@pytest.mark.fault(
+    "drone up to 300 m outside any fence",
+    "a target every tick, never farther out, back inside by the shortest line",
+)
 @pytest.mark.slow
 @settings(max_examples=100)
 @given(fences(), st.floats(0, 2 * math.pi), st.floats(0.6, 300.0), st.floats(16.0, 130.0), st.booleans())
@@ -105,7 +109,7 @@ def test_from_anywhere_outside_successive_targets_lead_inside(
 
 
 @pytest.mark.parametrize("away", [18.0, 60.0, 300.0])
-def test_the_way_back_is_the_shortest(away: float) -> None:
+def test_the_path_back_is_the_shortest(away: float) -> None:
     flown = fly_back(FENCE, place(0.0, 145.0 + away, 30.0))
     length = sum(one.point.distance(other.point) for (one, _), (other, _) in pairwise(flown))
     assert length <= away + 3.0
@@ -116,6 +120,10 @@ def test_each_step_is_within_reach_while_the_autopilots_fence_is_off() -> None:
         assert at.point.distance(target.point) <= maximum_target_distance(SPEED)
 
 
+@pytest.mark.fault(
+    "outside the autopilot's own fence, which takes no target out there",
+    "the nearest place inside is sent, however far",
+)
 def test_outside_the_autopilots_fence_that_is_on_every_target_lies_inside() -> None:
     """ArduPilot takes no target outside its own fence, and stands where it is."""
     flown = fly_back(FENCE, place(0.0, 245.0, 30.0), fence_on=True)
@@ -133,6 +141,7 @@ def test_wind_that_carries_it_along_the_fence_changes_the_place_that_it_is_led_t
     assert fly_back(FENCE, place(0.0, 245.0, 30.0), wind=(3.0, 0.0))
 
 
+@pytest.mark.fault("40 m above the ceiling", "straight down, a target every tick")
 def test_far_above_the_ceiling_it_descends_straight() -> None:
     flown = fly_back(FENCE, place(10.0, 0.0, 140.0))
     assert all(at.point.distance(MapPoint(10.0, 0.0)) <= 2.0 for at, _ in flown)

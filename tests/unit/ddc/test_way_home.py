@@ -31,6 +31,7 @@ def from_home(rig: Rig) -> float:
     return math.hypot(rig.autopilot.north, rig.autopilot.east)
 
 
+@pytest.mark.fault("a rally point is set in flight, the operator returns", "cleared before RTL is asked for")
 async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) -> None:
     await away(flying)
     flying.autopilot.tell("RALLY_TOTAL", 1)
@@ -40,8 +41,12 @@ async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) ->
     assert flying.autopilot.mode == CopterMode.RTL
 
 
+@pytest.mark.fault(
+    "a rally point, RTL_ALT 300 m or RTL_ALT_FINAL 10 m that cannot be put back",
+    "within 3 s led home by targets, Land there",
+)
 @pytest.mark.parametrize(("name", "value"), [("RALLY_TOTAL", 1), ("RTL_ALT", 30_000), ("RTL_ALT_FINAL", 1000)])
-async def test_where_the_way_cannot_be_put_right_the_drone_is_led_home_and_lands_there(
+async def test_where_the_return_cannot_be_put_right_the_drone_is_led_home_and_lands_there(
     flying: Rig, name: str, value: float
 ) -> None:
     await away(flying)
@@ -49,7 +54,7 @@ async def test_where_the_way_cannot_be_put_right_the_drone_is_led_home_and_lands
     flying.autopilot.tell(name, value)
     flying.order(ReturnToLaunch())
     await flying.run(2)
-    assert flying.detail == "Returning home: the autopilot's way home is put right first."
+    assert flying.detail == "Returning home: the autopilot's return is put right first."
     await flying.run(2)
     assert flying.autopilot.mode == CopterMode.GUIDED
     assert "The autopilot's return would not end at home: leading it there." in flying.log
@@ -60,7 +65,7 @@ async def test_where_the_way_cannot_be_put_right_the_drone_is_led_home_and_lands
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
 
 
-async def test_led_home_it_returns_by_rtl_as_soon_as_the_way_is_right(flying: Rig) -> None:
+async def test_led_home_it_returns_by_rtl_as_soon_as_the_return_is_right(flying: Rig) -> None:
     await away(flying, 90.0)
     flying.autopilot.refuse["clear_rally_points"] = "no"
     flying.autopilot.tell("RALLY_TOTAL", 1)
@@ -73,6 +78,10 @@ async def test_led_home_it_returns_by_rtl_as_soon_as_the_way_is_right(flying: Ri
     await flying.until(S.IDLE, 90)
 
 
+@pytest.mark.fault(
+    "the autopilot's own failsafe begins RTL to a rally point",
+    "cleared, BRAKE, RTL again; led home where it cannot be cleared",
+)
 async def test_an_rtl_of_the_autopilot_to_a_rally_point_begins_again_once_it_is_cleared(flying: Rig) -> None:
     await away(flying)
     flying.autopilot.tell("RALLY_TOTAL", 1)
@@ -80,9 +89,13 @@ async def test_an_rtl_of_the_autopilot_to_a_rally_point_begins_again_once_it_is_
     await flying.run(2)
     flying.expect(S.RETURN_TO_LAUNCH)
     assert flying.autopilot.asked("set_mode")[-2:] == [CopterMode.BRAKE, CopterMode.RTL]
-    assert "The way home is right again: the return begins again." in flying.log
+    assert "The autopilot's return is right again: it begins again." in flying.log
 
 
+@pytest.mark.fault(
+    "the autopilot's own failsafe begins RTL within 3 s after a rally point was cleared",
+    "BRAKE, RTL again: it may fly there still",
+)
 async def test_one_that_began_just_after_it_was_cleared_is_not_trusted_either(flying: Rig) -> None:
     await away(flying)
     flying.autopilot.tell("RALLY_TOTAL", 1)
@@ -93,6 +106,7 @@ async def test_one_that_began_just_after_it_was_cleared_is_not_trusted_either(fl
     assert flying.autopilot.asked("set_mode")[-2:] == [CopterMode.BRAKE, CopterMode.RTL]
 
 
+@pytest.mark.fault("the autopilot's own failsafe begins RTL to a rally point")
 async def test_an_rtl_of_the_autopilot_to_a_rally_point_that_stays_is_led_home(flying: Rig) -> None:
     await away(flying)
     flying.autopilot.refuse["clear_rally_points"] = "no"
@@ -122,6 +136,7 @@ def astray(facts: Facts, words: str = RALLY) -> Facts:
     return replace(facts, kept=KeptFacts(astray=words, astray_ago=0.0))
 
 
+@pytest.mark.fault("home cannot be set back, and the drone cannot be led (no position, no charge)")
 def test_where_it_cannot_be_led_the_operators_return_holds_and_any_other_lands() -> None:
     for cause, following in ((None, ToHover), (Cause("The wind is too strong.", CauseKind.WIND), ToLand)):
         state = made(ToReturn(cause))
@@ -147,6 +162,7 @@ def test_the_autopilots_own_return_that_is_long_under_way_is_left_alone() -> Non
     assert requests(made(ToReturn(OWN, by_autopilot=True)).process(lately))[-1:]
 
 
+@pytest.mark.fault("the program ends in the air while RTL would not end at home", "Land")
 def test_a_return_that_cannot_wait_lands_where_rtl_would_not_end_at_home() -> None:
     cause = Cause("The program ends.", CauseKind.ALWAYS)
     landing = returning(astray(facts_at(1.0)), cause)

@@ -6,12 +6,17 @@ from dataclasses import replace
 
 from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.acts import Act, Acts
+from hawk.ddc.battery.battery import BatteryFacts
 from hawk.ddc.decider import Decider
-from hawk.ddc.facts import BatteryFacts, Facts, LimitFacts, OperatorFacts, PositionFacts, SightFacts
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.readings.limits import LimitFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
+from hawk.ddc.readings.operator import OperatorFacts
+from hawk.ddc.readings.position import PositionFacts
 from hawk.ddc.readings.remote_control import RemoteControlFacts
+from hawk.ddc.readings.sight import SightFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import HeightParameters

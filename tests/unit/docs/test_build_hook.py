@@ -24,7 +24,7 @@ def hook() -> ModuleType:
 @pytest.mark.parametrize(
     ("version", "built"), [("standard", ["page", "docs"]), ("editable", ["page"])], ids=["standard", "editable"]
 )
-def test_what_is_built(
+def test_page_and_documentation_are_built_by_the_kind_of_wheel(
     hook: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, version: str, built: list[str]
 ) -> None:
     done: list[str] = []

@@ -31,10 +31,10 @@ def shown() -> str:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_shown_under_that_name(name: str, shown: str) -> None:
+def test_the_page_shows_each_name(name: str, shown: str) -> None:
     words = re.escape(name)
     assert re.search(rf"[\"'`]{words}[\"'`]|^[a-z-]+ = {words}$", shown, re.MULTILINE), name
 
 
-def test_there_are_some() -> None:
+def test_names_of_buttons_are_found() -> None:
     assert {"Set failsafes", "Take control", "GPS"} <= set(NAMES)

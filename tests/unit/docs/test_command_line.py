@@ -95,3 +95,11 @@ def test_check_names_what_is_out_of_date(
     (tmp_path / "docs" / "command-line.md").write_text("old")
     assert command_line.main(["--check"]) == 1
     assert "docs/command-line.md is out of date: run python packaging/command_line.py" in capsys.readouterr().err
+
+
+def test_options_that_commands_have_alike_are_described_once() -> None:
+    page = WRITTEN[Path("docs/command-line.md")]
+    assert page.count("Settings (TOML); without it every default.") == 1
+    (survey,) = re.findall(r"^### hawk-drone survey\n(.*?)^### ", page, re.MULTILINE | re.DOTALL)
+    assert "All of `hawk-drone run` but `--again`." in survey
+    assert "As in `hawk-drone run`: `--config FILE`" in page

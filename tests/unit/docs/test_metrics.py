@@ -13,7 +13,7 @@ from tests.unit.web.rig import Rig
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "metrics.md").read_text(encoding="utf-8")
-TABLE = "\n".join(line for line in TEXT.splitlines() if line.startswith("| `hawk_"))
+LIST = "\n".join(line for line in TEXT.splitlines() if line.startswith("- `hawk_"))
 
 
 COMPUTER = (
@@ -34,7 +34,7 @@ def counted_by_the_daemon() -> set[str]:
     return {f"hawk_{ast.literal_eval(key)}_total" for key in table.keys if key is not None}
 
 
-async def test_every_figure_is_in_the_table_and_the_table_has_no_other() -> None:
+async def test_every_figure_is_in_the_list_and_the_list_has_no_other() -> None:
     rig = Rig()
     rig.publish(
         DroneStatus(
@@ -46,6 +46,6 @@ async def test_every_figure_is_in_the_table_and_the_table_has_no_other() -> None
     text = metrics_text(rig.services(), Counters(frame_latency_s=0.1), Access(), COMPUTER)
     given = set(re.findall(r"^# TYPE (\w+)", text, re.MULTILINE)) | counted_by_the_daemon()
     assert {"hawk_loop_lag_seconds", "hawk_log_lines_dropped_total"} <= given
-    assert set(re.findall(r"`(hawk_\w+)", TABLE)) == given
+    assert set(re.findall(r"`(hawk_\w+)", LIST)) == given
     labels = dict(re.findall(r"^(hawk_\w+)\{(\w+)=", text, re.MULTILINE))
-    assert dict(re.findall(r"`(hawk_\w+)\{(\w+)\}`", TABLE)) == labels
+    assert dict(re.findall(r"`(hawk_\w+)\{(\w+)\}`", LIST)) == labels

@@ -53,7 +53,7 @@ async def rig() -> AsyncIterator[Drone]:
             state = states[min(len(made.side.hub) and made.sequence // 20, 2)]
             perception = PerceptionStatus(free=1)
             operation = OperationStatus(state=state, detail="Holds.", options=OPTIONS)
-            made.tell(DroneStatus(operation=operation, perception=perception))
+            made.publish_status(DroneStatus(operation=operation, perception=perception))
             await asyncio.sleep(0.001)
 
     task = asyncio.create_task(tick(), name="tick")

@@ -43,7 +43,7 @@ SPECIFICATION: dict[str, str] = {
 
 
 class Row(NamedTuple):
-    """One row of the specification's table."""
+    """One item of the specification."""
 
     section: str
     name: str
@@ -51,27 +51,25 @@ class Row(NamedTuple):
     test: str
 
 
-def table() -> Iterator[Row]:
-    """Yield the rows below "The specification's table"."""
-    _, _, part = DOCUMENT.read_text(encoding="utf-8").partition("## The specification's table\n")
+def items() -> Iterator[Row]:
+    """Yield the items below "The specification, item by item"."""
+    _, _, part = DOCUMENT.read_text(encoding="utf-8").partition("## The specification, item by item\n")
     section = ""
     for line in part.splitlines():
         if line.startswith("### "):
             section = line[4:].strip()
-        elif line.startswith("| `"):
-            name, here, test = (cell.strip() for cell in line.strip("|").split("|"))
-            yield Row(section, name.strip("`"), here, test)
+        elif line.startswith("- `"):
+            name, _, rest = line.removeprefix("- `").partition("`: ")
+            here, _, test = rest.rpartition("; ")
+            yield Row(section, name, here, test)
 
 
-ROWS = tuple(table())
+ROWS = tuple(items())
 
 
-def test_every_line_of_the_tables_is_a_row_of_a_section() -> None:
-    _, _, part = DOCUMENT.read_text(encoding="utf-8").partition("## The specification's table\n")
-    lines = [line for line in part.splitlines() if line.startswith("|")]
-    heads = [line for line in lines if line in {"| specification | here | test |", "|---|---|---|"}]
-    assert len(lines) == len(heads) + len(ROWS)
-    assert len(heads) == 2 * len({row.section for row in ROWS})
+def test_every_item_is_one_of_a_section() -> None:
+    _, _, part = DOCUMENT.read_text(encoding="utf-8").partition("## The specification, item by item\n")
+    assert len([line for line in part.splitlines() if line.startswith(("-", "|"))]) == len(ROWS)
     assert {row.section for row in ROWS} == {"4 Notation", *SPECIFICATION}
 
 

@@ -28,10 +28,10 @@ def keys_of_the_report() -> set[str]:
 
 
 @pytest.mark.parametrize("status", SurveyStatus, ids=lambda status: status.name)
-def test_every_exit_status_is_told(status: SurveyStatus) -> None:
+def test_every_exit_status_is_documented(status: SurveyStatus) -> None:
     assert re.search(rf"^\| {int(status)} \|", DOCUMENT, re.MULTILINE)
 
 
-def test_every_measure_of_the_report_is_told() -> None:
-    told = set(re.findall(r"`(\w+)`", DOCUMENT))
-    assert keys_of_the_report() <= told
+def test_every_measure_of_the_report_is_documented() -> None:
+    documented = set(re.findall(r"`(\w+)`", DOCUMENT))
+    assert keys_of_the_report() <= documented

@@ -50,6 +50,11 @@ def fence_of(tmp_path: Path, data: bytes | str | dict[str, Any], name: str = "f.
     return read_fence(path)
 
 
+@pytest.mark.fault(
+    "a fence as QGIS writes it: MultiPolygon of one part, byte order mark, a point beside, a ring closed to "
+    "1e-10, `Polygon Z`, a `crs` of WGS-84",
+    "taken",
+)
 @pytest.mark.parametrize(
     "content",
     [
@@ -91,6 +96,10 @@ def test_what_has_one_clear_meaning_is_a_fence(tmp_path: Path, content: dict[str
     assert fence_of(tmp_path, content) == FenceFile(RING, (), None)
 
 
+@pytest.mark.fault(
+    "a fence as QGIS writes it: MultiPolygon of one part, byte order mark, a point beside, a ring closed to "
+    "1e-10, `Polygon Z`, a `crs` of WGS-84"
+)
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_a_byte_order_mark_is_no_fault(tmp_path: Path, encoding: str) -> None:
     text = json.dumps(collection(feature(polygon(), name="Parkplatz Süd")), ensure_ascii=False)
@@ -106,6 +115,10 @@ def test_zones_are_holes_and_polygons_that_are_exclusions(tmp_path: Path, said: 
     assert fence_of(tmp_path, content) == FenceFile(RING, (HOLE, RING), 60.0)
 
 
+@pytest.mark.fault(
+    "several polygons, another coordinate system, metres for degrees, an archive or XML made to harm",
+    "refused with what to do",
+)
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -156,6 +169,7 @@ ZONE_DATA = '<ExtendedData><Data name="exclusion"><value>true</value></Data></Ex
 CEILING_DATA = '<ExtendedData><SchemaData><SimpleData name="ceiling_m">55</SimpleData></SchemaData></ExtendedData>'
 
 
+@pytest.mark.fault("KML or KMZ of Google Earth", "taken, holes and zones too")
 @pytest.mark.parametrize("namespace", ["http://www.opengis.net/kml/2.2", "http://earth.google.com/kml/2.1"])
 def test_google_earth_s_kml_is_a_fence(tmp_path: Path, namespace: str) -> None:
     text = kml(KML_POINT, placemark(kml_polygon(RING, [HOLE]), CEILING_DATA), namespace=namespace)
@@ -173,6 +187,7 @@ def packed(text: str, name: str = "doc.kml") -> bytes:
     return data.getvalue()
 
 
+@pytest.mark.fault("KML or KMZ of Google Earth")
 def test_kmz_is_unpacked(tmp_path: Path) -> None:
     assert fence_of(tmp_path, packed(kml(placemark(kml_polygon()))), "lot.kmz").ring == RING
 
@@ -181,6 +196,7 @@ def bomb() -> bytes:
     return packed("<kml>" + " " * (LARGEST_BYTES + 1) + "</kml>")
 
 
+@pytest.mark.fault("several polygons, another coordinate system, metres for degrees, an archive or XML made to harm")
 @pytest.mark.parametrize(
     ("data", "words"),
     [

@@ -67,6 +67,10 @@ def test_the_end_of_a_preview_in_exif_is_not_the_end_of_the_picture() -> None:
     assert whole_jpeg(with_preview) == with_preview
 
 
+@pytest.mark.fault(
+    "a picture's EXIF has an orientation (1 to 8)",
+    "neither size nor pixels turn, for camera, calibration and page; a world is turned as viewers show it",
+)
 @pytest.mark.parametrize("order", "<>")
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_orientation_is_read_and_turns_neither_size_nor_pixels(orientation: int, order: str) -> None:
@@ -109,6 +113,10 @@ def test_grey_pictures_and_pictures_without_huffman_tables_are_decoded() -> None
     np.testing.assert_array_equal(decode(data[:first] + data[last:]), decode(data))
 
 
+@pytest.mark.fault(
+    "300 B to 3 kB are lost inside a JPEG, with or without restart markers, wherever it is",
+    "the decoder's first warning refuses the picture: counted, reported, never fused",
+)
 @pytest.mark.parametrize("restarts", [0, 1, 20])
 @pytest.mark.parametrize("count", [300, 1000, 3000])
 def test_some_hundred_lost_bytes_are_noticed_wherever_they_were(count: int, restarts: int) -> None:
@@ -118,6 +126,10 @@ def test_some_hundred_lost_bytes_are_noticed_wherever_they_were(count: int, rest
             decode(without(data, share, count))
 
 
+@pytest.mark.fault(
+    "1 to 64 B are lost inside a JPEG and the decoder finds back without a warning",
+    "a step of 5 grey levels in all that follows is noticed; else a few blocks differ",
+)
 @pytest.mark.parametrize("count", [1, 4, 16, 64])
 def test_few_lost_bytes_are_noticed_or_change_little(count: int) -> None:
     """The decoder alone finds back to whole codes after half of such losses, without a warning."""
@@ -154,11 +166,16 @@ def test_a_step_of_all_that_follows_a_block_is_found(size: tuple[int, int]) -> N
     assert largest_step(image[:40, :100], 16) == 0.0  # too small to say
 
 
+@pytest.mark.fault(
+    "a webcam sends bytes too many before restart markers (C270, C910)",
+    "its pictures are used; a lost run of blocks is noticed by the markers' count",
+)
 def test_webcams_with_bytes_too_many_before_restart_markers_give_sound_pictures() -> None:
     data = jpeg(restarts=10)
     np.testing.assert_array_equal(decode(with_extra_bytes(data, 10)), decode(data))
 
 
+@pytest.mark.fault("a webcam sends bytes too many before restart markers (C270, C910)")
 def test_a_lost_run_of_such_a_webcam_s_picture_is_noticed() -> None:
     """Eight restart markers further the numbers are the same again: they are counted."""
     data = with_extra_bytes(jpeg(scene(640, 480), restarts=10), 10)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.model.frames import Attitude, EkfPosition, Frames, OffsetWatch, anchor, offset_ned, place_at
+from hawk.model.frames import Attitude, EkfPosition, Frames, OffsetObserver, anchor, offset_ned, place_at
 from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose
 
@@ -84,10 +84,10 @@ def test_home_ties_the_frames_when_the_drone_is_elsewhere() -> None:
     )
 
 
-class TestOffsetWatch:
+class TestOffsetObserver:
     arm = arm_place(ekf=(1.0, 2.0, -3.0))
 
-    def look(self, watch: OffsetWatch, shift: tuple[float, float, float], north: float = 10.0) -> float | None:
+    def look(self, watch: OffsetObserver, shift: tuple[float, float, float], north: float = 10.0) -> float | None:
         """One look while the drone is ``north`` of home and EKF-local is shifted; the jump's metres if there is one."""
         here = place_at(north, 0.0, GlobalPose(self.arm.latitude, self.arm.longitude, self.arm.altitude), up=30.0)
         x, y, z = self.arm.ekf_x + north + shift[0], self.arm.ekf_y + shift[1], self.arm.ekf_z - 30.0 + shift[2]
@@ -101,13 +101,13 @@ class TestOffsetWatch:
         return jump.metres
 
     def test_agreement_is_no_event_wherever_the_drone_is(self) -> None:
-        watch = OffsetWatch()
+        watch = OffsetObserver()
         assert [self.look(watch, (0.3, -0.3, 0.2), north) for north in (0.0, 50.0, 200.0)] == [None] * 3
         assert watch.sure
 
     @pytest.mark.parametrize("shift", [(5.0, 0.0, 0.0), (0.0, -1.5, 0.0), (0.0, 0.0, 2.0)])
     def test_a_jump_counts_when_three_looks_agree(self, shift: tuple[float, float, float]) -> None:
-        watch = OffsetWatch()
+        watch = OffsetObserver()
         assert self.look(watch, shift) is None
         assert not watch.sure
         assert self.look(watch, shift) is None
@@ -115,22 +115,22 @@ class TestOffsetWatch:
         assert watch.sure
 
     def test_one_wild_look_is_no_jump(self) -> None:
-        watch = OffsetWatch()
+        watch = OffsetObserver()
         assert self.look(watch, (8.0, 0.0, 0.0)) is None
         assert self.look(watch, (0.0, 0.0, 0.0)) is None
         assert self.look(watch, (8.0, 0.0, 0.0)) is None
         assert self.look(watch, (8.0, 0.0, 0.0)) is None
         assert not watch.sure
 
-    def test_looks_that_disagree_start_anew(self) -> None:
-        watch = OffsetWatch()
+    def test_looks_that_disagree_start_again(self) -> None:
+        watch = OffsetObserver()
         for shift in (3.0, 6.0, 9.0, 12.0):
             assert self.look(watch, (shift, 0.0, 0.0)) is None
         assert self.look(watch, (12.0, 0.0, 0.0)) is None
         assert self.look(watch, (12.0, 0.0, 0.0)) == pytest.approx(12.0, abs=0.02)
 
     def test_a_doubt_is_settled_by_three_looks(self) -> None:
-        watch = OffsetWatch()
+        watch = OffsetObserver()
         watch.doubt()
         for _ in range(2):
             self.look(watch, (0.0, 0.0, 0.0))

@@ -51,7 +51,7 @@ def test_the_secret_is_kept_for_the_next_start(tmp_path: Path) -> None:
     assert len(cookie_secret(tmp_path)) == 32
 
 
-def test_a_secret_that_cannot_be_kept_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_secret_that_cannot_be_kept_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     assert len(cookie_secret(tmp_path / "absent")) == 32
     assert "after a restart" in caplog.text
 

@@ -16,20 +16,20 @@ from hawk.runtime.repeated_log import EVERY_S, Repeated
 from tests.manual_clock import ManualClock
 
 
-def test_what_stays_wrong_is_told_at_once_and_then_once_a_minute() -> None:
+def test_what_stays_wrong_is_reported_at_once_and_then_once_a_minute() -> None:
     clock = ManualClock()
     repeated = Repeated(clock)
     said = []
     for _ in range(int(5 * EVERY_S)):
         said.append(repeated.due("no device"))
         clock.advance(0.5)
-    told = [line for line in said if line]
-    assert told[0] == "no device"
-    assert told[1] == "no device (119 times more in the last 60 s)"
-    assert len(told) == 3
+    shown = [line for line in said if line]
+    assert shown[0] == "no device"
+    assert shown[1] == "no device (119 times more in the last 60 s)"
+    assert len(shown) == 3
 
 
-def test_another_line_is_told_at_once_and_one_that_ended_too() -> None:
+def test_another_line_is_reported_at_once_and_one_that_ended_too() -> None:
     repeated = Repeated(ManualClock())
     assert repeated.due("a") == "a"
     assert repeated.due("b") == "b"
@@ -64,8 +64,8 @@ async def test_a_missing_serial_device_is_logged_once_though_it_is_looked_for_tw
             await asyncio.wait_for(asyncio.Event().wait(), 2.2)
         await autopilot.close()
     assert "ttyUSB0 is not there" in autopilot.problem
-    told = [
+    shown = [
         record for record in caplog.records if "ttyUSB0" in record.getMessage() or "open failed" in record.getMessage()
     ]
-    assert len(told) == 1
-    assert told[0].levelno == logging.WARNING
+    assert len(shown) == 1
+    assert shown[0].levelno == logging.WARNING

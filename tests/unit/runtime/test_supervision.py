@@ -32,15 +32,15 @@ class Work:
 
 
 async def test_a_cancelled_task_ends_at_once_and_does_not_begin_again() -> None:
-    told: list[str] = []
-    supervisor, work = Supervisor(lambda name, _: told.append(name), 60.0), Work()
+    reported: list[str] = []
+    supervisor, work = Supervisor(lambda name, _: reported.append(name), 60.0), Work()
     task = supervisor.start("link", work)
     await work.runs.wait()
     task.cancel()
     for _ in range(5):
         await asyncio.sleep(0)
     assert task.cancelled()
-    assert (work.begun, told) == (1, [])
+    assert (work.begun, reported) == (1, [])
 
 
 async def test_a_task_that_ended_waits_a_second_before_it_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,6 +58,10 @@ async def test_a_task_that_ended_waits_a_second_before_it_begins_again(monkeypat
     assert pauses == [1.0]
 
 
+@pytest.mark.fault(
+    "the link task, or another long-running task, ends",
+    'reported, part "tasks" unhealthy for 30 s, started again after 1 s',
+)
 @pytest.mark.parametrize(
     ("end", "words"),
     [
@@ -67,15 +71,15 @@ async def test_a_task_that_ended_waits_a_second_before_it_begins_again(monkeypat
     ],
     ids=["error", "return", "cancelled inside"],
 )
-async def test_a_task_that_ends_is_told_and_started_again(end: BaseException | None, words: str) -> None:
-    told: list[tuple[str, str]] = []
+async def test_a_task_that_ends_is_reported_and_started_again(end: BaseException | None, words: str) -> None:
+    reported: list[tuple[str, str]] = []
     clock = ManualClock(0.0)
-    supervisor = Supervisor(lambda name, reason: told.append((name, reason)), 0.0, clock)
+    supervisor = Supervisor(lambda name, reason: reported.append((name, reason)), 0.0, clock)
     work = Work(end, end)
     supervisor.start("link", work)
     await asyncio.wait_for(work.runs.wait(), 5.0)
     assert work.begun == 3
-    assert told == [("link", words)] * 2
+    assert reported == [("link", words)] * 2
     assert supervisor.health.reason == f"link ended: {words}"
     clock.advance(31.0)
     assert supervisor.health.is_healthy
@@ -93,8 +97,8 @@ async def test_a_report_that_fails_does_not_cost_the_task() -> None:
 
 
 async def test_closed_or_cancelled_it_ends_for_good() -> None:
-    told: list[str] = []
-    supervisor = Supervisor(lambda name, _: told.append(name), 0.0)
+    reported: list[str] = []
+    supervisor = Supervisor(lambda name, _: reported.append(name), 0.0)
     works = [Work(), Work()]
     tasks = [supervisor.start(f"task {number}", work) for number, work in enumerate(works)]
     for work in works:
@@ -104,7 +108,7 @@ async def test_closed_or_cancelled_it_ends_for_good() -> None:
     await supervisor.close()
     assert all(task.cancelled() for task in tasks)
     assert [work.begun for work in works] == [1, 1]
-    assert told == []
+    assert reported == []
 
 
 async def test_of_two_the_first_to_end_ends_the_other() -> None:
@@ -169,6 +173,10 @@ def test_leaving_writes_its_words_and_ends_with_the_status(caplog: pytest.LogCap
     assert "two calls hang" in caplog.text
 
 
+@pytest.mark.fault(
+    "stderr blocked, a thread and an exit handler hang when the program ends for hanging calls",
+    "the process ends all the same, 0.2 s later at most",
+)
 def test_leaving_waits_for_no_thread_no_exit_handler_and_no_log() -> None:
     program = textwrap.dedent("""
         import atexit, logging, os, threading, time

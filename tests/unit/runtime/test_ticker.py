@@ -10,7 +10,7 @@ import pytest
 from hawk.runtime.process import Ticker
 
 
-async def test_it_ticks_at_the_interval_and_tells_the_cost() -> None:
+async def test_it_ticks_at_the_interval_and_reports_the_cost() -> None:
     times: list[float] = []
     costs: list[float] = []
     enough = asyncio.Event()

@@ -36,6 +36,10 @@ def test_a_process_that_hangs_in_c_with_the_gil_is_ended_with_its_stack() -> Non
     assert time.monotonic() - started < 15
 
 
+@pytest.mark.fault(
+    "the loop hangs and nobody reads standard error",
+    "the kernel ends the process by SIGALRM within 1.7 s of the last progress; the failsafe and the restart act",
+)
 def test_a_process_that_hangs_is_ended_when_nobody_takes_its_dump() -> None:
     with full_pipe() as stderr:
         result = subprocess.run([sys.executable, "-c", HUNG], stdout=subprocess.PIPE, stderr=stderr, timeout=20)
@@ -71,6 +75,10 @@ asyncio.run(main())
 """
 
 
+@pytest.mark.fault(
+    "standard error or the journal is not read",
+    "the ticks go on; log lines are dropped and counted; the end takes 1 s at most for them",
+)
 def test_a_log_that_nobody_reads_stops_neither_the_ticks_nor_the_end_of_a_process_that_hangs() -> None:
     with full_pipe() as stderr:
         result = subprocess.run([sys.executable, "-c", FLOODED], stdout=subprocess.PIPE, stderr=stderr, timeout=30)
@@ -85,6 +93,10 @@ def test_progress_keeps_a_process_alive() -> None:
     assert result.returncode == 0, result.stderr
 
 
+@pytest.mark.fault(
+    "a part hangs in the orderly end",
+    "the process is ended within 15.5 s, so that MAVSDK's heartbeats stop",
+)
 def test_an_orderly_end_that_hangs_is_ended_too() -> None:
     code = HUNG.replace(
         'print("armed", flush=True)', "import hawk.runtime.process; hawk.runtime.process.END_S = 0.3; dog.stop()"

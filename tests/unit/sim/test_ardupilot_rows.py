@@ -32,7 +32,7 @@ class TestStreams:
     def test_altitude_is_denied(self, station: Any) -> None:
         assert station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 141, 1e5) == DENIED
 
-    def test_a_stream_ends_when_told(self, station: Any) -> None:
+    def test_a_stream_ends_on_command(self, station: Any) -> None:
         station.stream(30)
         assert station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 30, -1) == ACCEPTED
         station.heard.clear()
@@ -41,7 +41,7 @@ class TestStreams:
 
 
 class TestReboot:
-    def test_rates_are_lost_and_the_boot_clock_starts_anew(self, station: Any) -> None:
+    def test_rates_are_lost_and_the_boot_clock_starts_again(self, station: Any) -> None:
         station.stream(30)
         station.run(5.0)
         assert station.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1) == ACCEPTED
@@ -436,7 +436,7 @@ class TestLinkCut:
         flying.run(20.0)
         assert flying.local()[0] == pytest.approx(40.0, abs=0.3)
 
-    def test_nothing_comes_and_nothing_goes(self, flying: Any) -> None:
+    def test_a_cut_link_passes_nothing_in_either_direction(self, flying: Any) -> None:
         flying.link.cut = True
         flying.heard.clear()
         assert flying.mode(LAND) is None

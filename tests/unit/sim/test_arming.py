@@ -50,7 +50,7 @@ def test_each_reason_alone_refuses(change: dict[str, Any], reason: str) -> None:
     assert arming_reasons(replace(READY, **change)) == [reason]
 
 
-def test_every_reason_is_told_the_mode_first() -> None:
+def test_every_reason_is_reported_the_mode_first() -> None:
     bad = replace(READY, mode_arms=False, mode_name="RTL", radio_failsafe=True, gcs_failsafe=True)
     assert arming_reasons(bad) == ["RTL mode not armable", "Radio failsafe on", "GCS failsafe on"]
 

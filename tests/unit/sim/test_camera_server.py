@@ -153,7 +153,7 @@ async def test_a_wrong_fence_names_its_field(site: Site, body: object, field: st
     assert site.fences == []
 
 
-async def test_faults_are_passed_on_and_problems_told(site: Site) -> None:
+async def test_faults_are_passed_on_and_problems_reported(site: Site) -> None:
     assert await site.post("/fault", {"gps": "lost"}) == (200, {"problems": []})
     assert site.asked[0].gps == "lost"
     site.problems.append("pilot_mode: no such mode 99")

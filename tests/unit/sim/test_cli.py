@@ -97,7 +97,7 @@ def test_a_parent_that_is_gone_ends_with_two(picture: Path, capsys: pytest.Captu
     assert "--parent-pid" in capsys.readouterr().err
 
 
-def test_the_drone_starts_where_it_is_told(picture: Path) -> None:
+def test_the_drone_starts_at_the_given_place(picture: Path) -> None:
     options = make_parser().parse_args(
         [
             f"--world={picture}",

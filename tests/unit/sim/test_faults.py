@@ -65,7 +65,7 @@ def test_gnss_goes_and_comes(flying: Any) -> None:
     assert flying.autopilot.estimator.receiving
 
 
-def test_jumps(flying: Any) -> None:
+def test_an_ekf_shift_and_a_gps_jump_move_the_local_position(flying: Any) -> None:
     before = flying.local()
     put(flying, ekf_shift=(2.0, 0.0, 0.0))
     assert flying.local()[0] == pytest.approx(before[0] - 2.0)
@@ -74,7 +74,7 @@ def test_jumps(flying: Any) -> None:
     assert flying.local()[0] == pytest.approx(before[0] + 2.0, abs=0.05)
 
 
-def test_a_glitch_is_told_by_the_ekf(flying: Any) -> None:
+def test_the_ekf_reports_a_glitch(flying: Any) -> None:
     flying.stream(193)
     flying.run(0.3)
     assert flying.last("EKF_STATUS_REPORT").flags == 831
@@ -220,7 +220,7 @@ def test_the_battery_s_parts_are_set_one_by_one(flying: Any) -> None:
     assert battery.rest_v is None
 
 
-def test_a_boot_begins_to_count_anew(station: Any) -> None:
+def test_a_boot_resets_the_counted_charge(station: Any) -> None:
     put(station, battery=40.0)
     put(station, autopilot="reboot")
     assert station.autopilot.battery.remaining == 1.0

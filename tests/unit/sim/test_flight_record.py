@@ -40,7 +40,7 @@ def test_each_excursion_counts_once(station: Any) -> None:
     assert not record.summary()["outside"]
 
 
-def test_a_new_fence_starts_counting_anew(station: Any) -> None:
+def test_a_new_fence_starts_counting_again(station: Any) -> None:
     record = FlightRecord(station.autopilot)
     record.watch(WatchedFence.of(SQUARE, 30.0))
     move(station, record, (20.0, 0.0, -10.0))
@@ -49,11 +49,11 @@ def test_a_new_fence_starts_counting_anew(station: Any) -> None:
     assert record.summary()["fence"]
 
 
-def test_the_way_is_over_the_ground_and_the_time_in_the_air(station: Any) -> None:
+def test_the_distance_is_over_the_ground_and_the_time_in_the_air(station: Any) -> None:
     record = FlightRecord(station.autopilot)
     move(station, record, (0.0, 0.0, -10.0), (3.0, 4.0, -10.0), (3.0, 4.0, -30.0), (3.0, 4.0, 0.0))
     summary = record.summary()
-    assert summary["way_m"] == pytest.approx(5.0)
+    assert summary["distance_flown_m"] == pytest.approx(5.0)
     assert summary["flown_s"] == pytest.approx(0.33)
     assert summary["highest_m"] == 30.0
 
@@ -69,7 +69,7 @@ def test_the_estimate_has_no_say(make_station: Any) -> None:
     assert record.excursions == 0
 
 
-def test_the_summary_tells_how_it_ended(flying: Any) -> None:
+def test_the_summary_reports_how_it_ended(flying: Any) -> None:
     record = FlightRecord(flying.autopilot)
     before = record.summary()
     assert (before["landed"], before["disarmed"], before["crashed"]) == (False, False, False)

@@ -37,7 +37,7 @@ async def test_the_end_of_the_parent_ends_it(monkeypatch: pytest.MonkeyPatch) ->
     await parent.wait()
 
 
-async def test_a_parent_that_is_gone_already_is_told() -> None:
+async def test_a_parent_that_is_gone_already_is_reported() -> None:
     parent = await asyncio.create_subprocess_exec(sys.executable, "-c", "")
     await parent.wait()
     with pytest.raises(ParentGoneError, match=str(parent.pid)), end_signal(parent.pid):

@@ -131,7 +131,7 @@ async def test_the_whole_drone_serves_truth_status_and_pictures() -> None:
     await end(task)
 
 
-async def test_an_address_in_use_is_told() -> None:
+async def test_an_address_in_use_is_reported() -> None:
     task, ready = await serve(fly, options())
     port = int(ready["http"].rsplit(":", 1)[1])
     with pytest.raises(OSError, match="address already in use"):

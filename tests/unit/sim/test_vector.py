@@ -19,7 +19,7 @@ def test_limit_keeps_the_direction_and_never_lengthens(x: float, y: float, longe
 
 
 @given(st.floats(-100.0, 100.0))
-def test_wrapped_angles_point_the_same_way(angle: float) -> None:
+def test_wrapped_angles_point_in_the_same_direction(angle: float) -> None:
     wrapped = wrap_angle(angle)
     assert -math.pi < wrapped <= math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 from hawk.sim.vehicle import GUST_SHARE, Wind
 
 
-def test_no_wind_is_no_wind() -> None:
+def test_without_wind_there_are_no_gusts() -> None:
     assert Wind(0.0, 1.0, np.random.default_rng(1)).step(0.01) == (0.0, 0.0, 0.0)
 
 

@@ -209,7 +209,7 @@ async def test_a_start_in_the_air_does_not_wait_for_the_next_write(
             await asyncio.sleep(0.01)
 
 
-async def test_how_old_it_is_is_told_by_the_run_before(make: Make) -> None:
+async def test_the_run_before_gives_its_age(make: Make) -> None:
     now = [NOW]
     journal = make(moment=lambda: now[0])
     assert journal.state.last_written is None
@@ -249,7 +249,7 @@ async def test_flush_with_nothing_to_write_returns_at_once(make: Make) -> None:
     assert await make().flush(0.5)
 
 
-async def test_a_torn_tail_is_dropped_and_told(make: Make, tmp_path: Path) -> None:
+async def test_a_torn_tail_is_dropped_and_reported(make: Make, tmp_path: Path) -> None:
     journal = make()
     journal.put_map({"a": b"1"})
     await journal.close()
@@ -340,7 +340,7 @@ class Disk:
         return Segment()  # type: ignore[return-value]
 
 
-async def test_a_full_disk_is_told_and_nothing_is_lost_when_there_is_room_again(make: Make, tmp_path: Path) -> None:
+async def test_a_full_disk_is_reported_and_nothing_is_lost_when_there_is_room_again(make: Make, tmp_path: Path) -> None:
     disk = Disk()
     journal = make(opener=disk.open)
     journal.put_map({"a": b"1" * 100})
@@ -357,17 +357,15 @@ async def test_a_full_disk_is_told_and_nothing_is_lost_when_there_is_room_again(
     assert read_journal(folder(tmp_path)).map_parts == {"a": b"1" * 100, "b": b"2" * 100, "c": b"3" * 100}
 
 
-async def test_whoever_waits_for_the_disk_finds_the_journal_healthy(
-    make: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_after_a_wait_for_the_disk_the_journal_is_healthy(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     disk = Disk()
     journal = make(opener=disk.open)
-    told: list[bool] = []
-    tell = journal._wake_synced
+    healthy: list[bool] = []
+    wake = journal._wake_synced
 
     def watched(target: int) -> None:
-        told.append(journal.health.is_healthy)
-        tell(target)
+        healthy.append(journal.health.is_healthy)
+        wake(target)
 
     monkeypatch.setattr(journal, "_wake_synced", watched)
     disk.full = True
@@ -375,7 +373,7 @@ async def test_whoever_waits_for_the_disk_finds_the_journal_healthy(
     assert not await journal.flush(0.3)
     disk.full = False
     assert await journal.flush(5.0)
-    assert told == [True]
+    assert healthy == [True]
 
 
 async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_path: Path) -> None:
@@ -390,8 +388,8 @@ async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_
     assert len(list((folder(tmp_path) / journal.survey_id).iterdir())) <= 2
 
 
-async def test_a_folder_that_cannot_be_made_is_told_and_puts_go_on(tmp_path: Path) -> None:
-    (tmp_path / "journal").write_text("a file is in the way")
+async def test_a_folder_that_cannot_be_made_is_reported_and_puts_go_on(tmp_path: Path) -> None:
+    (tmp_path / "journal").write_text("a file in its place")
     journal = FlightJournal(tmp_path / "journal")
     journal.put_map({"a": b"1"})
     assert not await journal.flush(0.2)

@@ -153,7 +153,7 @@ async def test_switched_off_it_writes_nothing_and_is_healthy(make: Make, tmp_pat
     assert recording.path is None
 
 
-async def test_a_full_queue_drops_counts_and_tells_but_never_waits(make: Make, clock: ManualClock) -> None:
+async def test_a_full_queue_drops_counts_and_reports_but_never_waits(make: Make, clock: ManualClock) -> None:
     release = threading.Event()
 
     def slow(path: Path) -> IO[bytes]:
@@ -189,7 +189,7 @@ async def test_too_little_free_disk_stops_it_with_the_reason_and_room_lets_it_go
     assert [one.payload()["n"] for one in read_recording(written(recording))][-1] == 2
 
 
-async def test_a_disk_that_fails_is_told_and_what_was_written_stays(make: Make) -> None:
+async def test_a_disk_that_fails_is_reported_and_what_was_written_stays(make: Make) -> None:
     fail = threading.Event()
 
     class Failing:
@@ -222,8 +222,8 @@ async def test_a_disk_that_fails_is_told_and_what_was_written_stays(make: Make) 
     assert [one.payload()["n"] for one in read_recording(written(recording))] == [1]
 
 
-async def test_a_folder_that_cannot_be_made_is_told(make: Make, tmp_path: Path) -> None:
-    (tmp_path / "recordings").write_text("a file is in the way")
+async def test_a_folder_that_cannot_be_made_is_reported(make: Make, tmp_path: Path) -> None:
+    (tmp_path / "recordings").write_text("a file in its place")
     recording = make()
     recording.begin()
     recording.record("tick", {"n": 1})

@@ -25,7 +25,7 @@ def test_the_next_run_reads_what_was_put(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b'{"starts_in_air": 3}', b"\xff\xfe", b'{"flight": {"seconds": "x"}}'])
-def test_notes_that_cannot_be_read_are_told_and_may_lack_a_start(
+def test_notes_that_cannot_be_read_are_reported_and_may_lack_a_start(
     tmp_path: Path, text: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / "starts.json"
@@ -38,7 +38,7 @@ def test_notes_that_cannot_be_read_are_told_and_may_lack_a_start(
     assert RunNotes(path).notes == NOTES
 
 
-def test_notes_that_cannot_be_written_are_told_once_and_kept_in_mind(
+def test_notes_that_cannot_be_written_are_reported_once_and_kept_in_mind(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     notes = RunNotes(tmp_path / "none" / "starts.json")
@@ -52,7 +52,7 @@ def test_notes_that_cannot_be_written_are_told_once_and_kept_in_mind(
     assert notes.works
 
 
-def test_a_folder_in_place_of_the_file_is_told(tmp_path: Path) -> None:
+def test_a_folder_in_place_of_the_file_is_reported(tmp_path: Path) -> None:
     (tmp_path / "starts.json").mkdir()
     assert not RunNotes(tmp_path / "starts.json").works
 

@@ -23,6 +23,7 @@ with held_store(Path(sys.argv[1]), {"version": "1.2.3", "port": "3000"}):
 """
 
 
+@pytest.mark.fault("a second daemon is started on the store of one that runs")
 def test_a_second_program_is_refused_by_name_and_may_hold_it_when_the_first_was_killed(tmp_path: Path) -> None:
     store = tmp_path / "a" / "store"
     first = subprocess.Popen([sys.executable, "-c", HOLDER, str(store)], stdout=subprocess.PIPE)
@@ -52,7 +53,7 @@ def test_a_start_waits_for_the_run_before_to_end(tmp_path: Path) -> None:
     assert (first.returncode, killer.wait()) == (-9, 0)
 
 
-def test_one_store_is_no_other(tmp_path: Path) -> None:
+def test_two_stores_are_held_side_by_side(tmp_path: Path) -> None:
     with held_store(tmp_path / "one", ABOUT), held_store(tmp_path / "two", ABOUT):
         pass
 

@@ -62,7 +62,7 @@ class FakeDrone:
     arms: bool = True
     climbs: bool = True
     silent_after: float = float("inf")
-    stop_once_on_the_way_home: bool = False
+    stop_the_return_once: bool = False
     on_beat: Callable[[FakeDrone], None] = lambda _: None
     lot_area: float = 0.0
     """Of the map, square metres: that of an earlier flight before take-off."""
@@ -133,7 +133,7 @@ class FakeDrone:
         self.heartbeat = Heartbeat.model_validate_json(text)
         return self.heartbeat
 
-    def told(self, kind: type[Command]) -> list[Command]:
+    def received(self, kind: type[Command]) -> list[Command]:
         return [command for command in self.orders if isinstance(command, kind)]
 
     def go(self, state: StateName, detail: str = "") -> None:
@@ -218,8 +218,8 @@ class FakeDrone:
             self.go(StateName.IDLE, "Motors off.")
 
     def _homing(self, age: float) -> None:
-        if self.stop_once_on_the_way_home and age > 0.5:
-            self.stop_once_on_the_way_home = False
+        if self.stop_the_return_once and age > 0.5:
+            self.stop_the_return_once = False
             self.go(StateName.HOVER, "Held by someone.")
         elif age > 2:
             self.height, self.armed = 0.0, False

@@ -52,7 +52,7 @@ async def ticking(rig: Rig) -> AsyncIterator[None]:
     async def tick() -> None:
         while True:
             rig.serve_commands()
-            rig.tell()
+            rig.publish_status()
             await asyncio.sleep(0.001)
 
     task = asyncio.create_task(tick(), name="tick")
@@ -70,7 +70,7 @@ async def test_start_returns_what_the_drone_says_of_itself(rig: Rig, drone: Dron
     assert drone.is_connected
 
 
-async def test_nobody_there() -> None:
+async def test_nobody_there_is_a_connection_timeout() -> None:
     with pytest.raises(ConnectionTimeout):
         await DroneClient("127.0.0.1", 1, timeout_s=1.0).start()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hawk.survey.run import put_aside
+from hawk.survey.run import set_store_aside
 
 
 def test_an_earlier_store_is_renamed_and_none_is_lost(tmp_path: Path) -> None:
@@ -12,11 +12,11 @@ def test_an_earlier_store_is_renamed_and_none_is_lost(tmp_path: Path) -> None:
     for content in ("first", "second"):
         store.mkdir()
         (store / "map").write_text(content)
-        put_aside(store)
+        set_store_aside(store)
         assert not store.exists()
     assert [(tmp_path / f"store-{number}" / "map").read_text() for number in (1, 2)] == ["first", "second"]
 
 
 def test_without_an_earlier_store_there_is_nothing_to_do(tmp_path: Path) -> None:
-    put_aside(tmp_path / "store")
+    set_store_aside(tmp_path / "store")
     assert list(tmp_path.iterdir()) == []

@@ -77,13 +77,13 @@ async def test_without_an_earlier_map_nothing_is_continued_and_the_drone_stays_o
     outcome = await fly(drone, replace(PLAN, continues=True))
     assert outcome.status is SurveyStatus.FAILED
     assert "no survey to continue" in outcome.reason
-    assert not drone.told(Arm)
+    assert not drone.received(Arm)
 
 
 async def test_heights_are_configured_when_given() -> None:
     drone = FakeDrone()
     await fly(drone, replace(PLAN, heights=HeightParameters(10.0, 20.0, 30.0)))
-    assert drone.told(Configure) == [Configure(min=10.0, des=20.0, max=30.0)]
+    assert drone.received(Configure) == [Configure(min=10.0, des=20.0, max=30.0)]
     assert drone.heights == (10.0, 20.0, 30.0)
 
 
@@ -93,21 +93,21 @@ async def test_failsafes_are_set_only_when_allowed() -> None:
     assert outcome.status is SurveyStatus.FAILED
     assert "Failsafes" in outcome.reason
     assert "--set-failsafes" in outcome.reason
-    assert drone.told(Arm) == drone.told(SetFailsafes) == []
+    assert drone.received(Arm) == drone.received(SetFailsafes) == []
     drone = FakeDrone(failsafes_set=False)
     assert (await fly(drone, replace(PLAN, set_failsafes=True))).status is SurveyStatus.DONE
-    assert len(drone.told(SetFailsafes)) == 1
+    assert len(drone.received(SetFailsafes)) == 1
 
 
 async def test_failsafes_that_cannot_be_set_end_it_on_the_ground() -> None:
     drone = FakeDrone(failsafes_set=False, failsafes_settable=False)
     outcome = await fly(drone, replace(PLAN, set_failsafes=True))
     assert outcome.status is SurveyStatus.FAILED
-    assert len(drone.told(SetFailsafes)) == 1
-    assert drone.told(Arm) == []
+    assert len(drone.received(SetFailsafes)) == 1
+    assert drone.received(Arm) == []
 
 
-async def test_an_autopilot_that_is_never_found_is_told() -> None:
+async def test_an_autopilot_that_is_never_found_is_reported() -> None:
     outcome = await fly(FakeDrone(connected_at=math.inf))
     assert outcome.status is SurveyStatus.FAILED
     assert "autopilot is not reached" in outcome.reason
@@ -118,7 +118,7 @@ async def test_someone_else_in_control_is_left_alone() -> None:
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED
     assert "Someone else has control." in outcome.reason
-    assert drone.told(ReturnToLaunch) == []
+    assert drone.received(ReturnToLaunch) == []
     assert drone.state is StateName.HOVER
 
 
@@ -127,7 +127,7 @@ async def test_a_drone_that_flies_already_is_left_alone() -> None:
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED
     assert "Hover" in outcome.reason
-    assert drone.told(ReturnToLaunch) == []
+    assert drone.received(ReturnToLaunch) == []
 
 
 async def test_the_autopilots_words_are_the_reason_when_it_does_not_arm() -> None:
@@ -135,14 +135,14 @@ async def test_the_autopilots_words_are_the_reason_when_it_does_not_arm() -> Non
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED
     assert "compass not calibrated" in outcome.reason
-    assert drone.told(Takeoff) == []
+    assert drone.received(Takeoff) == []
 
 
 async def test_a_refused_takeoff_stops_the_motors() -> None:
     drone = FakeDrone(refusals={"Takeoff": "No."})
     outcome = await fly(drone)
     assert "Takeoff was refused: No." in outcome.reason
-    assert drone.told(Disarm) != []
+    assert drone.received(Disarm) != []
     assert is_down(drone)
 
 
@@ -161,19 +161,19 @@ async def test_without_a_lot_it_climbs_searches_and_comes_home_with_status_3() -
     assert outcome.status is SurveyStatus.NO_LOT
     assert int(outcome.status) == 3
     assert "No lot in sight" in outcome.reason
-    moves = [m for m in drone.told(CompulsiveMove) if isinstance(m, CompulsiveMove)]
+    moves = [m for m in drone.received(CompulsiveMove) if isinstance(m, CompulsiveMove)]
     assert {m.height for m in moves} == {60.0}
     assert {m.frame for m in moves} == {"Map"}
     assert (moves[0].x, moves[0].y) == (3.0, -2.0), "climbs where it is first"
     assert drone.searched <= 60.0
-    assert drone.told(AutonomousExplore) == []
+    assert drone.received(AutonomousExplore) == []
     assert is_down(drone)
 
 
 async def test_a_lot_found_on_the_spiral_is_explored() -> None:
     drone = FakeDrone(lot_seen_after=15.0)
     assert (await fly(drone)).status is SurveyStatus.DONE
-    assert 1 < len(drone.told(CompulsiveMove)) < 5
+    assert 1 < len(drone.received(CompulsiveMove)) < 5
 
 
 OUTLINE = SetOutline(polygons=[[FenceCorner(latitude=lat, longitude=0.0) for lat in (0.0, 1e-3, 2e-3)]])
@@ -195,7 +195,7 @@ async def test_an_outline_that_is_refused_keeps_the_drone_on_the_ground() -> Non
     outcome = await fly(drone, replace(PLAN, outline=OUTLINE))
     assert outcome.status is SurveyStatus.FAILED
     assert "the sides 1-2 and 3-4 cross" in outcome.reason
-    assert not drone.told(Arm)
+    assert not drone.received(Arm)
 
 
 async def test_what_of_an_outline_was_not_reached_is_said() -> None:
@@ -210,7 +210,7 @@ async def test_places_outside_the_fence_are_left_out_of_the_spiral() -> None:
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.NO_LOT
     assert drone.north <= 5
-    assert len(drone.told(CompulsiveMove)) == len(list(spiral(0, 0)))
+    assert len(drone.received(CompulsiveMove)) == len(list(spiral(0, 0)))
 
 
 def test_the_spiral_is_square_grows_and_is_no_longer_than_60_m() -> None:
@@ -229,7 +229,7 @@ async def test_exploring_is_begun_again_after_a_hold() -> None:
 
     drone.explore_ends = held_once
     assert (await fly(drone)).status is SurveyStatus.DONE
-    assert len(drone.told(AutonomousExplore)) == 2
+    assert len(drone.received(AutonomousExplore)) == 2
 
 
 async def test_exploring_that_never_finishes_ends_incomplete_and_at_home() -> None:
@@ -237,7 +237,7 @@ async def test_exploring_that_never_finishes_ends_incomplete_and_at_home() -> No
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.INCOMPLETE
     assert "No progress for 10 s." in outcome.reason
-    assert len(drone.told(AutonomousExplore)) == 3
+    assert len(drone.received(AutonomousExplore)) == 3
     assert is_down(drone)
 
 
@@ -248,8 +248,8 @@ async def test_a_lot_that_is_lost_is_looked_for_from_the_next_place() -> None:
 
     drone = FakeDrone(explore_ends=lose_once)
     assert (await fly(drone)).status is SurveyStatus.DONE
-    assert len(drone.told(AutonomousExplore)) == 2
-    assert len(drone.told(CompulsiveMove)) == 1
+    assert len(drone.received(AutonomousExplore)) == 2
+    assert len(drone.received(CompulsiveMove)) == 1
 
 
 async def test_losing_the_lot_wherever_it_is_looked_for_ends_incomplete() -> None:
@@ -258,7 +258,7 @@ async def test_losing_the_lot_wherever_it_is_looked_for_ends_incomplete() -> Non
 
     drone = FakeDrone(explore_ends=lose)
     assert (await fly(drone)).status is SurveyStatus.INCOMPLETE
-    assert len(drone.told(AutonomousExplore)) == 1 + len(list(spiral(0, 0)))
+    assert len(drone.received(AutonomousExplore)) == 1 + len(list(spiral(0, 0)))
 
 
 async def test_the_time_for_exploring_has_an_end() -> None:
@@ -272,13 +272,13 @@ async def test_the_time_for_exploring_has_an_end() -> None:
 async def test_a_drone_that_comes_home_by_itself_is_followed_down() -> None:
     def battery(d: FakeDrone) -> None:
         if d.state is StateName.AUTONOMOUS_EXPLORE and d.time - d.entered > 2:
-            d.go(StateName.RETURN_TO_LAUNCH, "The battery is needed for the way home.")
+            d.go(StateName.RETURN_TO_LAUNCH, "The battery is needed for the return.")
 
     drone = FakeDrone(on_beat=battery)
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.INCOMPLETE
     assert "battery" in outcome.reason
-    assert drone.told(ReturnToLaunch) == [], "it is on its way already"
+    assert drone.received(ReturnToLaunch) == [], "it returns already"
     assert is_down(drone)
 
 
@@ -294,25 +294,29 @@ async def test_a_pilot_who_takes_over_is_not_disturbed() -> None:
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.INCOMPLETE
     assert "pilot" in outcome.reason
-    assert drone.told(ReturnToLaunch) == []
+    assert drone.received(ReturnToLaunch) == []
 
 
 async def test_a_lost_operator_that_is_back_goes_on_exploring() -> None:
     def lose_and_find(d: FakeDrone) -> None:
-        if d.state is StateName.AUTONOMOUS_EXPLORE and d.time - d.entered > 2 and len(d.told(AutonomousExplore)) == 1:
+        if (
+            d.state is StateName.AUTONOMOUS_EXPLORE
+            and d.time - d.entered > 2
+            and len(d.received(AutonomousExplore)) == 1
+        ):
             d.go(StateName.COMMUNICATION_LOST)
         if d.state is StateName.COMMUNICATION_LOST and d.time - d.entered > 2:
             d.go(StateName.HOVER)
 
     drone = FakeDrone(on_beat=lose_and_find)
     assert (await fly(drone)).status is SurveyStatus.DONE
-    assert len(drone.told(AutonomousExplore)) == 2
+    assert len(drone.received(AutonomousExplore)) == 2
 
 
-async def test_the_way_home_is_asked_for_again_when_someone_stops_it() -> None:
-    drone = FakeDrone(stop_once_on_the_way_home=True)
+async def test_the_return_is_asked_for_again_when_someone_stops_it() -> None:
+    drone = FakeDrone(stop_the_return_once=True)
     assert (await fly(drone)).status is SurveyStatus.DONE
-    assert len(drone.told(ReturnToLaunch)) == 2
+    assert len(drone.received(ReturnToLaunch)) == 2
     assert is_down(drone)
 
 
@@ -334,7 +338,7 @@ async def test_ctrl_c_while_arming_stops_the_motors() -> None:
     operator = SurveyOperator(drone, PLAN)
     drone.on_beat = lambda d: operator.interrupt() if d.state is StateName.ARM else None
     assert (await operator.run()).status is SurveyStatus.INTERRUPTED
-    assert drone.told(Takeoff) == drone.told(ReturnToLaunch) == []
+    assert drone.received(Takeoff) == drone.received(ReturnToLaunch) == []
     assert is_down(drone)
 
 
@@ -344,10 +348,10 @@ async def test_ctrl_c_before_arming_touches_nothing() -> None:
     operator.interrupt()
     outcome = await operator.run()
     assert outcome.status is SurveyStatus.INTERRUPTED
-    assert drone.told(Arm) == drone.told(Disarm) == []
+    assert drone.received(Arm) == drone.received(Disarm) == []
 
 
-async def test_a_link_that_is_lost_for_good_is_told_and_the_end_is_not_claimed() -> None:
+async def test_a_link_that_is_lost_for_good_is_reported_and_the_end_is_not_claimed() -> None:
     drone = FakeDrone(silent_after=6.0)
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED
@@ -370,12 +374,12 @@ async def test_a_restarted_drone_does_not_shorten_a_wait() -> None:
     assert (await fly(drone)).status is SurveyStatus.DONE
 
 
-async def test_a_drone_that_does_not_come_down_is_told() -> None:
+async def test_a_drone_that_does_not_come_down_is_reported() -> None:
     drone = FakeDrone(refusals={"Return To Launch": "No home."})
     outcome = await fly(drone)
     assert outcome.status is SurveyStatus.FAILED
     assert "not down yet" in outcome.reason
-    assert len(drone.told(ReturnToLaunch)) > 5
+    assert len(drone.received(ReturnToLaunch)) > 5
     assert not outcome.landed
 
 

@@ -18,7 +18,7 @@ async def shown(*, quiet: bool) -> str:
     return screen.getvalue()
 
 
-async def test_the_share_is_told_as_that_of_what_was_found_so_far() -> None:
+async def test_the_share_is_shown_as_that_of_what_was_found_so_far() -> None:
     text = await shown(quiet=False)
     assert "50 % seen so far" in text
     assert "Coming home" in text
@@ -44,5 +44,5 @@ async def test_while_it_checks_the_failed_checks_are_named() -> None:
     assert "battery" not in screen.getvalue()
 
 
-async def test_quiet_is_quiet() -> None:
+async def test_quiet_prints_nothing() -> None:
     assert await shown(quiet=True) == ""

@@ -58,7 +58,7 @@ def test_a_perfect_survey() -> None:
     assert found["position_error_p95_m"] < 0.01
 
 
-def test_a_constant_position_error_is_taken_out_and_told() -> None:
+def test_a_constant_position_error_is_taken_out_and_reported() -> None:
     found = compare(survey(shift=(0.8, -0.5)), truth())
     assert found["stall_f1"] == 1.0
     assert found["map_offset_east_m"] == pytest.approx(-0.8, abs=0.02)
@@ -124,7 +124,7 @@ def test_what_lies_beyond_the_worlds_picture_does_not_count() -> None:
     assert unlimited["lot_iou"] == pytest.approx(23.6 / 40, abs=0.03)
 
 
-def test_what_was_ever_in_view_is_told_beside_what_was_found_of_it() -> None:
+def test_stalls_ever_in_view_are_reported_beside_those_found_of_them() -> None:
     """The map knows the first 25.6 m of 40 m: nine whole stalls of each row, of which the first four were not found."""
     whole = compare(survey(), truth())
     assert (whole["lot_seen"], whole["stalls_seen"], whole["stall_recall_seen"]) == pytest.approx(

@@ -31,7 +31,7 @@ def world(**changes: Any) -> dict[str, Any]:
     }
 
 
-def test_states_and_what_nobody_can_tell() -> None:
+def test_states_and_stalls_that_nobody_can_judge() -> None:
     truth = parse_truth(world())
     assert truth.states == (StallState.FREE, StallState.TAKEN, None)
     assert truth.hidden == (False, False, True)

@@ -30,7 +30,7 @@ def test_what_is_covered_is_no_visible_car() -> None:
 
 
 @pytest.mark.slow
-def test_stalls_are_stalls() -> None:
+def test_stalls_have_the_size_of_stalls() -> None:
     stalls = [s for k in range(10) for s in draw_scene(np.random.default_rng(k), 160).stalls]
     assert len(stalls) > 20
     for stall in stalls:

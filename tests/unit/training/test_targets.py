@@ -71,7 +71,7 @@ def test_targets_decode_to_the_stalls_they_were_drawn_from() -> None:
     assert (taken[given.taken] > taken[~given.taken].max() + 0.3).all()
 
 
-def test_a_stall_that_nobody_can_tell_is_not_judged() -> None:
+def test_a_stall_of_unclear_state_is_not_judged() -> None:
     given = scene(2)
     judged = np.array([True, False])
     target = draw_targets(given.labels, np.ones((400, 400), np.uint8), given.quads, given.taken, judged)
@@ -138,7 +138,7 @@ def test_a_drawn_scene_becomes_a_training_scene() -> None:
     assert not kept.judged[unseen].any()
 
 
-def test_a_stall_under_a_crown_is_judged_where_its_row_tells_of_it() -> None:
+def test_a_stall_under_a_crown_is_judged_where_its_row_shows_it() -> None:
     stall = SceneStall(np.zeros((4, 2)), False, True, False, True, 1.0, 0.9, "perpendicular")
     stalls = (stall, replace(stall, implied=True), replace(stall, implied=True, lines_visible=False))
     blank = np.zeros((64, 64), np.uint8)

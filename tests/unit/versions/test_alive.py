@@ -1,4 +1,4 @@
-"""The health check of a container: the daemon holds its file, and its word is young."""
+"""The health check of a container: the daemon holds its file, and its state is young."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from pathlib import Path
 import pytest
 
 from hawk.versions.alive import fault, main
-from hawk.versions.flight_word import FILE, FlightWord
+from hawk.versions.flight_state import FILE, FlightStateFile
 from hawk.versions.guard import ASKED_S
 
 
 @pytest.mark.parametrize("may_fly", [True, False])
-def test_a_daemon_that_says_its_word_is_alive(tmp_path: Path, may_fly: bool) -> None:
-    word = FlightWord(tmp_path, lambda: 100.0)
-    word.say(may_fly=may_fly)
+def test_a_daemon_that_writes_its_state_is_alive(tmp_path: Path, may_fly: bool) -> None:
+    file = FlightStateFile(tmp_path, lambda: 100.0)
+    file.write(may_fly=may_fly)
     try:
         assert fault(tmp_path, 100.0 + ASKED_S) is None
     finally:
-        word.close()
+        file.close()
 
 
 def test_one_whose_state_machine_stands_still_is_not(tmp_path: Path) -> None:
-    word = FlightWord(tmp_path, lambda: 100.0)
-    word.say(may_fly=True)
+    file = FlightStateFile(tmp_path, lambda: 100.0)
+    file.write(may_fly=True)
     try:
         assert "no progress for 3 s" in str(fault(tmp_path, 100.1 + ASKED_S))
         (tmp_path / FILE).write_text("nonsense")
         assert "no progress" in str(fault(tmp_path, 100.0))
     finally:
-        word.close()
+        file.close()
 
 
-def test_one_that_ended_is_not_however_young_its_word(tmp_path: Path) -> None:
-    word = FlightWord(tmp_path)
-    word.say(may_fly=False)
-    word.close()
+def test_one_that_ended_is_not_however_young_its_state(tmp_path: Path) -> None:
+    file = FlightStateFile(tmp_path)
+    file.write(may_fly=False)
+    file.close()
     assert "no daemon runs" in str(fault(tmp_path, time.monotonic()))
     assert "no daemon runs" in str(fault(tmp_path / "nowhere", time.monotonic()))
 
@@ -51,14 +51,14 @@ def test_the_command_has_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[
     environment = {"RUNTIME_DIRECTORY": str(tmp_path)}
     assert main([], environment) == 1
     assert "no daemon runs" in capsys.readouterr().err
-    word = FlightWord(tmp_path)
-    word.say(may_fly=False)
+    file = FlightStateFile(tmp_path)
+    file.write(may_fly=False)
     command = [sys.executable, "-I", "-m", "hawk.versions.alive"]
     try:
         assert main([], environment) == 0
         assert subprocess.run(command, env=environment, check=False).returncode == 0
     finally:
-        word.close()
+        file.close()
     assert subprocess.run(command, env=environment, capture_output=True, check=False).returncode == 1
 
 
@@ -66,12 +66,12 @@ def test_the_command_has_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_an_armed_drone_is_not_on_the_ground(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], may_fly: bool, status: int
 ) -> None:
-    word = FlightWord(tmp_path, lambda: time.monotonic() + 1.0)  # said after it is asked
-    word.say(may_fly=may_fly)
+    file = FlightStateFile(tmp_path, lambda: time.monotonic() + 1.0)  # said after it is asked
+    file.write(may_fly=may_fly)
     try:
         assert main(["--on-the-ground"], {"RUNTIME_DIRECTORY": str(tmp_path)}) == status
     finally:
-        word.close()
+        file.close()
     assert ("armed" in capsys.readouterr().err) is may_fly
 
 

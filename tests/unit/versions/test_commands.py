@@ -9,7 +9,7 @@ import pytest
 
 from hawk import cli
 from hawk.versions import commands
-from hawk.versions.flight_word import FlightWord
+from hawk.versions.flight_state import FlightStateFile
 from hawk.versions.kept import Versions
 from tests.unit.versions.package import make_package
 
@@ -31,7 +31,7 @@ def run(tmp_path: Path, *arguments: str) -> int:
 
 @pytest.fixture(autouse=True)
 def quiet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("hawk.versions.commands.give_way", lambda: None)
+    monkeypatch.setattr("hawk.versions.commands.use_idle_time_only", lambda: None)
     monkeypatch.setattr("hawk.versions.guard.SYSTEMD_FOLDER", tmp_path / "none")
     (tmp_path / "run").mkdir()
 
@@ -74,14 +74,14 @@ def test_nothing_is_switched_while_a_daemon_says_that_it_flies(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     kept = installed(tmp_path, "0.1.0", "0.2.0")
-    word = FlightWord(tmp_path / "run")
-    word.say(may_fly=True)
+    file = FlightStateFile(tmp_path / "run")
+    file.write(may_fly=True)
     for arguments in (("ground",), ("rollback",), ("install", str(tmp_path / "package-0.1.0"), "0.1.0")):
         assert run(tmp_path, *arguments) == 1
         assert "armed" in capsys.readouterr().err
     assert kept.current == "0.2.0"
-    word.say(may_fly=False)
-    word.close()
+    file.write(may_fly=False)
+    file.close()
     assert run(tmp_path, "ground") == 0
 
 

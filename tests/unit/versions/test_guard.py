@@ -7,17 +7,17 @@ from typing import Any
 import pytest
 
 from hawk.versions import guard
-from hawk.versions.flight_word import FlightWord, Heard, Word
+from hawk.versions.flight_state import FlightState, FlightStateFile, FoundState
 from hawk.versions.guard import ARMED, ASKED_S, ENDED_ARMED, SILENT, Refusal, judge, look
 from tests.manual_clock import ManualClock
 
 NOW = 100.0
-GROUND, FLYING = Word(may_fly=False, at_s=NOW), Word(may_fly=True, at_s=NOW)
-OLD, OLD_FLYING = Word(may_fly=False, at_s=NOW - 0.1), Word(may_fly=True, at_s=NOW - 100.0)
+GROUND, FLYING = FlightState(may_fly=False, at_s=NOW), FlightState(may_fly=True, at_s=NOW)
+OLD, OLD_FLYING = FlightState(may_fly=False, at_s=NOW - 0.1), FlightState(may_fly=True, at_s=NOW - 100.0)
 
 
 @pytest.mark.parametrize(
-    ("word", "is_held", "unit_runs", "expected"),
+    ("state", "is_held", "unit_runs", "expected"),
     [
         (GROUND, True, True, None),
         (GROUND, True, False, None),  # started by hand
@@ -35,9 +35,9 @@ OLD, OLD_FLYING = Word(may_fly=False, at_s=NOW - 0.1), Word(may_fly=True, at_s=N
     ],
 )
 def test_only_a_daemon_that_says_ground_now_or_does_not_run_lets_a_version_go(
-    word: Word | None, is_held: bool, unit_runs: bool, expected: Refusal | None
+    state: FlightState | None, is_held: bool, unit_runs: bool, expected: Refusal | None
 ) -> None:
-    assert judge(Heard(word, is_held), NOW, unit_runs=unit_runs) is expected
+    assert judge(FoundState(state, is_held), NOW, unit_runs=unit_runs) is expected
 
 
 class Waiting:
@@ -54,39 +54,39 @@ class Waiting:
 
 def test_a_daemon_that_hangs_is_asked_for_seconds_and_counts_as_armed(tmp_path: Path) -> None:
     waiting = Waiting()
-    word = FlightWord(tmp_path, waiting.clock)
-    word.say(may_fly=False)
+    file = FlightStateFile(tmp_path, waiting.clock)
+    file.write(may_fly=False)
     waiting.clock.advance(0.1)  # it said so a moment ago, and not since it was asked
     refusal = look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=waiting.sleep)
     assert refusal is SILENT
     assert waiting.slept == pytest.approx(ASKED_S, abs=0.2)
-    word.close()
+    file.close()
 
 
-def test_a_daemon_that_speaks_again_is_heard(tmp_path: Path) -> None:
+def test_a_daemon_that_writes_again_counts(tmp_path: Path) -> None:
     waiting = Waiting()
-    word = FlightWord(tmp_path, waiting.clock)
-    word.say(may_fly=False)
+    file = FlightStateFile(tmp_path, waiting.clock)
+    file.write(may_fly=False)
     waiting.clock.advance(100.0)
 
     def sleep(seconds: float) -> None:
         waiting.sleep(seconds)
-        word.say(may_fly=False)
+        file.write(may_fly=False)
 
     assert look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=sleep) is None
-    word.close()
+    file.close()
 
 
 def test_an_armed_drone_is_not_waited_for(tmp_path: Path) -> None:
     waiting = Waiting()
-    word = FlightWord(tmp_path, waiting.clock)
-    word.say(may_fly=True)
+    file = FlightStateFile(tmp_path, waiting.clock)
+    file.write(may_fly=True)
     assert look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=waiting.sleep) is ARMED
     assert waiting.slept == 0.0
-    word.close()
+    file.close()
 
 
-def test_a_word_that_cannot_be_read_is_a_refusal(tmp_path: Path) -> None:
+def test_a_state_that_cannot_be_read_is_a_refusal(tmp_path: Path) -> None:
     (tmp_path / "flight").symlink_to("flight")  # a loop: reading it fails for root too
     refusal = look(tmp_path, unit_runs=lambda: False)
     assert refusal is not None

@@ -140,9 +140,9 @@ class Rig:
     def publish(self, status: DroneStatus | None = None) -> None:
         """One heartbeat's worth of time passes, and the manager publishes its status."""
         self.clock.advance(0.2)
-        self.tell(status)
+        self.publish_status(status)
 
-    def tell(self, status: DroneStatus | None = None) -> None:
+    def publish_status(self, status: DroneStatus | None = None) -> None:
         """The manager publishes its status; no time passes for a lease."""
         self.real.advance(0.2)
         before = self.status.value or DroneStatus()

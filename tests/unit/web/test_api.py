@@ -72,7 +72,7 @@ async def test_a_tile_that_is_not_there_is_404(rig: Rig, path: str) -> None:
     assert (await get(rig, path))[0] == 404
 
 
-async def test_the_report_tells_the_present_map(rig: Rig) -> None:
+async def test_the_report_is_of_the_present_map(rig: Rig) -> None:
     status, report = await get_json(rig, "/api/report.json")
     assert (status, report["stalls"], report["state"]) == (200, None, None)
     rig.map.publish(MAP)
@@ -95,7 +95,7 @@ async def test_the_report_tells_the_present_map(rig: Rig) -> None:
         "free_range": [1, 4],
         "lot_area_m2": 120.0,
         "explored": 0.5,
-        "way_m": 12.0,
+        "distance_flown_m": 12.0,
         "state": "Hover",
     }
 

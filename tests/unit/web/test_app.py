@@ -11,7 +11,7 @@ from hawk.web.app import WebServer
 from tests.unit.web.rig import Rig, browser
 
 
-async def test_a_free_port_is_taken_and_told(rig: Rig) -> None:
+async def test_a_free_port_is_taken_and_shown(rig: Rig) -> None:
     rig.web = WebSettings(port=0)
     server = WebServer(rig.services(), rig.page)
     await server.start()

@@ -44,6 +44,10 @@ async def sent(rig: Rig, data: Any, query: str = "kind=fence", **options: Any) -
         return response.status, await response.text()
 
 
+@pytest.mark.fault(
+    "the same file on the page and on the command line",
+    "one reader, the same result and the same words",
+)
 @pytest.mark.parametrize("kind", ["fence", "outline"])
 @pytest.mark.parametrize("name", FILES)
 async def test_a_file_comes_back_as_one_polygon_for_the_editor(rig: Rig, name: str, kind: str) -> None:
@@ -63,6 +67,7 @@ async def test_a_ceiling_is_kept(rig: Rig) -> None:
     assert json.loads(text)["properties"]["ceiling_m"] is None
 
 
+@pytest.mark.fault("the same file on the page and on the command line")
 @pytest.mark.parametrize(
     ("data", "query", "status", "words"),
     [

@@ -49,6 +49,7 @@ RESOURCE = """<?xml version="1.0" encoding="utf-8"?>
 <TileSets profile="{}"><TileSet href="17" units-per-pixel="1.19" order="17"/></TileSets></TileMap>"""
 
 
+@pytest.mark.fault("a folder of TMS tiles", "served at their places; one that only seems to be TMS is named")
 @pytest.mark.parametrize(
     ("name", "text"),
     [
@@ -72,6 +73,7 @@ async def test_metadata_that_does_not_say_tms_changes_nothing(rig: Rig, tiles: P
     assert (await get(rig, "/api/background/18/139/90"))[0] == 200
 
 
+@pytest.mark.fault("a folder of TMS tiles")
 async def test_a_folder_that_seems_to_be_tms_is_named_once(
     rig: Rig, tiles: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

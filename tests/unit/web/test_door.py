@@ -132,6 +132,7 @@ async def test_when_all_places_are_taken_the_address_with_most_of_them_gives_one
     assert await strangers[0].is_closed()
 
 
+@pytest.mark.fault("a request that trickles and never ends", "closed after 10 s")
 async def test_a_request_that_is_not_whole_in_time_is_closed_however_it_trickles(
     rig: Rig, server: WebServer, strangers: list[Stranger]
 ) -> None:
@@ -170,20 +171,21 @@ async def test_an_open_page_waits_for_nothing(rig: Rig, server: WebServer) -> No
         assert (await page.ask(Type="Heartbeat"))["Accepted"]
 
 
+@pytest.mark.fault("an answer that nobody reads", "closed after 30 s without progress")
 async def test_an_answer_that_is_received_slowly_goes_on_and_one_that_is_not_received_ends(
     rig: Rig, server: WebServer, strangers: list[Stranger]
 ) -> None:
     text = b"GET /large.bin HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     stranger = await come(server, strangers, text, limit=1024)
     await stranger.reader.readuntil(b"\r\n\r\n")
-    (visit,) = server.door.visits()
+    (connection,) = server.door.waiting_connections()
     for _ in range(3):
         rig.real.advance(IDLE_S)
         server.door.sweep()
         assert server.door.waiting == 1, "it received some"
-        before = visit.unsent
+        before = connection.unsent
         async with asyncio.timeout(PATIENCE_S):
-            while visit.unsent == before:
+            while connection.unsent == before:
                 await stranger.reader.readexactly(64 * 1024)
     for _ in range(2):
         rig.real.advance(IDLE_S)
@@ -202,6 +204,10 @@ async def test_a_connection_that_goes_leaves_its_place(server: WebServer, strang
 # -- being answered ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "more requests under way than the server answers",
+    "503 for others, the operator in control is answered",
+)
 async def test_when_too_much_is_asked_only_the_operator_in_control_is_answered(server: WebServer) -> None:
     async with browser() as session, browser() as other:
         operator = await join(server, session)
@@ -214,6 +220,7 @@ async def test_when_too_much_is_asked_only_the_operator_in_control_is_answered(s
         assert await page_status(server, other) == 200
 
 
+@pytest.mark.fault("all places of pages and viewers are taken", "the operator in control gets in at once")
 async def test_a_full_house_has_places_for_the_operator_in_control(server: WebServer) -> None:
     async with browser() as session, browser() as other:
         operator = await join(server, session)
@@ -257,7 +264,7 @@ def test_places_leave_descriptors_to_the_flight(descriptors: int, clients: int, 
         assert places.waiting + places.answered + RESERVED_DESCRIPTORS <= descriptors
 
 
-async def test_a_process_that_may_open_few_files_is_told_at_the_start(
+async def test_a_process_that_may_open_few_files_is_reported_at_the_start(
     rig: Rig, caplog: pytest.LogCaptureFixture
 ) -> None:
     rig.web = WebSettings(port=0, maximum_clients=1000)
@@ -273,6 +280,10 @@ async def test_a_process_that_may_open_few_files_is_told_at_the_start(
     assert "LimitNOFILE" in caplog.text
 
 
+@pytest.mark.fault(
+    "the process has no descriptor left for a connection",
+    "one waiting connection goes, accepted again within 0.1 s, no traceback, no spin",
+)
 async def test_without_descriptors_it_waits_and_accepts_when_there_are_some(
     server: WebServer, strangers: list[Stranger], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -298,6 +309,7 @@ async def test_without_descriptors_it_waits_and_accepts_when_there_are_some(
     assert len(caplog.records) <= LINES
 
 
+@pytest.mark.fault("malformed requests", "ten log lines a minute, without content and traceback")
 async def test_malformed_requests_are_logged_a_few_times_without_their_content(
     server: WebServer, strangers: list[Stranger], caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -175,7 +175,7 @@ async def test_no_recording_is_sent_while_armed(rig: Rig, tmp_path: Path) -> Non
     assert "motors are off" in (await sizes(rig))["recording.mcap"]["Reason"]
 
 
-async def test_the_reason_of_a_missing_recording_is_told(rig: Rig, tmp_path: Path) -> None:
+async def test_the_reason_of_a_missing_recording_is_reported(rig: Rig, tmp_path: Path) -> None:
     def incomplete() -> Path:
         raise NoRecordingError("The recording is not complete yet.")
 

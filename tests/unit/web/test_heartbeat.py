@@ -45,8 +45,8 @@ def entry(number: int) -> LogEntry:
 
 
 def test_every_part_of_the_status_is_in_the_heartbeat() -> None:
-    told = beat(ClientView(), DroneStatus())
-    assert set(told) == {wire_key(name) for name in Heartbeat.model_fields} - {"Sentences"}  # there are none
+    sent = beat(ClientView(), DroneStatus())
+    assert set(sent) == {wire_key(name) for name in Heartbeat.model_fields} - {"Sentences"}  # there are none
     parts = [
         f.name
         for f in fields(DroneStatus)
@@ -67,28 +67,28 @@ def test_values_arrive_under_their_keys() -> None:
         ),
         pose=PoseStatus(yaw=1.5),
     )
-    told = beat(ClientView(), status)
-    assert (told["State"], told["User Error"], told["Health Status"]) == ("Land", 2, 1)
-    assert told["Home"] == {"North": 1.0, "East": 2.0}
-    assert len(told["Fence"]) == 3
-    assert told["Datum"] == [43.0, -79.0]
-    assert told["Heights"] == [15.0, 35.0, 60.0]
-    assert (told["Controller"], told["In Control"]) == ("Operator 1", True)
-    assert (told["Controller Lost"], told["Control Taken By"]) == (False, None)
+    sent = beat(ClientView(), status)
+    assert (sent["State"], sent["User Error"], sent["Health Status"]) == ("Land", 2, 1)
+    assert sent["Home"] == {"North": 1.0, "East": 2.0}
+    assert len(sent["Fence"]) == 3
+    assert sent["Datum"] == [43.0, -79.0]
+    assert sent["Heights"] == [15.0, 35.0, 60.0]
+    assert (sent["Controller"], sent["In Control"]) == ("Operator 1", True)
+    assert (sent["Controller Lost"], sent["Control Taken By"]) == (False, None)
 
 
 def test_local_position_x_and_y_are_not_swapped() -> None:
-    told = beat(ClientView(), DroneStatus(pose=PoseStatus(local_position_x=3.0, local_position_y=-7.0)))
-    assert (told["Local Position X"], told["Local Position Y"]) == (3.0, -7.0)
+    sent = beat(ClientView(), DroneStatus(pose=PoseStatus(local_position_x=3.0, local_position_y=-7.0)))
+    assert (sent["Local Position X"], sent["Local Position Y"]) == (3.0, -7.0)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_not_finite_is_null(value: float) -> None:
-    told = beat(
+    sent = beat(
         ClientView(), DroneStatus(pose=PoseStatus(speed=value), trail=(MapPoint(1.0, value), MapPoint(1.0, 1.0)))
     )
-    assert told["Speed"] is None
-    assert told["Trail"] == [{"North": 1.0, "East": 1.0}]
+    assert sent["Speed"] is None
+    assert sent["Trail"] == [{"North": 1.0, "East": 1.0}]
 
 
 def test_heights_that_are_not_finite_are_no_status() -> None:
@@ -148,7 +148,7 @@ def test_a_long_log_comes_in_parts() -> None:
     assert got == list(range(2 * LOG_LIMIT + 5))
 
 
-def test_trail_points_come_once_until_it_begins_anew() -> None:
+def test_trail_points_come_once_until_another_trail_begins() -> None:
     view = ClientView()
     trail = tuple(MapPoint(float(n), 0.0) for n in range(TRAIL_LIMIT + 3))
     first = beat(view, DroneStatus(trail=trail, trail_id=4))
@@ -168,10 +168,10 @@ def test_the_shared_part_is_built_once_a_status() -> None:
     assert json.loads(other.shared_json)["Sequence"] == 1
 
 
-def test_one_client_does_not_change_what_another_is_told() -> None:
+def test_one_client_does_not_change_what_another_is_sent() -> None:
     status = DroneStatus(log=(entry(1),))
     one, two = ClientView(), ClientView()
     for view in (one, two):
-        told = json.loads(view.heartbeat(status, None, ControlView()))
-        assert len(told["Messages"]) == 1
+        sent = json.loads(view.heartbeat(status, None, ControlView()))
+        assert len(sent["Messages"]) == 1
     assert "Messages" not in json.loads(status.shared_json)

@@ -63,15 +63,17 @@ class Model:
             stalls |= {n: stall(n, self._version, float(n)) for n in range(1000, 1400)}
         elif action == "gone":
             stalls = {n: s for n, s in stalls.items() if n % 7 != number % 7}
-        elif action == "anew":
+        elif action == "another map":
             tiles, mosaic, stalls = {}, {}, {}
-        map_id = f"m{self._version}" if action == "anew" else self.now.map_id
+        map_id = f"m{self._version}" if action == "another map" else self.now.map_id
         self.now = OccupancyMap(tiles, mosaic, stalls, version=self._version, map_id=map_id)
 
 
 STEPS = st.lists(
     st.tuples(
-        st.sampled_from(["tile", "tile", "heavy", "mosaic", "stall", "stall", "many", "gone", "anew", "nothing"]),
+        st.sampled_from(
+            ["tile", "tile", "heavy", "mosaic", "stall", "stall", "many", "gone", "another map", "nothing"]
+        ),
         st.integers(0, 24),
         st.integers(0, 50),
         st.booleans(),
@@ -123,7 +125,7 @@ def test_nearest_tiles_come_first_and_the_backlog_is_counted() -> None:
     assert first.backlog == 10 - len(columns)
 
 
-def test_a_lot_of_stalls_leaves_room_for_tiles_and_the_other_way_round() -> None:
+def test_a_lot_of_stalls_leaves_room_for_tiles_and_the_reverse() -> None:
     stalls = {number: stall(number) for number in range(2000)}
     tiles: dict[TileKey, EncodedTile] = {(0, column): heavy_tile(column) for column in range(50)}
     update = MapView().update(OccupancyMap(tiles, {}, stalls), HERE)

@@ -53,7 +53,7 @@ async def helper_asks(rig: Rig, path: str, **headers: str) -> tuple[int, str]:
                 if "Location" not in response.headers:
                     return response.status, text
                 url = urljoin(url, response.headers["Location"])
-    raise AssertionError("BlueOS does not follow so many")
+    raise AssertionError("BlueOS does not follow more than that")
 
 
 @pytest.mark.parametrize("accept", [{}, {"Accept": "*/*"}])

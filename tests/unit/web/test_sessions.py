@@ -97,7 +97,7 @@ def test_a_lost_operator_who_comes_back_in_time_goes_on(desk: ControlDesk, clock
 
 
 @pytest.mark.parametrize("silence", [11.0, 40.0])
-def test_a_lost_operator_is_told_who_took_control(desk: ControlDesk, clock: ManualClock, silence: float) -> None:
+def test_a_lost_operator_learns_who_took_control(desk: ControlDesk, clock: ManualClock, silence: float) -> None:
     desk.request("a")
     clock.advance(silence)
     desk.request("b")
@@ -112,7 +112,7 @@ def test_a_lost_operator_is_told_who_took_control(desk: ControlDesk, clock: Manu
     assert desk.taken_by("a") is None, "this time it was given back"
 
 
-def test_nobody_is_told_about_control_that_was_given_back(desk: ControlDesk, clock: ManualClock) -> None:
+def test_control_that_was_given_back_is_reported_to_nobody(desk: ControlDesk, clock: ManualClock) -> None:
     desk.request("a")
     desk.release("a")
     clock.advance(40)

@@ -191,7 +191,7 @@ def test_a_bare_site_has_nothing_to_park_on() -> None:
         assert plan.surfaces
 
 
-def test_paint_can_always_be_told_from_the_ground() -> None:
+def test_paint_can_always_be_distinguished_from_the_ground() -> None:
     for seed in range(60):
         asphalt = float(_rng(seed).uniform(40, 215))
         stalls, hatching, *_ = sample_palette(_rng(seed), asphalt)

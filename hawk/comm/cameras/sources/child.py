@@ -33,7 +33,7 @@ _STAMP: Final = re.compile(r"^\[[\d:.]+\]\s+\[\d+\]\s+")
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
+class ChildTimeouts:
     """Real seconds that a child may take: to its first picture, between two, and to end when it is asked to."""
 
     first_s: float = 10.0
@@ -41,7 +41,7 @@ class Patience:
     end_s: float = 2.0
 
 
-PATIENCE: Final = Patience()
+CHILD_TIMEOUTS: Final = ChildTimeouts()
 
 
 class Words:
@@ -84,15 +84,15 @@ class Child:
     """One run of a program. Use it as an asynchronous context: on leaving, nothing of it runs any more."""
 
     def __init__(
-        self, command: Sequence[str], patience: Patience, words: Words | None = None, pass_fds: Sequence[int] = ()
+        self, command: Sequence[str], timeouts: ChildTimeouts, words: Words | None = None, pass_fds: Sequence[int] = ()
     ) -> None:
         """``command``: the program and its arguments; no shell sees them."""
         self._command = tuple(command)
-        self._patience = patience
+        self._timeouts = timeouts
         self._pass_fds = tuple(pass_fds)
         self._process: asyncio.subprocess.Process | None = None
         self._listener: asyncio.Task[None] | None = None
-        self._limit_s = patience.first_s
+        self._limit_s = timeouts.first_s
         self._deadline = 0.0
         self.words = words or Words()
 
@@ -130,7 +130,7 @@ class Child:
             if process.returncode is None:
                 self._signal(signal.SIGTERM)
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(process.wait(), self._patience.end_s)
+                    await asyncio.wait_for(process.wait(), self._timeouts.end_s)
         finally:
             self._signal(signal.SIGKILL)  # what the program started may have outlived it
             await process.wait()
@@ -155,13 +155,13 @@ class Child:
 
     def heard(self) -> None:
         """Note that a picture came: the next may take its time from now on."""
-        self._limit_s = self._patience.silence_s
+        self._limit_s = self._timeouts.silence_s
         self._deadline = asyncio.get_running_loop().time() + self._limit_s
 
     async def last_words(self) -> str:
         """Return why the program ended, after the end of its output."""
         if self._listener is not None:
-            await asyncio.wait((self._listener,), timeout=self._patience.end_s)
+            await asyncio.wait((self._listener,), timeout=self._timeouts.end_s)
         return self.words.reason
 
     def _running(self) -> asyncio.subprocess.Process:

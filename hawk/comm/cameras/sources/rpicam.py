@@ -15,7 +15,7 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.comm.cameras.sources.child import PATIENCE, READ, Child, Patience
+from hawk.comm.cameras.sources.child import CHILD_TIMEOUTS, READ, Child, ChildTimeouts
 from hawk.comm.cameras.sources.mjpeg import MAX_PART
 from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.cameras.stamp_clock import captured_at
@@ -122,13 +122,13 @@ class RpicamSource(CameraSource):
         camera: RpicamCamera,
         clock: Callable[[], float],
         program: str = PROGRAM,
-        patience: Patience = PATIENCE,
+        timeouts: ChildTimeouts = CHILD_TIMEOUTS,
     ) -> None:
-        """``patience``: after these times without a picture the process is ended."""
+        """``timeouts``: after these times without a picture the process is ended."""
         self._camera = camera
         self._clock = clock
         self._program = program
-        self._patience = patience
+        self._timeouts = timeouts
         self._name = f"rpicam:{camera.number}"
 
     async def frames(self) -> AsyncGenerator[SourceFrame, None]:
@@ -138,7 +138,7 @@ class RpicamSource(CameraSource):
         try:
             async with _metadata() as (descriptor, stamps, close_ours):
                 command = (self._program, *rpicam_arguments(self._camera, f"/proc/self/fd/{descriptor}"))
-                async with Child(command, self._patience, pass_fds=(descriptor,)) as child:
+                async with Child(command, self._timeouts, pass_fds=(descriptor,)) as child:
                     close_ours()
                     splitter, torn_before, taken = JpegSplitter(), self.torn, 0
                     while data := await child.read():

@@ -11,7 +11,7 @@ import shutil
 from collections.abc import AsyncGenerator, Callable, Sequence
 from typing import Final
 
-from hawk.comm.cameras.sources.child import PATIENCE, Child, Patience, Words
+from hawk.comm.cameras.sources.child import CHILD_TIMEOUTS, Child, ChildTimeouts, Words
 from hawk.comm.cameras.sources.mjpeg import MultipartParser
 from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame, without_passwords, without_secrets
 
@@ -40,13 +40,17 @@ class GStreamerSource(CameraSource):
     """``gst:PIPELINE`` without its sink, for example ``v4l2src ! video/x-raw,width=1280,height=720``."""
 
     def __init__(
-        self, pipeline: str, clock: Callable[[], float], program: str = PROGRAM, patience: Patience = PATIENCE
+        self,
+        pipeline: str,
+        clock: Callable[[], float],
+        program: str = PROGRAM,
+        timeouts: ChildTimeouts = CHILD_TIMEOUTS,
     ) -> None:
-        """``patience``: after these times without a picture the process is ended."""
+        """``timeouts``: after these times without a picture the process is ended."""
         self._pipeline = pipeline.strip()
         self._clock = clock
         self._program = program
-        self._patience = patience
+        self._timeouts = timeouts
         self._packages = _GSTREAMER_PACKAGES
         self._name = f"gst:{without_passwords(self._pipeline)}"
 
@@ -56,7 +60,7 @@ class GStreamerSource(CameraSource):
             raise CameraError(f"{self._name}: needs {self._program}, which is not installed: {self._packages}")
         command = (self._program, "--quiet", *self._elements(), *_TAIL)
         try:
-            async with Child(command, self._patience, Words(_is_error)) as child:
+            async with Child(command, self._timeouts, Words(_is_error)) as child:
                 parser, torn_before = MultipartParser(_BOUNDARY.encode()), self.torn
                 while data := await child.read():
                     parts = parser.feed(data, self._clock())
@@ -100,10 +104,10 @@ class RtspSource(GStreamerSource):
     """``rtsp://USER:PASSWORD@HOST:PORT/PATH``, any codec that GStreamer decodes."""
 
     def __init__(
-        self, url: str, clock: Callable[[], float], program: str = PROGRAM, patience: Patience = PATIENCE
+        self, url: str, clock: Callable[[], float], program: str = PROGRAM, timeouts: ChildTimeouts = CHILD_TIMEOUTS
     ) -> None:
-        """``patience``: after these times without a picture the process is ended."""
-        super().__init__("", clock, program, patience)
+        """``timeouts``: after these times without a picture the process is ended."""
+        super().__init__("", clock, program, timeouts)
         self._url = url
         self._name = without_secrets(url)
         self._packages = _RTSP_PACKAGES

@@ -491,7 +491,7 @@ async def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("scene", nargs="?", default="explore")
     parser.add_argument("--port", type=int, default=3999)
-    parser.add_argument("--stalls", type=int, help="a field of so many stalls, all of them known from the beginning")
+    parser.add_argument("--stalls", type=int, help="a field of N stalls, all of them known from the beginning")
     parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
     options = parser.parse_args()
     clock = Clock()

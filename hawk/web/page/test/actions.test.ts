@@ -222,8 +222,8 @@ describe("a move", () => {
     assert.ok(plan);
     assert.match(consequence(now, plan, "Autonomous Move", known), /52 m along the route/);
     assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /along the route/);
-    const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no way over the lot." });
-    assert.deepEqual([none?.choices[0]?.possible, none?.choices[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
+    const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no route over the lot." });
+    assert.deepEqual([none?.choices[0]?.possible, none?.choices[0]?.reason, none?.suggested], [false, "no route over the lot.", "Compulsive Move"]);
     const outside = planMove(now, { North: 60, East: 0 }, CELL.lot, known);
     assert.equal(outside?.refusal, "Outside the fence");
   });

@@ -51,7 +51,7 @@ describe("the route to a place that is asked about", () => {
 
   it("may be refused, with the reason", async () => {
     for (const [given, reason] of [
-      [answer({ Points: [], Refused: "No way inside the lot." }), "No way inside the lot."],
+      [answer({ Points: [], Refused: "No route inside the lot." }), "No route inside the lot."],
       [answer({ Points: [] }), "There is no route there."],
       [{ Type: "Ack", Accepted: false, Reason: "No link." }, "No link."],
     ] as const) {

@@ -286,6 +286,7 @@ def _is_at(row: np.ndarray, stall: Stall) -> bool:
     return bool(math.hypot(row[0] - stall.north, row[1] - stall.east) < 0.5)
 
 
+@pytest.mark.fault("local and global position jump together by 25 m (EKF reset after a GPS glitch) while the map grows")
 def test_a_frame_whose_position_jumped_is_not_mapped_and_the_next_good_one_is(flown_20: Rig) -> None:
     rig = copy.deepcopy(flown_20)
     before = rig.map

@@ -22,7 +22,7 @@ def pixels(tile: EncodedTile) -> np.ndarray:
     return np.asarray(image)
 
 
-def test_a_picture_is_laid_where_it_was_taken() -> None:
+def test_a_picture_is_placed_where_it_was_taken() -> None:
     mosaic = Mosaic()
     mosaic.add(picture(-12.8, 12.8, 150), (-12.8, 12.8), 35.0)
     while mosaic.encode(1, 1):

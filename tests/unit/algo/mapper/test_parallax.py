@@ -28,21 +28,21 @@ def on_roof(stalls: Floats) -> NDArray[np.bool_]:
 
 
 def look(
-    truth: Truth, raised_m: float, east: float, time: float, told_m: float, rng: np.random.Generator
+    truth: Truth, raised_m: float, east: float, time: float, reported_m: float, rng: np.random.Generator
 ) -> SeenGround:
     """Some of the lot's stalls stand ``raised_m`` higher than the others."""
-    pose = pose_at(4.0, east, math.pi / 2, told_m)
+    pose = pose_at(4.0, east, math.pi / 2, reported_m)
     raised = stretched(truth, (pose.north, pose.east), HEIGHT_M / (HEIGHT_M - raised_m))
     stalls = np.where(on_roof(truth.stalls)[:, None], raised.stalls, truth.stalls)
     vision = SyntheticVision(Truth(truth.lot, stalls, truth.taken), rng=rng, noise_m=0.12, true_height=HEIGHT_M)
     return vision.look(pose, time)
 
 
-def fly(raised_m: float, told_m: float = HEIGHT_M) -> tuple[int, int, MapCore]:
+def fly(raised_m: float, reported_m: float = HEIGHT_M) -> tuple[int, int, MapCore]:
     """Fly over a lot; return how many stalls count on the ground and on the roof."""
     truth, rng, core = rows_lot(), np.random.default_rng(1), MapCore(MapperSettings(), "m")
     for number, east in enumerate(np.arange(-24, 40, 0.8)):
-        core.fuse(look(truth, raised_m, float(east), number * 0.2, told_m, rng))
+        core.fuse(look(truth, raised_m, float(east), number * 0.2, reported_m, rng))
     core.encode(None)
     places = np.array([(s.north, s.east) for s in core.index.stalls.values()])
     roof = (places[:, 0] > 7) & (places[:, 1] > ROOF_EAST_M - 1)
@@ -68,7 +68,7 @@ def test_stalls_on_a_roof_do_not_count(height: float) -> None:
 
 
 @pytest.mark.flight
-def test_without_that_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_rule_for_raised_stalls_they_would_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stalls_module, "RAISED", 9.0)
     assert fly(5.0)[1] >= RAISED / 2
 
@@ -82,9 +82,9 @@ def test_stalls_on_the_ground_all_count(level: tuple[int, int, MapCore]) -> None
 
 
 @pytest.mark.flight
-@pytest.mark.parametrize("told", [0.85, 1.15])
-def test_a_wrong_height_raises_no_stall(told: float) -> None:
-    *_, core = fly(0.0, HEIGHT_M * told)
+@pytest.mark.parametrize("factor", [0.85, 1.15])
+def test_a_wrong_height_raises_no_stall(factor: float) -> None:
+    *_, core = fly(0.0, HEIGHT_M * factor)
     assert len(core.index.stalls) > ALL / 2
     assert not core.tracker.rows["raised"].any()
 

@@ -18,7 +18,7 @@ def stalls(rows: int = 4, columns: int = 30) -> Floats:
     return np.column_stack([north.ravel(), east.ravel(), np.zeros(north.size)])
 
 
-def told(real: Floats, drone: tuple[float, float], error: Shift) -> tuple[Floats, tuple[float, float]]:
+def seen(real: Floats, drone: tuple[float, float], error: Shift) -> tuple[Floats, tuple[float, float]]:
     """Return the sightings of a drone with a wrong pose: ``error`` off, and turned about itself."""
     affine = error.about(*drone)
     places = transform_points(affine, real[:, :2])
@@ -33,7 +33,7 @@ def near(real: Floats, drone: tuple[float, float], reach: float = 14.0) -> Float
 def test_a_position_error_is_taken_out(error: tuple[float, float]) -> None:
     registration, real = Registration(2.0), stalls()
     for _ in range(20):
-        found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(*error))
+        found, drone = seen(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(*error))
         registration.update(real, found, drone, 0.0)
     assert registration.shift.north == pytest.approx(-error[0], abs=0.02)
     assert registration.shift.east == pytest.approx(-error[1], abs=0.02)
@@ -42,7 +42,7 @@ def test_a_position_error_is_taken_out(error: tuple[float, float]) -> None:
 def test_a_slow_drift_is_followed_beyond_half_a_pitch() -> None:
     registration, real = Registration(2.0), stalls()
     for step in range(200):
-        found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.0, step * 0.009))
+        found, drone = seen(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.0, step * 0.009))
         registration.update(real, found, drone, 0.0)
     assert registration.shift.east == pytest.approx(-1.8, abs=0.1)
 
@@ -50,14 +50,14 @@ def test_a_slow_drift_is_followed_beyond_half_a_pitch() -> None:
 def test_a_jump_of_a_whole_pitch_is_not_followed_to_the_wrong_stalls() -> None:
     """Nothing distinguishes it from standing still: the shift stays instead of slipping by half a pitch."""
     registration, real = Registration(2.0), stalls()
-    found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.0, 2.6))
+    found, drone = seen(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.0, 2.6))
     registration.update(real, found, drone, 0.0)
     assert abs(registration.shift.east) < 0.05
 
 
 def test_three_stalls_are_too_few() -> None:
     registration, real = Registration(2.0), stalls(1, 3)
-    found, drone = told(real, (0.0, 2.6), Shift(0.5, 0.0))
+    found, drone = seen(real, (0.0, 2.6), Shift(0.5, 0.0))
     assert registration.update(real, found, drone, 0.0) == Shift()
 
 
@@ -83,7 +83,7 @@ def test_stalls_of_an_earlier_pass_hold_the_shift_fresh_ones_let_it_leak(
     anchored = np.full(len(real), is_old)
     for step in range(150):
         place = (9.0, 10.0 + step * 0.4)
-        found, drone = told(near(real, place), place, Shift(0.0, -1.0))
+        found, drone = seen(near(real, place), place, Shift(0.0, -1.0))
         registration.update(real, found, drone, 0.0, anchored)
     assert least < registration.shift.east < most
 
@@ -91,7 +91,7 @@ def test_stalls_of_an_earlier_pass_hold_the_shift_fresh_ones_let_it_leak(
 def test_the_shift_is_limited() -> None:
     registration, real = Registration(0.5), stalls()
     for _ in range(50):
-        found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.9, 0.0))
+        found, drone = seen(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.9, 0.0))
         registration.update(real, found, drone, 0.0)
     assert registration.shift.north == -0.5
 
@@ -112,7 +112,7 @@ def test_a_map_made_with_a_wrong_compass_stays_straight(turn: float) -> None:
     for step in range(400):
         drone = (12.0, 15.0 + step * 0.4)
         index = np.flatnonzero(np.hypot(real[:, 0] - drone[0], real[:, 1] - drone[1]) < 14)
-        found, place = told(real[index], drone, Shift(0, 0, turn))
+        found, place = seen(real[index], drone, Shift(0, 0, turn))
         old = np.array(list(known.values())).reshape(-1, 3)
         affine = registration.update(old, found, place, step * 0.1).about(*place)
         for i, at, angle in zip(index, transform_points(affine, found[:, :2]), found[:, 2], strict=True):

@@ -97,18 +97,18 @@ def test_all_rows_within_reach_are_taken_and_none_is_lost(
     assert all(math.dist(places[i - 1], at) < reach + SQUARE_M * math.sqrt(2) + 1e-6 for i in taken)
 
 
-def test_squares_at_a_corner() -> None:
+def test_a_place_at_a_corner_belongs_to_four_squares() -> None:
     assert set(squares_about(0.0, 0.0, 1.0)) == {(0, 0), (-1, 0), (0, -1), (-1, -1)}
     assert squares_about(32.0, 32.0, 1.0) == [(0, 0)]
 
 
 @given(st.lists(PLACE, min_size=1, max_size=20), st.lists(PLACE, min_size=1, max_size=6))
 def test_wherever_the_drone_goes_what_is_near_is_at_hand(
-    places: list[tuple[float, float]], way: list[tuple[float, float]]
+    places: list[tuple[float, float]], path: list[tuple[float, float]]
 ) -> None:
     tracker = StallTracker()
     tracker.restore(rows_at(*places), 1)
-    for at in way:
+    for at in path:
         tracker.attend(*at, 100.0)
         near = {i for i, place in enumerate(places, 1) if math.dist(place, at) < 100.0}
         assert near <= set(tracker.rows["id"].tolist())

@@ -26,9 +26,9 @@ def seen_from(real: Floats, drone: Floats, scale: float, turn: float) -> Floats:
     return np.column_stack([drone + (near[:, :2] - drone) @ np.array([[c, s], [-s, c]]), near[:, 2] + turn])
 
 
-def fly(slip: Slip, scale: float, turn: float = 0.0, way: float = 100.0, noise: float = 0.1) -> Slip:
+def fly(slip: Slip, scale: float, turn: float = 0.0, length: float = 100.0, noise: float = 0.1) -> Slip:
     rng, real = np.random.default_rng(1), lot()
-    for step in np.arange(0, way, 0.8):
+    for step in np.arange(0, length, 0.8):
         drone = np.array([12.0, 10.0 + step])
         found = seen_from(real, drone, scale, turn)
         found[:, :2] += rng.normal(0, noise, found[:, :2].shape)

@@ -128,7 +128,7 @@ def test_a_car_that_leaves_is_seen_within_a_few_looks() -> None:
     assert flight.tracker.rows["state"][0] == FREE
 
 
-def test_a_stall_that_cannot_be_told_stays_unknown() -> None:
+def test_a_stall_of_unclear_state_stays_unknown() -> None:
     flight = Flight()
     for _ in range(20):
         flight.frame(seen(taken=0.5))

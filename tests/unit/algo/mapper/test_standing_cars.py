@@ -60,7 +60,7 @@ def test_a_bent_part_of_a_cars_length_is_no_car() -> None:
     assert len(car_boxes(layer, WINDOW)) == 0
 
 
-def test_cars_that_touch_at_a_low_level_are_told_apart_at_a_higher_one() -> None:
+def test_cars_that_touch_at_a_low_level_are_distinguished_at_a_higher_one() -> None:
     cars = [(0.0, east, 0.0, 1.8, 4.4) for east in (0.0, 2.4, 4.8)]
     boxes = car_boxes(drawn(*cars, bridge=0.6), WINDOW)
     assert sorted(boxes.east.round(1).tolist()) == pytest.approx([0.0, 2.4, 4.8], abs=0.2)
@@ -75,7 +75,7 @@ def test_a_car_that_the_window_cuts_is_none() -> None:
     assert len(car_boxes(drawn((30.0 - 3.0, 0.0, 0.0, 1.8, 4.4)), WINDOW)) == 1
 
 
-def test_no_car_at_all() -> None:
+def test_a_map_without_cars_has_no_boxes() -> None:
     boxes = car_boxes(np.zeros(WINDOW.shape, np.float32), WINDOW)
     assert len(boxes) == 0
     assert len(boxes.take(np.zeros(0, np.bool_))) == 0

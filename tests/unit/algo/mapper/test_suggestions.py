@@ -103,7 +103,7 @@ def test_a_car_that_stands_there_in_the_next_pass_is_suggested(metres: float, se
     assert (stall.width, stall.length) == (WIDTH_M, LENGTH_M)
 
 
-def test_just_less_than_a_pass_is_none() -> None:
+def test_just_less_than_a_pass_suggests_nothing() -> None:
     flight = Passes()
     flight.look(CAR, flown_m=0)
     flight.look(CAR, flown_m=PASS_M - 0.1, time=PASS_S - 0.1)
@@ -158,7 +158,9 @@ def test_a_car_that_the_picture_cuts_is_not_judged() -> None:
     ],
     ids=["on it", "half on it", "across its front", "beyond its aisle", "beside it", "behind it"],
 )
-def test_beside_known_stalls(stall: tuple[float, float, float], is_suggested: bool) -> None:
+def test_a_suggestion_keeps_its_distance_from_known_stalls(
+    stall: tuple[float, float, float], is_suggested: bool
+) -> None:
     flight = Passes()
     for metre in (0, 50):
         flight.look(CAR, flown_m=metre, about=stalls(stall))
@@ -174,7 +176,7 @@ def test_a_stall_that_is_found_there_takes_the_place() -> None:
     assert list(flight.suggestions.changed_since(2)) == [(1, None)]
 
 
-def test_what_changed_is_told_by_version() -> None:
+def test_changes_are_found_by_version() -> None:
     flight = Passes()
     flight.look(CAR, flown_m=0)
     flight.look((30.0, 5.0, *CAR[2:]), flown_m=10, in_picture=lambda places: places[:, 0] > 20)
@@ -182,7 +184,7 @@ def test_what_changed_is_told_by_version() -> None:
     assert [number for number, _ in flight.suggestions.changed_since(1)] == [2]
 
 
-def test_bytes_and_back() -> None:
+def test_a_suggestion_comes_back_from_its_bytes() -> None:
     flight = Passes()
     flight.look(CAR, flown_m=0)
     one = flight.suggestions.known[1]
@@ -193,7 +195,7 @@ def test_bytes_and_back() -> None:
     "data",
     [b"", b"{}", b"[]", b"7", b"\xff", json.dumps({"id": 1}).encode()],
 )
-def test_bytes_that_are_none(data: bytes) -> None:
+def test_bytes_that_are_no_suggestion_are_refused(data: bytes) -> None:
     with pytest.raises(ValueError, match=r".+"):
         Suggestion.from_bytes(data)
 

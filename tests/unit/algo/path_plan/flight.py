@@ -89,7 +89,7 @@ class KnownMap:
 class Flight:
     """A flight: metres flown, seconds, share of the lot seen well, and every place."""
 
-    way: float = 0.0
+    distance_m: float = 0.0
     seconds: float = 0.0
     coverage: float = 0.0
     done: bool = False
@@ -142,7 +142,7 @@ def fly(
         flight.done = waiting.explore.done
         for _ in range(round(_FRAME_S / STEP_S)):
             drone.step(goal)
-    flight.seconds, flight.way, flight.coverage = drone.seconds, drone.way, known.coverage()
+    flight.seconds, flight.distance_m, flight.coverage = drone.seconds, drone.distance_m, known.coverage()
     return flight
 
 

@@ -159,7 +159,7 @@ def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
     assert not done[0]
 
 
-def test_an_unclear_stall_that_becomes_clear_on_the_way_is_left() -> None:
+def test_an_unclear_stall_that_becomes_clear_in_flight_is_left() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
     assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
@@ -178,7 +178,7 @@ def test_an_unclear_stall_beyond_the_fence_is_not_flown_to() -> None:
     assert plan.explore.done
 
 
-def test_how_far_it_came_is_told_until_it_begins_anew() -> None:
+def test_progress_is_reported_until_an_exploration_begins_again() -> None:
     rig = Rig()
     frame = frame_at(pose_at(0, 0), fence=FENCE)
     while not rig.plan(frame).explore.done:

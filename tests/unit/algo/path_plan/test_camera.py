@@ -48,6 +48,6 @@ def test_it_never_stands_still_for_it() -> None:
     assert after([0, 0.2], exposure_s=1.0) == SLOWEST_M_S
 
 
-def test_a_clock_that_goes_back_begins_anew() -> None:
+def test_a_clock_that_goes_back_begins_the_measurement_again() -> None:
     assert after([100.0, 109.0, 1.0, 1.2]) == pytest.approx(DEPTH_M / (LOOKS * 0.2))
     assert math.isfinite(after([5.0, 5.0]))

@@ -32,18 +32,18 @@ def test_a_lot_is_seen_whole_and_the_drone_stays_inside_the_fence(seed: int) -> 
     inside = shapely.Polygon(fence.polygon)
     assert flight.done
     assert flight.coverage >= 0.98
-    assert flight.way <= WORST_RATIO * lower_bound(lot)
+    assert flight.distance_m <= WORST_RATIO * lower_bound(lot)
     assert all(inside.covers(shapely.Point(place)) for place in flight.places)
     for plan, place in zip(flight.plans, flight.places, strict=True):
         if plan.target is not None:
             assert inside.covers(shapely.LineString([place, (plan.target.north, plan.target.east)]))
 
 
-def test_over_some_lots_the_way_is_near_the_least() -> None:
+def test_over_some_lots_the_distance_is_near_the_least() -> None:
     ratios = []
     for seed in (9, 11):
         lot, start = random_lot(seed)
-        ratios.append(fly(lot, start, fence_around(lot, 10.0)).way / lower_bound(lot))
+        ratios.append(fly(lot, start, fence_around(lot, 10.0)).distance_m / lower_bound(lot))
     assert np.mean(ratios) <= MEAN_RATIO
 
 
@@ -52,7 +52,7 @@ def test_a_drone_that_stays_level_though_it_was_to_lean_sees_it_all() -> None:
     flight = fly(lot, start, fence_around(lot, 10.0), PathPlanApp())
     assert flight.done
     assert flight.coverage >= 0.98
-    assert flight.way <= WORST_RATIO * lower_bound(lot)
+    assert flight.distance_m <= WORST_RATIO * lower_bound(lot)
 
 
 def test_the_drone_stays_over_the_lot_or_near_it() -> None:
@@ -80,11 +80,11 @@ def test_it_begins_with_a_turn_on_the_spot_that_shows_what_lies_about_the_drone(
     assert flown.plans[len(begin)].explore.seen > begin[0].explore.seen
 
 
-def test_the_way_is_told_on_from_the_target_and_shrinks(flown: Flight) -> None:
-    told = [p for p in flown.plans if p.target is not None]
-    assert all(p.route[0] == p.target for p in told)
-    assert any(len(p.route) > 2 for p in told)
-    assert all(p.height == 35.0 for p in told)
+def test_the_route_begins_at_the_target_and_shrinks(flown: Flight) -> None:
+    plans = [p for p in flown.plans if p.target is not None]
+    assert all(p.route[0] == p.target for p in plans)
+    assert any(len(p.route) > 2 for p in plans)
+    assert all(p.height == 35.0 for p in plans)
     assert all(0 <= p.explore.seen <= 1 for p in flown.plans)
     assert flown.plans[-1].explore.remaining_m == 0.0
     assert flown.plans[-1].explore.reason == "nothing is left to learn"
@@ -130,7 +130,7 @@ def test_with_a_new_battery_it_takes_up_where_it_left_off() -> None:
     assert again.done
     assert again.coverage >= 0.98
     whole = fly(lot, start, fence)
-    assert again.way < whole.way - 30  # though it first flies back to where it left off
+    assert again.distance_m < whole.distance_m - 30  # though it first flies back to where it left off
     seen_at = [plan.explore.seen for plan in again.plans]
     assert min(seen_at) >= 0.3  # nothing of what was seen is forgotten
 
@@ -166,7 +166,7 @@ def test_the_end_of_a_lane_is_looked_at_and_leads_to_the_other_lot() -> None:
     assert flight.coverage >= 0.98
 
 
-def test_what_is_not_worth_the_way_is_left_out() -> None:
+def test_ground_that_is_not_worth_the_distance_is_left_out() -> None:
     lots, known = half_known_lots()
     hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0))
     flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), hurried, known=known)
@@ -178,5 +178,5 @@ def test_looking_around_ends_where_there_is_nothing() -> None:
     lot = shapely.box(-8.0, -12.0, 8.0, 12.0)
     flight = fly(lot, (0.0, 0.0), fence_around(lot, 150.0))
     assert flight.done
-    assert flight.way < 200
+    assert flight.distance_m < 200
     assert flight.coverage > 0.98

@@ -76,7 +76,7 @@ def test_without_a_lot_nothing_is_allowed() -> None:
     assert seen_share(field) == 0.0
 
 
-def test_parts_of_the_lot_across_a_road_are_joined_for_the_way_but_nothing_is_wanted_there() -> None:
+def test_parts_of_the_lot_across_a_road_are_joined_for_the_path_but_nothing_is_wanted_there() -> None:
     parted = layers(slice(5, 20), slice(0, 80))
     parted.lot[55:70] = 1.0
     field = information_field(parted, np.ones(WINDOW.shape, np.uint8), 10.0)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.algo.ground import Bools, Floats
-from hawk.algo.path_plan.camera import Lean, LeanWatch, Swath
+from hawk.algo.path_plan.camera import Lean, LeanObserver, Swath
 from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, momenta
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.model.poses import MapPose
@@ -112,7 +112,7 @@ def test_in_a_corner_the_picture_swings_outwards() -> None:
     assert not LEANING.shown(aside, begin, north, corners())[0].any()
 
 
-def test_back_the_way_it_came_the_picture_swings_farthest() -> None:
+def test_on_a_flight_straight_back_the_picture_swings_farthest() -> None:
     back = np.array([[-60.0, 0.0]])
     cells = np.array([[35.0, 0.0], [37.0, 0.0], [30.0, 12.0]], np.float32)
     assert LEANING.shown(cells, np.zeros((1, 2)), back, corners())[0].tolist() == [True, False, True]
@@ -147,7 +147,7 @@ def test_how_far_a_picture_moves_follows_from_height_and_lean() -> None:
 def test_a_drone_that_leans_less_than_expected_is_found_out_and_one_that_leans_more_is_not_counted_on() -> None:
     settings = PathPlanSettings(lean_deg=16.0)
     for tilt_deg, share in ((0.0, 0.0), (8.0, 0.5), (25.0, 1.0)):
-        watch = LeanWatch(settings)
+        watch = LeanObserver(settings)
         assert watch.share == 1.0
         for number in range(60):
             pitch = math.radians(tilt_deg) if number % 10 == 3 else 0.0
@@ -155,8 +155,8 @@ def test_a_drone_that_leans_less_than_expected_is_found_out_and_one_that_leans_m
         assert watch.share == pytest.approx(share)
 
 
-def test_a_drone_that_only_hovers_tells_nothing_of_its_lean() -> None:
-    watch = LeanWatch(PathPlanSettings())
+def test_a_drone_that_only_hovers_shows_nothing_of_its_lean() -> None:
+    watch = LeanObserver(PathPlanSettings())
     for _ in range(200):
         watch.take(MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0), speed=0.3)
     assert watch.share == 1.0

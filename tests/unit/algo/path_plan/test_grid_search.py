@@ -30,7 +30,7 @@ def test_a_swath_is_the_good_middle_of_the_picture() -> None:
     assert swath.depth == pytest.approx(35 * 720 / 914 * 0.85)
 
 
-def test_the_way_round_a_corner_goes_to_what_can_be_reached_straight_on() -> None:
+def test_the_path_round_a_corner_goes_to_what_can_be_reached_straight_on() -> None:
     """Two wings of ground meet at a corner; the wing that is wanted cannot be seen from the other's end."""
     rows, columns = np.indices(WINDOW.shape)
     north, east = -(rows + WINDOW.row + 0.5) * COARSE_M, (columns + WINDOW.column + 0.5) * COARSE_M
@@ -46,7 +46,7 @@ def test_the_way_round_a_corner_goes_to_what_can_be_reached_straight_on() -> Non
     assert field.corner_towards(corner, end) is not None
 
 
-def test_there_is_no_way_to_an_island() -> None:
+def test_there_is_no_path_to_an_island() -> None:
     columns = np.indices(WINDOW.shape)[1]
     field = field_of((0, 5, 0, 5), allowed=(columns < 30) | (columns > 70))
     assert field.corner_towards((0.0, -60.0), (0.0, 60.0)) is None

@@ -45,7 +45,7 @@ def test_it_ends_soon_where_there_is_no_lot_and_does_not_call_that_explored() ->
     assert flight.done
     assert not any(plan.explore.lot_known for plan in flight.plans)
     assert flight.plans[-1].explore.seen == 0.0
-    assert 10.0 < flight.way < 200.0
+    assert 10.0 < flight.distance_m < 200.0
 
 
 def test_the_road_between_two_lots_is_crossed() -> None:

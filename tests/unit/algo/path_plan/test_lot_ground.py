@@ -15,7 +15,7 @@ GUARD = FenceGuard(Fence(POLYGON, POLYGON, 60.0, 63.0))
 WINDOW = Window.around(np.array([[-10.0, -10.0], [50.0, 50.0]]), 1.6)
 
 
-def test_ends_inside_do_not_make_a_way_inside() -> None:
+def test_ends_inside_do_not_make_a_path_inside() -> None:
     assert GUARD.contains(5.0, 15.0)
     assert GUARD.contains(25.0, 38.0)
     assert not GUARD.contains_line((5.0, 15.0), (25.0, 38.0))

@@ -34,7 +34,7 @@ def route(lot: DrawnLot, start: tuple[float, float], goal: tuple[float, float], 
 @pytest.mark.slow
 @settings(max_examples=300)
 @given(lot=LOTS, data=st.data(), scale=st.sampled_from([1, 3]), fenced=st.booleans())
-def test_every_way_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_none(
+def test_every_route_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_none(
     lot: NDArray[np.bool_], data: st.DataObject, scale: int, fenced: bool
 ) -> None:
     known = DrawnLot(np.repeat(np.repeat(lot, scale, 0), scale, 1))
@@ -73,7 +73,7 @@ def assert_cuts_lie_over(known: DrawnLot, found: Route) -> None:
     corners = itertools.accumulate((a.distance(b) for a, b in itertools.pairwise(found.points)), initial=0.0)
     for at, turn in zip(corners, found.turns, strict=True):
         if turn > 0:
-            places = [line.interpolate((at + way) / COARSE_M) for way in (-turn, 0.0, turn)]
+            places = [line.interpolate((at + offset) / COARSE_M) for offset in (-turn, 0.0, turn)]
             assert shapely.covers(known.area(), shapely.Polygon(places))
     for (a, b), (one, other) in zip(itertools.pairwise(found.points), itertools.pairwise(found.turns), strict=True):
         assert one + other <= a.distance(b) + 1e-6
@@ -110,7 +110,7 @@ def test_an_island_is_flown_around() -> None:
     assert len(found.points) > 2
 
 
-def test_a_lane_one_cell_wide_is_used_when_there_is_no_other_way() -> None:
+def test_a_lane_one_cell_wide_is_used_when_there_is_no_other_route() -> None:
     lot = DrawnLot.of("####...####", "####...####", "###########", "####...####", "####...####")
     found = route(lot, place_in(0, 1), place_in(4, 9))
     assert shapely.covers(lot.area(), line_of(found.points))
@@ -121,7 +121,7 @@ def test_two_lots_that_touch_at_a_corner_are_not_joined() -> None:
     assert route(lot, place_in(0, 0), place_in(5, 5)).refused == NO_ROUTE
 
 
-def test_a_detour_far_beyond_the_straight_way_is_found() -> None:
+def test_a_detour_far_beyond_the_straight_line_is_found() -> None:
     lot = DrawnLot(np.ones((300, 40), np.bool_))
     lot.lot[:290, 20] = False
     found = route(lot, place_in(5, 2), place_in(5, 37))
@@ -129,7 +129,7 @@ def test_a_detour_far_beyond_the_straight_way_is_found() -> None:
     assert shapely.covers(lot.area(), line_of(found.points))
 
 
-def test_the_shorter_way_round_is_taken_though_the_other_lies_in_the_first_band() -> None:
+def test_the_shorter_detour_is_taken_though_the_other_lies_in_the_first_band() -> None:
     lot = DrawnLot(np.ones((140, 140), np.bool_))
     lot.lot[50, 1:118] = False  # open to the west, inside the band only after a long path
     found = route(lot, place_in(40, 110), place_in(60, 110))
@@ -152,18 +152,18 @@ def test_a_drone_just_beside_the_lot_goes_straight_in() -> None:
     assert outside.length <= 4.6
 
 
-def test_a_fence_between_is_a_way_that_is_not_there() -> None:
+def test_a_route_across_the_fence_is_none() -> None:
     fence = fence_of(0, 0, 23, 48)
     assert route(L_SHAPE, place_in(4, 8), place_in(32, 40), fence).refused == NO_LOT_THERE
     assert route(L_SHAPE, place_in(4, 8), place_in(20, 8), fence).refused == ""
 
 
-def test_an_unknown_map_has_no_way() -> None:
+def test_an_unknown_map_has_no_route() -> None:
     empty = DrawnLot(np.zeros((4, 4), np.bool_))
     assert route(empty, place_in(0, 0), place_in(3, 3)).refused == NO_LOT_THERE
 
 
-def test_the_cost_is_the_ways_and_not_the_maps() -> None:
+def test_the_cost_grows_with_the_route_and_not_with_the_map() -> None:
     asked = []
     for side in (60, 600):
         lot = DrawnLot(np.ones((side, side), np.bool_))
@@ -173,7 +173,7 @@ def test_the_cost_is_the_ways_and_not_the_maps() -> None:
     assert asked[0] == asked[1]
 
 
-def test_zero_way() -> None:
+def test_a_route_of_no_length() -> None:
     found = route(L_SHAPE, place_in(4, 8), place_in(4, 8))
     assert found.refused == ""
     assert found.length_m == 0.0

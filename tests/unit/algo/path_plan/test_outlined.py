@@ -131,7 +131,7 @@ def test_an_outline_wholly_outside_the_fence_gives_no_target_and_ends() -> None:
     assert flight.plans[-1].explore.unseen_m2 == pytest.approx(ground.area, rel=0.05)
 
 
-def test_another_outline_begins_the_exploration_anew() -> None:
+def test_another_outline_begins_the_exploration_again() -> None:
     known = KnownMap(shapely.box(-30.0, -30.0, 30.0, 30.0), 160.0)
     known.look(pose_at(0.0, 0.0))
     app = PathPlanApp(LEVEL)

@@ -115,7 +115,7 @@ def test_far_places_are_allowed_as_they_were_made() -> None:
     assert overview.are_allowed(places).tolist() == [True, False, False]
 
 
-def test_a_way_leads_round_what_is_not_allowed_far_away() -> None:
+def test_a_path_leads_round_what_is_not_allowed_far_away() -> None:
     overview = Overview()
     filled(overview, (0.0, 0.0))
     corner = overview.corner_towards((300.0, -400.0), (-500.0, -10.0))

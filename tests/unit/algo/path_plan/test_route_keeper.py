@@ -48,7 +48,7 @@ def test_what_lies_behind_the_drone_is_nothing_to_it() -> None:
     assert rig.at(5, 31) is first
 
 
-def test_a_way_that_is_cut_off_is_refused_and_found_again_when_it_opens() -> None:
+def test_a_route_that_is_cut_off_is_refused_and_found_again_when_it_opens() -> None:
     rig = Rig()
     rig.at(5, 2)
     rig.lot.lot[:, 30] = False
@@ -84,7 +84,7 @@ def test_another_number_is_another_question() -> None:
     assert rig.at(5, 10, number=2).points[0] == MapPoint(*place_in(5, 10))
 
 
-def test_looking_again_costs_what_is_left_of_the_way() -> None:
+def test_a_new_search_costs_the_rest_of_the_route() -> None:
     rig = Rig()
     rig.lot = DrawnLot(np.ones((600, 600), np.bool_))
     rig.at(5, 2)

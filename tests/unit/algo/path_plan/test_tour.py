@@ -95,7 +95,7 @@ def test_after_every_move_the_books_are_right(
 
 @settings(max_examples=20)
 @given(st.integers(0, 10_000))
-def test_without_heat_no_move_makes_a_tour_dearer(seed: int) -> None:
+def test_without_heat_no_move_makes_a_tour_costlier(seed: int) -> None:
     rng = np.random.default_rng(seed)
     places = np.vstack([[0.0, 0.0], rng.uniform(-60, 60, (5, 2))])
     tour = Tour(Terms(FOOTPRINT, turn_m=2.0, leg_m=1.0), ground((-30, 60, -50, 50)), places, 0.5, rng)
@@ -121,7 +121,7 @@ def test_two_lots_are_both_shown_and_the_nearer_comes_first() -> None:
     assert tour.places[-1][1] > 50
 
 
-def test_no_way_point_lies_where_the_drone_may_not_be() -> None:
+def test_no_waypoint_lies_where_the_drone_may_not_be() -> None:
     terms = Terms(FOOTPRINT, short_by=60.0, allowed=lambda places: places[:, 1] < 10.0)
     tour = searched(tour_over(ground((-20, 20, -60, 25)), (0.0, -50.0), terms=terms))
     assert (tour.places[:, 1] < 10.0).all()
@@ -157,7 +157,7 @@ def outlook(place: tuple[float, float], wanted: Wanted) -> Outlook:
 
 @pytest.mark.slow
 def test_a_course_leads_over_all_of_it_and_ends() -> None:
-    wanted, place, course, way = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
+    wanted, place, course, length = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
     for _ in range(600):
         left = course.follow(outlook(place, wanted))
         if len(left) == 0:
@@ -166,12 +166,12 @@ def test_a_course_leads_over_all_of_it_and_ends() -> None:
         away = math.hypot(d_n, d_e)
         step = min(2.0, away)
         place = (place[0] + d_n / away * step, place[1] + d_e / away * step)
-        way += step
+        length += step
         on = np.array([[place[0] + d_n / away, place[1] + d_e / away]])
         shown = FOOTPRINT.shown(wanted.cells, np.array([place]), on)[0]
         wanted = Wanted(wanted.cells[~shown], wanted.weights[~shown], 0.0)
     assert wanted.total < 120  # of 12 000
-    assert way < 420  # three lines of 100 m and what joins them are 380 m
+    assert length < 420  # three lines of 100 m and what joins them are 380 m
 
 
 @pytest.mark.slow
@@ -199,9 +199,9 @@ def test_a_course_that_was_prepared_follows_without_a_long_first_step(monkeypatc
         prepared.prepare(seen)
         assert len(sweeps) <= 2
     sweeps.clear()
-    way = length_of(np.vstack([seen.place, prepared.follow(seen)]))
+    length = length_of(np.vstack([seen.place, prepared.follow(seen)]))
     assert len(sweeps) <= 2
-    assert way < 1.2 * length_of(np.vstack([seen.place, other.follow(seen)]))
+    assert length < 1.2 * length_of(np.vstack([seen.place, other.follow(seen)]))
     assert len(sweeps) > 6
 
 
@@ -227,7 +227,7 @@ def test_a_lane_s_end_where_no_waypoint_may_be_is_left_out() -> None:
     assert (places[:, 1] < 150).all()
 
 
-def test_nothing_wanted_gives_no_way_points() -> None:
+def test_nothing_wanted_gives_no_waypoints() -> None:
     nothing = Wanted(np.empty((0, 2), np.float32), np.empty(0, np.float32), 0.0)
     assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
 

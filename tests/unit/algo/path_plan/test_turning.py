@@ -45,7 +45,7 @@ def test_it_turns_until_the_disc_is_shown_and_no_farther() -> None:
     assert math.radians(70) < total < math.radians(130)
 
 
-def test_it_turns_the_shorter_way_round() -> None:
+def test_it_turns_by_the_smaller_angle() -> None:
     ahead = disc()[(disc()[:, 0] > 13) & (disc()[:, 1] > 2)]  # before the drone, to the right
     asked = Turning((0.0, 0.0), PICTURE, 10.0, 24).heading((0.0, 0.0), 0.0, wanted(ahead))
     assert asked is not None

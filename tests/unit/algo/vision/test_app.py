@@ -109,7 +109,9 @@ def test_the_lot_s_detection_is_steady(rig: Rig) -> None:
         ((), 1.0, False),
     ],
 )
-def test_what_makes_a_lot(rig: Rig, stalls: tuple[StallSeen, ...], lot: float, detected: bool) -> None:
+def test_a_lot_is_detected_by_its_stalls_or_its_ground(
+    rig: Rig, stalls: tuple[StallSeen, ...], lot: float, detected: bool
+) -> None:
     rig.finder.stalls, rig.finder.lot = stalls, lot
     for _ in range(3):
         rig.process()
@@ -166,6 +168,7 @@ def test_without_pose_or_height_pictures_are_only_shown(rig: Rig, pose: MapPose 
     assert rig.app.seen.image is not None
 
 
+@pytest.mark.fault("300 B to 3 kB are lost inside a JPEG, with or without restart markers, wherever it is")
 def test_a_picture_that_lost_bytes_is_neither_projected_nor_shown_and_is_said_to_be_damaged(rig: Rig) -> None:
     rig.finder.stalls = (STALL,) * 3
     with pytest.raises(DamagedImage):
@@ -178,6 +181,10 @@ def test_a_picture_that_lost_bytes_is_neither_projected_nor_shown_and_is_said_to
     assert not rig.app.seen.is_damaged
 
 
+@pytest.mark.fault(
+    "one picture in two is bad",
+    "the lot stays in sight; Explore is refused only once a fault of perception has lasted 1 s",
+)
 @pytest.mark.parametrize("bad", [b"", JPEG[:900], without(jpeg(scene(640, 480)), 0.4, 3000)])
 def test_single_bad_pictures_do_not_lose_the_lot(rig: Rig, bad: bytes) -> None:
     rig.finder.stalls = (STALL,) * 3

@@ -203,6 +203,11 @@ def test_a_camera_that_sits_right_is_healthy(world: World) -> None:
     assert abs(math.degrees(check.finding.angle)) < 5
 
 
+@pytest.mark.fault(
+    "the camera sits turned (40°, 90°, upside down)",
+    "camera unhealthy after four comparisons, within 18 m of flight; the message names camera.mount_yaw_deg "
+    "and the value that fits",
+)
 @pytest.mark.parametrize(("turn_deg", "setting"), [(90, 90), (180, 180), (-90, -90), (40, 40)])
 def test_a_turned_camera_is_named_with_its_setting_and_the_setting_heals_it(
     world: World, turn_deg: int, setting: int
@@ -218,12 +223,16 @@ def test_a_turned_camera_is_named_with_its_setting_and_the_setting_heals_it(
     assert set(flight.check(straight(30))[1]) == {Health()}
 
 
-def test_the_setting_is_told_from_the_one_in_force(world: World) -> None:
+def test_the_setting_is_reckoned_from_the_one_in_force(world: World) -> None:
     flight = Flight(world, turn=0.0)
     flight.model = replace(CAMERA, mount_yaw=math.radians(90))
     assert "camera.mount_yaw_deg to 0 (it is 90)" in flight.check(straight(30))[1][-1].reason
 
 
+@pytest.mark.fault(
+    "the picture is mirrored",
+    "camera unhealthy after three turns or as soon as the drone has flown in two directions",
+)
 def test_a_mirrored_picture_is_unhealthy_and_stays_so_along_a_line(world: World) -> None:
     flight = Flight(world, change=lambda picture: np.asarray(cv2.flip(picture, 1), np.uint8))
     bent = corner(40)
@@ -234,6 +243,11 @@ def test_a_mirrored_picture_is_unhealthy_and_stays_so_along_a_line(world: World)
     assert not any(health.is_healthy for health in healths[first:])
 
 
+@pytest.mark.fault(
+    "the camera sends the same picture with new time stamps",
+    "camera unhealthy once the drone moved by 1 m or turned by 15° (0.3 s to 1.3 s of flight); Explore and "
+    "Autonomous Move end in Hover; the pictures are not mapped",
+)
 def test_the_same_picture_while_the_drone_moves_a_metre_is_a_frozen_camera(world: World) -> None:
     _, healths = Flight(world).check(straight(10), same=True)
     assert [health.is_healthy for health in healths[:3]] == [True, True, False]  # 0.8 m, 1.6 m
@@ -245,6 +259,10 @@ def test_the_same_picture_while_the_drone_turns_is_a_frozen_camera(world: World)
     assert [health.is_healthy for health in Flight(world).check(poses, same=True)[1]] == [True, True, False, False]
 
 
+@pytest.mark.fault(
+    "the picture stands still under a running clock",
+    "camera unhealthy after three comparisons, 1.3 s to 3.2 s of flight",
+)
 def test_a_frozen_picture_with_a_running_clock_in_it_is_found_by_its_motion(world: World) -> None:
     frozen: list[Picture] = []
     count = iter(range(1000))
@@ -267,6 +285,10 @@ def test_a_picture_that_stood_while_the_drone_turned_is_healthy_as_soon_as_it_mo
     assert found.with_pair(Pair(Motion(0.2 + 0j, 0.0), Motion(0.2 + 0j, 0.0))).finding().view is View.UNKNOWN
 
 
+@pytest.mark.fault(
+    "GNSS walks and the camera holds the drone: the reported position moves, the picture stands",
+    "the camera is not taken for a frozen one",
+)
 def test_a_camera_that_holds_the_drone_in_spite_of_its_position_is_not_taken_for_a_frozen_one(world: World) -> None:
     """The reported position walks away, and the camera keeps the drone where it is."""
     walking, check, judged = straight(40, speed=2.0), CameraCheck(), CameraCheck()
@@ -306,7 +328,7 @@ def test_a_picture_that_moves_again_is_healthy_again(world: World) -> None:
 
 
 @pytest.mark.parametrize("state", [StateName.IDLE, StateName.CONFIGURE, StateName.ARM])
-def test_on_the_ground_the_same_picture_is_told_and_no_fault(world: World, state: StateName) -> None:
+def test_on_the_ground_the_same_picture_is_reported_and_no_fault(world: World, state: StateName) -> None:
     flight = Flight(world)
     flight.state = state
     poses = [MapPose(0.05 * k, 0.0, 0.1, 0, 0, 0) for k in range(40)]  # GNSS drifts
@@ -343,7 +365,7 @@ def test_low_and_without_a_pose_nothing_is_compared(world: World) -> None:
     assert check.evidence == Evidence()
 
 
-def test_another_camera_begins_anew(world: World) -> None:
+def test_another_camera_begins_a_new_check(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world, turn=math.pi).frames(straight(30)):
         health = check.look(frame, picture)

@@ -72,7 +72,7 @@ def test_one_stall_is_found_as_it_is(column: float, row: float, angle: float, wi
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.6, 1.3, math.pi / 2, 2.5])
-def test_neighbours_in_a_row_are_told_apart(angle: float) -> None:
+def test_neighbours_in_a_row_are_distinguished(angle: float) -> None:
     stalls = row_of(5, angle, start=(110, 60) if angle < 1.5 else (170, 80))
     found = decode.vote(ideal_maps(stalls, noise=0.5), CELL)
     assert len(found) == 5
@@ -80,7 +80,7 @@ def test_neighbours_in_a_row_are_told_apart(angle: float) -> None:
     np.testing.assert_allclose(np.column_stack([found.column, found.row]), np.array(stalls)[:, :2], atol=0.8)
 
 
-def test_taken_and_free_are_told_apart_with_the_middle_at_one_half() -> None:
+def test_taken_and_free_are_distinguished_with_the_middle_at_one_half() -> None:
     stalls = row_of(4, 1.2, start=(150, 70))
     maps = ideal_maps(stalls, taken={1, 3})
     found = order(decode.vote(maps, CELL), stalls)
@@ -134,7 +134,7 @@ def test_votes_far_outside_the_picture_do_no_harm() -> None:
     assert np.isfinite(found.corners()).all()
 
 
-def test_stalls_are_laid_on_the_map_turned_and_moved() -> None:
+def test_stalls_are_placed_on_the_map_turned_and_moved() -> None:
     heading = 0.7
     right, back = np.array([-math.sin(heading), math.cos(heading)]), -np.array([math.cos(heading), math.sin(heading)])
     to_map = np.column_stack([right * CELL, back * CELL, [100.0, -50.0]])
@@ -147,7 +147,7 @@ def test_stalls_are_laid_on_the_map_turned_and_moved() -> None:
     assert (seen.width, seen.length, seen.score, seen.taken, seen.visible) == pytest.approx((2.6, 5.2, 0.9, 0.25, 1.0))
 
 
-def test_the_visible_share_tells_what_the_camera_saw() -> None:
+def test_the_visible_share_is_what_the_camera_saw() -> None:
     valid = np.ones(SIZE, np.bool_)
     valid[:, :100] = False
     ground = GroundImage(np.zeros(SIZE, np.float32), np.array([[0, -CELL, 0], [CELL, 0, 0]]), valid)

@@ -93,6 +93,10 @@ def in_place(found: list[StallSeen]) -> int:
     )
 
 
+@pytest.mark.fault(
+    "the ground is 5 m higher than the arm place, a rangefinder measures it",
+    "stalls come out in size and place, also in a recording",
+)
 def test_with_the_ground_known_stalls_come_out_in_size_and_place(app: VisionApp, frame: FrameInput) -> None:
     found = seen(app, replace(frame, ground=GROUND_M))
     assert in_place(found) >= 0.9 * len(stalls())

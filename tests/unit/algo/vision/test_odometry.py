@@ -73,6 +73,11 @@ def summed(pairs: Iterable[tuple[float, float]]) -> tuple[float, float]:
     return float(north), float(east)
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task",
+    "reported at 3 m within 10 s, the task ends by Hover, the camera holds the true place within 1.5 m; new "
+    "tasks are refused; nothing is mapped",
+)
 def test_a_walk_of_the_position_that_the_drone_follows_is_seen(eye: Eye) -> None:
     """GNSS walks north by 0.7 m/s and the autopilot holds: the drone flies south, and nothing is reported."""
     steps = eye.fly(lambda k: replace(STILL, north=-0.7 * STEP_S * k, roll=0.03 * math.sin(k)), lambda k: STILL, 25)
@@ -84,7 +89,7 @@ def test_a_walk_of_the_position_that_the_drone_follows_is_seen(eye: Eye) -> None
     assert all(step.since == before.until for before, step in pairwise(steps))
 
 
-def test_a_flight_is_seen_as_it_is_told(eye: Eye) -> None:
+def test_a_flight_is_seen_as_it_was_flown(eye: Eye) -> None:
     def pose(k: int) -> MapPose:
         return replace(STILL, north=1.6 * k - 12, east=0.4 * k, roll=0.05 * math.sin(k), pitch=-0.08, yaw=0.1 * k)
 
@@ -96,18 +101,18 @@ def test_a_flight_is_seen_as_it_is_told(eye: Eye) -> None:
     assert sum(step.stretch for step in steps) == pytest.approx(0.0, abs=0.06)
 
 
-def test_a_sinking_that_the_height_does_not_tell_stretches_the_ground(eye: Eye) -> None:
+def test_a_sinking_that_the_height_does_not_show_stretches_the_ground(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, height=25.0 - 0.5 * k), lambda k: STILL, 20)
     assert sum(step.stretch for step in steps) == pytest.approx(math.log(25 / 15), abs=0.04)
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=0.5)
 
 
-def test_a_turn_that_the_heading_does_not_tell_is_seen(eye: Eye) -> None:
+def test_a_turn_that_the_heading_does_not_show_is_seen(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, yaw=0.04 * k), lambda k: STILL, 15)
     assert sum(step.turn for step in steps) == pytest.approx(0.6, abs=0.03)
 
 
-def test_a_climb_and_a_turn_that_are_told_change_nothing(eye: Eye) -> None:
+def test_a_climb_and_a_turn_that_the_pose_shows_change_nothing(eye: Eye) -> None:
     def pose(k: int) -> MapPose:
         return replace(STILL, height=15 + 1.2 * k, yaw=0.35 * k)
 

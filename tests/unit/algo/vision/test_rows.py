@@ -129,7 +129,7 @@ def test_sources_point_at_the_given_stalls() -> None:
     np.testing.assert_allclose(result.centres, shuffled[result.source], atol=1e-6)
 
 
-def test_nothing_gives_nothing() -> None:
+def test_no_stalls_stay_none() -> None:
     empty = stalls_at(np.zeros((0, 2)), 0.0)
     assert len(complete_rows(empty, lambda q: np.ones(len(q)))) == 0
 

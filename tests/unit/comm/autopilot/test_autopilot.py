@@ -196,8 +196,8 @@ async def test_the_link_looks_around_for_others_once_a_second(rig: Rig) -> None:
 
 @pytest.mark.parametrize("part", ["open", "find"])
 async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) -> None:
-    told: list[tuple[str, str]] = []
-    rig = Rig(supervisor=Supervisor(lambda name, words: told.append((name, words)), 0.0))
+    reported: list[tuple[str, str]] = []
+    rig = Rig(supervisor=Supervisor(lambda name, words: reported.append((name, words)), 0.0))
     whole, faults = getattr(rig.link, part), [ValueError("broken")]
 
     def broken(*arguments: Any) -> Any:
@@ -208,13 +208,13 @@ async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) ->
 
     setattr(rig.link, part, broken)
     await rig.connect()
-    assert told == [("autopilot-link", "ValueError: broken")]
+    assert reported == [("autopilot-link", "ValueError: broken")]
     assert rig.topics.state.value is not None
     assert rig.topics.state.value.connected
     await rig.autopilot.close()
 
 
-async def test_after_the_configured_time_it_is_told_that_nobody_is_heard(rig: Rig) -> None:
+async def test_after_the_configured_time_silence_is_reported(rig: Rig) -> None:
     rig.link.appears = False
     await rig.autopilot.start()
     await until(lambda: "No autopilot is heard" in rig.autopilot.problem)
@@ -348,7 +348,7 @@ class TestCommands:
         with pytest.raises(AutopilotError, match="PreArm: GPS 1: Bad fix"):
             await arming
 
-    async def test_without_words_the_result_is_told(self, rig: Rig) -> None:
+    async def test_without_words_the_result_is_reported(self, rig: Rig) -> None:
         await rig.connect()
         rig.link.results[176] = 4
         with pytest.raises(AutopilotError, match="Mode RTL refused: failed"):
@@ -396,6 +396,7 @@ class TestKill:
         await rig.autopilot.kill()
         assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
 
+    @pytest.mark.fault("a Kill hangs", "the next one, 0.2 s later, has a thread of its own and goes out")
     async def test_a_kill_that_hangs_stops_no_later_one(self, rig: Rig) -> None:
         rig.autopilot.calls.deadline_s = 0.01
         await rig.connect()
@@ -421,16 +422,16 @@ class TestKill:
 
 
 class TestSilence:
-    async def test_a_mode_is_told_on_a_link_that_seems_dead_and_no_answer_is_waited_for(self, rig: Rig) -> None:
+    async def test_a_mode_is_sent_on_a_link_that_seems_dead_and_no_answer_is_waited_for(self, rig: Rig) -> None:
         await rig.connect()
         rig.clock.advance(4.0)
         await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
         await rig.autopilot.send_mode(CopterMode.RTL)
         assert rig.link.commanded == []
-        (told,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
-        assert (told["param1"], told["param2"]) == (1.0, 6.0)
+        (sent,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
+        assert (sent["param1"], sent["param2"]) == (1.0, 6.0)
 
-    async def test_our_voice_is_the_links(self, rig: Rig) -> None:
+    async def test_heartbeats_are_switched_on_the_link(self, rig: Rig) -> None:
         await rig.connect()
         rig.autopilot.set_voice(False)
         rig.autopilot.set_voice(True)
@@ -473,6 +474,7 @@ class TestHanging:
         await rig.autopilot.set_mode(CopterMode.RTL)
         release.set()
 
+    @pytest.mark.fault("a target hangs in MAVSDK", "after 3 s a new sender takes over, the hang is counted")
     async def test_a_target_that_hangs_is_counted_and_later_ones_go_out(self, rig: Rig) -> None:
         await rig.connect()
         await rig.arm_here()
@@ -494,7 +496,9 @@ class TestHanging:
         await until(lambda: len(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")) == 2)
         release.set()
 
-    async def test_a_link_that_hangs_while_it_opens_is_told(self, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def test_a_link_that_hangs_while_it_opens_is_reported(
+        self, rig: Rig, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setattr("hawk.comm.autopilot.autopilot._OPEN_S", 0.01)
         release = threading.Event()
         rig.link.open = lambda: (release.wait(30.0), None)[1]  # type: ignore[method-assign]
@@ -585,7 +589,7 @@ class TestRtlAltitude:
         await rig.autopilot.set_rtl_altitude(31.0)
         assert all(name == "RTL_ALT" for _, name in rig.memory.asked[asked:])
 
-    async def test_neither_is_an_error(self, rig: Rig) -> None:
+    async def test_a_missing_parameter_of_the_return_altitude_is_an_error(self, rig: Rig) -> None:
         rig.memory.values.clear()
         await rig.connect()
         with pytest.raises(AutopilotError, match="Neither RTL_ALT_M nor RTL_ALT"):
@@ -621,6 +625,10 @@ class TestFence:
         assert (values["FENCE_ALT_MAX"], values["FENCE_TYPE"], values["FENCE_ACTION"]) == (100.0, 5.0, 1.0)
         assert values["FENCE_ENABLE"] == 1.0
 
+    @pytest.mark.fault(
+        "the autopilot had another kind of fence on (FENCE_TYPE 7) when ours is uploaded before Arm",
+        "it is switched off for the upload, so that SYS_STATUS shows later that a command switched ours off",
+    )
     @pytest.mark.parametrize("armed", [False, True])
     async def test_one_of_other_kinds_is_off_before_it_is_uploaded_on_the_ground_and_never_in_flight(
         self, rig: Rig, monkeypatch: pytest.MonkeyPatch, armed: bool
@@ -688,6 +696,7 @@ class TestFence:
         with pytest.raises(AutopilotError, match="another one: it has 2 exclusion zones, ours has 0"):
             await rig.autopilot.compare_fence(FENCE)
 
+    @pytest.mark.fault("the upload is acknowledged but another fence is held", "the upload has failed")
     @pytest.mark.parametrize(
         ("change", "words"),
         [
@@ -772,6 +781,10 @@ class TestFence:
         await until(lambda: rig.topics.foreign_write.value is not None)
         assert rig.topics.foreign_write.value == ForeignWrite(7.0, 254, 190, "rally")
 
+    @pytest.mark.fault(
+        "a fence that fills the autopilot's memory, which ends ArduCopter's program",
+        "not sent; refused while it is drawn",
+    )
     @pytest.mark.parametrize(("corners", "zones"), [(70, 0), (66, 1), (57, 4), (31, 12)])
     async def test_a_fence_that_fills_the_autopilots_memory_is_not_sent(
         self, rig: Rig, corners: int, zones: int
@@ -788,7 +801,7 @@ class TestFence:
             await rig.autopilot.upload_fence(replace(fits, autopilot_polygon=ring))
         assert rig.link.fences == []
 
-    async def test_without_a_place_it_cannot_be_laid(self, rig: Rig) -> None:
+    async def test_without_a_place_the_fence_cannot_be_placed(self, rig: Rig) -> None:
         await rig.connect()
         with pytest.raises(AutopilotError, match="does not know where it is"):
             await rig.autopilot.upload_fence(FENCE)

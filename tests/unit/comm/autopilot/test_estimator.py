@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hawk.comm.autopilot.estimator import LEAP_M, LeapWatch
+from hawk.comm.autopilot.estimator import LEAP_M, LeapObserver
 from hawk.comm.autopilot.streams import wanted_streams
 from hawk.model.frames import EkfPosition
 from tests.unit.comm.autopilot.telemetry_rig import IN_AIR, Rig
@@ -37,6 +37,10 @@ def diagnose(rig: Rig, **estimator: float | None) -> str:
     return found.estimator_fault
 
 
+@pytest.mark.fault(
+    "EKF_STATUS_REPORT: GPS glitch, no absolute position, constant position, not initialised, variance above 0.8",
+    "position unhealthy within 1 s with the reason; no Arm; a task ends by Hover after 2 s",
+)
 @pytest.mark.parametrize(
     ("report", "words"),
     [
@@ -61,6 +65,10 @@ def test_a_report_that_is_not_well_makes_the_position_unhealthy(
     assert diagnose(rig, **report) == words
 
 
+@pytest.mark.fault(
+    "EKF_STATUS_REPORT stops, or never comes",
+    "position unhealthy 5 s after the last one, with the reason; no Arm; a task ends by Hover after 2 s",
+)
 def test_silence_of_the_estimator_is_a_fault_before_its_first_report_and_after_its_last(rig: Rig) -> None:
     silent = Rig()
     silent.take(silent.said.gps(), silent.said.system())
@@ -98,6 +106,11 @@ def north_of(rig: Rig) -> float:
     return pose.map.north
 
 
+@pytest.mark.fault(
+    "local and global position jump together by 25 m (EKF reset after a GPS glitch) in a task",
+    "no pose and no target from the leap on; 0.3 s later (three looks) reported with its metres, Hover at the "
+    "new estimate",
+)
 class TestJump:
     """EKF-local and globe leap together: the drone did not move."""
 
@@ -110,7 +123,9 @@ class TestJump:
         rig.topics.estimate_jump.listen(found.append)
         return found
 
-    def test_it_is_told_together_with_the_first_pose_at_the_new_place(self, rig: Rig, jumps: list[float]) -> None:
+    def test_a_jump_is_reported_together_with_the_first_pose_at_the_new_place(
+        self, rig: Rig, jumps: list[float]
+    ) -> None:
         """A goal that is formed on the jump must not be formed from the pose of before."""
         at_jump: list[float] = []
         before: list[float] = []
@@ -128,27 +143,26 @@ class TestJump:
         assert at_jump == [pytest.approx(25.0, abs=0.1)]
         assert before == [pytest.approx(25.0, abs=0.1)]
 
-    def test_it_is_told_within_half_a_second(self, rig: Rig, jumps: list[float]) -> None:
+    def test_a_jump_is_reported_within_half_a_second(self, rig: Rig, jumps: list[float]) -> None:
         rig.fly(0.5, ekf=(0.0, -25.0, 0.0), north=0.0)
         assert len(rig.jumps) == 1  # east has no globe in this rig: EKF-local alone moved
         assert jumps == []
         rig.fly(0.5, ekf=(25.0, -25.0, 0.0), north=25.0)
         assert jumps == [pytest.approx(25.0, abs=0.05)]
 
-    def test_of_a_leap_of_both_by_different_amounts_each_event_tells_its_own(
-        self, rig: Rig, jumps: list[float]
-    ) -> None:
+    def test_of_a_leap_of_both_by_different_amounts_each_event_has_its_own(self, rig: Rig, jumps: list[float]) -> None:
         rig.fly(1.0, ekf=(25.0, 0.0, 0.0), north=10.0)
         assert rig.jumps == [pytest.approx(15.0, abs=0.05)]
         assert jumps == [pytest.approx(10.0, abs=0.05)]
 
+    @pytest.mark.fault("a position of one datagram is 25 m off", "no event, no pose for 0.3 s")
     def test_a_spike_of_one_sample_is_none(self, rig: Rig, jumps: list[float]) -> None:
         rig.advance()
         rig.take(rig.said.attitude(), rig.said.local(25.0, 0.0, 0.0), rig.said.world(25.0))
         rig.fly(1.0)
         assert jumps == []
 
-    def test_the_way_flown_meanwhile_is_none(self, rig: Rig, jumps: list[float]) -> None:
+    def test_the_distance_flown_meanwhile_is_no_part_of_the_jump(self, rig: Rig, jumps: list[float]) -> None:
         for index in range(20):
             rig.advance()
             north = 0.25 * index + (25.0 if index > 5 else 0.0)
@@ -159,6 +173,11 @@ class TestJump:
             )
         assert jumps == [pytest.approx(25.0, abs=0.2)]
 
+    @pytest.mark.fault(
+        "local and global position jump together by 25 m (EKF reset after a GPS glitch) while the map grows",
+        "nothing is mapped until the position is back within 2 m, or until the next Arm; the mapper's health "
+        "gives the reason; Explore ends",
+    )
     def test_nothing_is_mapped_until_it_is_back(self, rig: Rig, jumps: list[float]) -> None:
         rig.take(rig.said.estimator())
         assert rig.telemetry.map_problem(rig.clock()) == ""
@@ -181,6 +200,10 @@ class TestJump:
         assert jumps == []
 
 
+@pytest.mark.fault(
+    "the position creeps away from its own velocity (3 m in 2 s)",
+    "position unhealthy within 1 s with the reason; no Arm; a task ends by Hover after 2 s",
+)
 def test_an_estimate_that_creeps_away_from_its_velocity_is_not_trusted(rig: Rig) -> None:
     rig.arm_here()
     for index in range(60):
@@ -205,7 +228,7 @@ def test_flight_of_any_kind_neither_leaps_nor_creeps(
     steps: list[tuple[float, tuple[float, float, float], float]],
 ) -> None:
     """Positions that follow their velocities, with noise of centimetres."""
-    watch = LeapWatch()
+    watch = LeapObserver()
     time, place, velocity = 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for dt, following, noise in steps:
         time += dt
@@ -219,7 +242,7 @@ def test_flight_of_any_kind_neither_leaps_nor_creeps(
 @given(st.tuples(*[st.floats(-60, 60)] * 3), st.floats(0.02, 0.5))
 def test_a_leap_is_measured_to_the_centimetre(leap: tuple[float, float, float], dt: float) -> None:
     assume(abs(math.hypot(*leap) - LEAP_M) > 0.01)
-    watch = LeapWatch()
+    watch = LeapObserver()
     found = []
     for index in range(10):
         moved = leap if index > 4 else (0.0, 0.0, 0.0)
@@ -231,7 +254,7 @@ def test_a_leap_is_measured_to_the_centimetre(leap: tuple[float, float, float], 
 
 
 def test_samples_a_second_apart_are_not_compared_and_a_repeated_one_is_ignored() -> None:
-    watch = LeapWatch()
+    watch = LeapObserver()
     assert not watch.look(EkfPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not watch.look(EkfPosition(1.0, 25.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not watch.look(EkfPosition(1.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -246,7 +269,7 @@ def standing(time: float, north: float) -> EkfPosition:
 
 @pytest.mark.parametrize(("metres", "leaps"), [(1.0, False), (-1.0, False), (1.01, True), (-1.01, True)])
 def test_more_than_a_metre_is_a_leap(metres: float, leaps: bool) -> None:
-    watch = LeapWatch()
+    watch = LeapObserver()
     watch.look(standing(0.0, 0.0))
     assert watch.look(standing(0.5, metres)) is leaps
     assert watch.settle() == ((metres, 0.0, 0.0) if leaps else (0.0, 0.0, 0.0))
@@ -255,14 +278,14 @@ def test_more_than_a_metre_is_a_leap(metres: float, leaps: bool) -> None:
 
 @pytest.mark.parametrize(("apart", "compared"), [(0.99, True), (1.0, False)])
 def test_samples_less_than_a_second_apart_are_compared(apart: float, compared: bool) -> None:
-    watch = LeapWatch()
+    watch = LeapObserver()
     watch.look(standing(0.0, 0.0))
     assert watch.look(standing(apart, 25.0)) is compared
 
 
-def creeping(step_m: float, steps: int) -> LeapWatch:
+def creeping(step_m: float, steps: int) -> LeapObserver:
     """A watch that saw a position move every half second, until that many steps were done."""
-    watch = LeapWatch()
+    watch = LeapObserver()
     for index in range(steps + 1):
         assert not watch.look(standing(0.5 * index, step_m * index))
     return watch

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hawk.algo.vision.rectify import camera_to_ned
-from hawk.comm.autopilot.gimbal import FRESH_S, GimbalWatch, yaw_counts_from_north
+from hawk.comm.autopilot.gimbal import FRESH_S, GimbalAttitudes, yaw_counts_from_north
 from hawk.comm.autopilot.streams import wanted_streams
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
@@ -39,7 +39,7 @@ def leaning(yaw: float = 1.0) -> VehiclePose:
 
 
 def seen(
-    watch: GimbalWatch, vector: tuple[float, float, float], camera: CameraModel = CAMERA, time: float = 10.0
+    watch: GimbalAttitudes, vector: tuple[float, float, float], camera: CameraModel = CAMERA, time: float = 10.0
 ) -> NDArray[np.float64]:
     """Return a vector of the camera in NED, by the projection's own rule."""
     pose = leaning()
@@ -49,8 +49,8 @@ def seen(
     return np.asarray(camera_to_ned(aimed, pose.map) @ np.array(vector))
 
 
-def watching(*samples: tuple[float, dict[str, Any]]) -> GimbalWatch:
-    watch = GimbalWatch()
+def watching(*samples: tuple[float, dict[str, Any]]) -> GimbalAttitudes:
+    watch = GimbalAttitudes()
     for time, fields in samples:
         watch.take(fields, time)
     return watch
@@ -91,11 +91,15 @@ def test_between_two_reports_it_moves_evenly_and_signs_of_a_quaternion_do_not_ma
 
 
 def test_before_a_report_nothing_can_be_mapped() -> None:
-    aimed, problem = GimbalWatch().aim(CAMERA, 10.0, leaning())
+    aimed, problem = GimbalAttitudes().aim(CAMERA, 10.0, leaning())
     assert aimed is CAMERA
     assert "the gimbal's attitude is not reported" in problem
 
 
+@pytest.mark.fault(
+    "the attitude of the camera's gimbal does not come, or is older than 0.5 s",
+    "nothing is mapped; the mapper's health names the age",
+)
 def test_an_old_report_is_none_and_its_age_is_named() -> None:
     watch = watching((10.0, status()))
     assert watch.aim(CAMERA, 10.0 + FRESH_S, leaning())[1] == ""
@@ -121,7 +125,7 @@ def test_another_mount_and_an_overtaken_report_are_not_taken() -> None:
 @pytest.mark.parametrize("q", [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [math.nan] * 4, [None] * 4])
 def test_a_report_without_sense_is_refused(q: list[Any]) -> None:
     with pytest.raises((TypeError, ValueError)):
-        GimbalWatch().take(status(q=q), 10.0)
+        GimbalAttitudes().take(status(q=q), 10.0)
 
 
 def test_the_frame_s_flags_rank_before_the_lock() -> None:
@@ -153,7 +157,7 @@ def test_its_attitude_is_asked_for_only_where_there_is_one() -> None:
 
 @pytest.mark.parametrize("yaw", [0.0, 2.0])
 def test_the_angle_off_straight_down_is_that_of_the_optical_axis(yaw: float) -> None:
-    watch = GimbalWatch()
+    watch = GimbalAttitudes()
     assert watch.off_down(10.0) is None
     watch.take(status(pitch=DOWN + 0.3, yaw=yaw), 10.0)
     assert watch.off_down(10.0) == pytest.approx(0.3)

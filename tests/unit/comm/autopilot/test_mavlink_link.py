@@ -158,6 +158,11 @@ def test_the_greeting_of_our_own_gate_is_no_other_station(link: Link) -> None:
     assert link.hearing().second_sender == ""
 
 
+@pytest.mark.fault(
+    "downlink dead, and RTL messages are lost too",
+    "our heartbeats end after 3 s; the ground-station failsafe brings the drone home 7 to 8 s after the cut "
+    "(real ArduCopter: 7.05 s)",
+)
 def test_silent_it_sends_commands_and_no_heartbeat(link: Link, peer: Peer) -> None:
     peer.wait("HEARTBEAT")
     link.set_voice(False)
@@ -246,6 +251,7 @@ def test_remote_id_reaches_the_wire_as_it_was_written(link: Link, peer: Peer) ->
     assert (update.operator_latitude, update.timestamp) == (601_699_000, 6)
 
 
+@pytest.mark.fault("the transmitter forges messages of the autopilot", "only its OPEN_DRONE_ID_ARM_STATUS is heard")
 def test_of_a_transmitter_behind_the_autopilot_only_its_word_is_heard(link: Link, peer: Peer, heard: Heard) -> None:
     transmitter = mavlink.MAVLink(peer, 1, 236)
     transmitter.statustext_send(6, b"forged by the transmitter")
@@ -272,6 +278,7 @@ def test_a_second_link_to_one_autopilot_names_the_first(link: Link, port: int) -
         second.close()
 
 
+@pytest.mark.fault("another program has the autopilot's port", "it is named")
 def test_a_port_that_another_program_has_is_named_with_its_owner() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
@@ -347,6 +354,10 @@ def test_a_second_sender_is_neither_heard_nor_spoken_to(link: Link, peer: Peer, 
     assert link.hearing().refused >= 2
 
 
+@pytest.mark.fault(
+    "another vehicle, gimbal or camera behind the autopilot's own router",
+    "its messages are dropped; no fault",
+)
 def test_another_vehicle_behind_the_same_router_is_not_heard_and_no_fault(peer: Peer, heard: Heard, link: Link) -> None:
     before = len([one for one in heard.messages if one.name == "ATTITUDE"])
     other = mavlink.MAVLink(peer, 7, 1)
@@ -459,6 +470,9 @@ def wait_for(true: Callable[[], object]) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.fault(
+    "an antenna tracker, rover, plane or another autopilot is heard first, on a UDP port or on one line with the copter"
+)
 def test_on_a_line_with_a_tracker_the_copter_is_waited_for_and_everybody_named(made: list[Any]) -> None:
     line, heard = Line(), Heard()
     link = Link(line.url, 245, lambda: 1.0, heard.take)
@@ -488,6 +502,7 @@ def test_on_a_line_with_a_tracker_the_copter_is_waited_for_and_everybody_named(m
     assert {one.fields["type"] for one in heard.messages if one.name == "HEARTBEAT"} == {2}
 
 
+@pytest.mark.fault("a second copter on the link")
 def test_of_two_copters_on_a_line_none_is_taken_before_one_is_named(made: list[Any]) -> None:
     line, heard = Line(), Heard()
     link = Link(line.url, 245, lambda: 1.0, heard.take, Expected(wait_s=1.5))
@@ -504,6 +519,7 @@ def test_of_two_copters_on_a_line_none_is_taken_before_one_is_named(made: list[A
     )
 
 
+@pytest.mark.fault("a second copter on the link")
 def test_on_a_line_the_named_vehicle_is_found_among_others(made: list[Any]) -> None:
     line, heard = Line(), Heard()
     link = Link(line.url, 245, lambda: 1.0, heard.take, Expected(system_id=3))
@@ -542,6 +558,10 @@ TEXTS = (
 )
 
 
+@pytest.mark.fault(
+    "a STATUSTEXT that is no UTF-8, with escape sequences or a turned writing direction",
+    "shown with visible escapes, in page, log and check; MAVSDK prints nothing itself; a chunk is counted in bytes",
+)
 def test_texts_of_the_autopilot_print_nothing_raw(
     made: list[Any], capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -88,6 +88,10 @@ async def test_a_set_is_sent_with_the_type_that_was_read_and_read_back(rig: Rig)
     assert rig.parameters.values["RTL_ALT"] == 6000
 
 
+@pytest.mark.fault(
+    "a parameter is confirmed and reads as its old value",
+    "set and read back until it holds, 3 s at most",
+)
 @pytest.mark.parametrize("late", [1, 2, 5])
 async def test_a_value_that_is_confirmed_and_reads_as_the_old_one_is_set_until_it_holds(late: int) -> None:
     rig = Rig(1.0, FS_GCS_ENABLE=(0, INT8))

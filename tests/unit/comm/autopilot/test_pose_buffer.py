@@ -29,7 +29,7 @@ def test_between_two_samples_it_is_linear() -> None:
     assert (found.time, found.x, found.y, found.z, found.vx) == pytest.approx((1.025, 0.25, 0.5, -0.25, 4.5))
 
 
-def test_at_a_sample_it_is_the_sample() -> None:
+def test_at_the_time_of_a_sample_it_is_that_sample() -> None:
     buffer = PoseBuffer()
     for time in (1.0, 1.05, 1.1):
         buffer.add_position(position(time, time))
@@ -64,7 +64,7 @@ def test_a_gap_in_the_samples_is_not_bridged() -> None:
     assert late.x == pytest.approx(99.9)
 
 
-def test_angles_turn_the_short_way() -> None:
+def test_angles_turn_by_the_smaller_angle() -> None:
     buffer = PoseBuffer()
     buffer.add_attitude(Attitude(0.0, 0.0, 0.0, math.radians(170)))
     buffer.add_attitude(Attitude(0.1, 0.0, 0.0, math.radians(-170)))
@@ -93,7 +93,7 @@ def test_cleared_it_knows_nothing() -> None:
 
 
 @given(st.floats(-100, 100))
-def test_a_wrapped_angle_points_the_same_way(angle: float) -> None:
+def test_a_wrapped_angle_points_in_the_same_direction(angle: float) -> None:
     wrapped = wrap_angle(angle)
     assert -math.pi <= wrapped < math.pi + 1e-9
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)

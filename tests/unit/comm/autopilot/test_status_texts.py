@@ -91,6 +91,7 @@ def chunk(number: int, sequence: int, data: bytes) -> dict[str, Any]:
     return {"id": number, "chunk_seq": sequence, "severity": 4, "text": text}
 
 
+@pytest.mark.fault("a STATUSTEXT that is no UTF-8, with escape sequences or a turned writing direction")
 @pytest.mark.parametrize(
     ("text", "shown"),
     [

@@ -32,7 +32,7 @@ def test_a_heartbeat_of_something_else_than_an_autopilot_is_not_heard(rig: Rig) 
     assert rig.topics.state.value is None
 
 
-def test_landed_states_are_told_as_they_come(rig: Rig) -> None:
+def test_landed_states_are_reported_as_they_come(rig: Rig) -> None:
     rig.take(rig.said.heartbeat())
     for number, state in ((1, LandedState.ON_GROUND), (3, LandedState.TAKING_OFF), (99, LandedState.UNDEFINED)):
         rig.take(rig.said.landed(number))
@@ -149,6 +149,7 @@ def test_an_arm_place_of_an_earlier_boot_is_void(rig: Rig) -> None:
     assert rig.telemetry.tie.frames is None
 
 
+@pytest.mark.fault("the wall clock steps by 31 minutes or 3 days in the air, forward or back")
 @pytest.mark.parametrize(
     ("boot", "is_same"),
     [
@@ -167,6 +168,7 @@ def test_an_arm_place_belongs_to_a_boot_by_the_kernels_clock(rig: Rig, boot: Mom
     assert bool(rig.places) is is_same
 
 
+@pytest.mark.fault("the companion computer boots in the air")
 @pytest.mark.parametrize(
     ("up", "off", "is_same"),
     [(15.0, 0.0, True), (79.0, 4.0, True), (15.0, 6.0, False), (15.0, -1860.0, False), (82.0, 0.0, False)],
@@ -189,7 +191,7 @@ def test_an_arm_place_that_is_restored_too_late_does_not_replace_a_newer_one(rig
     assert len(rig.places) == 1
 
 
-def test_a_jump_of_ekf_local_is_told_and_the_map_stays(rig: Rig) -> None:
+def test_a_jump_of_ekf_local_is_reported_and_the_map_stays(rig: Rig) -> None:
     rig.arm_here()
     rig.fly(0.5, ekf=(10.0, 0.0, -30.0), north=10.0, up=30.0)  # leaps from the arm place: the watch must settle first
     rig.fly(0.5, ekf=(10.0, 0.0, -30.0), north=10.0, up=30.0)
@@ -262,6 +264,7 @@ def test_a_boot_makes_everything_void_that_belonged_to_the_old_one(rig: Rig) -> 
     assert rig.places[-1].boot.seconds == pytest.approx(rig.now.seconds - rig.said.boot, abs=1)
 
 
+@pytest.mark.fault("The autopilot boots")
 def test_a_boot_is_seen_although_the_link_never_fell_silent(rig: Rig) -> None:
     rig.arm_here()
     rig.said.boot = 0.0
@@ -387,7 +390,7 @@ def test_a_fence_before_the_first_arm_is_about_where_the_drone_stands(rig: Rig) 
     assert rig.origin() == rig.telemetry.tie.datum
 
 
-def test_the_datum_may_be_laid_anew_under_a_drone_that_flies(rig: Rig) -> None:
+def test_the_datum_may_be_set_again_under_a_drone_that_flies(rig: Rig) -> None:
     rig.arm_here()
     rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 7 * METRE_NORTH, LONGITUDE, ALTITUDE))
     rig.fly(0.1)
@@ -423,6 +426,10 @@ class TestDatagramsThatComeLate:
         rig.fly(1.0, ekf=(0.0, 0.0, -8.0), up=8.0)
         return rig
 
+    @pytest.mark.fault(
+        "LOCAL_POSITION_NED, ATTITUDE or GLOBAL_POSITION_INT comes 1.2 s late",
+        "Dropped: no boot, no pose",
+    )
     @pytest.mark.parametrize("kind", ["local", "attitude", "world"])
     def test_one_that_is_late_is_no_boot_and_no_pose(self, high: Rig, kind: str) -> None:
         late = getattr(high.said, kind)()
@@ -436,6 +443,7 @@ class TestDatagramsThatComeLate:
         high.fly(0.1, ekf=(0.0, 0.0, -8.0), up=8.0)
         assert high.topics.pose.value is not before
 
+    @pytest.mark.fault("A datagram comes twice", "Dropped: no second pose")
     def test_one_that_is_repeated_gives_no_second_pose(self, high: Rig) -> None:
         high.advance()
         message = high.said.local(0.0, 0.0, -8.0)
@@ -454,6 +462,9 @@ class TestDatagramsThatComeLate:
         assert pose is not None
         assert pose.time == pytest.approx(high.clock())
 
+    @pytest.mark.fault(
+        'One HEARTBEAT "disarmed" of before comes late in the air, with or without a late "on the ground"',
+    )
     def test_a_late_disarmed_and_a_late_landed_do_not_move_the_arm_place(self, high: Rig) -> None:
         high.take(high.said.heartbeat(armed=False), high.said.landed(ON_GROUND))
         high.fly(0.3, ekf=(0.0, 0.0, -8.0), up=8.0)
@@ -467,6 +478,10 @@ class TestDatagramsThatComeLate:
         assert pose.relative_altitude == pytest.approx(8.0, abs=0.02)
 
 
+@pytest.mark.fault(
+    'EXTENDED_SYS_STATE is old when "armed" is first seen in the air',
+    "The arm place is home, never the place in the air",
+)
 def test_an_old_landed_does_not_make_the_air_the_arm_place(rig: Rig) -> None:
     """EXTENDED_SYS_STATE stopped on the ground; "armed" is first seen at 8 m: home is the arm place."""
     rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND), rig.said.home())
@@ -572,6 +587,7 @@ class TestRangefinder:
         assert terrain.distance == pytest.approx(0.25)
         assert terrain.ground is None
 
+    @pytest.mark.fault("the rangefinder's messages come late or broken", "dropped")
     def test_one_that_is_late_or_broken_is_dropped(self, rig: Rig) -> None:
         rig.arm_here()
         self.fly(rig, 2.0, 30.0, 2500)
@@ -582,7 +598,7 @@ class TestRangefinder:
         rig.take(("DISTANCE_SENSOR", {"time_boot_ms": rig.said.ms, "orientation": 25, "current_distance": 300}))
         assert rig.topics.terrain.value is before
 
-    def test_another_arm_place_begins_anew(self, rig: Rig) -> None:
+    def test_another_arm_place_begins_the_ground_estimate_again(self, rig: Rig) -> None:
         rig.arm_here()
         self.fly(rig, 2.0, 30.0, 2500)
         rig.fly(0.3)
@@ -736,6 +752,7 @@ def test_a_position_needs_a_fix_in_three_dimensions_of_the_last_three_seconds(
     assert (shown.all_ok, shown.gps_fix, shown.satellites) == (False, None, None)
 
 
+@pytest.mark.fault("a link of MAVLink 1, which has no accuracy of the position")
 @pytest.mark.parametrize(
     ("frames", "gps", "home", "is_version_1"),
     [
@@ -775,6 +792,7 @@ def test_an_unknown_number_of_satellites_is_none(rig: Rig) -> None:
     assert found.satellites is None
 
 
+@pytest.mark.fault("all compasses fail in flight")
 @pytest.mark.parametrize(
     ("fields", "works"),
     [

@@ -158,6 +158,7 @@ async def test_a_known_clock_that_puts_a_picture_long_after_its_arrival_is_not_b
     assert rig.camera.latest.captured == pytest.approx(100.05)
 
 
+@pytest.mark.fault("the camera's clock steps by .2 s to a day, forward or back, at 3 to 30 pictures a second")
 @pytest.mark.parametrize("stamped", [False, True], ids=["least delay", "known clock"])
 @pytest.mark.parametrize("step", [-0.2, -0.9, 0.4])
 async def test_after_a_step_of_its_clock_no_picture_is_placed_by_the_old_one(
@@ -182,8 +183,13 @@ async def test_after_a_step_of_its_clock_no_picture_is_placed_by_the_old_one(
     assert f"by {step:+.2f} s" in caplog.text
 
 
+@pytest.mark.fault(
+    "the camera's clock stands still, or counts whole seconds only",
+    "a picture with the stamp of the one before is left out, and no other is placed by it; the camera says "
+    "that its stamps stand still",
+)
 @pytest.mark.parametrize("stamped", [False, True], ids=["least delay", "known clock"])
-async def test_pictures_whose_stamps_stand_still_are_left_out_and_told(rig: Rig, stamped: bool) -> None:
+async def test_pictures_whose_stamps_stand_still_are_left_out_and_reported(rig: Rig, stamped: bool) -> None:
     rig.make(CameraSettings(latency_s=0.0), stamped=stamped)
     rig.camera.init()
     rig.known = 100.0
@@ -253,7 +259,7 @@ async def test_while_the_known_clock_is_not_known_the_stamp_is_estimated(rig: Ri
     assert rig.camera.latest.captured == pytest.approx(99.95)
 
 
-async def test_a_camera_that_goes_away_is_told_and_found_again(rig: Rig) -> None:
+async def test_a_camera_that_goes_away_is_reported_and_found_again(rig: Rig) -> None:
     rig.camera.init()
     await rig.feed(frame(100.0), CameraError("http://cam: the stream ended"))
     rig.clock.advance(2.0)
@@ -298,7 +304,11 @@ async def test_what_follows_a_picture_is_left_out(rig: Rig) -> None:
     assert rig.camera.latest.jpeg == PICTURE
 
 
-async def test_damaged_pictures_are_told_and_make_the_camera_unhealthy_when_they_are_most(rig: Rig) -> None:
+@pytest.mark.fault(
+    "more than half of the last 20 pictures are damaged, or none comes whole",
+    "camera unhealthy with the number and what to check; fewer are reported and change nothing",
+)
+async def test_damaged_pictures_are_reported_and_make_the_camera_unhealthy_when_they_are_most(rig: Rig) -> None:
     rig.camera.init()
     await rig.feed(frame())
     assert rig.camera.health == Health()
@@ -319,7 +329,8 @@ async def test_damaged_pictures_are_told_and_make_the_camera_unhealthy_when_they
     assert rig.camera.damaged == 11
 
 
-async def test_a_camera_all_of_whose_pictures_come_damaged_is_told_so(rig: Rig) -> None:
+@pytest.mark.fault("more than half of the last 20 pictures are damaged, or none comes whole")
+async def test_a_camera_all_of_whose_pictures_come_damaged_is_reported(rig: Rig) -> None:
     rig.camera.init()
     await rig.feed(frame(data=PICTURE[:-2]))
     assert "1 came damaged" in rig.camera.health.reason
@@ -372,7 +383,7 @@ def test_an_address_of_no_known_kind_names_those_that_are() -> None:
         make_source(CameraSettings().model_copy(update={"url": "ftp://x"}), ManualClock())
 
 
-async def test_a_source_that_cannot_be_made_is_told_and_tried_again_and_the_camera_can_be_closed() -> None:
+async def test_a_source_that_cannot_be_made_is_reported_and_tried_again_and_the_camera_can_be_closed() -> None:
     made: list[str] = []
 
     def make(settings: CameraSettings, clock: Clock) -> CameraSource:

@@ -67,6 +67,7 @@ async def test_pictures_of_the_daemon_are_given_as_bgr(blocking: ThreadPoolExecu
     assert "operator-camera" not in [thread.name for thread in threading.enumerate()]
 
 
+@pytest.mark.fault("the daemon serves HTTPS", "Operator Camera and Message Socket speak it, by a trusted certificate")
 async def test_pictures_come_by_https_from_a_certificate_that_is_trusted(
     tmp_path: Path, blocking: ThreadPoolExecutor
 ) -> None:
@@ -138,7 +139,7 @@ async def test_a_stream_that_breaks_is_connected_again(blocking: ThreadPoolExecu
     assert len(server.requests) >= 2
 
 
-async def test_a_refusal_is_told(blocking: ThreadPoolExecutor) -> None:
+async def test_a_refusal_is_reported(blocking: ThreadPoolExecutor) -> None:
     server = StreamServer(forever(part(LIGHT)))
     server.status = 401
     camera = OperatorCamera(*await serve(server), reconnect_s=0.01)

@@ -50,6 +50,11 @@ def check(placed: list[tuple[float, Placed]]) -> int:
     return sum(found.time is None for _, found in placed)
 
 
+@pytest.mark.fault(
+    "the camera's clock steps by .2 s to a day, forward or back, at 3 to 30 pictures a second",
+    "no picture is placed by the old clock: four to eight are left out, then the new one is used; where "
+    "missing pictures hide the step, four seconds are left out",
+)
 @pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
 @pytest.mark.parametrize("step", [-0.2, -0.35, -0.5, -0.9, -3.0, -86400.0, 0.2, 0.35, 0.5, 0.9, 3.0, 86400.0])
 def test_a_step_of_the_cameras_clock_places_no_picture_wrongly(fps: float, step: float) -> None:
@@ -58,8 +63,8 @@ def test_a_step_of_the_cameras_clock_places_no_picture_wrongly(fps: float, step:
     camera.offset += step
     after = list(camera.run(20.0))
     assert 0 < check(after) <= 13, "the next pictures are placed again"
-    (told,) = [found.stepped_s for _, found in after if found.stepped_s is not None]
-    assert told == pytest.approx(step, abs=0.1)
+    (reported,) = [found.stepped_s for _, found in after if found.stepped_s is not None]
+    assert reported == pytest.approx(step, abs=0.1)
     assert camera.clock.has_stepped == (step < 0)
 
 
@@ -75,6 +80,10 @@ def busy(camera: Camera, seconds: float, least: float, most: float) -> list[tupl
     return found
 
 
+@pytest.mark.fault(
+    "pictures are missing and late by .1 to .7 s on a busy computer",
+    "no step is reported, no picture is placed wrongly",
+)
 @pytest.mark.parametrize("fps", [10.0, 30.0])
 @pytest.mark.parametrize("least", [0.1, 0.3])
 @pytest.mark.parametrize("seed", range(20))
@@ -108,10 +117,11 @@ def test_a_step_in_a_gap_is_noticed_too(fps: float, step: float, gap: float) -> 
     check(list(camera.run(10.0)))
 
 
+@pytest.mark.fault("pictures come .2 to .9 s late, in bursts", "no step; they are placed by their stamps")
 @pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
 @pytest.mark.parametrize("more", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_delay_on_the_way_is_no_step(fps: float, more: float, seed: int) -> None:
+def test_a_delay_in_transit_is_no_step(fps: float, more: float, seed: int) -> None:
     camera = Camera(fps, seed)
     list(camera.run(10.0))
     for _ in range(3):
@@ -180,6 +190,7 @@ def test_a_clock_that_stands_still_places_no_picture(fps: float) -> None:
     check(list(camera.run(10.0)))
 
 
+@pytest.mark.fault("the camera's clock stands still, or counts whole seconds only")
 def test_stamps_of_whole_seconds_place_the_first_picture_of_each() -> None:
     clock, placed = StampClock(), []
     for n in range(300):

@@ -20,6 +20,7 @@ time.sleep(60)
 """
 
 
+@pytest.mark.fault("a second daemon of this computer on the same serial line, TCP or UDP address")
 def test_the_second_names_the_first_and_gets_it_when_that_was_killed() -> None:
     first = subprocess.Popen([sys.executable, "-c", HOLDER, URL], stdout=subprocess.PIPE)
     second = Claim(URL)

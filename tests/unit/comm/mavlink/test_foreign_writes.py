@@ -11,11 +11,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from hawk.comm.mavlink.foreign_writes import FENCE, HOME, RALLY, Write, writes
 
 STATION = mavlink.MAVLink(None, 254, 190)
-NOUGHT = (0.0,) * 6
+ZEROS = (0.0,) * 6
 
 
 def command(number: int) -> Any:
-    return mavlink.MAVLink_command_long_message(1, 1, number, 0, 0.0, *NOUGHT)
+    return mavlink.MAVLink_command_long_message(1, 1, number, 0, 0.0, *ZEROS)
 
 
 @pytest.mark.parametrize(

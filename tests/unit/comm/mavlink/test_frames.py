@@ -90,7 +90,7 @@ def test_our_heartbeat_is_a_ground_stations_as_pymavlink_reads_it() -> None:
         (2, 3, 154, False),
     ],
 )
-def test_a_copter_is_told_by_type_autopilot_and_component(
+def test_a_copter_is_known_by_type_autopilot_and_component(
     kind: int, autopilot: int, component: int, is_copter: bool
 ) -> None:
     message = mavlink.MAVLink_heartbeat_message(kind, autopilot, 0, 4, 4, 3)
@@ -99,7 +99,7 @@ def test_a_copter_is_told_by_type_autopilot_and_component(
     assert beat.is_disarmed_copter is is_copter
 
 
-def test_the_version_of_a_frame_is_told_for_the_system_that_is_asked_for() -> None:
+def test_the_version_of_a_frame_is_known_for_the_system_that_is_asked_for() -> None:
     message = mavlink.MAVLink_attitude_message(1, 0, 0, 0, 0, 0, 0)
     for version_1 in (True, False):
         data = packed(message, version_1=version_1, ids=(7, 1))

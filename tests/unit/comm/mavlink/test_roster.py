@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import pytest
+
 from hawk.comm.mavlink.frames import Heartbeat
 from hawk.comm.mavlink.peer import SHOWN_S, Roster
 
@@ -42,6 +44,10 @@ def test_other_copters_are_named_and_the_vehicle_is_not() -> None:
     assert heard(QUADROTOR, GIMBAL).other_vehicles(1, 0.0) == ""
 
 
+@pytest.mark.fault(
+    "a daemon of another computer on the same autopilot",
+    "a ground station with our own MAVLink id is a second sender: named, Arm is refused",
+)
 def test_a_ground_station_with_our_own_id_is_a_twin() -> None:
     assert heard(QUADROTOR, STATION).twin(0.0) == ""
     assert heard(TWIN).twin(0.0) == "ground station, system 245, component 190"

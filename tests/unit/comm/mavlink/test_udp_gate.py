@@ -112,7 +112,9 @@ def rig(stack: contextlib.ExitStack) -> Rig:
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "::1"])
-def test_datagrams_pass_both_ways_and_a_stranger_hears_and_says_nothing(stack: contextlib.ExitStack, host: str) -> None:
+def test_datagrams_pass_in_both_directions_and_a_stranger_hears_and_says_nothing(
+    stack: contextlib.ExitStack, host: str
+) -> None:
     rig = Rig(stack, host)
     assert rig.gate.hearing == Hearing()
     autopilot, stranger = rig.keep(), rig.sender()
@@ -131,6 +133,10 @@ def test_datagrams_pass_both_ways_and_a_stranger_hears_and_says_nothing(stack: c
     assert f":{stranger.getsockname()[1]} (system 1) sends to the autopilot's port, too." in hearing.second_sender
 
 
+@pytest.mark.fault(
+    "a flood of datagrams on the autopilot's port",
+    "the autopilot's datagrams pass by a socket of their own; strangers are read 1280 a second at most",
+)
 def test_a_flood_takes_neither_room_nor_time_from_the_autopilot(rig: Rig) -> None:
     autopilot, stranger = rig.keep(), rig.sender()
     ending = threading.Event()
@@ -165,6 +171,11 @@ def test_few_strange_datagrams_are_looked_at_in_a_while(rig: Rig) -> None:
     rig.until(lambda: rig.gate.hearing.refused == 63 + 64)
 
 
+@pytest.mark.fault(
+    "the autopilot's router starts again on another port",
+    "it is kept after 3 s of silence, and the change is reported; another host after 30 s; a sender that "
+    "spoke beside the autopilot never",
+)
 def test_a_router_that_starts_again_is_answered_on_its_new_port(rig: Rig) -> None:
     rig.keep().close()
     again = rig.sender()
@@ -180,6 +191,10 @@ def test_a_router_that_starts_again_is_answered_on_its_new_port(rig: Rig) -> Non
     assert rig.gate.hearing.sender == f"127.0.0.1:{again.getsockname()[1]}"
 
 
+@pytest.mark.fault(
+    "nothing is heard any more, but the uplink is alive: MAVSDK forgets the address after 10 s",
+    "MAVSDK keeps it: Kill and RTL go out",
+)
 def test_mavsdk_is_greeted_while_nothing_is_heard_so_that_it_goes_on_sending(rig: Rig) -> None:
     autopilot = rig.keep()
     rig.clock.now += 1.1

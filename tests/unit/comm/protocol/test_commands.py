@@ -90,6 +90,7 @@ def test_a_fence_may_have_zones(kind: str) -> None:
     assert without.zones == []
 
 
+@pytest.mark.fault("a fence that fills the autopilot's memory, which ends ArduCopter's program")
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

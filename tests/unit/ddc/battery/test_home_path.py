@@ -13,7 +13,7 @@ from hawk.model.poses import MapPoint
 from tests.unit.ddc.fence.test_path import EAST, FOOT, U_SHAPE, WEST
 
 
-def test_the_path_inside_is_counted_and_the_straight_way_where_none_is_needed_or_known() -> None:
+def test_the_path_inside_is_counted_and_the_straight_one_where_none_is_needed_or_known() -> None:
     path = HomePath()
     assert length(path.look(U_SHAPE, WEST, EAST, 0.0)) == pytest.approx(190.5, abs=0.1)
     assert path.look(U_SHAPE, MapPoint(0.0, 40.0), FOOT, 0.1) == (MapPoint(0.0, 40.0), FOOT)

@@ -21,7 +21,7 @@ from hawk.ddc.battery.survey import (
     need_in_flight,
     need_on_ground,
 )
-from hawk.ddc.rules.notices import SHORT_CONFIRM_S, SurveyNotice
+from hawk.ddc.rules.notices import SHORT_CONFIRM_S, SurveyNotices
 from hawk.ddc.settings import SurveyMemory
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import FlightDrain, StateName, SurveyLeft
@@ -40,7 +40,7 @@ MODEL_BEGIN_S = 8.0
 
 
 @pytest.mark.parametrize(("area", "distance", "seconds"), MEASURED)
-def test_way_and_time_are_those_that_the_planner_was_measured_to_need(
+def test_distance_and_time_are_those_that_the_planner_was_measured_to_need(
     area: float, distance: float, seconds: float
 ) -> None:
     assert MANNER.distance(area) == pytest.approx(distance, rel=0.13)
@@ -54,7 +54,7 @@ def test_lower_and_slower_takes_longer() -> None:
     assert MANNER.seconds(0.0) == 0.0
 
 
-def test_before_take_off_it_is_climb_survey_and_the_way_home_with_the_reserve() -> None:
+def test_before_take_off_it_is_climb_survey_and_the_flight_home_with_the_reserve() -> None:
     need = need_on_ground("map", 10_000.0, 300.0, MANNER, (35.0, 60.0), FULL)
     assert need.percent == pytest.approx(0.1 * (35 / 2 + MANNER.seconds(300.0)))
     assert need.home == pytest.approx(20.0 + SAFETY_FACTOR * 0.1 * seconds_home(71.0, 35.0, 60.0, 4.0))
@@ -63,7 +63,7 @@ def test_before_take_off_it_is_climb_survey_and_the_way_home_with_the_reserve() 
     assert need.share == 1.0
 
 
-def test_what_does_not_suffice_is_told_as_a_share() -> None:
+def test_what_does_not_suffice_is_reported_as_a_share() -> None:
     need = need_in_flight("planner", 10_000.0, 800.0, MANNER, 30.0, replace(FULL, charge=43.0))
     assert not need.is_enough
     assert need.percent == pytest.approx(0.1 * MANNER.seconds(800.0, begins=False))
@@ -150,7 +150,7 @@ async def test_a_battery_that_is_too_low_for_the_survey_refuses_nothing(make: Ma
     assert rig.command(Arm()).accepted
 
 
-async def test_what_is_not_known_is_not_told(make: Make) -> None:
+async def test_what_is_not_known_is_not_reported(make: Make) -> None:
     rig = make()
     rig.autopilot.battery = None
     await looked(rig)
@@ -186,7 +186,7 @@ async def test_the_worst_drain_of_the_last_flights_is_used(make: Make) -> None:
     assert "drain assumed" not in await checked(second)
 
 
-async def test_it_is_told_once_that_an_earlier_survey_goes_on(make: Make) -> None:
+async def test_it_is_reported_once_that_an_earlier_survey_goes_on(make: Make) -> None:
     rig = await looked(make(continues_survey=True, memory=SurveyMemory(left=LEFT)), 5_000.0)
     await rig.run(5)
     assert sum(text.startswith("An earlier survey goes on") for text in rig.log) == 1
@@ -200,7 +200,7 @@ def exploring(remaining: float, north: float = 60.0) -> PathPlan:
     return PathPlan(MapPoint(north, 0.0), 35.0, 0.0, explore=ExploreStatus(seen=0.8, remaining_m=remaining))
 
 
-async def test_in_flight_the_planners_way_counts_and_what_is_left_is_journalled(make: Make) -> None:
+async def test_in_flight_the_planners_distance_counts_and_what_is_left_is_journalled(make: Make) -> None:
     kept: list[SurveyLeft] = []
     rig = make(memory=SurveyMemory(keep_left=kept.append))
     await rig.enter(StateName.HOVER)
@@ -231,20 +231,20 @@ async def short(rig: Rig, seconds: float) -> int:
     return sum("The battery will not last for the whole survey: about" in text for text in rig.log)
 
 
-async def test_a_battery_that_will_not_last_is_told_once_and_it_explores_on(make: Make) -> None:
+async def test_a_battery_that_will_not_last_is_reported_once_and_it_explores_on(make: Make) -> None:
     rig = make()
     assert await short(rig, 60) == 1
     rig.expect(StateName.AUTONOMOUS_EXPLORE)
 
 
-async def test_it_is_not_told_before_it_is_certain(make: Make) -> None:
+async def test_it_is_not_reported_before_it_is_certain(make: Make) -> None:
     assert await short(make(), 20) == 0  # the drain of this flight is not measured yet
 
 
 def test_it_must_last_for_ten_seconds() -> None:
     need = SurveyNeed("planner", 5_000.0, 400.0, 60.0, 30.0, 60.0)
     facts = flying_facts(0.0)
-    notice = SurveyNotice(continues_survey=False)
+    notice = SurveyNotices(continues_survey=False)
 
     class Exploring:
         identity = StateName.AUTONOMOUS_EXPLORE

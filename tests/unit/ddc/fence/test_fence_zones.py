@@ -187,6 +187,7 @@ async def test_a_zone_that_cannot_be_is_refused_with_field_and_remedy(rig: Rig, 
     assert check.problem == answer.reason, "what is said while drawing is what is said when saving"
 
 
+@pytest.mark.fault("the drone stands in a zone or its margin", "Arm is refused")
 async def test_a_drone_in_a_zone_is_not_armed(rig: Rig) -> None:
     command = zoned(MAST, box(-8, -8, 12, 12))
     check = await rig.check_fence(check_of(command))
@@ -201,18 +202,20 @@ async def test_a_drone_in_a_zone_is_not_armed(rig: Rig) -> None:
     assert rig.autopilot.asked("upload_fence") == []
 
 
+@pytest.mark.fault("the drone stands in a zone or its margin")
 async def test_a_drone_in_the_margin_of_a_zone_is_not_armed(rig: Rig) -> None:
     await draw(rig, zoned(box(3, -8, 12, 12)))
     await rig.run(1)
     assert "inside the dotted line of zone 1" in rig.command(Arm()).reason
 
 
-async def test_a_check_tells_zones_area_and_that_the_way_home_is_not_free(rig: Rig) -> None:
+async def test_a_check_shows_zones_area_and_that_the_path_home_is_not_free(rig: Rig) -> None:
     check = await rig.check_fence(check_of(zoned(ROOF)))
     assert isinstance(check, FenceCheck)
     assert check.area == pytest.approx(120 * 120 - 20 * 30, rel=1e-3)
     assert check.notes == [
-        "From parts of it the straight way home crosses a zone. Our returns stay inside; the autopilot's own failsafes "
+        "From parts of it the straight path home crosses a zone. Our returns stay inside; the autopilot's own "
+        "failsafes "
         "(lost link, its battery failsafe, a dead companion computer) fly straight."
     ]
     (inner,) = check.inner_zones
@@ -223,18 +226,23 @@ async def test_a_check_tells_zones_area_and_that_the_way_home_is_not_free(rig: R
 # -- in the air -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a move into a zone or across one; a planner that points there",
+    "refused; nothing is sent, Hover after 10 s",
+)
 async def test_a_move_into_a_zone_or_straight_across_one_is_refused(aloft: Rig) -> None:
     into = aloft.command(CompulsiveMove(x=30, y=0, frame="Map"))
     assert into.reason == "X, Y: the place is in zone 1 or its margin: choose one inside."
     across = aloft.command(CompulsiveMove(x=50, y=0, frame="Map"))
     assert across.reason == (
-        "X, Y: the straight way there leaves the fence or crosses a zone: go around it in two moves."
+        "X, Y: the straight path there leaves the fence or crosses a zone: go around it in two moves."
     )
     assert not aloft.command(AutonomousMove(x=30, y=0, frame="Map")).accepted
     aloft.expect(StateName.HOVER)
     aloft.order(CompulsiveMove(x=0, y=-40, frame="Map"))
 
 
+@pytest.mark.fault("a move into a zone or across one; a planner that points there")
 async def test_a_planner_that_points_into_or_across_a_zone_is_not_followed(aloft: Rig) -> None:
     for north in (30.0, 50.0):
         aloft.target_plan(north, 0.0)
@@ -258,6 +266,10 @@ async def test_no_tick_of_a_flight_around_a_zone_sends_a_target_into_it(aloft: R
     assert all(contains(fence, MapPoint(t.north, t.east)) for t in aloft.autopilot.targets)
 
 
+@pytest.mark.fault(
+    "the wind carries the drone into a zone",
+    "led out at the nearest edge, never deeper; Return To Launch after 10 s in it",
+)
 @pytest.mark.parametrize(("north", "east"), [(22.0, 3.0), (30.0, 12.0), (16.0, -18.0)])
 async def test_a_drone_that_the_wind_carries_into_a_zone_is_led_out_at_the_nearest_edge(
     aloft: Rig, north: float, east: float
@@ -282,6 +294,7 @@ async def test_a_drone_that_the_wind_carries_into_a_zone_is_led_out_at_the_neare
     assert "In zone 1 or its margin: going out of it." in aloft.log
 
 
+@pytest.mark.fault("the wind carries the drone into a zone")
 async def test_a_drone_that_cannot_leave_a_zone_returns_home(aloft: Rig) -> None:
     for _ in range(11 * 20):
         aloft.autopilot.north, aloft.autopilot.east = 30.0, 0.0

@@ -62,7 +62,7 @@ def test_outside_by() -> None:
     assert outside_by(FENCE, MapPoint(-5, 50)) == pytest.approx(10)
 
 
-def test_the_whole_straight_way_is_checked() -> None:
+def test_the_whole_straight_path_is_checked() -> None:
     corner, other = MapPoint(90, 20), MapPoint(20, 90)
     assert contains(L_SHAPE, corner)
     assert contains(L_SHAPE, other)
@@ -129,7 +129,9 @@ def test_geodesy_agrees_with_a_degree_of_latitude() -> None:
 
 
 @given(coordinate, coordinate, coordinate, coordinate)
-def test_a_way_that_leads_inside_never_leaves_again(north: float, east: float, to_north: float, to_east: float) -> None:
+def test_a_path_that_leads_inside_never_leaves_again(
+    north: float, east: float, to_north: float, to_east: float
+) -> None:
     start, end = MapPoint(north, east), MapPoint(to_north, to_east)
     shares = [k / 200 for k in range(201)]
     along = [contains(L_SHAPE, MapPoint(north + (to_north - north) * k, east + (to_east - east) * k)) for k in shares]
@@ -140,7 +142,7 @@ def test_a_way_that_leads_inside_never_leaves_again(north: float, east: float, t
         assert leads_inside(L_SHAPE, start, end) == path_is_inside(L_SHAPE, start, end)
 
 
-def test_a_way_from_outside_through_one_arm_into_the_other_does_not_lead_inside() -> None:
+def test_a_path_from_outside_through_one_arm_into_the_other_does_not_lead_inside() -> None:
     corner, other = MapPoint(90, 20), MapPoint(20, 90)
     assert not leads_inside(L_SHAPE, MapPoint(120, -10), other)
     assert not leads_inside(L_SHAPE, corner, other)

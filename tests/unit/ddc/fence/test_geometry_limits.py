@@ -105,7 +105,7 @@ class TestOutline:
             ),
         ],
     )
-    def test_the_first_fault_is_told(self, ring: Ring, words: str) -> None:
+    def test_the_first_fault_is_reported(self, ring: Ring, words: str) -> None:
         assert refusal(ring) == words
 
     def test_the_width_is_measured_wherever_the_drone_is(self) -> None:

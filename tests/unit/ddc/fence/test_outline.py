@@ -167,7 +167,7 @@ def test_a_file_that_is_no_outline_says_why(tmp_path: Path, content: str, fault:
 # -- set and cleared --------------------------------------------------------------------------------------------------
 
 
-async def test_an_outline_is_taken_on_the_ground_told_with_its_size_and_journalled(tmp_path: Path) -> None:
+async def test_an_outline_is_taken_on_the_ground_reported_with_its_size_and_journalled(tmp_path: Path) -> None:
     kept: list[Outline] = []
     rig = Rig(tmp_path, memory=SurveyMemory(keep_outline=kept.append))
     await rig.run(2.0)
@@ -190,7 +190,7 @@ async def test_an_outline_is_taken_on_the_ground_told_with_its_size_and_journall
     await rig.close()
 
 
-async def test_what_lies_outside_the_fence_is_left_out_and_told_with_its_size(flying: Rig) -> None:
+async def test_what_lies_outside_the_fence_is_left_out_and_reported_with_its_size(flying: Rig) -> None:
     """The fence is a circle of 150 m about the arm place."""
     assert reason(flying, command(box(100, -10, 200, 10))) == ""
     await flying.run(0.5)
@@ -258,7 +258,7 @@ async def test_with_an_outline_a_target_outside_the_fence_is_not_sent(flying: Ri
         (120.0, "Explored: the rest cannot be reached. 880 m² of 1000 m² seen, 120 m² not reached."),
     ],
 )
-async def test_at_the_end_what_was_left_out_is_told_with_its_size(flying: Rig, unseen: float, words: str) -> None:
+async def test_at_the_end_what_was_left_out_is_reported_with_its_size(flying: Rig, unseen: float, words: str) -> None:
     flying.order(command(box(100, -10, 200, 10)))
     await flying.run(0.2)
     flying.order(AutonomousExplore())
@@ -312,7 +312,7 @@ async def test_the_settings_file_counts_until_an_operator_sets_or_clears_one(
         await rig.close()
 
 
-async def test_an_outline_that_goes_on_is_told_at_the_start(tmp_path: Path) -> None:
+async def test_an_outline_that_goes_on_is_reported_at_the_start(tmp_path: Path) -> None:
     rig = Rig(tmp_path, memory=SurveyMemory(outline=outline_of(INSIDE)))
     assert "The outline of the survey goes on: 3000 m²." in rig.log
     await rig.close()

@@ -158,7 +158,7 @@ class TestParameters:
         acts = keep(kept, flying(1.1), BATT_FS_LOW_ACT=5, FENCE_ACTION=0)
         assert {ask.request for ask in asks(acts)} == {PutBack("FENCE_ACTION", 1), PutBack("BATT_FS_LOW_ACT", 3)}
 
-    def test_what_was_never_right_is_told_and_not_written(self) -> None:
+    def test_what_was_never_right_is_reported_and_not_written(self) -> None:
         kept = KeptParameters()
         (told,) = keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)
         assert isinstance(told, Log)
@@ -214,6 +214,10 @@ class TestParameters:
         acts = keep(kept, facts, BATT_LOW_VOLT=0.0)
         assert [ask.request for ask in asks(acts)] == [PutBack("BATT_LOW_VOLT", 21.0)]
 
+    @pytest.mark.fault(
+        "what was right in an earlier run is wrong by the limits of this flight",
+        "it is not written; reported, no new task, Set failsafes is the remedy",
+    )
     def test_what_would_be_wrong_by_the_limits_of_now_is_not_put_back(self) -> None:
         """Heights of an earlier run that were right below its ceiling of 200 m; this flight's is 100 m."""
         kept = KeptParameters({"RTL_ALT": 15_000.0, "FENCE_ALT_MAX": 200.0, "FENCE_ACTION": 1.0})
@@ -397,6 +401,7 @@ class TestFence:
         fences.tick(end(ask, "done"))
         assert fences.tick() == (), "these corners were compared"
 
+    @pytest.mark.fault("the fence cannot be read for a while", "the one that was read last counts as held for 45 s")
     def test_one_that_cannot_be_read_stays_held_for_a_while(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
@@ -413,7 +418,11 @@ class TestFence:
         fences.now += COMPARE_S
         assert fences.kept.tick(without_link(fences.facts()), HOVER, {}) == ()
 
-    def test_one_that_was_replaced_is_told_and_put_back(self) -> None:
+    @pytest.mark.fault(
+        "another station clears or replaces the fence in flight, by as many corners",
+        "read as another one within 10 s, reported, uploaded again; no new task until it holds",
+    )
+    def test_one_that_was_replaced_is_reported_and_put_back(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False
@@ -439,7 +448,7 @@ class TestFence:
         told = fences.kept.tick(replace(facts, link=replace(facts.link, foreign_writes=(write,))), HOVER, {})
         assert "Station 254 (component 190) changed it." in texts(told)[0]
 
-    def test_under_a_pilot_it_is_told_and_put_back_afterwards(self) -> None:
+    def test_under_a_pilot_it_is_reported_and_put_back_afterwards(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False
@@ -468,6 +477,10 @@ class TestFence:
         assert isinstance(again, Ask)
         assert again.request == CompareFence(FENCE)
 
+    @pytest.mark.fault(
+        "the fence is cleared while the drone is outside ours",
+        "uploaded once it is inside: the autopilot would act on the breach at once",
+    )
     def test_outside_it_waits_and_is_not_given_up(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
@@ -510,6 +523,7 @@ class TestFence:
 
 
 class TestSwitch:
+    @pytest.mark.fault("a command or a switch turns the fence off", "switched on again after 1.5 s")
     def test_a_fence_that_a_command_switched_off_is_switched_on_again(self) -> None:
         fences = Fences()
         fences.tick()
@@ -574,6 +588,10 @@ def moves(kept: KeptHome, facts: Facts, state: State) -> None:
     kept.tick(home_at(replace(facts, now=facts.now + 1.0), 0.0, 1.1), state)
 
 
+@pytest.mark.fault(
+    "another station moves home for the fourth time within a minute",
+    "it is set back each time; the flight ends at home",
+)
 def test_who_moves_home_for_the_fourth_time_within_a_minute_wins() -> None:
     kept, state = KeptHome(), made(ToHover())
     for number in range(3):

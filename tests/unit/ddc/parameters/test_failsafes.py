@@ -111,6 +111,7 @@ def test_what_is_safe_passes(values: dict[str, float | None]) -> None:
     assert wanted_values(values, 245) == {}
 
 
+@pytest.mark.fault("a parameter is not answered", '"not read yet" never passes; each name alone refuses')
 @pytest.mark.parametrize("name", CHECK_OF)
 def test_a_parameter_that_was_not_read_has_not_passed(name: str) -> None:
     whole = SAFE if name in SAFE else SAFE_47
@@ -129,6 +130,10 @@ def test_every_parameter_that_decides_is_read() -> None:
     assert {*CHECK_OF, *others} == set(ALL_NAMES)
 
 
+@pytest.mark.fault(
+    "BATT_FS_LOW_ACT 5 (Terminate), 7 (Brake), or any value that is not listed",
+    'Arm is refused: "cuts the motors (BATT_FS_LOW_ACT 5)"; Set failsafes sets RTL',
+)
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])
 def test_only_the_listed_values_pass(name: str, value: float) -> None:
     found = failed({**SAFE, name: value})
@@ -146,6 +151,10 @@ def test_a_threshold_within_its_bounds_passes(name: str, value: float) -> None:
     assert failed({**SAFE, name: value}) == []
 
 
+@pytest.mark.fault(
+    "FS_GCS_TIMEOUT, FS_EKF_THRESH out of bounds; FS_EKF_ACTION, FS_THR_ENABLE, FENCE_TYPE, FENCE_ACTION wrong",
+    "Arm is refused with consequence and remedy; Set failsafes puts it right",
+)
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name, (_, wrong) in BOUNDS.items() for value in wrong])
 def test_a_threshold_beyond_its_bounds_does_not_pass(name: str, value: float) -> None:
     (check,) = failed({**SAFE, name: value})
@@ -168,12 +177,12 @@ WORDS: dict[str, dict[int, str]] = {
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name, words in WORDS.items() for value in words])
-def test_a_wrong_value_is_told_in_words(name: str, value: int) -> None:
+def test_a_wrong_value_is_reported_in_words(name: str, value: int) -> None:
     (check,) = failed({**SAFE, name: float(value)})
     assert check.value == f"{WORDS[name][value]} ({name} {value})"
 
 
-def test_what_is_right_is_told_in_words() -> None:
+def test_what_is_right_is_reported_in_words() -> None:
     assert [(check.name, check.value) for check in check_failsafes(SAFE | {"FS_GCS_ENABLE": 5.0}, VIEW)][:5] == [
         ("Ground-station failsafe", "lands, watches this station (245)"),
         ("Pilot keeps control", "yes"),
@@ -231,11 +240,16 @@ def test_the_option_of_the_pilot_is_bit_four() -> None:
         assert check_failsafes({**SAFE, "FS_OPTIONS": options}, VIEW)[1].passed is passes
 
 
+@pytest.mark.fault("BATT_FS_LOW_ACT 5 (Terminate), 7 (Brake), or any value that is not listed")
 def test_terminate_does_not_return_home() -> None:
     (check,) = failed({**SAFE, "BATT_FS_LOW_ACT": 5.0})
     assert check.value == "cuts the motors (BATT_FS_LOW_ACT 5)"
 
 
+@pytest.mark.fault(
+    "MAV_GCS_SYSID_HI makes a range: any other station keeps the failsafe quiet",
+    "Arm is refused; Set failsafes sets 0",
+)
 def test_another_station_must_not_keep_the_failsafe_quiet() -> None:
     assert failed({**SAFE_47, HIGHEST_ID_NAME: 245.0}) == []
     assert failed({**SAFE_47, HIGHEST_ID_NAME: None}) == []
@@ -250,6 +264,7 @@ def test_the_watched_station_must_be_this_one(watched: float) -> None:
     assert check.value == f"watches station {watched:.0f}, this is 245"
 
 
+@pytest.mark.fault("a switch or MAV_CMD_DO_FENCE_ENABLE turns the fence off, FENCE_ENABLE stays 1")
 def test_a_fence_that_a_switch_turned_off_does_not_pass() -> None:
     (check,) = failed(SAFE, AutopilotView(245, (3,), fence_on=False))
     assert (check.value, check.can_be_set) == ("switched off", False)
@@ -257,6 +272,12 @@ def test_a_fence_that_a_switch_turned_off_does_not_pass() -> None:
     assert check.value == NOT_READ
 
 
+@pytest.mark.fault(
+    "rally points, RTL_ALT_FINAL above 0, RTL_CLIMB_MIN above 3 m, RTL_ALT_TYPE terrain: RTL ends elsewhere, "
+    "in the air, or above the ceiling",
+    "Arm is refused with what it would do; Set failsafes puts it right, but deletes no rally point; rally "
+    "points that another station uploads in flight are cleared",
+)
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
@@ -293,6 +314,10 @@ def thresholds(view: AutopilotView = VIEW, **changed: float) -> FailsafeCheck:
     return check_failsafes({**SAFE, **changed}, view)[-1]
 
 
+@pytest.mark.fault(
+    "BATT_LOW_VOLT and BATT_LOW_MAH are 0, or BATT_LOW_TIMER is 0: the battery failsafe never triggers",
+    "Arm is refused with the value to set; Set failsafes never writes it",
+)
 def test_thresholds_that_are_off_never_trigger() -> None:
     check = thresholds(BATT_LOW_VOLT=0, BATT_LOW_MAH=0)
     assert not check.passed
@@ -301,6 +326,10 @@ def test_thresholds_that_are_off_never_trigger() -> None:
     assert not check.can_be_set
 
 
+@pytest.mark.fault(
+    "low voltage of three cells on a battery of four",
+    'Arm is refused: "2.62 V a cell of 4", set 14.0 V',
+)
 def test_the_default_of_three_cells_is_too_late_for_four() -> None:
     check = thresholds(AutopilotView(245, (4,), True))
     assert not check.passed
@@ -309,6 +338,7 @@ def test_the_default_of_three_cells_is_too_late_for_four() -> None:
     assert thresholds(AutopilotView(245, (4,), True), BATT_LOW_VOLT=14.0).passed
 
 
+@pytest.mark.fault("BATT_LOW_VOLT is 0, BATT_LOW_MAH alone is set", "Arm is refused with the voltage to set")
 @pytest.mark.parametrize("charge", [0, 100, 330, 660, 1980, 2200])
 def test_a_charge_alone_is_not_enough(charge: float) -> None:
     """It is the counter's, which begins at 100 % with any battery."""
@@ -333,12 +363,14 @@ def test_the_low_voltage_belongs_to_the_chemistry() -> None:
     assert thresholds(AutopilotView(245, (3,), True, chemistry=LIHV), BATT_LOW_VOLT=12.0).passed
 
 
+@pytest.mark.fault("cells not known, or two counts possible", "Arm is refused, the remedy names flight.battery_cells")
 def test_unknown_cells_do_not_pass_and_name_the_setting() -> None:
     check = thresholds(AutopilotView(245, (), True))
     assert not check.passed
     assert "flight.battery_cells" in check.remedy
 
 
+@pytest.mark.fault("cells not known, or two counts possible")
 def test_a_battery_that_may_be_one_of_two_must_fit_both() -> None:
     check = thresholds(AutopilotView(245, (5, 6), True), BATT_LOW_VOLT=17.5)
     assert not check.passed

@@ -140,7 +140,7 @@ async def test_bad_heights_are_refused_and_nothing_changes(
     assert rig.topics.get_heights() == DEFAULTS
 
 
-async def test_a_return_height_that_is_refused_is_told_in_the_autopilots_words(rig: Rig) -> None:
+async def test_a_return_height_that_is_refused_is_reported_in_the_autopilots_words(rig: Rig) -> None:
     rig.autopilot.refuse["set_rtl_altitude"] = "parameter is locked"
     rig.order(Configure(min=12, des=25, max=48))
     await configured(rig)

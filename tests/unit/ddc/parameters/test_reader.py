@@ -94,12 +94,14 @@ def test_a_parameter_that_the_version_lacks_is_given_up_after_two_silences_besid
     assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
 
 
+@pytest.mark.fault("autopilot answers no parameter at all", 'nothing is taken as "missing from this version"')
 def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
     bench = Bench(SAFE_47, frozenset(ALL_NAMES))
     bench.run(30)
     assert bench.reader.values() == {}
 
 
+@pytest.mark.fault("a parameter is not answered")
 @pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "FENCE_ALT_MAX"} - MAY_BE_MISSING))
 def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
     bench = Bench(SAFE_PARAMETERS, frozenset({name}))
@@ -119,6 +121,10 @@ def test_a_missing_parameter_stays_known_over_a_setting() -> None:
     assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
 
 
+@pytest.mark.fault(
+    "a setting of failsafes that did not hold",
+    "values from before it are void from its first tick; Arm waits for the reading after it (0.2 s hawk-sim)",
+)
 def test_what_was_read_before_the_setting_is_void() -> None:
     bench = Bench(SAFE_PARAMETERS)
     bench.run(2.0)
@@ -134,7 +140,7 @@ def test_what_was_read_before_the_setting_is_void() -> None:
     assert bench.reader.values()["FENCE_ENABLE"] == 0
 
 
-def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_told() -> None:
+def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_reported() -> None:
     bench = Bench(DEFAULT_PARAMETERS, frozenset({"FS_THR_ENABLE"}))
     bench.run(2.5)
     bench.reader.set_failsafes()
@@ -177,11 +183,20 @@ SILENT_CHANGES = [change for change in CHANGES if change[0] != "FENCE_ENABLE"]
 """The comparison of the fence finds a fence that is off as well, and uploads it at once."""
 
 
+@pytest.mark.fault(
+    "rally points, RTL_ALT_FINAL above 0, RTL_CLIMB_MIN above 3 m, RTL_ALT_TYPE terrain: RTL ends elsewhere, "
+    "in the air, or above the ceiling"
+)
+@pytest.mark.fault(
+    "another station sets BATT_FS_LOW_ACT 5 (or another failsafe, threshold, RTL_ALT, RTL_*, FENCE_*) to the "
+    "worse in flight, with or without a PARAM_VALUE to all",
+    "reported within 10 s, put back at once, no new task until it holds; the flight goes on",
+)
 @pytest.mark.parametrize(
     ("name", "value", "words", "told"),
     [*((*change, True) for change in CHANGES), *((*change, False) for change in SILENT_CHANGES)],
 )
-async def test_a_change_in_flight_is_told_and_put_back_and_refuses_new_tasks_until_then(
+async def test_a_change_in_flight_is_reported_and_put_back_and_refuses_new_tasks_until_then(
     flying: Rig, name: str, value: float, words: str, told: bool
 ) -> None:
     await flying.run(2)
@@ -213,6 +228,10 @@ async def test_a_change_in_flight_is_told_and_put_back_and_refuses_new_tasks_unt
     flying.order(CompulsiveMove(x=0.0, y=0.0))
 
 
+@pytest.mark.fault(
+    "another station sets BATT_FS_LOW_ACT 5 (or another failsafe, threshold, RTL_ALT, RTL_*, FENCE_*) to the "
+    "worse in flight, with or without a PARAM_VALUE to all"
+)
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -244,6 +263,7 @@ async def test_whatever_another_station_sets_to_the_worse_in_flight_is_put_back(
     flying.expect(StateName.HOVER)
 
 
+@pytest.mark.fault("another station changes a parameter to a value that is as safe", "it stays, nothing is refused")
 @pytest.mark.parametrize(("name", "value"), [("BATT_FS_LOW_ACT", 1), ("RTL_ALT", 500), ("BATT_LOW_VOLT", 11.0)])
 async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, value: float) -> None:
     await flying.run(2)
@@ -254,6 +274,10 @@ async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, v
     flying.order(CompulsiveMove(x=0.0, y=0.0))
 
 
+@pytest.mark.fault(
+    "another station changes it again after each put-back",
+    "after three in a minute given up: returns home, Hold is refused",
+)
 async def test_who_changes_it_again_and_again_ends_the_flight_at_home(flying: Rig) -> None:
     await flying.run(2)
     for _ in range(4):
@@ -276,7 +300,8 @@ async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(f
     flying.expect(StateName.RETURN_TO_LAUNCH)
 
 
-async def test_while_a_pilot_flies_a_change_is_told_and_nothing_is_written(flying: Rig) -> None:
+@pytest.mark.fault("a change while a pilot flies", "reported, nothing written, put back afterwards")
+async def test_while_a_pilot_flies_a_change_is_reported_and_nothing_is_written(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick(2)
@@ -307,6 +332,10 @@ async def test_outside_the_fence_it_is_not_switched_on_because_the_autopilot_wou
     assert flying.autopilot.asked("set_parameter") == [("BATT_FS_LOW_ACT", 2)]
 
 
+@pytest.mark.fault(
+    "a switch or MAV_CMD_DO_FENCE_ENABLE turns the fence off, FENCE_ENABLE stays 1",
+    "seen in SYS_STATUS: warning and no new task (0.6 s on the real one); on the ground Arm is refused",
+)
 async def test_a_switch_that_turns_the_fence_off_is_seen_though_no_parameter_changes(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.fence_on = False
@@ -318,6 +347,7 @@ async def test_a_switch_that_turns_the_fence_off_is_seen_though_no_parameter_cha
     flying.order(CompulsiveMove(x=0.0, y=0.0))
 
 
+@pytest.mark.fault("deciding parameters are not answered for a minute in flight", "new tasks are refused")
 async def test_deciding_parameters_that_are_not_answered_for_a_minute_refuse_new_tasks(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.refuse["get_parameter"] = "no answer"

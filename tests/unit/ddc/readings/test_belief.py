@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.comm.protocol.commands import Arm, Disarm, Hold, Land, ReturnToLaunch, Takeoff
-from hawk.ddc.readings.belief import GroundWatch, Motion
+from hawk.ddc.readings.belief import BeliefReading, Motion
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import Rig
@@ -32,6 +32,11 @@ def late(rig: Rig, *, armed: bool | None = None, landed: LandedState | None = No
     rig.manager.process()
 
 
+@pytest.mark.fault(
+    "EXTENDED_SYS_STATE stops after Arm, the drone climbs",
+    "State Arm is left for Hover: by height (3 m) or climb (1 m/s) at the next tick, else after 2 s; guard, "
+    "Hold and RTL work; health part `ground` and one message within 0.5 s",
+)
 class TestTheLandedStateStopsAfterArm:
     """EXTENDED_SYS_STATE stops on the ground; somebody else takes the drone up to 8 m."""
 
@@ -58,6 +63,10 @@ class TestTheLandedStateStopsAfterArm:
         await up.run(0.2)
         up.expect(S.COMMUNICATION_LOST)
 
+    @pytest.mark.fault(
+        "Disarm is asked for in the air while the landed state is old or wrong",
+        "It is refused and never sent",
+    )
     async def test_a_disarm_is_refused_and_never_sent(self, up: Rig) -> None:
         assert not up.command(Disarm()).accepted
         up.order(Land())
@@ -89,6 +98,10 @@ class TestInTheAir:
         flying.expect(S.HOVER)
         assert not any("Landed" in text for text in flying.log)
 
+    @pytest.mark.fault(
+        'One HEARTBEAT "disarmed" of before comes late in the air, with or without a late "on the ground"',
+        "No state changes, no arm place moves",
+    )
     async def test_a_late_disarmed_with_a_late_landed_ends_no_flight(self, flying: Rig) -> None:
         late(flying, armed=False, landed=LandedState.ON_GROUND)
         flying.expect(S.HOVER)
@@ -107,6 +120,10 @@ class TestInTheAir:
         await fresh.run(1.0)
         fresh.expect(S.COMPULSIVE_MOVE)
 
+    @pytest.mark.fault(
+        'The landed state says "on the ground" at 30 m for ever',
+        "It is not believed; shown after 0.5 s; the flight goes on",
+    )
     async def test_a_landed_state_that_lies_for_ever_is_a_fault_that_is_shown(self, flying: Rig) -> None:
         flying.autopilot.landed = LandedState.ON_GROUND
         await flying.run(1.0)
@@ -129,6 +146,10 @@ class TestInTheAir:
         assert facts.is_airborne
         assert facts.ground.landed_age == pytest.approx(5.0, abs=0.1)
 
+    @pytest.mark.fault(
+        "EXTENDED_SYS_STATE stops in flight",
+        'The flight goes on, "in the air"; shown after 3 s; the landing ends 5 s after HEARTBEAT says "disarmed"',
+    )
     async def test_without_the_landed_state_a_landing_ends_five_seconds_after_disarmed(self, flying: Rig) -> None:
         flying.autopilot.landed_flows = False
         await flying.run(3.0)
@@ -146,6 +167,10 @@ class TestInTheAir:
 
 
 class TestOnTheGround:
+    @pytest.mark.fault(
+        "Height drifts by metres on the ground",
+        "State Arm stays; no doubt below 3 m above the arm place",
+    )
     async def test_drift_does_not_make_a_standing_drone_fly(self, fresh: Rig) -> None:
         await fresh.enter(S.ARM)
         for height in (1.0, 2.5, -2.0, -6.0):
@@ -175,6 +200,7 @@ class TestOnTheGround:
         await fresh.run(1.0)
         fresh.expect(S.ARM)
 
+    @pytest.mark.fault("No landed state before Arm", "Arm is refused")
     async def test_arm_is_refused_before_the_landed_state_is_heard(self, fresh: Rig) -> None:
         fresh.autopilot.landed = LandedState.UNDEFINED
         await fresh.run(3.0)
@@ -218,14 +244,14 @@ def said(now: float, *, armed: bool, landed: LandedState, landed_time: float | N
     return VehicleState(True, armed, CopterMode.GUIDED, landed, now, now if landed_time is None else landed_time)
 
 
-def flown() -> GroundWatch:
-    """A watch that saw a drone armed on the ground, then in the air, until 10 s."""
-    watch = GroundWatch()
-    watch.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
-    watch.update(said(1.0, armed=True, landed=GROUND), DOWN, 1.0, 1.0)
-    believed = watch.update(said(10.0, armed=True, landed=AIR), UP, 1.0, 10.0)
+def flown() -> BeliefReading:
+    """A reading that saw a drone armed on the ground, then in the air, until 10 s."""
+    reading = BeliefReading()
+    reading.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
+    reading.update(said(1.0, armed=True, landed=GROUND), DOWN, 1.0, 1.0)
+    believed = reading.update(said(10.0, armed=True, landed=AIR), UP, 1.0, 10.0)
     assert (believed.vehicle.armed, believed.vehicle.landed, believed.ground.doubt) == (True, AIR, "")
-    return watch
+    return reading
 
 
 @pytest.mark.parametrize(
@@ -247,10 +273,10 @@ def test_height_and_climb_speak_against_the_ground(motion: Motion, words: str) -
 
 
 def test_an_old_landed_is_unknown() -> None:
-    watch = flown()
-    believed = watch.update(said(12.0, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.0)
+    reading = flown()
+    believed = reading.update(said(12.0, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.0)
     assert believed.vehicle.landed is GROUND
-    believed = watch.update(said(12.1, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.1)
+    believed = reading.update(said(12.1, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.1)
     assert believed.vehicle.landed is LandedState.UNDEFINED
     assert believed.ground.doubt == "The autopilot does not say whether it is on the ground."
     assert believed.ground.landed_age == pytest.approx(2.1)
@@ -273,31 +299,31 @@ def test_an_old_landed_is_no_doubt_while_the_link_is_silent() -> None:
 def test_a_disarmed_that_something_contradicts_is_believed_after_five_seconds(
     landed: LandedState, motion: Motion, words: str
 ) -> None:
-    watch = flown()
+    reading = flown()
     for second in range(11, 16):
-        believed = watch.update(said(float(second), armed=False, landed=landed), motion, 1.0, float(second))
+        believed = reading.update(said(float(second), armed=False, landed=landed), motion, 1.0, float(second))
         assert believed.vehicle.armed
         assert believed.ground.doubt == f"The autopilot says that it is disarmed, but {words}."
-    assert not watch.update(said(16.0, armed=False, landed=landed), motion, 1.0, 16.0).vehicle.armed
+    assert not reading.update(said(16.0, armed=False, landed=landed), motion, 1.0, 16.0).vehicle.armed
 
 
 def test_silence_does_not_make_a_disarmed_believed() -> None:
-    watch = flown()
+    reading = flown()
     last = said(11.0, armed=False, landed=AIR)
-    assert all(watch.update(last, UP, 1.0, 11.0 + second).vehicle.armed for second in range(60))
+    assert all(reading.update(last, UP, 1.0, 11.0 + second).vehicle.armed for second in range(60))
 
 
 def test_one_armed_begins_the_five_seconds_again() -> None:
-    watch = flown()
+    reading = flown()
     for second in range(11, 40):
         armed = second % 4 == 0
-        assert watch.update(said(float(second), armed=armed, landed=AIR), UP, 1.0, float(second)).vehicle.armed
+        assert reading.update(said(float(second), armed=armed, landed=AIR), UP, 1.0, float(second)).vehicle.armed
 
 
 def test_a_fall_confirms_that_the_motors_are_off() -> None:
-    watch = flown()
+    reading = flown()
     falling = Motion(30.0, -4.5)
-    believed = watch.update(said(11.0, armed=False, landed=GROUND), falling, 1.0, 11.0)
+    believed = reading.update(said(11.0, armed=False, landed=GROUND), falling, 1.0, 11.0)
     assert not believed.vehicle.armed
     assert believed.vehicle.landed is LandedState.UNDEFINED, "it falls yet"
 
@@ -313,34 +339,34 @@ def test_a_drone_that_sinks_faster_than_any_mode_falls(climb: float | None, is_f
 
 @pytest.mark.parametrize(("published", "counts"), [(19.0, True), (18.99, False)])
 def test_an_arm_place_of_a_second_before_armed_is_of_this_flight(published: float, counts: bool) -> None:
-    watch = GroundWatch()
-    watch.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
-    believed = watch.update(said(20.0, armed=True, landed=GROUND), UP, published, 20.0)
+    reading = BeliefReading()
+    reading.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
+    believed = reading.update(said(20.0, armed=True, landed=GROUND), UP, published, 20.0)
     assert believed.vehicle.landed is (LandedState.UNDEFINED if counts else GROUND)
 
 
 def test_of_a_drone_that_was_armed_before_its_first_word_every_arm_place_counts() -> None:
-    believed = GroundWatch().update(said(50.0, armed=True, landed=GROUND), UP, 0.0, 50.0)
+    believed = BeliefReading().update(said(50.0, armed=True, landed=GROUND), UP, 0.0, 50.0)
     assert believed.vehicle.landed is LandedState.UNDEFINED
 
 
-def test_a_doubt_is_timed_from_its_beginning_and_the_next_one_begins_anew() -> None:
-    watch = flown()
+def test_a_doubt_is_timed_from_its_beginning_and_the_next_one_begins_again() -> None:
+    reading = flown()
     words = ((11.0, AIR), (12.0, GROUND), (14.5, GROUND), (15.0, AIR), (16.0, GROUND), (16.5, GROUND))
-    beliefs = [watch.update(said(now, armed=True, landed=landed), UP, 1.0, now) for now, landed in words]
+    beliefs = [reading.update(said(now, armed=True, landed=landed), UP, 1.0, now) for now, landed in words]
     assert [bool(belief.ground.doubt) for belief in beliefs] == [False, True, True, False, True, True]
     assert [belief.ground.doubted_s for belief in beliefs] == [0.0, 0.0, 2.5, 0.0, 0.0, 0.5]
 
 
 def test_the_first_word_is_believed() -> None:
     for armed in (True, False):
-        believed = GroundWatch().update(said(5.0, armed=armed, landed=AIR), UP, -math.inf, 5.0)
+        believed = BeliefReading().update(said(5.0, armed=armed, landed=AIR), UP, -math.inf, 5.0)
         assert believed.vehicle.armed is armed
         assert bool(believed.ground.doubt) is not armed
 
 
 def test_before_the_first_heartbeat_nothing_is_doubted() -> None:
-    believed = GroundWatch().update(VehicleState(), Motion(), -math.inf, 5.0)
+    believed = BeliefReading().update(VehicleState(), Motion(), -math.inf, 5.0)
     assert (believed.vehicle, believed.ground.doubt) == (VehicleState(), "")
 
 
@@ -352,6 +378,10 @@ def test_an_old_pose_and_one_that_is_not_finite_say_nothing() -> None:
     assert Motion.of(broken, 0.0) == Motion()
 
 
+@pytest.mark.fault(
+    "Late, repeated, reordered HEARTBEAT and EXTENDED_SYS_STATE in any order while the height is known",
+    'Never "disarmed", never "on the ground"',
+)
 @given(
     words=st.lists(
         st.tuples(
@@ -370,7 +400,7 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
     words: list[tuple[float, str, bool, LandedState]], height: float, climb: float
 ) -> None:
     """Late words say anything; a true HEARTBEAT and landed state come at least every second."""
-    watch = flown()
+    reading = flown()
     now, truth, heard = 10.0, 10.0, said(10.0, armed=True, landed=AIR)
     for wait, kind, armed, landed in words:
         now += wait
@@ -379,7 +409,7 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
         elif kind == "late":
             heard = replace(heard, armed=armed, landed=landed, time=now, landed_time=now)
         # a repeated datagram brings what was heard already
-        believed = watch.update(heard, Motion(height, climb), 1.0, now).vehicle
+        believed = reading.update(heard, Motion(height, climb), 1.0, now).vehicle
         assert believed.armed
         assert believed.landed is not GROUND
 
@@ -390,10 +420,10 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
     armed=st.lists(st.booleans(), min_size=40, max_size=40),
 )
 def test_no_drift_lifts_a_drone_that_stands(heights: list[float], climbs: list[float], armed: list[bool]) -> None:
-    watch = GroundWatch()
+    reading = BeliefReading()
     for step, height in enumerate(heights):
         now = 0.2 * step
         heard = said(now, armed=armed[step], landed=GROUND)
-        believed = watch.update(heard, Motion(height, climbs[step]), now, now)
+        believed = reading.update(heard, Motion(height, climbs[step]), now, now)
         assert believed.vehicle == heard
         assert believed.ground.doubt == ""

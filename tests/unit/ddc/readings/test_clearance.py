@@ -19,7 +19,7 @@ from hawk.ddc.readings.clearance import (
     LOW_READINGS,
     LOW_S,
     BelowFacts,
-    ClearanceWatch,
+    ClearanceReading,
     least_clearance,
     range_health,
 )
@@ -105,24 +105,25 @@ def test_without_a_place_it_holds() -> None:
     assert found.transition == ToHover("Too close to what is below.", level="warning")
 
 
-# -- watch -------------------------------------------------------------------------------------------------------------
+# -- clearance ---------------------------------------------------------------------------------------------------------
 
 
-def watched(*distances: float | None, doubt: str = "") -> tuple[ClearanceWatch, float]:
-    watch, now = ClearanceWatch(), 0.0
+def watched(*distances: float | None, doubt: str = "") -> tuple[ClearanceReading, float]:
+    reading, now = ClearanceReading(), 0.0
     for distance in distances:
         now += STEP_S
-        watch.update(Terrain(now, distance, doubt=doubt), 5.0)
-    return watch, now
+        reading.update(Terrain(now, distance, doubt=doubt), 5.0)
+    return reading, now
 
 
 def test_readings_below_the_limit_count_from_the_first() -> None:
-    watch, now = watched(*[4.0] * 6)
-    assert watch.low(now)[0] == pytest.approx(LOW_S)
-    assert watch.low(now)[1] == 4.0
-    assert watch.low(now + GAP_S + 0.1) == NOT_LOW, "none is heard any more"
+    reading, now = watched(*[4.0] * 6)
+    assert reading.low(now)[0] == pytest.approx(LOW_S)
+    assert reading.low(now)[1] == 4.0
+    assert reading.low(now + GAP_S + 0.1) == NOT_LOW, "none is heard any more"
 
 
+@pytest.mark.fault("single readings of the rangefinder are too short")
 @pytest.mark.parametrize(
     "distances",
     [
@@ -135,34 +136,35 @@ def test_readings_below_the_limit_count_from_the_first() -> None:
     ],
 )
 def test_single_bad_readings_do_nothing(distances: list[float | None]) -> None:
-    watch, now = watched(*distances)
-    assert watch.low(now) == NOT_LOW
+    reading, now = watched(*distances)
+    assert reading.low(now) == NOT_LOW
 
 
+@pytest.mark.fault("the rangefinder repeats one distance")
 def test_a_doubted_range_does_nothing() -> None:
-    watch, now = watched(*[3.0] * 20, doubt="its distance does not follow the height")
-    assert watch.low(now) == NOT_LOW
+    reading, now = watched(*[3.0] * 20, doubt="its distance does not follow the height")
+    assert reading.low(now) == NOT_LOW
 
 
 def test_a_message_without_a_reading_between_them_does_not_end_it_but_a_second_of_them_does() -> None:
-    watch, now = watched(*[3.0] * 4, None, *[3.0] * 3)
-    assert watch.low(now)[0] == pytest.approx(0.7)
-    watch, now = watched(*[3.0] * 8, *[None] * 11)
-    assert watch.low(now) == NOT_LOW
-    watch, now = watched(*[3.0] * 8, *[None] * 11, 3.0)
-    assert watch.low(now) == NOT_LOW, "it begins anew"
+    reading, now = watched(*[3.0] * 4, None, *[3.0] * 3)
+    assert reading.low(now)[0] == pytest.approx(0.7)
+    reading, now = watched(*[3.0] * 8, *[None] * 11)
+    assert reading.low(now) == NOT_LOW
+    reading, now = watched(*[3.0] * 8, *[None] * 11, 3.0)
+    assert reading.low(now) == NOT_LOW, "it begins anew"
 
 
 def test_the_least_distance_of_the_run_counts() -> None:
-    watch, now = watched(1.0, 20.0, 4.0, 3.0, 2.5, 4.5, 4.0)
-    assert watch.low(now)[1] == 2.5
+    reading, now = watched(1.0, 20.0, 4.0, 3.0, 2.5, 4.5, 4.0)
+    assert reading.low(now)[1] == 2.5
 
 
 def test_the_same_message_twice_counts_once() -> None:
-    watch = ClearanceWatch()
+    reading = ClearanceReading()
     for _ in range(20):
-        watch.update(Terrain(1.0, 3.0), 5.0)
-    assert watch.low(1.0) == NOT_LOW
+        reading.update(Terrain(1.0, 3.0), 5.0)
+    assert reading.low(1.0) == NOT_LOW
 
 
 def test_min_itself_may_be_flown() -> None:
@@ -173,6 +175,10 @@ def test_min_itself_may_be_flown() -> None:
 # -- the whole room ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a task flies closer over something than the least clearance",
+    "within 0.5 s of readings the task ends by Hover, Min above it",
+)
 async def test_a_move_towards_a_roof_ends_above_it(flying: Rig) -> None:
     flying.autopilot.below = lambda north, _: 26.0 if north > 20.0 else 0.0
     flying.order(CompulsiveMove(x=60.0, y=0.0))
@@ -192,6 +198,7 @@ async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     assert "rangefinder" not in dict(flying.manager.situation().facts.parts)
 
 
+@pytest.mark.fault("single readings of the rangefinder are too short", "no state changes")
 async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
     readings = iter([0.0] * 40 + [27.0] * 2 + [0.0] * 10_000)
     flying.autopilot.below = lambda _north, _east: next(readings)
@@ -218,6 +225,7 @@ async def test_a_landing_goes_down_to_the_ground(flying: Rig) -> None:
 # -- health ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("the rangefinder falls silent in flight, or its range ends")
 def test_the_health_of_the_rangefinder() -> None:
     assert range_health(None, float("inf")) is None
     good = range_health(Terrain(1.0, 20.0, 0.0, 50.0), 0.1)

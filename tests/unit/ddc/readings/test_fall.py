@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -9,8 +10,9 @@ import pytest
 
 from hawk.comm.protocol.commands import Arm, ClearKill, Kill
 from hawk.ddc.acts import KeepFall, Log, Record
-from hawk.ddc.readings.belief import Belief, GroundWatch, Motion
-from hawk.ddc.readings.fall import FallWatch, fall_words
+from hawk.ddc.readings.belief import Belief, BeliefReading, Motion
+from hawk.ddc.readings.fall import FallReading, fall_words
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.rules.kill import KillSwitch
 from hawk.model.operation import Fall, StateName
 from hawk.model.poses import GlobalPose
@@ -18,12 +20,23 @@ from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import UTC_START, Rig
 from tests.unit.ddc.rules.test_kill import token_of
 from tests.unit.ddc.written_facts import flying as flying_facts
+from tests.unit.ddc.written_facts import pose
 
 STEP_S = 0.05
 HEARTBEAT_S = 1.0
 LANDED_S = 0.2
 G = 9.81
 AIR, LANDING, GROUND = LandedState.IN_AIR, LandedState.LANDING, LandedState.ON_GROUND
+
+
+def after(
+    reading: FallReading, belief: Belief, now: float, place: GlobalPose | None = None, utc: float | None = None
+) -> Fall | None:
+    """Show it a moment; return the fall that it knows then."""
+    posed = None if place is None else replace(pose(now), global_=place)
+    age = math.inf if posed is None else 0.0
+    reading.update(Instant(now, now if utc is None else utc, belief, pose=posed, pose_age=age))
+    return reading.facts()
 
 
 @dataclass
@@ -44,8 +57,8 @@ class World:
     climb: float = 0.0
     late_s: float = 0.0
     """Age of the first HEARTBEAT."""
-    ground_watch: GroundWatch = field(default_factory=GroundWatch)
-    watch: FallWatch = field(default_factory=FallWatch)
+    ground_reading: BeliefReading = field(default_factory=BeliefReading)
+    reading: FallReading = field(default_factory=FallReading)
     fall: Fall | None = None
     said: VehicleState = field(default_factory=VehicleState)
     _moved: float = -1.0
@@ -64,9 +77,9 @@ class World:
             if self.posed:
                 self._moved, self._seen = self.now, Motion(self.height + self.drift, self.climb)
         fresh = self.now - self._moved <= 1.0
-        belief = self.ground_watch.update(self.said, self._seen if fresh else Motion(), 0.0, self.now)
+        belief = self.ground_reading.update(self.said, self._seen if fresh else Motion(), 0.0, self.now)
         place = GlobalPose(43.0, -79.0 + self.now * 1e-6, 100.0) if fresh else None
-        self.fall = self.watch.update(belief, place, self.now, UTC_START + self.now)
+        self.fall = after(self.reading, belief, self.now, place, UTC_START + self.now)
         return self.fall
 
     def run(self, seconds: float, climb: float = 0.0, phase: LandedState | None = None) -> None:
@@ -106,6 +119,12 @@ BEATS = (0.0, 0.3, 0.65, 0.95)
 """Seconds between a HEARTBEAT and the disarming."""
 
 
+@pytest.mark.fault(
+    "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, climbing, "
+    "sinking, landing, at any moment between two HEARTBEATs",
+    "“Motors off in the air”, red, with height, place and UTC; Arm is locked until an operator clears it, "
+    "after a restart too",
+)
 @pytest.mark.parametrize("beat", BEATS)
 @pytest.mark.parametrize("height", [1.6, 2.0, 3.0, 5.0, 8.0, 17.7, 30.0, 60.0])
 def test_motors_that_go_off_in_the_air_are_a_fall(height: float, beat: float) -> None:
@@ -121,6 +140,10 @@ def test_motors_that_go_off_in_the_air_are_a_fall(height: float, beat: float) ->
     assert world.fall.latitude == 43.0
 
 
+@pytest.mark.fault(
+    "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, climbing, "
+    "sinking, landing, at any moment between two HEARTBEATs"
+)
 @pytest.mark.parametrize("climb", [3.0, -1.5, -2.4])
 @pytest.mark.parametrize("phase", [AIR, LandedState.TAKING_OFF, LANDING])
 def test_so_are_those_that_go_off_while_it_climbs_or_sinks(climb: float, phase: LandedState) -> None:
@@ -134,6 +157,10 @@ def test_so_are_those_that_go_off_while_it_climbs_or_sinks(climb: float, phase: 
     assert world.fall.height == pytest.approx(height, abs=1.0)
 
 
+@pytest.mark.fault(
+    "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, climbing, "
+    "sinking, landing, at any moment between two HEARTBEATs"
+)
 def test_a_crash_that_the_autopilot_ends_is_a_fall() -> None:
     """It tumbles with its motors on, strikes the ground, and is disarmed two seconds later."""
     world = World()
@@ -146,6 +173,10 @@ def test_a_crash_that_the_autopilot_ends_is_a_fall() -> None:
     assert world.fall.height == pytest.approx(12.0, abs=0.6)
 
 
+@pytest.mark.fault(
+    "a landing on a hill, in a hollow, with a height that drifted by 13 m, or by a pilot who disarms at once",
+    "“Landed”, no lock",
+)
 @pytest.mark.parametrize("beat", BEATS)
 @pytest.mark.parametrize("sink", [0.5, 1.0, 1.5, 2.4])
 @pytest.mark.parametrize(("ground", "drift"), [(0.0, 0.0), (6.0, 0.0), (-8.0, 0.0), (0.0, 13.0), (0.0, -13.0)])
@@ -159,6 +190,9 @@ def test_a_landing_is_none(ground: float, drift: float, sink: float, beat: float
     assert world.fall is None
 
 
+@pytest.mark.fault(
+    "a landing on a hill, in a hollow, with a height that drifted by 13 m, or by a pilot who disarms at once",
+)
 def test_a_pilot_lands_and_disarms_before_the_autopilot_notices_the_ground() -> None:
     world = World()
     world.take_off(20.0)
@@ -232,6 +266,10 @@ def test_a_height_that_leaps_while_nothing_is_seen_is_no_fall() -> None:
     assert world.fall is None
 
 
+@pytest.mark.fault(
+    "the autopilot is not heard from 17.7 m on, and is disarmed when it is heard again",
+    "within 12 s, faster than any landing: “Motors off in the air”; later: “Landed”",
+)
 @pytest.mark.parametrize(("silent_s", "falls"), [(2.0, True), (6.0, True), (11.0, True), (13.0, False), (60.0, False)])
 @pytest.mark.parametrize("posed", [True, False])
 def test_a_flight_whose_end_was_not_heard(silent_s: float, falls: bool, posed: bool) -> None:
@@ -248,14 +286,14 @@ def test_a_flight_whose_end_was_not_heard(silent_s: float, falls: bool, posed: b
 
 
 def test_the_height_above_another_arm_place_counts_for_nothing() -> None:
-    watch, ground = FallWatch(), GroundWatch()
+    reading, ground = FallReading(), BeliefReading()
     said = VehicleState(True, False, 0, GROUND, 1.0, 1.0)
     ground.update(said, Motion(0.0, 0.0), -50.0, 1.0)
     for index, armed in enumerate((True, True, True, False, False)):
         now = 2.0 + index * 0.1
         said = replace(said, armed=armed, time=now, landed=GROUND, landed_time=now)
         belief = ground.update(said, Motion(10.0, 0.0), -50.0, now)
-        assert watch.update(belief, None, now, now) is None
+        assert after(reading, belief, now) is None
 
 
 def test_the_place_follows_it_for_some_seconds_and_arming_ends_it() -> None:
@@ -280,14 +318,14 @@ def test_the_place_follows_it_for_some_seconds_and_arming_ends_it() -> None:
 
 
 def test_the_place_follows_for_five_seconds_after_the_motors_went_off() -> None:
-    watch, changed = FallWatch(), []
+    reading, changed = FallReading(), []
     before: Fall | None = None
     for step in range(161):
         now = 1.0 + step / 16
         armed = now <= 5.0
         said = replace(flying_facts(now).ground, armed_said=armed, landed_said=AIR, landed_age=0.0)
         belief = Belief(VehicleState(True, armed, 4, AIR, now, now), said, Motion(10.0, 0.0))
-        fall = watch.update(belief, GlobalPose(43.0, now, 100.0), now, UTC_START + now)
+        fall = after(reading, belief, now, GlobalPose(43.0, now, 100.0), UTC_START + now)
         if fall != before:
             changed.append(now)
         before = fall
@@ -299,14 +337,14 @@ def end_of_a_flight(*seen: tuple[float, float | None]) -> Fall | None:
 
     It stands on the ground then, as far as it is seen.
     """
-    watch = FallWatch()
+    reading = FallReading()
     ground = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
     for now, height in seen:
         belief = Belief(VehicleState(True, True, 4, AIR, now, now), ground, Motion(height, 0.0))
-        assert watch.update(belief, None, now, now) is None
+        assert after(reading, belief, now) is None
     now += 0.05
     belief = Belief(VehicleState(True, False, 4, GROUND, now, now), ground, Motion(height, 0.0))
-    return watch.update(belief, None, now, now)
+    return after(reading, belief, now)
 
 
 @pytest.mark.parametrize(("metres_a_second", "falls"), [(1.5, False), (1.6, True), (60.0, True), (61.0, False)])
@@ -318,22 +356,22 @@ def test_how_fast_a_drone_that_was_not_seen_came_down(metres_a_second: float, fa
 @pytest.mark.parametrize(("stood_s", "falls"), [(1.5, False), (1.4375, True)])
 def test_a_drone_that_stood_armed_for_a_second_and_a_half_has_landed(stood_s: float, falls: bool) -> None:
     """Its height drifted, and the autopilot never said that it was landing."""
-    watch = FallWatch()
+    reading = FallReading()
     air = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
     now = 10.0
     for said in (air, *(replace(air, landed_said=GROUND) for _ in range(round(stood_s * 16) + 1))):
-        watch.update(Belief(VehicleState(True, True, 4, AIR, now, now), said, Motion(10.0, 0.0)), None, now, now)
+        after(reading, Belief(VehicleState(True, True, 4, AIR, now, now), said, Motion(10.0, 0.0)), now)
         now += 1 / 16
     off = Belief(VehicleState(True, False, 4, GROUND, now, now), air, Motion(10.0, 0.0))
-    assert (watch.update(off, None, now, now) is not None) is falls
+    assert (after(reading, off, now) is not None) is falls
 
 
 def test_a_drone_that_climbed_fell_from_where_it_was() -> None:
-    watch = FallWatch()
+    reading = FallReading()
     ground = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
-    watch.update(Belief(VehicleState(True, True, 4, AIR, 10.0, 10.0), ground, Motion(10.0, 3.0)), None, 10.0, 10.0)
+    after(reading, Belief(VehicleState(True, True, 4, AIR, 10.0, 10.0), ground, Motion(10.0, 3.0)), 10.0)
     off = Belief(VehicleState(True, False, 4, AIR, 10.1, 10.1), ground, Motion(10.0, 0.0))
-    found = watch.update(off, None, 10.1, 10.1)
+    found = after(reading, off, 10.1)
     assert found is not None
     assert found.height == 10.0
 
@@ -345,15 +383,15 @@ def test_a_height_that_is_not_known_is_no_drop() -> None:
 
 
 def test_nothing_is_judged_of_a_flight_of_which_nothing_was_seen() -> None:
-    watch = FallWatch()
+    reading = FallReading()
     armed = Belief(VehicleState(True, True, 4, AIR, 1.0, 1.0), flying_facts(1.0).ground)
-    assert watch.update(armed, None, 1.0, 1.0) is None
-    assert watch.update(replace(armed, vehicle=replace(armed.vehicle, armed=False)), None, 1.1, 1.1) is None
+    assert after(reading, armed, 1.0) is None
+    assert after(reading, replace(armed, vehicle=replace(armed.vehicle, armed=False)), 1.1) is None
 
 
 def test_a_fall_of_an_earlier_run_lasts_until_the_next_arming() -> None:
     kept = Fall(UTC_START, 43.0, -79.0, 17.7)
-    world = World(armed=False, watch=FallWatch(kept))
+    world = World(armed=False, reading=FallReading(kept))
     world.run(3.0)
     assert world.fall == kept
 
@@ -440,7 +478,11 @@ class TestOnTheRealManager:
             False,
         )
 
-    async def test_it_is_told_in_red_and_arm_is_locked_until_it_is_cleared(self, flying: Rig) -> None:
+    @pytest.mark.fault(
+        "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, "
+        "climbing, sinking, landing, at any moment between two HEARTBEATs"
+    )
+    async def test_it_is_reported_in_red_and_arm_is_locked_until_it_is_cleared(self, flying: Rig) -> None:
         await fallen(flying)
         flying.expect(StateName.IDLE)
         assert not any("Landed" in text for text in flying.log)
@@ -466,6 +508,10 @@ class TestOnTheRealManager:
         await flying.run(1.0)
         assert flying.command(Arm()).accepted
 
+    @pytest.mark.fault(
+        "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, "
+        "climbing, sinking, landing, at any moment between two HEARTBEATs"
+    )
     async def test_a_program_that_starts_again_keeps_the_lock(self, tmp_path: Path) -> None:
         kept = Fall(UTC_START, 43.26, -79.92, 17.7)
         rig = Rig(tmp_path, fall=kept)

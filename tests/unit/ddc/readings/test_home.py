@@ -9,18 +9,21 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.commands import Arm, CompulsiveMove, Hold, Land, Resume, ReturnToLaunch, Takeoff
-from hawk.comm.topic import Stamped
+from hawk.comm.topic import Stamped, Topic
 from hawk.ddc.acts import Ask, Log, SetHome, SetMode
 from hawk.ddc.battery.energy import seconds_home
 from hawk.ddc.facts import Facts
 from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
-from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeWatch, home_health
+from hawk.ddc.readings.belief import Belief
+from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeReading, home_health
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.states.hover import HoverState
 from hawk.ddc.states.returning import astray, returning
+from hawk.model.limits import Fence
 from hawk.model.operation import StateName as S
 from hawk.model.poses import ArmPlace, GlobalPose
-from hawk.model.vehicle import CopterMode
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import PLACE, Rig
 from tests.unit.ddc.test_decider import asked
 from tests.unit.ddc.written_facts import DATUM, FENCE, SETTINGS, decider, flying, found, of_kind
@@ -54,6 +57,10 @@ def away(rig: Rig) -> float:
 # -- set back -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "another station moves home in flight (300 m, or up or down)",
+    'reported, set back at once (repeated each second), "again at the arm place" after it held 3 s',
+)
 async def test_a_home_that_was_moved_in_flight_is_set_back_to_the_arm_place(flying: Rig) -> None:
     await flying.run(1)
     move_home(flying)
@@ -85,7 +92,7 @@ async def test_a_home_within_the_tolerance_is_left_alone(flying: Rig) -> None:
     assert not any("Home" in line for line in flying.log)
 
 
-async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_told_after_three(flying: Rig) -> None:
+async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_reported_after_three(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
     move_home(flying)
@@ -109,7 +116,8 @@ async def test_a_station_that_moves_it_again_and_again_does_not_fill_the_log(fly
     assert sum("was moved" in line for line in flying.log) == 1
 
 
-async def test_while_a_pilot_flies_home_is_only_told(fresh: Rig) -> None:
+@pytest.mark.fault("home moved while a pilot flies", "reported, nothing sent; set back at Resume")
+async def test_while_a_pilot_flies_home_is_only_reported(fresh: Rig) -> None:
     await fresh.enter(S.MANUAL)
     move_home(fresh)
     await fresh.run(5)
@@ -127,6 +135,7 @@ async def test_on_the_ground_disarmed_nothing_is_set(rig: Rig) -> None:
     assert rig.autopilot.count("set_home") == 0
 
 
+@pytest.mark.fault("home set by another station before Arm (locked: arming does not move it)")
 async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) -> None:
     """A home that another station set stays at the arming (ArduCopter locks it)."""
     rig.order(Arm())
@@ -146,6 +155,7 @@ async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) 
 # -- return ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("home is moved and not set back for 10 s", "new tasks are refused at once, then the flight ends")
 async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -173,6 +183,10 @@ async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:
     assert flying.autopilot.mode == CopterMode.RTL
 
 
+@pytest.mark.fault(
+    "home cannot be set back and lies outside the fence; the drone returns by itself",
+    "reported after 3 s; led home by targets 3 s after the return began, Land there",
+)
 async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -184,6 +198,10 @@ async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flyin
     assert flying.log[-1].endswith("Home is 300 m from the arm place, outside the fence. Landing.")
 
 
+@pytest.mark.fault(
+    "home cannot be set back, outside the fence or inside; the operator returns",
+    "reported after 3 s; led home by targets 3 s after the return began, Land there",
+)
 @pytest.mark.parametrize("metres", [300.0, 60.0], ids=["outside", "inside"])
 async def test_where_home_stays_moved_the_operators_return_is_led_home_and_lands_there(
     flying: Rig, metres: float
@@ -203,6 +221,10 @@ async def test_where_home_stays_moved_the_operators_return_is_led_home_and_lands
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
 
 
+@pytest.mark.fault(
+    "home cannot be set back, and the drone cannot be led (no position, no charge)",
+    "Land where it is; Hover with the reason when the operator asked",
+)
 async def test_where_it_cannot_be_led_the_operators_return_holds(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -217,6 +239,10 @@ async def test_where_it_cannot_be_led_the_operators_return_holds(flying: Rig) ->
     assert flying.autopilot.mode == CopterMode.LAND
 
 
+@pytest.mark.fault(
+    "the autopilot's RTL began with a moved home, home is back",
+    "BRAKE, then RTL again: home as it is at the begin of RTL counts",
+)
 async def test_an_rtl_of_the_autopilot_that_began_with_a_moved_home_begins_again(flying: Rig) -> None:
     """RTL flies to home as it was when RTL began, whatever it is set to later."""
     await flying.run(1)
@@ -233,6 +259,10 @@ async def test_an_rtl_of_the_autopilot_that_began_with_a_moved_home_begins_again
     assert abs(flying.autopilot.north) < 1.0
 
 
+@pytest.mark.fault(
+    "home cannot be set back and lies outside the fence; the autopilot's own RTL",
+    "led home after 3 s, Land there",
+)
 async def test_an_rtl_of_the_autopilot_to_a_home_that_stays_outside_ends_by_landing(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -258,6 +288,7 @@ async def test_a_home_that_is_moved_during_rtl_is_set_back_and_rtl_goes_on(flyin
     assert abs(flying.autopilot.north) < 1.0
 
 
+@pytest.mark.fault("the program ends in the air while home lies outside the fence", "Land")
 async def test_at_the_end_of_the_program_the_drone_lands_where_home_is_outside(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -282,6 +313,7 @@ async def test_hold_ends_a_return_that_waits(flying: Rig) -> None:
 # -- reserve and preflight --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault("home moved farther away", "the battery reserve counts the farther place")
 async def test_the_reserve_counts_the_distance_to_the_autopilots_home(flying: Rig) -> None:
     flying.autopilot.keeps_home = False
     await flying.run(1)
@@ -297,6 +329,10 @@ async def test_the_reserve_counts_the_distance_to_the_autopilots_home(flying: Ri
     assert after.needed - before.needed == pytest.approx(1.3 * farther * 100 / 900, rel=0.02)
 
 
+@pytest.mark.fault(
+    "home set by another station before Arm (locked: arming does not move it)",
+    "Arm refused outside the fence; inside it is set after arming, Takeoff refused until then",
+)
 @pytest.mark.parametrize(
     ("metres", "passed", "value"),
     [(0.0, True, "at the drone"), (60.0, True, "60 m away; Arm sets it here"), (300.0, False, "300 m away, outside")],
@@ -381,28 +417,50 @@ def test_the_health_of_home() -> None:
     assert home_health(HomeFacts(DATUM, 10.1, 0.1)).reason == "No home position from the autopilot."
 
 
-class TestWatch:
+class Heard:
+    """The reading, and HOME_POSITION as it hears it."""
+
+    def __init__(self) -> None:
+        self._home: Topic[GlobalPose] = Topic("home", lambda: 0.0)
+        self._reading = HomeReading(self._home)
+
+    def look(
+        self,
+        home: Stamped[GlobalPose],
+        arm: Stamped[ArmPlace],
+        now: float,
+        *,
+        armed: bool = True,
+        fence: Fence | None = FENCE,
+    ) -> HomeFacts:
+        self._home.latest = home
+        vehicle = VehicleState(True, armed, CopterMode.GUIDED, LandedState.IN_AIR, now, now)
+        self._reading.update(Instant(now, belief=Belief(vehicle), arm=arm, datum=DATUM, fence=fence))
+        return self._reading.facts()
+
+
+class TestReading:
     ARM = Stamped(ArmPlace(DATUM.latitude, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0), 10.0)
 
-    def look(self, watch: HomeWatch, metres: float, now: float, time: float | None = None) -> HomeFacts:
+    def look(self, heard: Heard, metres: float, now: float, time: float | None = None) -> HomeFacts:
         home = Stamped(north_of(DATUM, metres), now if time is None else time)
-        return watch.look(home, self.ARM, True, DATUM, FENCE, now)
+        return heard.look(home, self.ARM, now)
 
     def test_a_reading_from_before_the_arming_says_nothing(self) -> None:
-        facts = self.look(HomeWatch(), 300.0, 11.0, time=9.9)
+        facts = self.look(Heard(), 300.0, 11.0, time=9.9)
         assert facts.away is None
         assert facts.moved_s is None
         assert facts.age == pytest.approx(1.1)
 
     def test_moved_counts_from_the_first_wrong_reading_until_it_has_been_right_for_a_while(self) -> None:
-        watch = HomeWatch()
-        assert self.look(watch, 0.0, 11.0).moved_s is None
-        assert self.look(watch, 300.0, 12.0).moved_s == 0.0
-        assert self.look(watch, 0.0, 13.0).moved_s == pytest.approx(1.0)
-        assert self.look(watch, 300.0, 14.0).moved_s == pytest.approx(2.0)
-        assert self.look(watch, 0.0, 15.0).moved_s == pytest.approx(3.0)
-        assert self.look(watch, 0.0, 17.9).moved_s == pytest.approx(5.9)
-        assert self.look(watch, 0.0, 18.0).moved_s is None
+        heard = Heard()
+        assert self.look(heard, 0.0, 11.0).moved_s is None
+        assert self.look(heard, 300.0, 12.0).moved_s == 0.0
+        assert self.look(heard, 0.0, 13.0).moved_s == pytest.approx(1.0)
+        assert self.look(heard, 300.0, 14.0).moved_s == pytest.approx(2.0)
+        assert self.look(heard, 0.0, 15.0).moved_s == pytest.approx(3.0)
+        assert self.look(heard, 0.0, 17.9).moved_s == pytest.approx(5.9)
+        assert self.look(heard, 0.0, 18.0).moved_s is None
 
     @pytest.mark.parametrize(
         ("metres", "up", "moved", "inside"),
@@ -419,25 +477,25 @@ class TestWatch:
     )
     def test_tolerances(self, metres: float, up: float, moved: bool, inside: bool) -> None:
         home = Stamped(north_of(DATUM, metres, up), 11.0)
-        facts = HomeWatch().look(home, self.ARM, True, DATUM, FENCE, 11.0)
+        facts = Heard().look(home, self.ARM, 11.0)
         assert (facts.is_moved, facts.is_inside) == (moved, inside)
         assert facts.away == pytest.approx(math.hypot(metres, up), abs=0.05)
 
     def test_without_a_fence_a_moved_home_misleads(self) -> None:
         home = Stamped(north_of(DATUM, 60.0), 11.0)
-        assert HomeWatch().look(home, self.ARM, True, DATUM, None, 11.0).misleads
+        assert Heard().look(home, self.ARM, 11.0, fence=None).misleads
 
     def test_the_arm_place_of_an_earlier_arming_is_not_compared(self) -> None:
-        watch = HomeWatch()
+        heard = Heard()
         home = Stamped(north_of(DATUM, 60.0), 21.0)
-        watch.look(home, self.ARM, False, DATUM, FENCE, 20.0)
-        assert watch.look(home, self.ARM, True, DATUM, FENCE, 21.0).away is None
+        heard.look(home, self.ARM, 20.0, armed=False)
+        assert heard.look(home, self.ARM, 21.0).away is None
 
     def test_the_same_place_tied_again_is_no_new_arming(self) -> None:
-        watch = HomeWatch()
-        assert self.look(watch, 300.0, 11.0).moved_s == 0.0
+        heard = Heard()
+        assert self.look(heard, 300.0, 11.0).moved_s == 0.0
         again = Stamped(replace(self.ARM.value, ekf_x=9.0), 12.0)
-        assert watch.look(Stamped(north_of(DATUM, 300.0), 11.5), again, True, DATUM, FENCE, 12.5).moved_s == 1.5
+        assert heard.look(Stamped(north_of(DATUM, 300.0), 11.5), again, 12.5).moved_s == 1.5
 
 
 def test_without_an_arm_place_a_moved_home_is_reported_and_nothing_is_sent() -> None:

@@ -1,4 +1,4 @@
-"""Stopwatch, jumps and the events of the link, moment by moment."""
+"""The events of the link, moment by moment."""
 
 from __future__ import annotations
 
@@ -7,113 +7,125 @@ from typing import cast
 
 import pytest
 
-from hawk.ddc.readings.link import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkWatch, VehicleEvent
+from hawk.comm.autopilot.vehicle import VehicleTopics
+from hawk.ddc.readings.belief import DOUBT_CONFIRM_S, Belief, GroundFacts
+from hawk.ddc.readings.link import KEPT_WRITES, WRITES_S, ForeignWrites, LinkFacts, LinkReading, VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.requests.service_interface import DdcServiceInterface
-from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.operation import Health
 from hawk.model.vehicle import CopterMode, ForeignWrite, LandedState, VehicleState
 
 
 @dataclass
 class Ends:
-    """Health of the link, and the modes that were asked for."""
+    """A link of a health, the modes that were asked for, and the reading of both."""
 
     healthy: bool = True
     asked: set[int | None] = field(default_factory=set)
-    settled: list[int | None] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.vehicle = VehicleTopics.create(lambda: 0.0)
+        self.link = LinkReading(cast(DdcTopicInterface, self), lambda mode: mode in self.asked)
+        self.mode: int | None = None
+        """The mode that was first seen in the last observation."""
 
     def get_link_health(self) -> Health:
         return Health() if self.healthy else Health.bad("silent")
 
-    def asked_for(self, mode: int | None) -> bool:
-        return mode in self.asked
-
-    def settle_mode(self, mode: int | None) -> None:
-        self.settled.append(mode)
-
-    def watch(self) -> LinkWatch:
-        return LinkWatch(cast(DdcTopicInterface, self), cast(DdcServiceInterface, self))
+    def observe(self, vehicle: VehicleState, now: float, doubt: str = "") -> tuple[VehicleEvent, ...]:
+        self.link.observe(Belief(vehicle, GroundFacts(doubt=doubt, doubted_s=DOUBT_CONFIRM_S)), now)
+        facts = self.link.take_events(LinkFacts())
+        self.mode = facts.new_mode
+        return facts.events
 
 
 def state(mode: int = CopterMode.GUIDED, landed: LandedState = LandedState.IN_AIR, armed: bool = True) -> VehicleState:
     return VehicleState(True, armed, mode, landed, 0.0, 0.0)
 
 
-def test_a_stopwatch_times_a_condition_and_begins_again() -> None:
-    watch = Stopwatch()
-    assert watch.update(False, 1.0) is None
-    assert watch.update(True, 2.0) == 0.0
-    assert watch.update(True, 5.0) == 3.0
-    assert watch.read(6.0) == 4.0
-    assert watch.update(False, 7.0) is None
-    assert watch.update(True, 9.0) == 0.0
-
-
-def test_of_two_jumps_the_larger_counts_once_whatever_its_sign() -> None:
-    jumps = Jumps()
-    for metres in (1.0, -4.0, 2.0):
-        jumps.note(metres)
-    assert jumps.take() == 4.0
-    assert jumps.take() == 0.0
-
-
-@pytest.mark.parametrize("metres", [0.3, -0.3])
-def test_the_first_jump_counts_however_small_it_is(metres: float) -> None:
-    jumps = Jumps()
-    jumps.note(metres)
-    assert jumps.take() == 0.3
-    assert Jumps().take() == 0.0
-
-
 def test_an_armed_drone_without_a_landed_state_is_found_after_a_while_only() -> None:
-    watch = Ends().watch()
+    ends = Ends()
     unknown = state(landed=LandedState.UNDEFINED)
-    assert watch.observe(unknown, 10.0) == ()
-    assert watch.observe(unknown, 11.49) == ()
-    assert [watch.is_up] == [False]
-    assert watch.observe(unknown, 11.5) == (VehicleEvent.FOUND,)
-    assert watch.is_up
+    assert ends.observe(unknown, 10.0) == ()
+    assert ends.observe(unknown, 11.49) == ()
+    assert [ends.link.is_up] == [False]
+    assert ends.observe(unknown, 11.5) == (VehicleEvent.FOUND,)
+    assert ends.link.is_up
 
 
 @pytest.mark.parametrize("known", [state(), state(landed=LandedState.UNDEFINED, armed=False)])
 def test_a_drone_whose_place_is_known_or_that_is_disarmed_is_found_at_once(known: VehicleState) -> None:
-    assert Ends().watch().observe(known, 10.0) == (VehicleEvent.FOUND,)
+    assert Ends().observe(known, 10.0) == (VehicleEvent.FOUND,)
 
 
 def test_nothing_is_found_on_a_silent_link() -> None:
     ends = Ends(healthy=False)
-    watch = ends.watch()
-    assert watch.observe(state(), 10.0) == ()
-    assert watch.observe(state(), 99.0) == ()
-    assert not watch.is_up
+    assert ends.observe(state(), 10.0) == ()
+    assert ends.observe(state(), 99.0) == ()
+    assert not ends.link.is_up
 
 
 def test_the_link_is_lost_and_back_once_and_a_mode_of_the_silence_is_no_second_event() -> None:
     ends = Ends()
-    watch = ends.watch()
-    watch.observe(state(), 0.0)
+    ends.observe(state(), 0.0)
     ends.healthy = False
-    assert watch.observe(state(CopterMode.RTL), 1.0) == (VehicleEvent.LINK_LOST,)
-    assert [watch.is_up] == [False]
-    assert watch.observe(state(CopterMode.RTL), 2.0) == ()
+    assert ends.observe(state(CopterMode.RTL), 1.0) == (VehicleEvent.LINK_LOST,)
+    assert (ends.link.is_up, ends.mode) == (False, None), "what is not heard is not seen"
+    assert ends.observe(state(CopterMode.RTL), 2.0) == ()
     ends.healthy = True
-    assert watch.observe(state(CopterMode.RTL), 3.0) == (VehicleEvent.LINK_BACK,)
-    assert watch.is_up
-    assert watch.mode_changed_at == 3.0
-    assert watch.observe(state(CopterMode.RTL), 4.0) == ()
+    assert ends.observe(state(CopterMode.RTL), 3.0) == (VehicleEvent.LINK_BACK,)
+    assert (ends.link.is_up, ends.mode, ends.link.mode_changed_at) == (True, CopterMode.RTL, 3.0)
+    assert ends.observe(state(CopterMode.RTL), 4.0) == ()
 
 
 def test_a_mode_that_was_asked_for_is_ours_and_any_other_is_foreign_once() -> None:
     ends = Ends(asked={CopterMode.RTL})
-    watch = ends.watch()
-    watch.observe(state(), 0.0)
-    assert watch.mode_changed_at == float("-inf")
-    assert watch.observe(state(CopterMode.RTL), 1.0) == ()
-    assert ends.settled == [CopterMode.RTL]
-    assert watch.observe(state(CopterMode.LOITER), 2.0) == (VehicleEvent.FOREIGN_MODE,)
-    assert watch.mode_changed_at == 2.0
-    assert watch.observe(state(CopterMode.LOITER), 3.0) == ()
+    ends.observe(state(), 0.0)
+    assert (ends.mode, ends.link.mode_changed_at) == (None, float("-inf"))
+    assert ends.observe(state(CopterMode.RTL), 1.0) == ()
+    assert ends.mode == CopterMode.RTL
+    assert ends.observe(state(CopterMode.LOITER), 2.0) == (VehicleEvent.FOREIGN_MODE,)
+    assert (ends.mode, ends.link.mode_changed_at) == (CopterMode.LOITER, 2.0)
+    assert ends.observe(state(CopterMode.LOITER), 3.0) == ()
+    assert ends.mode is None, "it was seen first a tick ago"
+
+
+def test_events_wait_in_their_order_until_a_tick_takes_them() -> None:
+    ends = Ends()
+    for healthy, mode in ((True, CopterMode.GUIDED), (False, CopterMode.GUIDED), (True, CopterMode.LOITER)):
+        ends.healthy = healthy
+        ends.link.observe(Belief(state(mode), GroundFacts()), 1.0)
+    facts = ends.link.take_events(LinkFacts(age=0.3))
+    assert facts.events == (VehicleEvent.FOUND, VehicleEvent.LINK_LOST, VehicleEvent.LINK_BACK)
+    assert (facts.new_mode, facts.age) == (CopterMode.LOITER, 0.3)
+    assert ends.link.take_events(LinkFacts()) == LinkFacts()
+
+
+def test_a_link_that_was_lost_and_is_back_is_unbroken_again_once_a_tick_took_it() -> None:
+    ends = Ends()
+    seen = [ends.link.is_unbroken]
+    for healthy in (True, False, True):
+        ends.healthy = healthy
+        ends.link.observe(Belief(state(), GroundFacts()), 1.0)
+        seen.append(ends.link.is_unbroken)
+    ends.link.take_events(LinkFacts())
+    assert [*seen, ends.link.is_unbroken] == [False, True, False, False, True]
+
+
+def test_a_doubt_is_one_event_after_those_of_the_link_and_none_without_it() -> None:
+    ends = Ends()
+    assert ends.observe(state(), 0.0, doubt="It says both.") == (VehicleEvent.FOUND, VehicleEvent.DOUBTED)
+    assert ends.observe(state(), 1.0, doubt="It says both.") == ()
+    ends.healthy = False
+    assert ends.observe(state(), 2.0, doubt="It says both.") == (VehicleEvent.LINK_LOST,)
+    assert ends.observe(state(), 3.0, doubt="It says both.") == ()
+    ends.healthy = True
+    assert ends.observe(state(), 4.0, doubt="It says both.") == (VehicleEvent.LINK_BACK, VehicleEvent.DOUBTED)
+
+
+def test_a_doubt_that_is_younger_than_half_a_second_is_no_event() -> None:
+    ends = Ends()
+    ends.link.observe(Belief(state(), GroundFacts(doubt="It says both.", doubted_s=0.49)), 0.0)
+    assert ends.link.take_events(LinkFacts()).events == (VehicleEvent.FOUND,)
 
 
 def test_what_others_write_is_kept_for_a_while_and_not_without_end() -> None:

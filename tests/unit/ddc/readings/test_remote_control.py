@@ -11,18 +11,21 @@ import pytest
 from hawk.comm.autopilot.remote_control import RemoteControl
 from hawk.comm.protocol.commands import Arm, SetFailsafes
 from hawk.comm.protocol.heartbeat import CheckItem
+from hawk.comm.topic import Stamped, Topic
 from hawk.config.sections import RemoteControlSettings
+from hawk.ddc.readings.belief import Belief
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.readings.remote_control import (
     HAND_FLOWN,
     MODE_NAMES,
     RemoteControlFacts,
-    RemoteControlWatch,
+    RemoteControlReading,
     remote_control_check,
     switch_position,
 )
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
-from hawk.model.vehicle import CopterMode
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS, Rig
 
 SETTINGS = RemoteControlSettings()
@@ -52,12 +55,17 @@ def test_a_switch_that_lets_a_pilot_take_over_passes_and_is_shown() -> None:
     assert found.value == "switch at LOITER (position 6), 8 channels"
 
 
+@pytest.mark.fault(
+    "no remote control: RC_CHANNELS missing or old, receiver lost, no mode switch, its pulse not valid, its "
+    "parameters not read",
+    "Arm is refused with consequence and remedy",
+)
 @pytest.mark.parametrize(
     ("facts", "values", "value"),
     [
         (RemoteControlFacts(), VALUES, "no word of it"),
         (replace(WELL, age=3.1), VALUES, "no word of it for 3 s"),
-        (replace(WELL, receiver=None), VALUES, "the autopilot does not tell its receiver's health"),
+        (replace(WELL, receiver=None), VALUES, "the autopilot does not report its receiver's health"),
         (replace(WELL, receiver=False), VALUES, "not heard by the autopilot"),
         (WELL, {}, "mode switch not read yet"),
         (WELL, {name: value for name, value in VALUES.items() if name != "FLTMODE3"}, "mode switch not read yet"),
@@ -74,7 +82,7 @@ def test_a_switch_that_lets_a_pilot_take_over_passes_and_is_shown() -> None:
         (WELL, {**VALUES, "FLTMODE6": 99.0}, "its switch has only GUIDED, MODE(99)"),
     ],
 )
-def test_each_way_without_a_pilot_fails_with_consequence_and_remedy(
+def test_each_case_without_a_pilot_fails_with_consequence_and_remedy(
     facts: RemoteControlFacts, values: dict[str, float | None], value: str
 ) -> None:
     found = remote_control_check(facts, values, SETTINGS)
@@ -84,6 +92,10 @@ def test_each_way_without_a_pilot_fails_with_consequence_and_remedy(
     assert found.remedy
 
 
+@pytest.mark.fault(
+    "no position of the mode switch commands a mode that is flown by hand",
+    "Arm is refused and names the modes",
+)
 @pytest.mark.parametrize("mode", sorted(set(CopterMode)))
 def test_one_position_of_a_hand_flown_mode_is_enough_and_no_other_mode_is(mode: CopterMode) -> None:
     found = remote_control_check(WELL, {**VALUES, "FLTMODE6": 4.0, "FLTMODE2": float(mode)}, SETTINGS)
@@ -106,57 +118,83 @@ def test_without_the_requirement_it_passes_and_says_so() -> None:
     assert alone.value == "not required, none is heard: nobody can take over by hand"
 
 
+class Heard:
+    """The reading, and the remote control as it hears it."""
+
+    def __init__(self) -> None:
+        self._radio: Topic[RemoteControl] = Topic("remote control", lambda: 0.0)
+        self.reading = RemoteControlReading(self._radio, SETTINGS)
+
+    def hear(
+        self, heard: RemoteControl | None, channel: float, now: float, *, is_armed: bool = False
+    ) -> RemoteControlFacts:
+        self._radio.latest = None if heard is None else Stamped(heard, now)
+        vehicle = VehicleState(True, is_armed, CopterMode.GUIDED, LandedState.IN_AIR, now, now)
+        instant = Instant(now, belief=Belief(vehicle), is_linked=True, parameters={"FLTMODE_CH": channel})
+        self.reading.update(instant)
+        return self.reading.facts(instant)
+
+
 class TestSwitchSeen:
     """``has_moved``: two positions that lasted, by a receiver that is heard, since the boot."""
 
     def look(
-        self, watch: RemoteControlWatch, seconds: tuple[float, float], pulse: int, *, hears: bool = True, boots: int = 0
+        self,
+        heard: Heard,
+        seconds: tuple[float, float],
+        pulse: int,
+        *,
+        hears: bool = True,
+        boots: int = 0,
     ) -> bool:
         begin, end = seconds
         for step in range(round((end - begin) / 0.1) + 1):
             now = begin + step * 0.1
             pulses = (1500, 1500, 1000, 1500, pulse, *(0,) * 13)
-            watch.look(RemoteControl(pulses, 8, now, hears, now, boots), 5, now, is_armed=False)
-        return watch.read(end).has_moved
+            heard.hear(RemoteControl(pulses, 8, now, hears, now, boots), 5, now)
+        return heard.reading.facts(Instant(end)).has_moved
 
     def test_two_positions_that_lasted(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        assert not self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        assert self.look(watch, (4.2, 4.3), 1800)
+        heard = Heard()
+        assert not self.look(heard, (0.0, 2.0), 1800)
+        assert self.look(heard, (2.1, 4.1), 1295)
+        assert self.look(heard, (4.2, 4.3), 1800)
 
     def test_one_position_is_not_a_move_nor_is_a_short_one(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        assert not self.look(watch, (0.0, 30.0), 1800)
-        assert not self.look(watch, (30.1, 31.2), 1295)
-        assert not self.look(watch, (31.3, 60.0), 1800)
+        heard = Heard()
+        assert not self.look(heard, (0.0, 30.0), 1800)
+        assert not self.look(heard, (30.1, 31.2), 1295)
+        assert not self.look(heard, (31.3, 60.0), 1800)
 
+    @pytest.mark.fault(
+        "a dying receiver invents pulses",
+        "they are no move of the switch (`switch_must_move`); a boot forgets a move",
+    )
     def test_the_pulses_of_a_lost_receiver_are_not(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 5.0), 1800)
-        self.look(watch, (5.1, 6.1), 1500)
-        assert not self.look(watch, (6.2, 20.0), 1500, hears=False)
+        heard = Heard()
+        self.look(heard, (0.0, 5.0), 1800)
+        self.look(heard, (5.1, 6.1), 1500)
+        assert not self.look(heard, (6.2, 20.0), 1500, hears=False)
 
+    @pytest.mark.fault("a dying receiver invents pulses")
     def test_a_boot_forgets_it(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        assert not self.look(watch, (4.2, 9.0), 1295, boots=1)
+        heard = Heard()
+        self.look(heard, (0.0, 2.0), 1800)
+        assert self.look(heard, (2.1, 4.1), 1295)
+        assert not self.look(heard, (4.2, 9.0), 1295, boots=1)
 
     def test_another_channel_forgets_it(self) -> None:
-        watch = RemoteControlWatch(SETTINGS)
-        self.look(watch, (0.0, 2.0), 1800)
-        assert self.look(watch, (2.1, 4.1), 1295)
-        watch.look(None, 6, 4.2, is_armed=False)
-        assert not watch.read(4.2).has_moved
+        heard = Heard()
+        self.look(heard, (0.0, 2.0), 1800)
+        assert self.look(heard, (2.1, 4.1), 1295)
+        assert not heard.hear(None, 6, 4.2).has_moved
 
 
 def test_in_flight_it_is_lost_after_two_seconds_and_heard_again_at_once() -> None:
-    watch = RemoteControlWatch(SETTINGS)
+    heard = Heard()
 
     def look(now: float, *, hears: bool) -> float | None:
-        watch.look(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True)
-        return watch.read(now).lost_s
+        return heard.hear(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True).lost_s
 
     assert look(10.0, hears=True) is None
     assert look(11.0, hears=False) is None
@@ -188,6 +226,10 @@ def no_hand_flown(rig: Rig) -> None:
         rig.autopilot.tell(name, CopterMode.GUIDED)
 
 
+@pytest.mark.fault(
+    "no remote control: RC_CHANNELS missing or old, receiver lost, no mode switch, its pulse not valid, its "
+    "parameters not read"
+)
 @pytest.mark.parametrize("spoil", [no_channels, receiver_lost, no_switch, no_pulse, no_hand_flown])
 async def test_arm_is_refused_without_a_pilot_who_could_take_over(rig: Rig, spoil: Callable[[Rig], None]) -> None:
     assert shown(rig).passed
@@ -227,6 +269,7 @@ async def test_flown_without_a_remote_control_where_none_is_required(tmp_path: P
     await rig.close()
 
 
+@pytest.mark.fault("the receiver is lost and ArduCopter repeats its last pulses")
 async def test_a_remote_control_whose_failsafe_is_off_is_refused_where_it_is_required(tmp_path: Path) -> None:
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, "FS_THR_ENABLE": 0})
     await rig.run(2.0)
@@ -234,7 +277,11 @@ async def test_a_remote_control_whose_failsafe_is_off_is_refused_where_it_is_req
     await rig.close()
 
 
-async def test_a_receiver_lost_in_flight_is_told_once_and_the_flight_goes_on(fresh: Rig) -> None:
+@pytest.mark.fault(
+    "the remote control is lost in flight",
+    "health and one message; the flight goes on, the autopilot's failsafe decides",
+)
+async def test_a_receiver_lost_in_flight_is_reported_once_and_the_flight_goes_on(fresh: Rig) -> None:
     rig = fresh
     await rig.enter(StateName.HOVER)
     await rig.run(3.0)

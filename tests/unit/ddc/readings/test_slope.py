@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.ddc.fence.geometry import circle, polygon_fence
-from hawk.ddc.readings.clearance import Slope, SlopeWatch, slope_of, slope_words
+from hawk.ddc.readings.clearance import Slope, SlopeReading, slope_of, slope_words
 from hawk.model.pictures import rotation
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import Rig
@@ -71,10 +71,10 @@ def test_where_the_ground_falls_on_all_sides_nothing_is_higher() -> None:
 
 
 def watched(angles: list[float], start: float = 7.0, step: float = 0.1) -> Slope | None:
-    watch = SlopeWatch()
+    reading = SlopeReading()
     for index, pitch in enumerate(angles):
-        watch.update(replace(pose(start + index * step), pitch=pitch))
-    return watch.slope()
+        reading.update(replace(pose(start + index * step), pitch=pitch))
+    return reading.slope()
 
 
 def test_a_carried_drone_is_at_rest_once_the_last_second_was() -> None:
@@ -85,24 +85,24 @@ def test_a_carried_drone_is_at_rest_once_the_last_second_was() -> None:
 def test_five_poses_at_least() -> None:
     assert watched([0.06] * 4, step=0.34) is None
     assert watched([0.06] * 5, step=0.25) is not None
-    watch = SlopeWatch()
+    reading = SlopeReading()
     for _ in range(3):
         for time in (1.0, 1.5, 2.0):
-            watch.update(replace(pose(time), pitch=0.06))
-    assert watch.slope() is None, "the same poses again"
+            reading.update(replace(pose(time), pitch=0.06))
+    assert reading.slope() is None, "the same poses again"
 
 
 def test_roll_counts_as_pitch_does_and_the_last_heading() -> None:
-    watch = SlopeWatch()
+    reading = SlopeReading()
     for index in range(12):
         turned = 0.0 if index < 11 else math.pi / 2
-        watch.update(replace(pose(1.0 + index * 0.1), roll=0.055 + 0.01 * (index % 2), pitch=0.1, yaw=turned))
-    found, expected = watch.slope(), slope_of(0.06, 0.1, math.pi / 2)
+        reading.update(replace(pose(1.0 + index * 0.1), roll=0.055 + 0.01 * (index % 2), pitch=0.1, yaw=turned))
+    found, expected = reading.slope(), slope_of(0.06, 0.1, math.pi / 2)
     assert found is not None
     assert (found.north, found.east) == pytest.approx((expected.north, expected.east), abs=1e-3)
     for index in range(20):
-        watch.update(replace(pose(3.0 + index * 0.1), roll=0.1 * (index % 2)))
-    assert watch.slope() is None, "it rolls"
+        reading.update(replace(pose(3.0 + index * 0.1), roll=0.1 * (index % 2)))
+    assert reading.slope() is None, "it rolls"
 
 
 def test_it_is_the_mean_of_a_second_at_rest() -> None:
@@ -126,15 +126,15 @@ def test_a_drone_that_is_carried_stands_on_no_slope() -> None:
 
 
 def test_the_same_pose_again_and_a_reset() -> None:
-    watch = SlopeWatch()
+    reading = SlopeReading()
     for _ in range(50):
-        watch.update(pose(1.0))
-    assert watch.slope() is None
+        reading.update(pose(1.0))
+    assert reading.slope() is None
     for index in range(20):
-        watch.update(pose(2.0 + index * 0.1))
-    assert watch.slope() is not None
-    watch.reset()
-    assert watch.slope() is None
+        reading.update(pose(2.0 + index * 0.1))
+    assert reading.slope() is not None
+    reading.reset()
+    assert reading.slope() is None
 
 
 async def test_the_check_is_there_on_a_slope_alone_and_never_refuses(rig: Rig) -> None:

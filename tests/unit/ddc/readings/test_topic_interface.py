@@ -329,7 +329,7 @@ def test_what_is_shown_of_pictures_and_heights(rig: Rig) -> None:
     assert topics.get_camera_age() == 0.0
 
 
-def test_nothing_is_desired_and_no_state_is_told_at_first(rig: Rig) -> None:
+def test_nothing_is_desired_and_no_state_is_reported_at_first(rig: Rig) -> None:
     assert rig.topics.des_pose_pub.value is None
     assert rig.topics.curr_state_pub.value is None
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.ddc.readings.wind import BODY_DRAG, GRAVITY, LEAST_S, ROTOR_DRAG, Wind, WindWatch, ground_speed
+from hawk.ddc.readings.wind import BODY_DRAG, GRAVITY, LEAST_S, ROTOR_DRAG, Wind, WindEstimator, ground_speed
 from hawk.model.poses import VehiclePose
 from tests.unit.ddc.written_facts import pose
 
@@ -18,9 +18,9 @@ STEP_S = 0.2
 EAST = math.pi / 2
 
 
-def flown(wind: Wind, seconds: float, *, square: bool = True, noise: float = 0.0, yaw: float = 0.0) -> WindWatch:
-    """Fly a square at 4 m/s, or hold, and let the watch see poses whose lean balances the air."""
-    watch, rng = WindWatch(), np.random.default_rng(1)
+def flown(wind: Wind, seconds: float, *, square: bool = True, noise: float = 0.0, yaw: float = 0.0) -> WindEstimator:
+    """Fly a square at 4 m/s, or hold, and let the estimator see poses whose lean balances the air."""
+    estimator, rng = WindEstimator(), np.random.default_rng(1)
     for index in range(round(seconds / STEP_S)):
         now = index * STEP_S
         leg = int(now / 10) % 4
@@ -29,8 +29,8 @@ def flown(wind: Wind, seconds: float, *, square: bool = True, noise: float = 0.0
         factor = wind.rotor_drag + wind.body_drag * math.hypot(*through)
         north, east = (-factor * each for each in through)
         north, east = north + noise * rng.normal(), east + noise * rng.normal()
-        watch.update(leaning(now, velocity, north, east, yaw))
-    return watch
+        estimator.update(leaning(now, velocity, north, east, yaw))
+    return estimator
 
 
 def leaning(now: float, velocity: tuple[float, float], north: float, east: float, yaw: float) -> VehiclePose:
@@ -67,45 +67,45 @@ def test_while_it_holds_the_usual_drag_is_taken() -> None:
 
 def test_there_is_no_estimate_before_enough_was_seen_and_none_after_a_reset() -> None:
     assert flown(Wind(6.0, 0.0), LEAST_S - 1).estimate() is None
-    watch = flown(Wind(6.0, 0.0), LEAST_S + 1)
-    assert watch.estimate() is not None
-    watch.reset()
-    assert watch.estimate() is None
+    estimator = flown(Wind(6.0, 0.0), LEAST_S + 1)
+    assert estimator.estimate() is not None
+    estimator.reset()
+    assert estimator.estimate() is None
 
 
-def test_a_drone_that_moves_without_leaning_tells_no_wind() -> None:
-    watch = WindWatch()
+def test_a_drone_that_moves_without_leaning_shows_no_wind() -> None:
+    estimator = WindEstimator()
     for index in range(200):
         forth = 0.7 * abs(index % 10 - 5)  # 3.5 m/s² to and fro
-        watch.update(leaning(index * STEP_S, (forth, 0.0), 0.0, 0.0, 0.0))
-    assert watch.estimate() is None
+        estimator.update(leaning(index * STEP_S, (forth, 0.0), 0.0, 0.0, 0.0))
+    assert estimator.estimate() is None
 
 
 def test_old_wind_is_forgotten() -> None:
-    watch = flown(Wind(6.0, 0.0), 120)
+    estimator = flown(Wind(6.0, 0.0), 120)
     for index in range(round(150 / STEP_S)):
-        watch.update(leaning(120 + index * STEP_S, (0.0, 0.0), 0.0, 0.0, 0.0))
-    found = watch.estimate()
+        estimator.update(leaning(120 + index * STEP_S, (0.0, 0.0), 0.0, 0.0, 0.0))
+    found = estimator.estimate()
     assert found is not None
     assert found.speed < 0.5
 
 
 def test_climbs_and_steep_leans_say_nothing() -> None:
-    watch = WindWatch()
+    estimator = WindEstimator()
     for index in range(200):
         steep = leaning(index * STEP_S, (0.0, 0.0), 6.0, 0.0, 0.0)
         climbing = replace(leaning(100 + index * STEP_S, (0.0, 0.0), 2.0, 0.0, 0.0), velocity=(0.0, 0.0, -2.0))
-        watch.update(steep if index < 100 else climbing)
-    assert watch.estimate() is None
+        estimator.update(steep if index < 100 else climbing)
+    assert estimator.estimate() is None
 
 
-def test_it_is_told_where_the_wind_comes_from() -> None:
+def test_the_direction_of_the_wind_is_reported() -> None:
     assert Wind(-5.0, 0.0).from_direction == pytest.approx(0.0)
     assert Wind(0.0, 5.0).from_direction == pytest.approx(1.5 * math.pi), "it blows to the east"
     assert Wind(3.0, 4.0).speed == 5.0
 
 
-def test_against_the_wind_the_drone_is_slower_and_never_faster_than_it_is_told() -> None:
+def test_against_the_wind_the_drone_is_slower_and_never_faster_than_commanded() -> None:
     assert ground_speed(4.0, 0.0, None) == 4.0
     assert ground_speed(4.0, 0.0, Wind(30.0, 0.0)) == 4.0, "tailwind"
     air = Wind(0.0, 0.0).airspeed(math.radians(25.0))

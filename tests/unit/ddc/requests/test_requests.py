@@ -36,6 +36,7 @@ async def never() -> None:
     await asyncio.get_running_loop().create_future()
 
 
+@pytest.mark.fault("a request is never answered", "it fails within its limit (4 to 45 s) with words")
 async def test_one_that_nobody_answers_fails_with_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acts, "_REQUEST_S", 0.01)
     ended: list[tuple[str, str]] = []
@@ -187,5 +188,5 @@ def test_every_request_has_a_limit(request_: Request, limit_s: float) -> None:
         (CutMotors(), "kill"),
     ],
 )
-def test_the_name_tells_requests_of_one_moment_apart(request_: Request, name: str) -> None:
+def test_the_name_distinguishes_requests_of_one_moment(request_: Request, name: str) -> None:
     assert Ask(request_, 0.0).name == name

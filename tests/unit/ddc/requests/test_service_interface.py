@@ -121,7 +121,7 @@ U_SHAPE = polygon_fence(((-20, -40), (40, -40), (40, -6), (10, -6), (10, 6), (40
         "exploring over it",
     ],
 )
-async def test_the_straight_way_to_the_target_stays_inside_a_concave_fence(
+async def test_the_straight_path_to_the_target_stays_inside_a_concave_fence(
     flying: Rig, state: StateName, east: float, to_east: float, allowed: bool
 ) -> None:
     flying.autopilot.north, flying.autopilot.east = 30.0, east
@@ -175,7 +175,7 @@ async def test_no_farther_than_three_seconds_and_the_stopping_distance(flying: R
         (96, Goal(0, 0, 97.1, 0), "ceiling"),
     ],
 )
-async def test_heights_are_bounded_and_only_the_straight_way_back_is_free(
+async def test_heights_are_bounded_and_only_the_straight_path_back_is_free(
     flying: Rig, height: float, goal: Goal, words: str
 ) -> None:
     flying.autopilot.height = height
@@ -292,6 +292,7 @@ async def test_a_return_altitude_may_read_back_half_a_metre_off(
             await rig.service.set_rtl_alt(60.0)
 
 
+@pytest.mark.fault("a parameter is confirmed and reads as its old value")
 async def test_a_failsafe_that_reads_as_the_old_value_for_a_moment_is_read_again(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

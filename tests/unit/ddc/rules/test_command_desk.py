@@ -320,7 +320,7 @@ class TestUnheard:
         assert not accepted(Desk().rule(Hold(), facts, ToHover()))
 
 
-def test_a_new_survey_ends_what_waits_and_is_told() -> None:
+def test_a_new_survey_ends_what_waits_and_is_reported() -> None:
     facts = standing()
     mapped = replace(facts, sight=replace(facts.sight, counts=Counts(1, 0, 0), lot_area=10.0))
     ruling = Desk().rule(NewSurvey(), mapped, ToIdle())

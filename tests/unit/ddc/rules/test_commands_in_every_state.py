@@ -269,6 +269,10 @@ async def test_anyone_may_bring_it_down_when_nobody_has_control(flying: Rig, com
     flying.order(command, client="eve")
 
 
+@pytest.mark.fault(
+    "the operator in control is lost, another client sends Land or Return To Launch",
+    "done at once, without control",
+)
 @pytest.mark.parametrize("command", [ReturnToLaunch(), Land()], ids=lambda c: c.type)
 async def test_anyone_may_bring_it_down_when_the_one_in_control_is_lost(flying: Rig, command: Command) -> None:
     assert not flying.command(command, client="eve").accepted

@@ -9,9 +9,15 @@ import pytest
 
 from hawk.comm.protocol.commands import Arm, Kill, KillRequest, KillToken, Takeoff
 from hawk.ddc import decider as decider_room
+from hawk.ddc.decider import Decider
+from hawk.ddc.keeping.fence import KeptFence
+from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.requests.service_interface import ReqFailed
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.failing import AIR_S, ASK_AGAIN_S, GROUND_S, FailingTicks
+from hawk.ddc.rules.follower import VehicleFollower
+from hawk.ddc.rules.kill import KillSwitch
+from hawk.ddc.rules.route_requests import RouteRequests
 from hawk.ddc.states.hover import CommunicationLostState, HoverState
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
@@ -45,7 +51,7 @@ def the_guard_and_every_switch(rig: Rig, patch: pytest.MonkeyPatch) -> None:
 
 
 def the_follower(rig: Rig, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(rig.manager._decider._follower, "watch", boom)
+    patch.setattr(VehicleFollower, "follow", boom)
 
 
 def the_senses(rig: Rig, patch: pytest.MonkeyPatch) -> None:
@@ -53,7 +59,7 @@ def the_senses(rig: Rig, patch: pytest.MonkeyPatch) -> None:
 
 
 def the_decider(rig: Rig, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(rig.manager._decider, "tick", boom)
+    patch.setattr(Decider, "tick", boom)
 
 
 def the_targets(rig: Rig, patch: pytest.MonkeyPatch) -> None:
@@ -81,8 +87,18 @@ def modes(rig: Rig) -> list[CopterMode]:
     return rig.autopilot.asked("set_mode")
 
 
+@pytest.mark.fault(
+    "every act (target, request) raises in every tick in the air",
+    "Return To Launch is asked for within 0.5 s, past the state machine; no failed tick is progress, so the "
+    "watchdog ends the process within 1.2 s",
+)
+@pytest.mark.fault(
+    "guard, state, transition, switch, follower or gathering raises in every tick in the air",
+    "Return To Launch is asked for within 0.5 s, past the state machine; no failed tick is progress, so the "
+    "watchdog ends the process within 1.2 s",
+)
 @pytest.mark.parametrize("breaks", VITAL, ids=lambda each: each.__name__)
-async def test_in_the_air_it_is_sent_home_within_a_second_and_no_progress_is_told(
+async def test_in_the_air_it_is_sent_home_within_a_second_and_no_progress_is_reported(
     breaks: Break, flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     flying.autopilot.battery = 3.0
@@ -116,6 +132,7 @@ async def test_a_fault_that_passes_is_shown_and_forgiven(flying: Rig, monkeypatc
     flying.expect(S.HOVER)
 
 
+@pytest.mark.fault("a step fails every second tick", "Return To Launch within 4 s")
 async def test_a_step_that_fails_every_second_tick_is_a_fault_too(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     real, calls = guard.reaction, iter(range(10_000))
     monkeypatch.setattr(guard, "reaction", lambda *given: boom() if next(calls) % 2 else real(*given))
@@ -134,6 +151,10 @@ async def test_a_pilot_and_the_autopilot_itself_are_left_alone(
     assert modes(flying) == []
 
 
+@pytest.mark.fault(
+    "a tick fails all the time on the ground",
+    "Arm and Takeoff are refused; the fault is shown for 10 s, then the watchdog starts the program again",
+)
 @pytest.mark.parametrize("breaks", [the_guard, the_senses, the_decider], ids=lambda each: each.__name__)
 async def test_on_the_ground_the_fault_can_be_read_before_the_restart(
     breaks: Break, rig: Rig, monkeypatch: pytest.MonkeyPatch
@@ -162,12 +183,12 @@ async def test_nobody_takes_off_with_a_program_that_fails(rig: Rig, monkeypatch:
     assert rig.command(Arm()).accepted
 
 
-async def test_a_kill_is_not_followed_by_a_way_home(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_kill_is_not_followed_by_a_return(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     token = flying.manager.handle_now("ana", KillRequest())
     assert isinstance(token, KillToken)
     flying.autopilot.silent.add("kill")
     flying.manager.handle_now("ana", Kill(token=token.token))
-    monkeypatch.setattr(flying.manager._decider._kill, "tick", boom)
+    monkeypatch.setattr(KillSwitch, "tick", boom)
     await flying.run(1.0)
     assert modes(flying) == []
 
@@ -194,6 +215,7 @@ async def test_a_socket_that_fails_keeps_no_tick_from_deciding(flying: Rig, monk
     assert not flying.manager.own_health.is_healthy
 
 
+@pytest.mark.fault("the recording raises at every record", "shown; every request and target is sent all the same")
 async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
     flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -206,21 +228,21 @@ async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
         await flying.service.set_mode(CopterMode.LAND)
 
 
+@pytest.mark.fault("a fault in notices, parameter reader, routes or follower", "the guard reacts in the same tick")
 @pytest.mark.parametrize(
-    "step",
+    ("place", "name"),
     [
-        lambda program: (guard, "notices"),
-        lambda program: (program._keeper.reader, "tick"),
-        lambda program: (program._desk.routes, "tick"),
-        lambda program: (program._keeper._fence, "tick"),
-        lambda program: (program._follower, "watch_jump"),
-        lambda program: (program._follower, "answer"),
+        (guard, "notices"),
+        (ParameterReader, "tick"),
+        (RouteRequests, "tick"),
+        (KeptFence, "tick"),
+        (VehicleFollower, "follow_jump"),
+        (VehicleFollower, "answer"),
     ],
 )
 async def test_a_fault_in_another_step_does_not_hide_the_guard(
-    step: Callable[..., tuple[object, str]], flying: Rig, monkeypatch: pytest.MonkeyPatch
+    place: object, name: str, flying: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place, name = step(flying.manager._decider)
     monkeypatch.setattr(place, name, boom)
     flying.desk.client = None
     await flying.tick(2)
@@ -270,7 +292,7 @@ def test_the_times_are_real_at_every_speed(speed: float) -> None:
     assert seen.count(True) == 1
 
 
-def test_after_it_was_given_up_progress_is_told_only_when_sound_ticks_have_made_up_for_it() -> None:
+def test_after_it_was_given_up_progress_is_reported_only_when_sound_ticks_have_made_up_for_it() -> None:
     ticks = FailingTicks(1.0)
     for n in range(12):
         ticks.note(n * 0.05, is_sound=False, is_airborne=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.ddc.acts import STAY, Ask, CountStart, ForgetAskedModes, Log, SetArmed, Step
+from hawk.ddc.acts import STAY, Ask, CountStart, ForgetAskedModes, ForgetHeldFence, Log, SetArmed, SettleMode, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import (
     Cause,
@@ -22,7 +22,7 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.readings.link import VehicleEvent
-from hawk.ddc.rules.follower import VehicleFollower, state_from_autopilot
+from hawk.ddc.rules.follower import VehicleFollower, forgotten, state_from_autopilot
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.model.operation import StateName
@@ -31,6 +31,7 @@ from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, without_li
 
 S = StateName
 M = CopterMode
+GIVEN_UP = ToIdle("Arming took too long.", gave_up_arming=True)
 
 
 def made(transition: Transition) -> State:
@@ -85,13 +86,13 @@ def test_a_drone_that_left_the_ground_without_us_is_followed(
     mode: CopterMode, where: LandedState, following: Transition
 ) -> None:
     facts = landed(flying(1.0, mode), where)
-    assert VehicleFollower().watch(facts, made(ToIdle())).transition == following
+    assert VehicleFollower().follow(facts, made(ToIdle())).transition == following
 
 
 def test_motors_that_stopped_in_the_air_are_a_landing_and_on_the_ground_nothing() -> None:
-    assert VehicleFollower().watch(on_ground(flying(1.0)), made(ToHover())).transition == ToIdle("Landed. Motors off.")
-    assert VehicleFollower().watch(on_ground(flying(1.0)), made(ToIdle())) == STAY
-    assert VehicleFollower().watch(without_link(on_ground(flying(1.0))), made(ToHover())) == STAY
+    assert VehicleFollower().follow(on_ground(flying(1.0)), made(ToHover())).transition == ToIdle("Landed. Motors off.")
+    assert VehicleFollower().follow(on_ground(flying(1.0)), made(ToIdle())) == STAY
+    assert VehicleFollower().follow(without_link(on_ground(flying(1.0))), made(ToHover())) == STAY
 
 
 def armed_on_ground(now: float) -> Facts:
@@ -100,30 +101,30 @@ def armed_on_ground(now: float) -> Facts:
 
 def test_an_arming_that_was_given_up_is_answered_by_a_disarm_for_fifteen_seconds_every_two() -> None:
     follower, idle = VehicleFollower(), made(ToIdle())
-    follower.abandon_arming(10.0)
-    first = follower.watch(armed_on_ground(11.0), idle)
+    follower.note(GIVEN_UP, 10.0)
+    first = follower.follow(armed_on_ground(11.0), idle)
     assert Ask(SetArmed(False), 11.0) in first.acts
-    assert follower.watch(armed_on_ground(12.99), idle) == STAY
-    assert follower.watch(armed_on_ground(13.0), idle).acts
-    assert follower.watch(armed_on_ground(25.0), idle).acts
-    late = follower.watch(armed_on_ground(25.01), idle)
+    assert follower.follow(armed_on_ground(12.99), idle) == STAY
+    assert follower.follow(armed_on_ground(13.0), idle).acts
+    assert follower.follow(armed_on_ground(25.0), idle).acts
+    late = follower.follow(armed_on_ground(25.01), idle)
     assert late.acts == ()
     assert late.transition is not None
 
 
 def test_an_arming_that_was_asked_for_again_is_not_given_up() -> None:
     follower = VehicleFollower()
-    follower.abandon_arming(10.0)
-    follower.begin_arming()
-    assert follower.watch(armed_on_ground(11.0), made(ToIdle())).acts == ()
+    follower.note(GIVEN_UP, 10.0)
+    follower.note(ToArm(), 10.5)
+    assert follower.follow(armed_on_ground(11.0), made(ToIdle())).acts == ()
 
 
 @pytest.mark.parametrize(("frame", "estimate"), [(1.5, 0.0), (0.0, 2.0), (1.5, 2.0)])
 def test_a_jump_ends_a_task_and_makes_a_hold_form_its_goal_again(frame: float, estimate: float) -> None:
     follower = VehicleFollower()
-    task = follower.watch_jump(jumped(frame, estimate), made(ToExplore()))
+    task = follower.follow_jump(jumped(frame, estimate), made(ToExplore()))
     assert task.transition == ToHover("The position jumped.", level="warning")
-    hold = follower.watch_jump(jumped(frame, estimate), made(ToHover()))
+    hold = follower.follow_jump(jumped(frame, estimate), made(ToHover()))
     assert (hold.transition, hold.restarts) == (None, True)
     words = "The position estimate jumped by 2 m" if estimate else "The position jumped by 1.5 m."
     assert texts(hold)[0].startswith(words)
@@ -131,9 +132,9 @@ def test_a_jump_ends_a_task_and_makes_a_hold_form_its_goal_again(frame: float, e
 
 def test_without_a_jump_and_on_the_ground_nothing_follows() -> None:
     follower = VehicleFollower()
-    assert follower.watch_jump(jumped(0.0, 0.0), made(ToExplore())) == STAY
-    assert follower.watch_jump(jumped(5.0, 5.0), made(ToIdle())) == STAY
-    assert not follower.watch_jump(jumped(5.0, 0.0), made(ToManual())).restarts
+    assert follower.follow_jump(jumped(0.0, 0.0), made(ToExplore())) == STAY
+    assert follower.follow_jump(jumped(5.0, 5.0), made(ToIdle())) == STAY
+    assert not follower.follow_jump(jumped(5.0, 0.0), made(ToManual())).restarts
 
 
 @pytest.mark.parametrize("transition", [ToReturn(), ToLand(), ToCommunicationLost()])
@@ -170,16 +171,16 @@ def test_the_second_start_in_the_air_returns_home_once(starts: int, returns: boo
     step = follower.answer(VehicleEvent.FOUND, flying(0.5), made(ToIdle()))
     assert CountStart() in step.acts
     assert follower.started_in_air
-    assert follower.watch(flying(0.9), made(ToHover())) == STAY, "the count is not known yet"
-    counting = follower.watch(counted(starts), made(ToHover()))
+    assert follower.follow(flying(0.9), made(ToHover())) == STAY, "the count is not known yet"
+    counting = follower.follow(counted(starts), made(ToHover()))
     assert isinstance(counting.transition, ToReturn) is returns
-    assert follower.watch(counted(starts), made(ToHover())) == STAY
+    assert follower.follow(counted(starts), made(ToHover())) == STAY
 
 
 def test_the_second_start_leaves_a_pilot_alone() -> None:
     follower = VehicleFollower()
     follower.answer(VehicleEvent.FOUND, flying(0.5, M.LOITER), made(ToIdle()))
-    assert follower.watch(counted(2), made(ToManual())).transition is None
+    assert follower.follow(counted(2), made(ToManual())).transition is None
 
 
 def test_a_drone_that_is_found_on_the_ground_is_no_start_in_the_air() -> None:
@@ -201,14 +202,26 @@ def test_a_doubt_is_reported_with_what_follows_from_it() -> None:
 
 def test_an_arming_that_was_given_up_at_time_zero_counts_too() -> None:
     follower = VehicleFollower()
-    follower.abandon_arming(0.0)
-    assert Ask(SetArmed(False), 0.5) in follower.watch(armed_on_ground(0.5), made(ToIdle())).acts
+    follower.note(GIVEN_UP, 0.0)
+    assert Ask(SetArmed(False), 0.5) in follower.follow(armed_on_ground(0.5), made(ToIdle())).acts
 
 
 def test_a_drone_that_is_armed_in_arm_is_not_disarmed_and_not_adopted() -> None:
     follower = VehicleFollower()
-    follower.abandon_arming(10.0)
-    assert follower.watch(armed_on_ground(10.5), made(ToArm(armed=True))) == STAY
+    follower.note(GIVEN_UP, 10.0)
+    assert follower.follow(armed_on_ground(10.5), made(ToArm(armed=True))) == STAY
+
+
+def test_a_new_mode_is_settled_and_a_lost_link_forgets_the_fence_that_is_held() -> None:
+    facts = flying(1.0)
+    assert forgotten(facts) == ()
+    changed = replace(facts, link=replace(facts.link, new_mode=CopterMode.LOITER))
+    assert forgotten(changed) == (SettleMode(CopterMode.LOITER),)
+    for mode, acts in ((None, (ForgetHeldFence(),)), (CopterMode.RTL, (SettleMode(CopterMode.RTL), ForgetHeldFence()))):
+        events = (VehicleEvent.LINK_LOST, VehicleEvent.LINK_BACK)
+        assert forgotten(replace(facts, link=replace(facts.link, events=events, new_mode=mode))) == acts
+    back = replace(facts, link=replace(facts.link, events=(VehicleEvent.LINK_BACK,)))
+    assert forgotten(back) == ()
 
 
 def test_a_link_that_is_lost_forgets_the_modes_that_were_asked_for() -> None:
@@ -218,7 +231,7 @@ def test_a_link_that_is_lost_forgets_the_modes_that_were_asked_for() -> None:
     assert texts(step) == ["No word from the autopilot."]
 
 
-def test_a_link_that_is_back_is_told_and_the_state_goes_on_from_where_the_drone_is() -> None:
+def test_a_link_that_is_back_is_reported_and_the_state_goes_on_from_where_the_drone_is() -> None:
     step = VehicleFollower().answer(VehicleEvent.LINK_BACK, flying(1.0), made(ToHover()))
     assert (step.transition, step.restarts) == (None, True)
     assert texts(step) == ["The autopilot is heard again."]
@@ -260,4 +273,4 @@ def test_a_start_with_an_armed_drone_on_the_ground_is_no_start_in_the_air() -> N
 
 
 def test_a_count_of_starts_that_nobody_awaits_returns_nobody() -> None:
-    assert VehicleFollower().watch(counted(5), made(ToHover())) == STAY
+    assert VehicleFollower().follow(counted(5), made(ToHover())) == STAY

@@ -162,6 +162,11 @@ def test_resume_waits_three_seconds_after_the_pilots_switch_and_needs_confirmati
         assert reason(flying(1.0), ToHover(), command) == ""
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, a pilot takes over, and the camera no "
+    "longer follows the drone",
+    "Resume is refused: Hover could only land it. Land is accepted",
+)
 def test_a_drone_that_hover_could_only_land_is_not_taken_from_the_pilot() -> None:
     sure = Resume(confirmed=True)
 
@@ -220,6 +225,7 @@ def test_a_relative_move_starts_from_the_drone() -> None:
     assert reason(away, ToHover(), CompulsiveMove(x=40, y=0, frame="Map")) == ""
 
 
+@pytest.mark.fault("one picture in two is bad")
 @pytest.mark.parametrize("command", [AutonomousExplore(), AutonomousMove(x=20, y=0)])
 def test_one_bad_picture_refuses_no_task_and_a_fault_that_lasts_does(command: Command) -> None:
     seen = flying(1.0)

@@ -157,6 +157,7 @@ def test_armed_that_shows_late_is_cut_too(bench: Bench) -> None:
     assert bench.switch.state == "confirmed"
 
 
+@pytest.mark.fault("downlink dead, the operator gives Kill")
 def test_it_is_repeated_for_its_time_on_a_link_that_seems_dead(bench: Bench) -> None:
     bench.kill("ana", bench.request("ana"), armed=True)
     ended = False
@@ -241,6 +242,10 @@ async def test_only_the_operator_in_control_gets_a_token_or_uses_one(flying: Rig
     assert flying.autopilot.count("kill") == 0
 
 
+@pytest.mark.fault(
+    "the operator in control is lost, another client cuts the motors",
+    "done, in the same two steps; refused when the operator came back in between",
+)
 async def test_anyone_cuts_the_motors_in_two_steps_when_the_one_in_control_is_lost(flying: Rig) -> None:
     flying.desk.present = False
     refused = flying.manager.handle_now("eve", Kill(token="g" * 32))

@@ -10,7 +10,7 @@ from hawk.comm.autopilot.terrain import Terrain
 from hawk.ddc.acts import Log
 from hawk.ddc.facts import Facts
 from hawk.ddc.readings.clearance import BelowFacts
-from hawk.ddc.rules.notices import GroundReports
+from hawk.ddc.rules.notices import GroundNotices
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import flying, on_ground
 
@@ -22,13 +22,17 @@ def over(ground: float | None, doubt: str = "") -> Facts:
     return replace(facts, position=replace(facts.position, below=below))
 
 
-def told(reports: GroundReports, *grounds: float | None) -> list[str]:
+def told(reports: GroundNotices, *grounds: float | None) -> list[str]:
     acts = [act for ground in grounds for act in reports.tick(over(ground))]
     return [act.text for act in acts if isinstance(act, Log)]
 
 
-def test_risen_and_sunken_ground_are_told_once() -> None:
-    reports = GroundReports(None)
+@pytest.mark.fault(
+    "the ground rises or sinks by a third of Min",
+    "reported once, with the Min that clears the declared obstacle",
+)
+def test_risen_and_sunken_ground_are_reported_once() -> None:
+    reports = GroundNotices(None)
     assert told(reports, 0.0, 4.9, -4.9) == []
     risen = "The ground here is 6 m higher than the arm place: raise Min."
     assert told(reports, 5.9, 5.1, 6.0, 4.0, 6.0, 9.0) == [risen]
@@ -44,11 +48,11 @@ def test_risen_and_sunken_ground_are_told_once() -> None:
     ],
 )
 def test_the_declared_obstacle_stands_on_the_risen_ground(obstacle: float, advice: str) -> None:
-    assert told(GroundReports(obstacle), 6.0) == [f"The ground here is 6 m higher than the arm place: {advice}"]
+    assert told(GroundNotices(obstacle), 6.0) == [f"The ground here is 6 m higher than the arm place: {advice}"]
 
 
-def test_what_is_not_known_or_not_believed_is_not_told() -> None:
-    reports = GroundReports(None)
+def test_what_is_not_known_or_not_believed_is_not_reported() -> None:
+    reports = GroundNotices(None)
     assert told(reports, None) == []
     assert reports.tick(over(12.0, "its distance does not follow the height")) == ()
     assert reports.tick(on_ground(over(12.0))) == ()

@@ -245,7 +245,7 @@ class TestBattery:
         assert found.consequence == "No such cell holds so much: its voltage is not known."
 
 
-def test_a_survey_is_told_and_refuses_nothing() -> None:
+def test_a_survey_is_reported_and_refuses_nothing() -> None:
     facts = standing()
     names = [item.name for item in preflight_items(facts, {}, SETTINGS, is_killed=False)]
     assert "Survey" not in names
@@ -368,7 +368,7 @@ class TestSlope:
     def names(self, facts: Facts) -> list[str]:
         return [item.name for item in preflight_items(facts, {}, SETTINGS, is_killed=False)]
 
-    def test_it_is_told_with_the_heights_of_the_flight(self) -> None:
+    def test_it_is_reported_with_the_heights_of_the_flight(self) -> None:
         found = check("Slope", self.facts(Slope(0.06, 0.0)))
         assert found.passed
         assert found.value.endswith("Min 15 m clears it by 6 m")

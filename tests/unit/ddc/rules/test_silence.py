@@ -21,7 +21,7 @@ from hawk.ddc.acts import STAY, Acts, Ask, SendMode, SetVoice
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import ToReturn
 from hawk.ddc.readings.link import LinkFacts
-from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceWatch
+from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceRule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.ground import ArmState
 from hawk.ddc.states.homing import LandState, ReturnToLaunchState
@@ -56,7 +56,12 @@ def told(acts: Acts) -> list[CopterMode]:
 # -- by itself --------------------------------------------------------------------------------------------------------
 
 
-async def test_after_three_seconds_it_is_told_to_return_and_our_heartbeats_end(flying: Rig) -> None:
+@pytest.mark.fault(
+    "downlink dead, uplink alive, in the air",
+    "Return To Launch is sent without an answer after 3 s (real ArduCopter: RTL 2.9 s after the cut), 6 "
+    "times, 0.5 s apart",
+)
+async def test_after_three_seconds_it_is_commanded_to_return_and_our_heartbeats_end(flying: Rig) -> None:
     await lose_downlink(flying, SILENCE_S - 0.2)
     assert flying.autopilot.count("send_mode") == 0
     await flying.run(0.4)
@@ -70,7 +75,7 @@ async def test_after_three_seconds_it_is_told_to_return_and_our_heartbeats_end(f
     assert flying.autopilot.asked("set_voice") == [False]
 
 
-async def test_a_return_begun_before_the_silence_is_told_again(flying: Rig) -> None:
+async def test_a_return_begun_before_the_silence_is_reported_again(flying: Rig) -> None:
     flying.order(ReturnToLaunch())
     await flying.tick()
     await lose_downlink(flying)
@@ -86,7 +91,8 @@ async def test_a_landing_stays_a_landing(flying: Rig) -> None:
     flying.expect(StateName.LAND)
 
 
-async def test_while_a_pilot_flies_nothing_is_told(flying: Rig) -> None:
+@pytest.mark.fault("downlink dead while a pilot flies", "nothing is sent; our heartbeats are held back")
+async def test_while_a_pilot_flies_nothing_is_reported(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick(2)
     flying.expect(StateName.MANUAL)
@@ -103,6 +109,7 @@ async def test_what_the_autopilot_began_itself_is_left_to_it(flying: Rig) -> Non
     assert flying.autopilot.count("send_mode") == 0
 
 
+@pytest.mark.fault("downlink dead in the climb, landed state late", "Return To Launch is sent after 3 s")
 async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> None:
     await rig.enter(StateName.TAKEOFF)
     state = rig.topics.vehicle.state.value
@@ -113,12 +120,16 @@ async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> 
 
 
 @pytest.mark.parametrize("state", [StateName.IDLE, StateName.ARM])
-async def test_on_the_ground_nothing_is_told_and_heartbeats_go_on(fresh: Rig, state: StateName) -> None:
+async def test_on_the_ground_nothing_is_reported_and_heartbeats_go_on(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
     await lose_downlink(fresh, 10.0)
     assert fresh.autopilot.count("send_mode") == fresh.autopilot.count("set_voice") == 0
 
 
+@pytest.mark.fault(
+    "the link comes back",
+    "heartbeats begin at the next tick, RTL is asked for with an answer, Hold is possible",
+)
 async def test_heard_again_it_speaks_again_returns_and_can_be_held(flying: Rig) -> None:
     flying.autopilot.uplink = False
     await lose_downlink(flying)
@@ -135,6 +146,7 @@ async def test_heard_again_it_speaks_again_returns_and_can_be_held(flying: Rig) 
     assert flying.autopilot.asked("set_voice") == [False, True, False], "the next silence is one again"
 
 
+@pytest.mark.fault("a gap of 2 s in the downlink", "nothing changes")
 async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
     await lose_downlink(flying, 2.0)
     flying.autopilot.connected = True
@@ -153,10 +165,10 @@ async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
     ],
     ids=["return", "landing", "the autopilot's own", "pilot"],
 )
-def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterMode | None) -> None:
-    watch, modes, voices = SilenceWatch(), [], []
+def test_what_is_sent_is_the_states_mode_a_few_times(state: State, mode: CopterMode | None) -> None:
+    rule, modes, voices = SilenceRule(), [], []
     for tick in range(200):
-        step = watch.tick(unheard(tick * 0.05, SILENCE_S + tick * 0.05), state)
+        step = rule.tick(unheard(tick * 0.05, SILENCE_S + tick * 0.05), state)
         assert step.transition is None
         modes += told(step.acts)
         voices += [act.speaks for act in step.acts if isinstance(act, SetVoice)]
@@ -166,56 +178,61 @@ def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterM
 
 @pytest.mark.parametrize("state", [ArmState(0.0, SETTINGS, True, "", 0), returning()], ids=["ground", "air"])
 @pytest.mark.parametrize("armed", [True, False])
-def test_a_drone_that_stands_or_was_disarmed_is_told_nothing_however_long_it_is_silent(
+def test_a_drone_that_stands_or_was_disarmed_is_sent_nothing_however_long_it_is_silent(
     state: State, armed: bool
 ) -> None:
     facts = unheard(99.0, 99.0)
-    step = SilenceWatch().tick(replace(facts, vehicle=replace(facts.vehicle, armed=armed)), state)
+    step = SilenceRule().tick(replace(facts, vehicle=replace(facts.vehicle, armed=armed)), state)
     assert (step == STAY) is (state.on_ground or not armed)
 
 
 @pytest.mark.parametrize(("age", "voices"), [(2.99, []), (3.0, [False])])
 def test_our_heartbeats_are_held_back_after_three_seconds(age: float, voices: list[bool]) -> None:
-    step = SilenceWatch().tick(unheard(9.0, age), returning())
+    step = SilenceRule().tick(unheard(9.0, age), returning())
     assert [act.speaks for act in step.acts if isinstance(act, SetVoice)] == voices
     assert told(step.acts) == [CopterMode.RTL], "the state's mode is told from the beginning"
 
 
 @pytest.mark.parametrize(("age", "returns"), [(2.99, False), (3.0, True)])
 def test_a_task_becomes_a_return_after_three_seconds(age: float, returns: bool) -> None:
-    step = SilenceWatch().tick(unheard(9.0, age), HoverState(0.0, SETTINGS))
+    step = SilenceRule().tick(unheard(9.0, age), HoverState(0.0, SETTINGS))
     assert isinstance(step.transition, ToReturn) is returns
     assert told(step.acts) == []
 
 
-def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
-    watch, state, times = SilenceWatch(), returning(), list[float]()
+def test_a_mode_is_sent_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
+    rule, state, times = SilenceRule(), returning(), list[float]()
 
     def silence(begin: float) -> None:
         for tick in range(80):
             now = begin + tick * 0.125
-            if told(watch.tick(unheard(now, SILENCE_S + tick * 0.125), state).acts):
+            if told(rule.tick(unheard(now, SILENCE_S + tick * 0.125), state).acts):
                 times.append(now - begin)
 
     silence(10.0)
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
-    heard = watch.tick(flying_facts(30.0), state)
+    heard = rule.tick(flying_facts(30.0), state)
     assert heard.acts == (SetVoice(True),)
-    assert watch.tick(flying_facts(30.1), state) == STAY, "it is told once that it speaks again"
+    assert rule.tick(flying_facts(30.1), state) == STAY, "it is told once that it speaks again"
     times.clear()
     silence(40.0)
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
 
 
-def test_each_state_of_one_silence_tells_its_own_mode_at_once() -> None:
-    watch = SilenceWatch()
-    assert told(watch.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
-    assert told(watch.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
+def test_each_state_of_one_silence_sends_its_own_mode_at_once() -> None:
+    rule = SilenceRule()
+    assert told(rule.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
+    assert told(rule.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
 
 
 # -- the operator's commands ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "downlink dead, the operator gives Return To Launch or Land",
+    "sent at once in every armed state, without an answer, 6 times; also 20 s after we fell silent (real "
+    "ArduCopter: on the wire)",
+)
 @pytest.mark.parametrize("state", sorted(set(StateName) - {StateName.IDLE, StateName.CONFIGURE}))
 @pytest.mark.parametrize(
     ("command", "mode", "leads_to"),
@@ -241,6 +258,7 @@ async def test_return_and_land_are_sent_in_every_state_that_is_armed(
     assert fresh.autopilot.mode == mode
 
 
+@pytest.mark.fault("downlink dead, the operator gives Return To Launch or Land")
 async def test_they_are_sent_after_we_fell_silent_too_and_as_often_as_they_are_given(flying: Rig) -> None:
     flying.autopilot.uplink = False
     await lose_downlink(flying, 20.0)
@@ -277,6 +295,10 @@ async def test_someone_without_control_cannot_send_them(flying: Rig) -> None:
     assert flying.command(Land(), client="eve").reason == "Someone else has control."
 
 
+@pytest.mark.fault(
+    "downlink dead, the operator gives Kill",
+    'sent every 0.2 s for 5 s; an old "disarmed" confirms nothing',
+)
 async def test_a_kill_is_repeated_for_its_five_seconds(flying: Rig) -> None:
     await lose_downlink(flying, 0.1)
     token = flying.manager.handle_now("ana", KillRequest())

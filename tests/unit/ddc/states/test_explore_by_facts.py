@@ -80,7 +80,7 @@ def test_hold_ends_explore() -> None:
 PLACE = Goal(30.0, 0.0, 30.0, 0.0)
 
 
-def test_the_refusal_of_a_target_of_before_hinders_nothing_and_one_of_its_own_is_told() -> None:
+def test_the_refusal_of_a_target_of_before_hinders_nothing_and_one_of_its_own_is_reported() -> None:
     travelling = Travelling(SETTINGS)
     assert len(targets(travelling.process(replace(flying(0.05), target_refusal="too high"), PLACE))) == 1
     assert travelling.obstacle == ""
@@ -90,7 +90,7 @@ def test_the_refusal_of_a_target_of_before_hinders_nothing_and_one_of_its_own_is
     assert travelling.obstacle == ""
 
 
-def test_no_target_is_sent_without_guided_a_place_and_a_free_way_and_the_reason_is_told() -> None:
+def test_no_target_is_sent_without_guided_a_place_and_a_free_path_and_the_reason_is_reported() -> None:
     travelling = Travelling(SETTINGS)
     assert requests(travelling.process(flying(0.0, CopterMode.LOITER), PLACE)) == [SetMode(CopterMode.GUIDED)]
     assert (travelling.obstacle, travelling.refusal) == ("Waiting for GUIDED.", "")
@@ -101,9 +101,9 @@ def test_no_target_is_sent_without_guided_a_place_and_a_free_way_and_the_reason_
     assert (travelling.obstacle, travelling.refusal) == ("The drone's position is too old.", "")
     facts = flying(0.3)
     assert travelling.process(replace(facts, limits=replace(facts.limits, fence=None)), PLACE) == ()
-    assert travelling.obstacle == "The way there leaves the fence."
+    assert travelling.obstacle == "The path there leaves the fence."
     assert travelling.process(facts, replace(PLACE, north=200.0)) == ()
-    assert travelling.obstacle == "The way there leaves the fence."
+    assert travelling.obstacle == "The path there leaves the fence."
     assert len(targets(travelling.process(facts, PLACE))) == 1
 
 
@@ -149,7 +149,7 @@ def test_the_place_is_reached_within_the_radius_across_and_in_height(
         ),
     ],
 )
-def test_what_was_seen_of_an_outline_is_told_with_what_was_left_out(
+def test_what_was_seen_of_an_outline_is_reported_with_what_was_left_out(
     unseen: float | None, outside: float | None, words: str
 ) -> None:
     explore = ExploreStatus(done=True, asked_m2=900.0, unseen_m2=unseen)
@@ -219,7 +219,7 @@ def test_explore_that_gets_nowhere_for_ten_seconds_holds() -> None:
     assert state.transition_next_state(flying(9.99)) == STAY
     state.process(flying(10.0))
     step = state.transition_next_state(flying(10.0))
-    assert step.transition == ToHover("No progress for 10 s. The planner gives no way on.", level="warning")
+    assert step.transition == ToHover("No progress for 10 s. The planner gives no further path.", level="warning")
 
 
 @pytest.mark.parametrize(
@@ -267,5 +267,5 @@ def test_the_next_place_is_reported_from_eight_metres_and_five_seconds_on() -> N
 
 
 @pytest.mark.parametrize(("north", "east", "words"), [(40.0, 0.0, "south, 10 m"), (30.0, 20.0, "west, 20 m")])
-def test_the_next_place_is_told_as_seen_from_the_drone(north: float, east: float, words: str) -> None:
+def test_the_next_place_is_reported_as_seen_from_the_drone(north: float, east: float, words: str) -> None:
     assert texts(made(ToExplore()).process(at(planned(flying(0.05)), north, east))) == [f"Next: to the {words} away."]

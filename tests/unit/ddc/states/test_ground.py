@@ -113,7 +113,7 @@ async def test_disarm_while_arming_stops_it(rig: Rig) -> None:
     assert not rig.autopilot.armed
 
 
-async def test_a_refused_disarm_is_told(fresh: Rig) -> None:
+async def test_a_refused_disarm_is_reported(fresh: Rig) -> None:
     await fresh.enter(S.ARM)
     fresh.autopilot.refuse["disarm"] = "not now"
     fresh.order(Disarm())

@@ -293,7 +293,7 @@ def test_the_fence_lies_about_the_drone_on_the_map_of_the_datum() -> None:
 
 
 @pytest.mark.parametrize(("controller", "words"), [("Ana", "Ana"), ("", "the operator")])
-def test_whoever_stops_arming_or_armed_is_named(controller: str, words: str) -> None:
+def test_the_one_who_stops_arming_or_armed_is_named(controller: str, words: str) -> None:
     facts = standing(0.1)
     facts = replace(facts, operator=replace(facts.operator, controller=controller))
     step = made(ToArm()).transition_next_state(facts, Disarm())

@@ -97,7 +97,7 @@ def test_a_lost_operator_brings_the_drone_home_when_the_time_is_over_and_not_bef
 
 
 @pytest.mark.parametrize(("north", "breached_s"), [(160.0, None), (155.0, None), (160.0, 0.1)])
-def test_a_hold_outside_the_fence_leads_inside_before_the_breach_is_told_too(
+def test_a_hold_outside_the_fence_leads_inside_before_the_breach_is_reported_too(
     north: float, breached_s: float | None
 ) -> None:
     facts = at(flying(0.05), north, 5.0)
@@ -152,7 +152,7 @@ def test_a_hold_says_its_reason_and_its_height() -> None:
     assert state.detail(breached) == "Outside the fence: going back inside."
 
 
-def test_control_that_was_given_back_is_told_and_who_took_it() -> None:
+def test_control_that_was_given_back_is_reported_and_who_took_it() -> None:
     state = made(ToCommunicationLost(given_back_by="Ana"))
     hold = SETTINGS.operator.operator_hold_s
     assert state.detail(flying(1.0)) == f"Control was given back by Ana. Returns home in {hold - 1.0:.0f} s."

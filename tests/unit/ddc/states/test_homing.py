@@ -33,7 +33,7 @@ async def test_coming_down_is_the_autopilots_work(flying: Rig, command: ReturnTo
     assert flying.autopilot.count("set_mode") == 1
 
 
-async def test_a_refused_return_is_asked_for_again_and_told(flying: Rig) -> None:
+async def test_a_refused_return_is_asked_for_again_and_reported(flying: Rig) -> None:
     flying.autopilot.refuse["set_mode"] = "EKF variance"
     flying.order(ReturnToLaunch())
     await flying.run(5)

@@ -69,7 +69,7 @@ def test_a_return_that_began_with_a_moved_home_begins_again_when_home_is_back() 
     state = made(ToReturn(Cause("", CauseKind.ALWAYS), by_autopilot=True))
     assert state.process(home_at(flying(1.0, CopterMode.RTL), 60.0, 0.5)) == ()
     acts = state.process(home_at(flying(2.0, CopterMode.RTL), 0.0, 1.5))
-    assert texts(acts) == ["The way home is right again: the return begins again."]
+    assert texts(acts) == ["The autopilot's return is right again: it begins again."]
     assert requests(acts) == [SetMode(CopterMode.BRAKE)]
     assert "set back first" in state.detail(flying(2.0))
     state.process(home_at(flying(2.5, CopterMode.BRAKE), 0.0, 2.0))
@@ -81,7 +81,7 @@ def test_our_own_return_that_began_with_a_moved_home_begins_again_too() -> None:
     state = made(ToReturn())
     state.process(home_at(flying(1.0, CopterMode.RTL), 60.0, 0.5))
     acts = state.process(home_at(flying(2.0, CopterMode.RTL), 0.0, 1.5))
-    assert texts(acts) == ["The way home is right again: the return begins again."]
+    assert texts(acts) == ["The autopilot's return is right again: it begins again."]
 
 
 def test_a_return_waits_three_seconds_for_a_moved_home_and_then_flies_to_it_inside_the_fence() -> None:

@@ -194,4 +194,4 @@ async def test_a_plan_without_target_waits(fresh: Rig) -> None:
     fresh.expect(S.AUTONOMOUS_EXPLORE)
     assert len(fresh.autopilot.targets) == before
     await fresh.run(6)
-    assert "No progress for 10 s. The planner gives no way on. Holding." in fresh.log
+    assert "No progress for 10 s. The planner gives no further path. Holding." in fresh.log

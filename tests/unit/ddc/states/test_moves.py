@@ -64,7 +64,7 @@ async def test_a_place_outside_the_fence_is_refused(
     flying.expect(S.HOVER)
 
 
-async def test_a_way_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
+async def test_a_path_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     await fresh.enter(S.HOVER)
     corner = polygon_fence(((-20, -20), (100, -20), (100, 20), (20, 20), (20, 100), (-20, 100)), 5, 100, 3)
     fresh.topics.fence_pub.publish(corner)
@@ -75,7 +75,7 @@ async def test_a_way_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     fresh.expect(S.HOVER)
 
 
-async def test_a_new_target_is_taken_on_the_way(fresh: Rig) -> None:
+async def test_a_new_target_is_taken_in_flight(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     await fresh.run(2)
     former = fresh.manager.state

@@ -49,7 +49,7 @@ def test_a_move_says_how_far_it_is_as_far_as_that_is_known() -> None:
     assert state.detail(lost) == "Moving."
 
 
-def test_a_new_place_on_the_way_is_not_the_one_that_was_reached() -> None:
+def test_a_new_place_in_flight_is_not_the_one_that_was_reached() -> None:
     state = made(ToMove(MOVE))
     state.process(at(flying(0.05), 39.0))
     assert state.transition_next_state(flying(0.05), replace(MOVE, place=MapPoint(80.0, 0.0))) == STAY
@@ -57,7 +57,7 @@ def test_a_new_place_on_the_way_is_not_the_one_that_was_reached() -> None:
     assert state.goal == Goal(80.0, 0.0, 30.0, 0.0)
 
 
-def test_a_move_of_the_other_kind_begins_anew() -> None:
+def test_a_move_of_the_other_kind_begins_again() -> None:
     for first, second in ((MOVE, LOT_MOVE), (LOT_MOVE, MOVE)):
         assert made(ToMove(first)).transition_next_state(flying(0.05), second).transition == ToMove(second)
 
@@ -82,9 +82,9 @@ def around(east: float) -> Route:
     return Route((MapPoint(0.0, 0.0), MapPoint(20.0, east), MapPoint(40.0, 0.0)), (0.0, 0.0, 0.0))
 
 
-def test_every_change_of_the_route_on_the_way_is_reported() -> None:
+def test_every_change_of_the_route_in_flight_is_reported() -> None:
     state = made(ToMove(LOT_MOVE))
-    told = ["The map changed on the way. Another way there was found."]
+    told = ["The map changed in flight. Another route there was found."]
     assert texts(state.process(judged(flying(0.05)))) == [], "the same route"
     assert texts(state.process(judged(flying(0.1), route=around(10.0)))) == told
     assert state.route(flying(0.1))[1:] == around(10.0).points[1:]
@@ -121,7 +121,7 @@ def test_an_autonomous_move_goes_on_for_a_second_without_a_confirmation(inbound:
     assert late.transition == ToHover("The place is not confirmed as inside the lot any longer.", level="warning")
 
 
-def test_an_autonomous_move_stops_at_a_place_outside_and_at_a_way_that_is_refused() -> None:
+def test_an_autonomous_move_stops_at_a_place_outside_and_at_a_route_that_is_refused() -> None:
     state = made(ToMove(LOT_MOVE))
     outside = state.transition_next_state(judged(flying(0.05), inbound=Inbound.OUTSIDE))
     assert outside.transition == ToHover("The place turned out to be outside the lot.", level="warning")

@@ -61,7 +61,7 @@ def free_ground(way: Route, beside: float) -> shapely.Geometry:
     legs=st.lists(st.tuples(st.floats(17.0, 60.0), st.floats(-2.4, 2.4)), min_size=2, max_size=5),
     cuts=st.lists(st.sampled_from([0.0, 2.5, 4.0, 8.0]), min_size=4, max_size=4),
 )
-def test_the_flown_way_stays_on_the_legs_and_in_the_corners_that_may_be_cut(
+def test_the_flown_path_stays_on_the_legs_and_in_the_corners_that_may_be_cut(
     legs: list[tuple[float, float]], cuts: list[float]
 ) -> None:
     points, heading, at = [(0.0, 0.0)], 0.0, 0j

@@ -10,7 +10,7 @@ import pytest
 from hawk.comm.protocol.commands import AutonomousExplore
 from hawk.ddc.orders import ToExplore, ToHover
 from hawk.ddc.rules import guard
-from hawk.ddc.witnesses.heading import AGREES_S, CONFIRM_S, LIMIT_DEG, WINDOW_S, HeadingFacts, HeadingWatch
+from hawk.ddc.witnesses.heading import AGREES_S, CONFIRM_S, LIMIT_DEG, WINDOW_S, HeadingFacts, HeadingReading
 from hawk.ddc.witnesses.witness import WitnessFacts
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health, StateName
@@ -25,23 +25,27 @@ class Flight:
     """Steps of a camera, one every 0.4 s; ``now`` in seconds."""
 
     def __init__(self) -> None:
-        self.watch = HeadingWatch()
+        self.reading = HeadingReading()
         self.now = 0.0
 
     def fly(self, seconds: float, error_deg_s: float = 0.0) -> HeadingFacts:
         """Fly while the reported heading gains ``error_deg_s`` clockwise, degrees a second."""
         for _ in range(round(seconds / STEP_S)):
             turn = -math.radians(error_deg_s) * STEP_S
-            self.watch.note(GroundStep(self.now, self.now + STEP_S, (0.0, 0.0), (0.0, 0.0), 0.0, turn, 25.0))
+            self.reading.note(GroundStep(self.now, self.now + STEP_S, (0.0, 0.0), (0.0, 0.0), 0.0, turn, 25.0))
             self.now += STEP_S
-        return self.watch.facts(self.now)
+        return self.reading.facts(self.now)
 
 
 def test_before_the_first_step_nothing_is_said() -> None:
-    facts = HeadingWatch().facts(0.0)
+    facts = HeadingReading().facts(0.0)
     assert (facts, facts.is_doubted, facts.words) == (HeadingFacts(), False, "")
 
 
+@pytest.mark.fault(
+    "all compasses turn by 25° and more within 30 s, all flags good",
+    "reported, the part `position` unhealthy, the task ends by Hover, new tasks are refused, nothing is mapped",
+)
 @pytest.mark.parametrize("error", [15.0, -15.0])
 def test_a_heading_that_turns_away_is_doubted_at_the_limit(error: float) -> None:
     flight = Flight()
@@ -55,15 +59,15 @@ def test_a_heading_that_turns_away_is_doubted_at_the_limit(error: float) -> None
     )
 
 
-def turned(*turns: tuple[float, float], gaps: int = 0) -> HeadingWatch:
-    """Return a watch that saw the ground turn: ends of steps in seconds, and degrees."""
-    watch, last = HeadingWatch(), 0.0
+def turned(*turns: tuple[float, float], gaps: int = 0) -> HeadingReading:
+    """Return a reading that saw the ground turn: ends of steps in seconds, and degrees."""
+    reading, last = HeadingReading(), 0.0
     for until, degrees in turns:
         since = last + 0.01 if gaps > 0 and last > 0.0 else last
         gaps -= since > last
-        watch.note(GroundStep(since, until, (0.0, 0.0), (0.0, 0.0), 0.0, -math.radians(degrees), 25.0))
+        reading.note(GroundStep(since, until, (0.0, 0.0), (0.0, 0.0), 0.0, -math.radians(degrees), 25.0))
         last = until
-    return watch
+    return reading
 
 
 def test_turns_count_for_half_a_minute() -> None:
@@ -76,8 +80,8 @@ def test_turns_count_for_half_a_minute() -> None:
     [(24.9, 0, False), (25.1, 0, True), (-25.1, 0, True), (36.9, 1, False), (37.1, 1, True), (49.1, 2, True)],
 )
 def test_the_limit_is_wider_by_each_gap(off: float, gaps: int, doubted: bool) -> None:
-    watch = turned((1.0, off), (2.0, 0.0), (3.0, 0.0), (3.5, 0.0), gaps=gaps)
-    assert watch.facts(3.5).is_doubted is doubted
+    reading = turned((1.0, off), (2.0, 0.0), (3.0, 0.0), (3.5, 0.0), gaps=gaps)
+    assert reading.facts(3.5).is_doubted is doubted
 
 
 def test_half_a_second_of_disagreement_is_a_doubt() -> None:
@@ -89,8 +93,8 @@ def test_half_a_second_of_disagreement_is_a_doubt() -> None:
 def test_it_ends_ten_seconds_after_the_heading_is_back_to_within_twelve_degrees(
     back: float, seconds: float, doubted: bool
 ) -> None:
-    watch = turned((1.0, 30.0), (1.5, 0.0), (2.0, -back), (2.0 + seconds, 0.0))
-    assert watch.facts(2.0 + seconds).is_doubted is doubted
+    reading = turned((1.0, 30.0), (1.5, 0.0), (2.0, -back), (2.0 + seconds, 0.0))
+    assert reading.facts(2.0 + seconds).is_doubted is doubted
 
 
 def test_a_gap_in_the_comparison_may_hide_a_part_of_a_turn() -> None:
@@ -135,10 +139,11 @@ def test_an_agreement_that_is_broken_begins_again() -> None:
 def test_on_the_ground_it_is_forgotten() -> None:
     flight = Flight()
     flight.fly(4.0, 15.0)
-    flight.watch.reset()
+    flight.reading.reset()
     assert flight.fly(STEP_S) == HeadingFacts()
 
 
+@pytest.mark.fault("all compasses turn by 25° and more within 30 s, all flags good")
 def test_the_guard_ends_a_task_while_the_heading_is_doubted() -> None:
     facts = flying(10.0)
     doubt = WitnessFacts(heading=HeadingFacts(math.radians(-60.0), 1.0))
@@ -164,6 +169,7 @@ async def test_a_drone_whose_heading_is_doubted_goes_on_holding(fresh: Rig) -> N
     assert "heading" in answer.reason
 
 
+@pytest.mark.fault("all compasses turn by 25° and more within 30 s, all flags good")
 async def test_the_camera_ends_a_task_and_nothing_is_mapped(fresh: Rig) -> None:
     await fresh.enter(StateName.AUTONOMOUS_EXPLORE)
     for _ in range(12):

@@ -14,7 +14,7 @@ from hawk.ddc.witnesses.place import (
     PATH_SHARE,
     STILL_GAP_M,
     PlaceFacts,
-    PlaceWatch,
+    PlaceReading,
 )
 from hawk.model.ground_motion import GroundStep
 
@@ -25,7 +25,7 @@ class Flight:
     """Steps of a camera, one every 0.4 s. ``now`` is the time of the last one, seconds."""
 
     def __init__(self) -> None:
-        self.watch = PlaceWatch()
+        self.reading = PlaceReading()
         self.now = 0.0
 
     def fly(
@@ -45,7 +45,7 @@ class Flight:
         for _ in range(round(seconds / STEP_S)):
             seen = camera * (reported - walk) * STEP_S
             path = reported * STEP_S
-            self.watch.note(
+            self.reading.note(
                 GroundStep(
                     self.now,
                     self.now + STEP_S,
@@ -60,7 +60,7 @@ class Flight:
         return self.facts()
 
     def facts(self) -> PlaceFacts:
-        return self.watch.facts(self.now)
+        return self.reading.facts(self.now)
 
     def doubted_after(self, limit: float, reported: complex = 0j, *, walk: complex = 0j) -> float:
         begun = self.now
@@ -90,6 +90,7 @@ def test_a_walk_while_it_holds_is_doubted_at_three_metres() -> None:
     assert flight.facts().doubted_s == pytest.approx(10.0, abs=0.01)
 
 
+@pytest.mark.fault("GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task")
 @pytest.mark.parametrize("walk", [0.7 + 0j, -0.7 + 0j, 0.7j, 0.5 - 0.5j])
 @pytest.mark.parametrize("reported", [4 + 0j, 4j])
 def test_a_walk_while_it_flies_is_doubted_too(reported: complex, walk: complex) -> None:
@@ -106,6 +107,7 @@ def test_a_walk_in_fast_straight_flight_is_doubted_at_its_turn() -> None:
     assert flight.doubted_after(10.0, -8 + 0j, walk=0.7) <= 8.0
 
 
+@pytest.mark.fault("GNSS wanders by 0.5 m within minutes; a height or a compass that is off by 10 % or 5°", "no alarm")
 def test_a_slow_wander_of_gnss_is_none() -> None:
     """Half a metre to and fro within minutes: 0.26 m in ten seconds at most."""
     flight = Flight()
@@ -115,6 +117,7 @@ def test_a_slow_wander_of_gnss_is_none() -> None:
     assert facts.apart < 1.0
 
 
+@pytest.mark.fault("GNSS wanders by 0.5 m within minutes; a height or a compass that is off by 10 % or 5°")
 @pytest.mark.parametrize("camera", [1.1, 0.9, complex(math.cos(0.08), math.sin(0.08))])
 def test_a_wrong_scale_or_compass_is_no_walk(camera: complex) -> None:
     flight = Flight()
@@ -122,6 +125,7 @@ def test_a_wrong_scale_or_compass_is_no_walk(camera: complex) -> None:
         assert not flight.fly(30.0, reported, camera=camera).is_doubted
 
 
+@pytest.mark.fault("a camera that is turned, or frozen, contradicts the position", "the position is not doubted for it")
 def test_a_camera_that_never_agreed_is_believed_only_while_the_drone_holds() -> None:
     turned = Flight()
     assert not turned.fly(40.0, 4 + 0j, camera=1j).is_doubted
@@ -149,14 +153,15 @@ def test_a_camera_is_believed_in_flight_after_it_agreed_for_fifteen_metres() -> 
     assert proven.fly(10.0, 4 + 0j, walk=2.0).is_doubted
 
 
+@pytest.mark.fault("a camera that is turned, or frozen, contradicts the position")
 def test_a_picture_that_stands_still_is_the_cameras_fault() -> None:
     flight = Flight()
     flight.fly(30.0, 2 + 0j)
-    flight.watch.lose()
+    flight.reading.lose()
     assert not flight.fly(12.0, 2 + 0j, camera=0.05).is_doubted
     slow = Flight()
     slow.fly(30.0, 2 + 0j)
-    slow.watch.lose()
+    slow.reading.lose()
     assert slow.fly(12.0, 2 + 0j, camera=0.2).is_doubted
 
 
@@ -235,9 +240,9 @@ def test_a_gap_before_the_doubt_leaves_what_follows_known() -> None:
     flight.now += 30.0
     flight.doubted_after(10.0, walk=0.7)
     assert flight.facts().is_followed
-    flight.watch.lose()
+    flight.reading.lose()
     assert not flight.facts().is_followed
-    flight.watch.reset()
+    flight.reading.reset()
     assert flight.facts() == PlaceFacts()
 
 
@@ -245,8 +250,8 @@ def test_a_camera_that_is_silent_follows_no_more() -> None:
     flight = Flight()
     flight.fly(20.0)
     flight.doubted_after(10.0, walk=0.7)
-    assert flight.watch.facts(flight.now + LOST_S).is_followed
-    late = flight.watch.facts(flight.now + LOST_S + 0.1)
+    assert flight.reading.facts(flight.now + LOST_S).is_followed
+    late = flight.reading.facts(flight.now + LOST_S + 0.1)
     assert not late.is_followed
     assert late.camera_age == pytest.approx(LOST_S + 0.1)
 
@@ -255,7 +260,7 @@ def test_a_step_of_before_the_last_one_is_ignored() -> None:
     flight = Flight()
     flight.fly(20.0)
     known = flight.facts()
-    flight.watch.note(GroundStep(5.0, 5.4, (9.0, 0.0), (0.0, 0.0), 0.0, 0.0, 25.0))
+    flight.reading.note(GroundStep(5.0, 5.4, (9.0, 0.0), (0.0, 0.0), 0.0, 0.0, 25.0))
     assert flight.facts() == known
 
 
@@ -283,27 +288,27 @@ def test_a_gap_hides_more_the_more_it_flies_up_to_ten_metres(flown: float, hidde
     """The camera was not seen to agree yet: 12 % of the path is no disagreement, and up to 40 % may be one."""
     beyond = 0.4 * flown
     for gap, allowed in ((0.0, 0.0), (0.5, hidden)):
-        watch = PlaceWatch()
-        watch.note(step(0.0, 1.0, 0.0, 0.0))
-        watch.note(step(1.0 + gap, 2.0 + gap, flown, beyond))
-        assert watch.facts(3.0).apart == pytest.approx(beyond - 0.12 * flown - allowed)
+        reading = PlaceReading()
+        reading.note(step(0.0, 1.0, 0.0, 0.0))
+        reading.note(step(1.0 + gap, 2.0 + gap, flown, beyond))
+        assert reading.facts(3.0).apart == pytest.approx(beyond - 0.12 * flown - allowed)
 
 
 def test_what_the_camera_was_off_before_the_window_is_taken_off() -> None:
     """20 m of which it saw 19: a share of 20 / (400 + 40) against the prior. Then 10 m of which it sees 8."""
-    watch = PlaceWatch()
-    watch.note(step(0.0, 1.0, 20.0, -1.0))
-    watch.note(step(1.0, 12.0, 10.0, -2.0))
-    assert watch.facts(12.0).apart == pytest.approx(2.0 - 10.0 * 20.0 / 440.0 - PATH_SHARE * 10.0, abs=1e-9)
+    reading = PlaceReading()
+    reading.note(step(0.0, 1.0, 20.0, -1.0))
+    reading.note(step(1.0, 12.0, 10.0, -2.0))
+    assert reading.facts(12.0).apart == pytest.approx(2.0 - 10.0 * 20.0 / 440.0 - PATH_SHARE * 10.0, abs=1e-9)
 
 
 def test_what_agrees_is_no_less_than_none_and_a_leap_begins_again() -> None:
-    watch = PlaceWatch()
-    watch.note(step(0.0, 1.0, 10.0, 0.0))
-    assert watch.facts(1.0).apart == 0.0
-    watch.note(step(1.0, 2.0, 10.0, 5.0))
-    assert watch.facts(2.0).apart == pytest.approx(5.0 - 0.12 * 20.0)
-    watch.lose()
-    assert watch.facts(2.0).apart == 0.0
-    watch.note(step(2.0, 3.0, 10.0, 0.0))
-    assert watch.facts(3.0).apart == 0.0
+    reading = PlaceReading()
+    reading.note(step(0.0, 1.0, 10.0, 0.0))
+    assert reading.facts(1.0).apart == 0.0
+    reading.note(step(1.0, 2.0, 10.0, 5.0))
+    assert reading.facts(2.0).apart == pytest.approx(5.0 - 0.12 * 20.0)
+    reading.lose()
+    assert reading.facts(2.0).apart == 0.0
+    reading.note(step(2.0, 3.0, 10.0, 0.0))
+    assert reading.facts(3.0).apart == 0.0

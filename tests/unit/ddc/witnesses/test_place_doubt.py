@@ -25,7 +25,7 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.rules import guard
-from hawk.ddc.rules.notices import WitnessReports
+from hawk.ddc.rules.notices import WitnessNotices
 from hawk.ddc.states.hover import FARTHEST_M, FOLLOWS_M_S, STRAYS_S, held
 from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import HeightFacts
@@ -40,7 +40,7 @@ from tests.unit.ddc.fakes import TICK_S, Rig
 from tests.unit.ddc.written_facts import flying
 
 S = StateName
-CAUSE = Cause("The battery is needed for the way home.", CauseKind.RESERVE)
+CAUSE = Cause("The battery is needed for the flight home.", CauseKind.RESERVE)
 
 
 def doubted(facts: Facts, off: tuple[float, float] = (4.0, 0.0), *, followed: bool = True) -> Facts:
@@ -81,6 +81,11 @@ def test_a_doubt_is_no_reason_to_leave_another_state(transition: Transition) -> 
     assert guard.reaction(doubted(flying(0.0)), made(transition)) is None
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, and the battery, the wind, the operator "
+    "or the program's end asks for a return",
+    "Land",
+)
 @pytest.mark.parametrize("transition", [ToHover(), ToExplore(), ToTakeoff(), ToCommunicationLost()])
 def test_a_return_that_is_needed_becomes_a_landing(transition: Transition) -> None:
     found = guard.reaction(doubted(low(flying(0.0))), made(transition))
@@ -88,7 +93,8 @@ def test_a_return_that_is_needed_becomes_a_landing(transition: Transition) -> No
     assert isinstance(found.transition, ToLand)
     assert found.rank is Rank.LAND
     assert found.transition.cause == Cause(
-        "The battery is needed for the way home. The camera sees the drone move 4 m that the position does not show.",
+        "The battery is needed for the flight home. "
+        "The camera sees the drone move 4 m that the position does not show.",
         CauseKind.RESERVE,
     )
     trusted = guard.reaction(low(flying(0.0)), made(transition))
@@ -101,6 +107,10 @@ def test_a_program_that_ends_lands_a_drone_whose_place_is_doubted() -> None:
     assert isinstance(returning(flying(0.0), CAUSE), ToReturn)
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, and the battery, the wind, the operator "
+    "or the program's end asks for a return"
+)
 def test_a_lost_operator_lands_a_drone_whose_place_is_doubted() -> None:
     state = made(ToCommunicationLost())
     step = state.transition_next_state(without_operator(doubted(flying(60.0))))
@@ -123,8 +133,14 @@ def misled(now: float, seconds: float, *, by_height: bool = False, height: float
     return replace(facts, witness=witness)
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, while the drone returns (or a doubt of "
+    "the height begins then)",
+    "a return that must be becomes Land; one that the operator asked for becomes Hover, below Min Land; a "
+    "return that was asked for in spite of the doubt goes on",
+)
 @pytest.mark.parametrize("by_height", [False, True])
-def test_a_return_that_must_be_lands_when_a_doubt_begins_on_the_way(by_height: bool) -> None:
+def test_a_return_that_must_be_lands_when_a_doubt_begins_in_flight(by_height: bool) -> None:
     step = made(ToReturn(CAUSE)).transition_next_state(misled(9.0, 1.0, by_height=by_height))
     assert isinstance(step.transition, ToLand)
     assert step.transition.cause is not None
@@ -132,8 +148,12 @@ def test_a_return_that_must_be_lands_when_a_doubt_begins_on_the_way(by_height: b
     assert step.transition.cause.text.startswith(f"{CAUSE.text} The ")
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, while the drone returns (or a doubt of "
+    "the height begins then)"
+)
 @pytest.mark.parametrize("by_height", [False, True])
-def test_a_return_that_the_operator_asked_for_holds_when_a_doubt_begins_on_the_way(by_height: bool) -> None:
+def test_a_return_that_the_operator_asked_for_holds_when_a_doubt_begins_in_flight(by_height: bool) -> None:
     step = made(ToReturn()).transition_next_state(misled(9.0, 1.0, by_height=by_height))
     assert isinstance(step.transition, ToHover)
     assert step.transition.level == "warning"
@@ -151,6 +171,10 @@ def test_one_that_is_below_min_lands_there() -> None:
     assert step.transition.cause.kind is CauseKind.NEVER
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, while the drone returns (or a doubt of "
+    "the height begins then)"
+)
 def test_a_return_in_spite_of_a_doubt_that_the_operator_knew_goes_on_and_so_does_the_autopilots_own() -> None:
     assert made(ToReturn()).transition_next_state(misled(9.0, 10.0)).transition is None
     assert isinstance(made(ToReturn()).transition_next_state(misled(9.0, 9.9)).transition, ToHover), (
@@ -159,6 +183,10 @@ def test_a_return_in_spite_of_a_doubt_that_the_operator_knew_goes_on_and_so_does
     assert made(ToReturn(CAUSE, by_autopilot=True)).transition_next_state(misled(9.0, 1.0)).transition is None
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, while the drone returns (or a doubt of "
+    "the height begins then)"
+)
 def test_a_return_that_nobody_asked_for_lands_whenever_the_doubt_began() -> None:
     """The link was silent in a doubt, and RTL was sent without an answer."""
     assert isinstance(made(ToReturn(CAUSE)).transition_next_state(misled(9.0, 60.0)).transition, ToLand)
@@ -245,6 +273,10 @@ def test_a_hover_that_begins_in_doubt_holds_where_it_begins() -> None:
     assert goal.north == pytest.approx(7.7)
 
 
+@pytest.mark.fault(
+    "a car fills a low picture and looks like a walk of 8 m/s",
+    "the target follows it at 1.5 m/s at most, inside the fence, 30 m at most",
+)
 def test_a_car_that_fills_the_picture_leads_the_drone_slowly() -> None:
     """The camera sees 8 m/s: no walk of GNSS. Without the pace the target would be 13 m away after a second."""
     state = made(ToHover())
@@ -279,6 +311,11 @@ def test_a_hover_that_sent_nothing_leads_the_drone_when_its_place_is_doubted() -
     assert len(requests(state.process(doubted(flying(0.1, CopterMode.BRAKE))))) == 1
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, and the camera cannot hold the drone (no "
+    "pictures for 3 s, 30 m off, fence)",
+    "Land after 3 s, never RTL",
+)
 @pytest.mark.parametrize("transition", [ToHover(), ToCommunicationLost()])
 def test_a_drone_that_the_camera_cannot_hold_lands(transition: Transition) -> None:
     state, change = (
@@ -302,6 +339,10 @@ def test_a_drone_that_the_camera_cannot_hold_lands(transition: Transition) -> No
     )
 
 
+@pytest.mark.fault(
+    "GNSS walks away and takes the estimate with it, all flags good, and the camera loses the drone after 11 m",
+    "the last target stays until the landing: the goal of before the error is not flown to",
+)
 def test_a_drone_that_the_camera_loses_stays_where_it_was_held_last() -> None:
     """The goal as it was reported lies 11 m away by now: it would drag the drone there before it lands."""
     state = made(ToHover())
@@ -339,7 +380,7 @@ def test_a_drone_that_goes_back_inside_is_led_by_the_report() -> None:
 
 
 def test_a_doubt_is_reported_once_and_so_is_its_end() -> None:
-    reports, hover = WitnessReports(), made(ToHover())
+    reports, hover = WitnessNotices(), made(ToHover())
     assert reports.tick(flying(0.0), hover) == ()
     assert texts(reports.tick(doubted(flying(0.0)), hover)) == [
         "The camera sees the drone move 4 m that the position does not show."
@@ -387,6 +428,7 @@ class Walker:
         self._before, self._since = here, now
 
 
+@pytest.mark.fault("GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task")
 async def test_gnss_that_walks_ends_the_exploration_and_the_camera_holds_the_drone(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     walker = Walker(fresh)

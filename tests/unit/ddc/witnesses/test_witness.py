@@ -6,25 +6,28 @@ import pytest
 
 from hawk.comm.autopilot.terrain import Terrain
 from hawk.comm.autopilot.vehicle import VehicleTopics
+from hawk.ddc.readings.belief import Belief
+from hawk.ddc.readings.instant import Instant
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.ddc.witnesses.witness import Witnesses
+from hawk.ddc.witnesses.witness import WitnessReading
 from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.vehicle import CopterMode, GnssHeight, LandedState, VehicleState
 from tests.manual_clock import ManualClock
 
 
 class Rig:
-    """Witnesses between topics of their own."""
+    """The witnesses between topics of their own."""
 
     def __init__(self) -> None:
         self.clock = ManualClock(100.0)
         self.vehicle = VehicleTopics.create(self.clock)
         self.inputs = DdcInputs.create(self.clock)
-        self.witnesses = Witnesses(DdcTopicInterface(self.vehicle, self.inputs, self.clock))
+        self.reading = WitnessReading(DdcTopicInterface(self.vehicle, self.inputs, self.clock))
 
     def be(self, *, armed: bool = True, landed: LandedState = LandedState.IN_AIR) -> None:
         now = self.clock()
-        self.witnesses.update(VehicleState(True, armed, int(CopterMode.GUIDED), landed, now, now), now)
+        vehicle = VehicleState(True, armed, int(CopterMode.GUIDED), landed, now, now)
+        self.reading.update(Instant(now, belief=Belief(vehicle)))
 
     def hear(self, ground: float = 2.0, doubt: str = "") -> None:
         """Hear the camera, GNSS and the rangefinder."""
@@ -37,7 +40,7 @@ class Rig:
     def heard(self) -> tuple[bool, bool, bool]:
         """Return whether camera, GNSS and rangefinder were heard."""
         self.be()
-        facts = self.witnesses.facts(self.clock())
+        facts = self.reading.facts(Instant(self.clock()))
         assert (facts.height.by_camera is not None) is (facts.place.camera_age < 1.0)
         height = facts.height
         return height.by_camera is not None, height.by_gnss is not None, height.by_range is not None
@@ -78,14 +81,14 @@ def test_the_size_of_stalls_is_heard_in_the_air_only(rig: Rig) -> None:
             rig.clock.advance(0.5)
             rig.inputs.stall_size.publish(StallSize(rig.clock(), 2.5 if count < 75 else 5.0, 20.0))
         rig.be()
-        return rig.witnesses.facts(rig.clock()).height.by_size
+        return rig.reading.facts(Instant(rig.clock())).height.by_size
 
     assert size() is None
     assert size() == pytest.approx(10.0)
     rig.be(landed=LandedState.ON_GROUND)
     assert size() is None
     assert size() == pytest.approx(10.0)
-    rig.witnesses.close()
+    rig.reading.close()
     assert size() is None
 
 
@@ -97,6 +100,6 @@ def test_a_rangefinder_that_is_not_believed_is_not_heard(rig: Rig) -> None:
 
 def test_after_the_end_nothing_is_heard(rig: Rig) -> None:
     rig.be()
-    rig.witnesses.close()
+    rig.reading.close()
     rig.hear()
     assert rig.heard() == (False, False, False)

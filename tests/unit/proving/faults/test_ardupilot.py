@@ -7,7 +7,8 @@ import pytest
 
 from proving.faults.ardupilot import BEGIN, MISSING, copter_of, fitting, main, make_parser, selected, world_of
 from proving.faults.fault import See
-from proving.faults.report import END, names
+from proving.faults.record import REAL, read_outcomes
+from proving.faults.report import END, names, rewritten, short_table
 from proving.faults.run import ALL, SEED, START
 from proving.faults.table_vehicle import VEHICLE
 
@@ -41,6 +42,13 @@ def test_words_select_flights(capsys: pytest.CaptureFixture[str]) -> None:
     ]
     assert main(["--list", "whole survey"]) == 0
     assert capsys.readouterr().out == "on the ground: a whole survey\n"
+
+
+def test_what_must_be_seen_stands_beside_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--table", "whole survey"]) == 0
+    _, _, row = capsys.readouterr().out.splitlines()
+    assert row.startswith("| a whole survey | on the ground | whole lot surveyed, recall ≥ 0.9, precision ≥ 0.9: ")
+    assert " of 420 s; " in row
 
 
 def test_faults_of_the_simulated_drone_come_after_the_flights_each_once() -> None:
@@ -103,6 +111,9 @@ def test_the_world_is_drawn_or_a_picture(program: Path, capsys: pytest.CaptureFi
     assert "--truth: only together with --world" in capsys.readouterr().err
 
 
-def test_the_page_has_the_section_that_is_written() -> None:
+def test_the_page_has_the_last_outcome_of_each_flight() -> None:
     page = (ROOT / "docs" / "ardupilot.md").read_text()
     assert page.count(BEGIN) == page.count(END) == 1
+    flown = short_table(read_outcomes(REAL, VEHICLE))
+    assert rewritten(page, flown, BEGIN) == page, "make ardupilot writes it"
+    assert len(flown.splitlines()) == 2 + len(VEHICLE)

@@ -127,7 +127,7 @@ async def test_one_kind_is_lost_and_the_others_pass(line: Line) -> None:
     assert await line.daemon.kind() == "EXTENDED_SYS_STATE"
 
 
-async def test_a_rule_meets_so_many_datagrams_and_no_more(line: Line) -> None:
+async def test_a_rule_meets_its_number_of_datagrams_and_no_more(line: Line) -> None:
     await line.introduce()
     line.proxy.use(Rule(Direction.DOWN, drop=True, times=2))
     for kind, fields in (("HEARTBEAT", BEAT), ("HEARTBEAT", BEAT), ("EXTENDED_SYS_STATE", LANDED)):

@@ -37,17 +37,17 @@ from proving.faults.fault import (
     lower_than,
     mode,
     refused,
+    reported,
     restarted,
     sent,
     state,
     stayed_within,
     surveyed,
-    told,
     unhealthy,
 )
 from proving.faults.keeping import Kept, lost
 from proving.faults.proxy import message
-from proving.faults.report import BEGIN, END, line, merged, names, reporter, rewrite, table
+from proving.faults.report import BEGIN, END, line, names, reporter, rewrite, short_table, table
 from proving.faults.run import ALL, SHORT
 
 TRUTH: dict[str, Any] = {
@@ -116,14 +116,14 @@ def test_sights_of_a_heartbeat() -> None:
     seen = moment(beat=beat)
     for sight in (
         state(StateName.HOVER),
-        told("at 20 m"),
+        reported("at 20 m"),
         unhealthy("camera", "no picture"),
         check_fails("GPS"),
         absent(healthy("camera")),
         both(state(StateName.HOVER), UP),
     ):
         assert sight.test(seen), sight.words
-    for sight in (state(StateName.LAND), told("landed"), unhealthy("camera", "still"), check_fails("Link")):
+    for sight in (state(StateName.LAND), reported("landed"), unhealthy("camera", "still"), check_fails("Link")):
         assert not sight.test(seen), sight.words
         assert not sight.test(moment()), sight.words
 
@@ -133,7 +133,7 @@ def test_sights_of_what_was_done_since() -> None:
     seen = moment(
         log=(entry,), exits=(-9,), starts=1, sent={"COMMAND_LONG": 2}, answers=("Not now.",), beat=beat_of(detail="")
     )
-    for sight in (told("because"), exited(-9), restarted(), sent("COMMAND_LONG", 2), refused("now")):
+    for sight in (reported("because"), exited(-9), restarted(), sent("COMMAND_LONG", 2), refused("now")):
         assert sight.test(seen), sight.words
         assert not sight.test(moment()), sight.words
     assert not ACCEPTED.test(seen)
@@ -209,18 +209,28 @@ def test_whatever_is_lost_is_named(change: dict[str, Any], words: str) -> None:
     assert words in problem
 
 
-def test_the_table_has_a_row_for_each_fault_and_replaces_the_marked_section_only(tmp_path: Path) -> None:
-    fault = Fault("a | b", When.HOVERING, (Drone({"gps": "lost"}), See(mode("RTL"), 5.0), Drone({}), See(DOWN, 90.0)))
-    good, bad = Outcome(fault, (1.5, 60.0), (), ("3 stalls",)), Outcome(fault, (1.5,), ("not seen",))
+def test_the_table_has_a_row_for_each_outcome_with_what_had_to_be_seen_and_what_was() -> None:
+    lasting = See(UP, 3.0, lasts=True)
+    steps = (Drone({"gps": "lost"}), See(mode("RTL"), 5.0), lasting, Drone({"gps": "ok"}), See(DOWN, 90.0))
+    fault = Fault("a | b", When.HOVERING, steps)
+    good, bad = Outcome(fault, (1.5, 3.0, 60.0), (), ("3 stalls",)), Outcome(fault, (1.5,), ("not seen",))
     rows = table([good, bad]).splitlines()[2:]
-    assert rows[0].startswith("| a / b | hovering | mode RTL (≤ 5 s); then ")
-    assert rows[0].endswith("| 1.5, 60 | 3 stalls |")
-    assert rows[1].endswith("| 1.5 | **failed**: not seen |")
-    assert line(good) == "ok     hovering: a | b: 1.5 s, 60 s"
+    seen = "mode RTL: 1.5 of 5 s; in the air (for 3 s); then gps ok; landed, motors off"
+    assert rows[0] == f"| a / b | hovering | {seen}: 60 of 90 s | 3 stalls |"
+    assert rows[1] == f"| a / b | hovering | {seen} (≤ 90 s); **failed**: not seen | - |"
+    assert (
+        short_table([replace(good, figures=("recall 1",))])
+        .splitlines()[2]
+        .endswith(" | hovering | mode RTL: 1.5; landed, motors off: 60; recall 1 |")
+    )
+    assert line(good) == "ok     hovering: a | b: 1.5 s, 3 s, 60 s"
     measured = replace(good, figures=("recall 0.980",))
-    assert "| 1.5, 60; recall 0.980 |" in table([measured])
-    assert line(measured).endswith("1.5 s, 60 s, recall 0.980")
+    assert ": 60 of 90 s; recall 0.980 |" in table([measured])
+    assert line(measured).endswith("60 s, recall 0.980")
     assert line(bad) == "FAILED hovering: a | b: not seen"
+
+
+def test_the_marked_section_of_a_page_alone_is_replaced(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(f"# Before\n{BEGIN}\nold\n{END}\nafter\n")
     rewrite(page, "new")
@@ -230,30 +240,35 @@ def test_the_table_has_a_row_for_each_fault_and_replaces_the_marked_section_only
         rewrite(page, "new")
 
 
-def test_a_part_of_the_faults_replaces_its_own_rows_of_the_table_only(tmp_path: Path) -> None:
-    first, second, third = (Fault(name, When.HOVERING, (See(DOWN, 9.0),)) for name in ("one", "two", "three"))
-    page = tmp_path / "page.md"
-    gone = Fault("gone", When.HOVERING, ())
-    former = table([Outcome(first, (1.0,)), Outcome(third, (3.0,)), Outcome(gone)])
-    page.write_text(f"{BEGIN}\n\n{former}\n\n{END}\n")
-    new = merged(page, [Outcome(second, (2.0,)), Outcome(third, (4.0,))], (first, second, third), BEGIN)
-    assert new == table([Outcome(first, (1.0,)), Outcome(second, (2.0,)), Outcome(third, (4.0,))])
-
-
-def test_each_outcome_is_in_the_table_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    first, second = (Fault(name, When.HOVERING, (See(DOWN, 9.0),)) for name in ("one", "two"))
-    page = tmp_path / "page.md"
-    page.write_text(f"{BEGIN}\n\n{END}\n")
-    report = reporter(page, (first, second))
-    report(Outcome(second, (2.0,)))
-    assert "| two | hovering |" in page.read_text()
-    report(Outcome(first, (1.0,)))
-    assert page.read_text() == f"{BEGIN}\n\n{table([Outcome(first, (1.0,)), Outcome(second, (2.0,))])}\n\n{END}\n"
-    reporter(None, (first,))(Outcome(first, (1.0,)))
-    assert capsys.readouterr().out.splitlines()[-1] == "ok     hovering: one: 1 s"
+def test_each_outcome_is_printed_and_kept_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = Outcome(Fault("one", When.HOVERING, (See(DOWN, 9.0),)), (1.0,))
+    kept: list[Outcome] = []
+    reporter(kept.append)(outcome)
+    assert kept == [outcome]
+    assert capsys.readouterr().out == "ok     hovering: one: 1 s\n"
 
 
 def test_words_of_no_fault_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         command.main(["no such words"])
     assert "no fault has these words: no such words; --list without words shows all" in capsys.readouterr().err
+
+
+def test_what_must_be_seen_stands_beside_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main(["--table", "hovering: HEARTBEAT alone"]) == 0
+    head, _, row = capsys.readouterr().out.splitlines()
+    assert head.startswith("| fault | when | seen after it")
+    assert row.startswith("| HEARTBEAT alone is lost before it reaches us | hovering | link unhealthy: ")
+    assert " of 4 s; mode RTL: " in row
+
+
+def test_faults_that_tests_show_are_printed_with_their_tests(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main(["--tests"]) == 0
+    rows = capsys.readouterr().out.splitlines()[2:]
+    assert len(rows) > 100
+    assert all(".py::test_" in row or ".py::Test" in row for row in rows)
+
+
+def test_only_faults_with_the_words_are_selected(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main(["--list", "returning: GNSS is lost"]) == 0
+    assert capsys.readouterr().out == "returning: GNSS is lost\n"

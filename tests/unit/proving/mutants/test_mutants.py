@@ -119,7 +119,7 @@ def verdicts(module: str, killed: int, survived: int) -> list[Verdict]:
 
 
 def test_a_group_below_nine_of_ten_fails_the_run() -> None:
-    (judge,), (guard,) = GROUPS["judge"], GROUPS["guard"]
+    (judge, *_), (guard,) = GROUPS["judge"], GROUPS["guard"]
     found = verdicts(judge, 9, 1) + verdicts(guard, 8, 1)
     assert groups_below(found) == ["guard"]
     shown = table(found)

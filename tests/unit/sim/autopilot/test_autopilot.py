@@ -132,7 +132,7 @@ def test_gnss_that_is_off_by_little_is_taken_without_a_jump() -> None:
         assert abs(unit.estimate.position[0] - last) < 0.1
         last = unit.estimate.position[0]
     assert unit.estimator.glitch.taken[0] == pytest.approx(3.0, abs=0.1)
-    assert not unit.estimator.glitch.is_told
+    assert not unit.estimator.glitch.is_reported
 
 
 def test_an_empty_battery_falls() -> None:

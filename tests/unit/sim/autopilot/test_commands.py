@@ -16,7 +16,7 @@ def test_what_is_not_known_is_unsupported(station: Any) -> None:
 
 
 @pytest.mark.parametrize("values", [(2.0,), (math.nan,)])
-def test_arming_takes_one_or_nought(station: Any, values: tuple[float, ...]) -> None:
+def test_arming_takes_one_or_zero(station: Any, values: tuple[float, ...]) -> None:
     station.wait_for_position()
     assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, *values) == FAILED
     assert not station.autopilot.armed
@@ -119,7 +119,7 @@ def set_home(station: Any, north: float, up: float = 0.0) -> None:
     station.listen()
 
 
-def test_a_home_that_is_moved_is_told_at_once_and_rtl_flies_there(flying: Any) -> None:
+def test_a_home_that_is_moved_is_reported_at_once_and_rtl_flies_there(flying: Any) -> None:
     flying.heard.clear()
     set_home(flying, 60.0)
     assert flying.last("HOME_POSITION").x == pytest.approx(60.0, abs=0.1)

@@ -81,7 +81,7 @@ def test_level_drifts_with_the_wind() -> None:
 
 
 @pytest.mark.parametrize("yaw", [2.0, -2.0, 3.1])
-def test_yaw_turns_the_short_way_within_its_rate(yaw: float) -> None:
+def test_yaw_turns_by_the_smaller_angle_within_its_rate(yaw: float) -> None:
     loop = Loop(replace(LIMITS, slew_yaw=0.5))
     body = loop.run(Setpoint((0.0, 0.0), down=-20.0, yaw=yaw), 2.0)
     assert abs(body.yaw) <= 1.01

@@ -151,7 +151,7 @@ def test_charge_counts_too() -> None:
     assert bench.done == [Fallback.RTL]
 
 
-def test_without_an_action_a_low_battery_is_only_told() -> None:
+def test_without_an_action_a_low_battery_is_only_reported() -> None:
     bench = Bench()
     bench.pass_time(11.0, voltage=10.3)
     assert bench.done == [Fallback.NOTHING]

@@ -40,7 +40,7 @@ def test_disabled_holds_everything() -> None:
         ((400.0, 0.0, -101.0), FenceType.POLYGON | FenceType.CIRCLE | FenceType.ALT_MAX),
     ],
 )
-def test_each_limit_is_told(place: tuple[float, float, float], breach: FenceType) -> None:
+def test_each_limit_is_reported(place: tuple[float, float, float], breach: FenceType) -> None:
     assert square().breaches(place, HOME, enabled()) == breach
 
 

@@ -100,7 +100,7 @@ class TestReturn:
         assert mode.run(later).climb < 0.0
         assert mode.phase is Phase.LANDING
 
-    def test_never_sinks_on_the_way(self) -> None:
+    def test_never_sinks_in_transit(self) -> None:
         assert Rtl(view((30.0, 0.0, -60.0), RTL_ALT=1500)).run(view((30.0, 0.0, -60.0))).down == -60.0
 
     @pytest.mark.parametrize(("away", "height"), [(2.0, 6.0), (4.0, 12.0), (30.0, 15.0)])
@@ -124,19 +124,19 @@ class TestLand:
         assert mode.run(view()).position is not None
         assert mode.run(replace(view(), position_ok=False)).position is None
 
-    def test_is_landing_all_the_way_and_rests_on_the_ground(self) -> None:
+    def test_is_landing_until_it_rests_on_the_ground(self) -> None:
         mode = Land(view())
         assert mode.phase is Phase.LANDING
         assert mode.run(replace(view(), landed=True)).idle
 
 
 class TestGuided:
-    def test_holds_until_told(self) -> None:
+    def test_holds_until_commanded(self) -> None:
         setpoint = Guided(view()).run(view())
         assert setpoint.position == pytest.approx((0.0, 0.0), abs=0.01)
         assert setpoint.down == pytest.approx(-20.0)
 
-    def test_looks_where_it_goes_unless_told(self) -> None:
+    def test_looks_where_it_goes_unless_a_yaw_is_commanded(self) -> None:
         mode = Guided(view())
         mode.go((0.0, 10.0), -20.0, None, view())
         assert mode.run(view()).yaw == pytest.approx(1.5708, abs=1e-3)

@@ -36,7 +36,7 @@ def test_eight_channels_with_the_switch_in_its_last_position(make_station: Any) 
     assert status(station) == (True, True, True)
 
 
-def test_a_lost_receiver_keeps_its_pulses_and_is_told_a_second_later(flying: Any) -> None:
+def test_a_lost_receiver_keeps_its_pulses_and_is_reported_a_second_later(flying: Any) -> None:
     put(flying, radio="lost")
     flying.run(0.9)
     assert status(flying) == (True, True, True)
@@ -48,7 +48,7 @@ def test_a_lost_receiver_keeps_its_pulses_and_is_told_a_second_later(flying: Any
     assert status(flying) == (True, True, True)
 
 
-def test_with_its_failsafe_off_the_loss_is_not_told(flying: Any) -> None:
+def test_with_its_failsafe_off_the_loss_is_not_reported(flying: Any) -> None:
     flying.set_parameter("FS_THR_ENABLE", 0)
     put(flying, radio="lost")
     flying.run(3.0)

@@ -65,7 +65,7 @@ def test_attitude_and_quaternion_agree(flying: Any) -> None:
     assert math.asin(2 * (q.q1 * q.q3 - q.q4 * q.q2)) == pytest.approx(attitude.pitch, abs=1e-6)
 
 
-def test_the_battery_is_told_the_same_twice(flying: Any) -> None:
+def test_both_messages_show_the_same_battery(flying: Any) -> None:
     flying.autopilot.battery.remaining = 0.424
     status = build(mavlink.MAVLINK_MSG_ID_SYS_STATUS, flying.autopilot)
     battery = build(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, flying.autopilot)
@@ -92,7 +92,7 @@ def test_a_failsafe_is_critical(flying: Any) -> None:
     assert flying.last("HEARTBEAT").system_status == mavlink.MAV_STATE_CRITICAL
 
 
-def test_the_fence_breach_is_told(flying: Any) -> None:
+def test_the_fence_breach_is_reported(flying: Any) -> None:
     flying.set_parameter("FENCE_ENABLE", 1)
     flying.set_parameter("FENCE_ALT_MAX", 5)
     flying.run(0.5)

@@ -30,14 +30,14 @@ def test_others_are_heard_once_a_second_before_the_copter(station: Any) -> None:
     assert set(beats(station)) == {(1, 1, 2)}
 
 
-def test_a_station_s_parameters_are_told_on_every_link_and_its_answers_on_its_own(station: Any) -> None:
+def test_a_station_s_parameters_are_sent_on_every_link_and_its_answers_on_its_own(station: Any) -> None:
     station.wait_for_position()
     station.heard.clear()
     problems, _, _ = put(station, parameters={"BATT_FS_LOW_ACT": 5, "NO_SUCH": 1})
     assert problems == ["parameters: there is no NO_SUCH"]
     station.listen()
-    told = station.last("PARAM_VALUE")
-    assert (told.param_id, told.param_value) == ("BATT_FS_LOW_ACT", 5.0)
+    sent = station.last("PARAM_VALUE")
+    assert (sent.param_id, sent.param_value) == ("BATT_FS_LOW_ACT", 5.0)
     command = {"target_system": 1, "target_component": 1, "command": 176, "confirmation": 0}
     command |= {f"param{n}": v for n, v in enumerate((1, 4, 0, 0, 0, 0, 0), 1)}
     assert put(station, station=[{"kind": "COMMAND_LONG", "fields": command}])[0] == []

@@ -88,7 +88,7 @@ async def test_nobody_there_is_no_fault() -> None:
     link.send([b"after the end"])
 
 
-async def test_a_listener_answers_whoever_wrote_until_they_are_silent(peer: Peer) -> None:
+async def test_a_listener_answers_each_sender_until_it_is_silent(peer: Peer) -> None:
     now = 0.0
     heard: asyncio.Queue[bytes] = asyncio.Queue()
     link = UdpLink(heard.put_nowait, lambda: now)

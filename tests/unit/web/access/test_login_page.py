@@ -163,6 +163,10 @@ async def test_a_form_that_is_none_is_answered(stand: Stand, body: bytes) -> Non
 # -- login CSRF -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a page of another site sends the login form, a log-out, or a link with a token",
+    "refused, the login that is there stays",
+)
 @pytest.mark.parametrize(
     "origin", ["http://evil.example", "null", "http://127.0.0.1:1", "file://", "https://127.0.0.1"]
 )
@@ -186,6 +190,7 @@ async def test_a_form_without_an_origin_logs_nobody_in(stand: Stand) -> None:
         assert "Set-Cookie" not in response.headers
 
 
+@pytest.mark.fault("a page of another site sends the login form, a log-out, or a link with a token")
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])
 async def test_a_link_on_a_page_of_another_site_logs_nobody_in(stand: Stand, site: str) -> None:
     session = await stand.browser(headers={"Sec-Fetch-Site": site})
@@ -206,6 +211,10 @@ async def test_a_link_with_a_viewers_token_does_not_take_the_operators_role(stan
 # -- session fixation -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a session cookie is planted before the login",
+    "the login has another value, and does not share a session of control",
+)
 async def test_a_cookie_that_was_planted_before_the_login_is_not_the_session_after_it(stand: Stand) -> None:
     assert stand.rig.server is not None
     thief = await stand.browser(Role.VIEWER)
@@ -218,6 +227,7 @@ async def test_a_cookie_that_was_planted_before_the_login_is_not_the_session_aft
         assert await status_with(stand, value) == 401, "what was planted is worth nothing now"
 
 
+@pytest.mark.fault("a session cookie is planted before the login")
 async def test_a_planted_session_of_control_is_not_shared_by_a_login(stand: Stand) -> None:
     assert stand.rig.server is not None
     planted = {"Cookie": f"hawk_session_{stand.rig.server.port}={'A' * 43}"}
@@ -323,6 +333,10 @@ async def test_every_token_is_compared_in_constant_time(stand: Stand, monkeypatc
 # -- the end of a session ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a cookie is sent again after log-out, or after a new token of its role",
+    "401; its WebSockets and streams are closed, commands that arrive meanwhile are not taken",
+)
 async def test_a_cookie_is_worth_nothing_after_the_log_out_and_its_connections_end(stand: Stand) -> None:
     assert stand.rig.server is not None
     session = await stand.browser(Role.OPERATOR)
@@ -355,6 +369,7 @@ async def test_the_stream_of_one_who_logged_out_ends(stand: Stand) -> None:
     assert len(stand.rig.app[OPEN]) == 0
 
 
+@pytest.mark.fault("the one in control logs out", "control is given back at once")
 async def test_log_out_gives_control_back(stand: Stand) -> None:
     assert stand.rig.server is not None
     session = await stand.browser(Role.OPERATOR)
@@ -366,6 +381,7 @@ async def test_log_out_gives_control_back(stand: Stand) -> None:
     assert stand.rig.side.desk.given_back_by() == "Operator 1"
 
 
+@pytest.mark.fault("a cookie is sent again after log-out, or after a new token of its role")
 @pytest.mark.parametrize("role", list(Role))
 async def test_a_new_token_ends_what_the_old_one_began_and_nothing_else(stand: Stand, role: Role) -> None:
     """The command writes the file; the running server notices it by itself."""
@@ -383,6 +399,7 @@ async def test_a_new_token_ends_what_the_old_one_began_and_nothing_else(stand: S
     assert await stand.status(await stand.browser(headers={"Authorization": f"Bearer {new}"})) == 200
 
 
+@pytest.mark.fault("a cookie is sent again after log-out, or after a new token of its role")
 async def test_a_command_that_comes_after_the_end_of_its_access_is_not_taken(stand: Stand) -> None:
     """It may arrive while the connection is being closed."""
     assert stand.rig.app is not None
@@ -409,6 +426,10 @@ async def test_tokens_that_are_made_while_it_runs_open_to_all_are_asked_for_from
             assert response.status == 401
 
 
+@pytest.mark.fault(
+    "the token file is damaged or removed while the daemon runs",
+    "the tokens before it stay valid; it is reported",
+)
 async def test_a_damaged_or_missing_token_file_leaves_the_tokens_as_they_are(
     stand: Stand, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -439,6 +460,7 @@ async def test_a_session_ends_when_nobody_uses_it(stand: Stand) -> None:
     assert await stand.status(idle) == 401
 
 
+@pytest.mark.fault("a login reaches its time limit while it has control")
 async def test_an_expired_sessions_websocket_is_closed(stand: Stand) -> None:
     session = await stand.browser(Role.OPERATOR)
     page = await stand.page(session)
@@ -448,6 +470,10 @@ async def test_an_expired_sessions_websocket_is_closed(stand: Stand) -> None:
     assert await stand.status(session) == 401
 
 
+@pytest.mark.fault(
+    "a login reaches its time limit while it has control",
+    "it ends when control is given back, not before; any other one is closed",
+)
 async def test_the_one_in_control_is_not_logged_out_by_time_but_when_it_gives_control_back(stand: Stand) -> None:
     session = await stand.browser(Role.OPERATOR)
     page = await stand.page(session)
@@ -532,6 +558,10 @@ def test_a_crowd_of_viewers_ends_no_operators_login(tmp_path: Path) -> None:
 # -- the door ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "login forms that are never finished",
+    "they count among the connections that wait, and end after 10 s",
+)
 async def test_forms_that_are_never_finished_take_no_place_from_the_pages(rig: Rig, tmp_path: Path) -> None:
     rig.folder, rig.web = tmp_path, WebSettings(port=0, maximum_clients=3)
     token = rotate(tmp_path / TOKEN_FILE, Role.OPERATOR)

@@ -68,6 +68,10 @@ async def stand(rig: Rig, tmp_path: Path) -> AsyncIterator[Stand]:
 # -- without a token --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "`web.allowed_hosts` has a name, and there is no token",
+    "the daemon refuses to start, on loopback too",
+)
 @pytest.mark.parametrize("hosts", [(HOST,), ("localhost", HOST), ("192.168.1.5",)])
 def test_a_name_for_a_proxy_needs_a_token_on_loopback_too(rig: Rig, hosts: tuple[str, ...]) -> None:
     rig.web = WebSettings(allowed_hosts=hosts)
@@ -79,6 +83,10 @@ def test_a_name_for_a_proxy_needs_a_token_on_loopback_too(rig: Rig, hosts: tuple
     assert isinstance(create_app(rig.services(), rig.page), web.Application)
 
 
+@pytest.mark.fault(
+    "without a token: a proxy or tunnel on this computer passes requests on",
+    "refused with the remedy, page, WebSocket and files alike",
+)
 @pytest.mark.parametrize("name", FORWARDING)
 async def test_without_a_token_what_a_proxy_passes_on_is_refused(rig: Rig, name: str) -> None:
     headers = {name: FORWARDING[name]}
@@ -90,6 +98,7 @@ async def test_without_a_token_what_a_proxy_passes_on_is_refused(rig: Rig, name:
     assert await status_of(rig) == 200
 
 
+@pytest.mark.fault("without a token: a proxy or tunnel on this computer passes requests on")
 @pytest.mark.parametrize("host", ["192.168.1.100", "203.0.113.9:3000", "[fe80::1]"])
 async def test_without_a_token_another_host_than_this_computer_is_refused(rig: Rig, host: str) -> None:
     assert await status_of(rig, headers={"Host": host}) == 403
@@ -171,6 +180,10 @@ def test_a_relative_address_leads_to_this_server_under_any_path(path: str, root:
 # -- a sub-path -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "the page under a sub-path of a proxy with HTTPS",
+    "login, cookies, WebSocket, files and documentation work; another drone beside it has its own login",
+)
 async def test_under_a_sub_path_everything_works(stand: Stand) -> None:
     """The proxy's part, cutting the path off, is the test's."""
     server = stand.rig.server
@@ -247,6 +260,7 @@ def certificate(tmp_path: Path) -> Path:
     return tmp_path / "c.pem"
 
 
+@pytest.mark.fault("the page under a sub-path of a proxy with HTTPS")
 @pytest.mark.skipif(shutil.which("nginx") is None or shutil.which("openssl") is None, reason="needs nginx and openssl")
 async def test_two_drones_behind_one_name_have_logins_of_their_own(
     stand: Stand, tmp_path: Path, certificate: Path, unused_tcp_port: int

@@ -35,6 +35,10 @@ def refusal(kind: str, role: Role) -> str:
 # -- every command ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a viewer sends each command, while control is free, held or lost",
+    "refused with the reason; nothing reaches the states",
+)
 @pytest.mark.parametrize("held", ["free", "held", "lost"])
 async def test_every_command_of_a_viewer_is_refused_with_the_reason(stand: Stand, held: str) -> None:
     operator = await stand.page(await stand.browser(Role.OPERATOR))
@@ -52,6 +56,7 @@ async def test_every_command_of_a_viewer_is_refused_with_the_reason(stand: Stand
     assert stand.rig.side.socket.receive() == [], "nor through it"
 
 
+@pytest.mark.fault("a viewer sends each command, while control is free, held or lost")
 async def test_every_type_of_command_is_among_those_tried() -> None:
     from hawk.comm.protocol.commands import schema
 
@@ -66,7 +71,7 @@ async def test_every_type_of_command_is_among_those_tried() -> None:
     assert refusal("Something New", Role.VIEWER), "a command that nobody listed is refused as well"
 
 
-async def test_a_viewer_is_told_its_role_and_sees_everything(stand: Stand) -> None:
+async def test_a_viewer_knows_its_role_and_sees_everything(stand: Stand) -> None:
     viewer = await stand.page(session := await stand.browser(Role.VIEWER))
     operator = await stand.page(await stand.browser(Role.OPERATOR))
     assert (viewer.welcome["Role"], viewer.welcome["Login"]) == ("viewer", True)
@@ -98,6 +103,10 @@ async def test_without_tokens_there_is_one_role_and_no_login(rig: Rig) -> None:
 # -- pretending -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "a viewer sends the session cookie of the operator in control",
+    "it commands nothing, keeps no lease alive, gets no kept place",
+)
 async def test_a_viewer_with_the_operators_session_cookie_commands_nothing_and_keeps_nothing_alive(
     stand: Stand,
 ) -> None:
@@ -117,7 +126,7 @@ async def test_a_viewer_with_the_operators_session_cookie_commands_nothing_and_k
         for command in ({"Type": "Land"}, {"Type": "Hold"}, {"Type": "Control", "Action": "Release"}):
             assert (await thief.ask(**command))["Reason"] == VIEWERS_COMMAND_NOTHING
         assert (await thief.ask(Type="Heartbeat"))["Accepted"]
-        stand.rig.tell()
+        stand.rig.publish_status()
         assert (await thief.next("Heartbeat"))["In Control"] is False
     stand.rig.clock.advance(1.1)
     assert stand.rig.side.desk.controller_is_lost(), "a viewer's sign of life is not the operator's"
@@ -138,6 +147,7 @@ async def test_a_made_up_cookie_opens_nothing(stand: Stand, cookie: str, value: 
         await session.ws_connect(stand.rig.server.make_url("/ws"))
 
 
+@pytest.mark.fault("a viewer sends the session cookie of the operator in control")
 async def test_a_viewer_gets_no_place_that_is_kept_for_the_operator_in_control(rig: Rig, tmp_path: Path) -> None:
     stand = Stand(rig, tmp_path)
     rig.folder, rig.web = tmp_path, WebSettings(maximum_clients=1)
@@ -153,6 +163,7 @@ async def test_a_viewer_gets_no_place_that_is_kept_for_the_operator_in_control(r
     await stand.close()
 
 
+@pytest.mark.fault("viewers take every place that they can get", "four places are left to operators")
 async def test_viewers_leave_places_to_operators(rig: Rig, tmp_path: Path) -> None:
     stand = Stand(rig, tmp_path)
     rig.folder, rig.web = tmp_path, WebSettings(maximum_clients=6)

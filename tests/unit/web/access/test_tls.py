@@ -130,6 +130,7 @@ async def test_the_browser_may_speak_tls_only(server: WebServer, pair: Pair) -> 
     assert "ws://" not in policy.replace("wss://", "")
 
 
+@pytest.mark.fault("plain HTTP to the TLS port, an old TLS, a page without TLS")
 async def test_a_page_without_tls_is_a_foreign_page(server: WebServer, pair: Pair) -> None:
     """Somebody on the path can write such a page; the page of this server has https in its origin."""
     own = f"127.0.0.1:{server.port}"
@@ -161,6 +162,10 @@ async def test_only_a_certificate_of_an_authority_is_remembered(rig: Rig, tmp_pa
 # -- attacks on the connection ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(
+    "plain HTTP to the TLS port, an old TLS, a page without TLS",
+    "closed without an answer; refused; a foreign origin",
+)
 async def test_plain_http_to_the_tls_port_gets_nothing_and_keeps_no_place(server: WebServer) -> None:
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     writer.write(b"GET /?token=correct-horse-battery HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
@@ -172,6 +177,7 @@ async def test_plain_http_to_the_tls_port_gets_nothing_and_keeps_no_place(server
     await closed(writer)
 
 
+@pytest.mark.fault("plain HTTP to the TLS port, an old TLS, a page without TLS")
 async def test_an_old_version_of_tls_is_refused(server: WebServer) -> None:
     old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     old.check_hostname, old.verify_mode = False, ssl.CERT_NONE
@@ -186,6 +192,10 @@ async def test_an_old_version_of_tls_is_refused(server: WebServer) -> None:
     assert server._tls.context.minimum_version is ssl.TLSVersion.TLSv1_2
 
 
+@pytest.mark.fault(
+    "TLS handshakes that stall",
+    "they count among the connections that wait, end after 10 s, and hold up nobody",
+)
 @pytest.mark.parametrize("begun", [b"", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"])
 async def test_a_stalled_handshake_holds_no_place_for_ever_and_holds_up_nobody(
     rig: Rig, server: WebServer, pair: Pair, begun: bytes
@@ -257,6 +267,7 @@ def test_one_file_without_the_other_is_refused(pair: Pair) -> None:
         WebSettings(tls_key=pair.key)
 
 
+@pytest.mark.fault("certificate or key missing, expired, of another pair, readable by all")
 def test_files_that_cannot_be_used_are_named_with_their_setting(pair: Pair, tmp_path: Path) -> None:
     other = make_pair(tmp_path / "other")
     nothing, text = tmp_path / "absent.pem", tmp_path / "text.pem"
@@ -283,6 +294,7 @@ def test_a_key_with_a_pass_phrase_is_refused_and_nobody_is_asked_for_it(pair: Pa
     assert "pass phrase" in refused(pair.certificate, key)
 
 
+@pytest.mark.fault("the page's certificate is over, or the clock says so")
 def test_an_expired_certificate_is_refused(tmp_path: Path) -> None:
     old = make_pair(tmp_path, days=-1, age_days=10)
     text = refused(old.certificate, old.key)
@@ -319,6 +331,10 @@ async def test_a_certificate_that_ends_within_thirty_days_is_reported(pair: Pair
     assert late.warning(time.time() + 271 * DAY_S) != ""
 
 
+@pytest.mark.fault(
+    "certificate or key missing, expired, of another pair, readable by all",
+    "status 2 with the setting, before anything starts",
+)
 def test_the_daemon_refuses_bad_files_before_anything_starts(
     pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -402,6 +418,10 @@ def test_the_usual_names_are_those_by_which_the_page_is_opened() -> None:
     assert "0.0.0.0" not in names
 
 
+@pytest.mark.fault(
+    "the page's certificate is over, or the clock says so",
+    "at a start on the ground status 2 with both remedies; in the air it is served and reported",
+)
 def test_an_expired_certificate_is_served_while_a_flight_is_under_way(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -421,6 +441,7 @@ def valid(certificate: Path) -> tuple[datetime, datetime]:
     return begin, end
 
 
+@pytest.mark.fault("`make-certificate` while the clock is before this version (1970 after a start without a clock)")
 @pytest.mark.parametrize("days", [1, 30, LONGEST_DAYS])
 def test_a_made_certificate_begins_before_it_is_made_and_never_lasts_too_long(tmp_path: Path, days: int) -> None:
     made = make_certificate(CertificatePlan(tmp_path, ("localhost",), days))
@@ -431,6 +452,10 @@ def test_a_made_certificate_begins_before_it_is_made_and_never_lasts_too_long(tm
     assert end - begin <= timedelta(days=LONGEST_DAYS)
 
 
+@pytest.mark.fault(
+    "`make-certificate` while the clock is before this version (1970 after a start without a clock)",
+    "refused, with the remedy; a made one begins two days before, for clocks that are behind",
+)
 @pytest.mark.parametrize("clock", [0.0, RELEASED.timestamp() - 1.0])
 def test_no_certificate_is_made_by_a_clock_before_this_version(tmp_path: Path, clock: float) -> None:
     with pytest.raises(CertificateError, match="set the clock first"):

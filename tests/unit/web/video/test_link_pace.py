@@ -55,6 +55,10 @@ def test_a_quick_link_takes_whole_pictures_after_the_first() -> None:
     assert [step for _, step in link.steps[:4]] == [STEPS, 0, 0, 0]
 
 
+@pytest.mark.fault(
+    "a steady link of any speed, a link whose speed changes by 40 %",
+    "pictures settle on one size; they change their size at most every 20 s",
+)
 @pytest.mark.parametrize("is_acknowledged", [True, False])
 @pytest.mark.parametrize("kilobytes", [3, 8, 15, 20, 25, 30, 40, 60, 80, 100, 130, 160, 240, 500, 1500])
 def test_a_steady_link_settles_on_one_step_and_stays(kilobytes: int, is_acknowledged: bool) -> None:
@@ -77,6 +81,10 @@ def test_each_link_between_the_smallest_and_the_whole_has_its_step() -> None:
     assert settled == set(range(STEPS + 1))
 
 
+@pytest.mark.fault(
+    "a link that becomes slow, and recovers",
+    "smaller pictures meanwhile, whole ones again within seconds",
+)
 @pytest.mark.parametrize("is_acknowledged", [True, False])
 def test_pictures_become_whole_again_when_the_link_recovers(is_acknowledged: bool) -> None:
     link = Link(LinkPace(is_acknowledged=is_acknowledged), lambda now: 15e3 if 1020 <= now < 1050 else 2e6)
@@ -122,6 +130,7 @@ def test_a_trial_that_holds_makes_the_next_ones_quick_again() -> None:
     assert link.pace.step == 0
 
 
+@pytest.mark.fault("a steady link of any speed, a link whose speed changes by 40 %")
 @pytest.mark.parametrize("seed", range(5))
 def test_a_link_of_changing_speed_does_not_make_the_pictures_flicker(seed: int) -> None:
     rng = random.Random(seed)

@@ -52,6 +52,7 @@ async def camera(rig: Rig) -> AsyncIterator[None]:
         task.cancel()
 
 
+@pytest.mark.fault("a link of 60 kB/s and pictures of 290 kB", "every picture of /video younger than 2 s")
 @pytest.mark.slow
 async def test_a_slow_link_receives_fresh_pictures_over_the_web_socket(rig: Rig) -> None:
     server = await rig.start()
@@ -73,6 +74,10 @@ async def test_a_slow_link_receives_fresh_pictures_over_the_web_socket(rig: Rig)
     assert max(ages) < OLD_S, ages
 
 
+@pytest.mark.fault(
+    "a link of 60 kB/s and pictures of 290 kB, a reader of /stream.mjpg",
+    "every picture after the first younger than 2 s",
+)
 @pytest.mark.slow
 async def test_a_slow_link_receives_fresh_pictures_over_the_stream(rig: Rig) -> None:
     server = await rig.start()

@@ -172,6 +172,7 @@ async def test_a_writer_that_fails_ends_the_connection(rig: Rig, monkeypatch: py
             assert (await socket.receive()).type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED)
 
 
+@pytest.mark.fault("a viewer of /stream.mjpg that does not read", "disconnected after 10 s, its place is free")
 async def test_a_viewer_of_the_stream_that_does_not_read_is_disconnected(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

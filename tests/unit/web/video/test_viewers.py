@@ -112,6 +112,7 @@ async def test_the_loop_turns_to_other_things_between_viewers(setup: Setup) -> N
         each.__exit__(None, None, None)
 
 
+@pytest.mark.fault("sending to one viewer raises", "that viewer is ended, the others and the publisher go on")
 async def test_a_viewer_that_raises_is_ended_and_the_others_are_served(
     setup: Setup, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -6,9 +6,9 @@ import os
 import sys
 from pathlib import Path
 
-from hawk.comm.cameras.sources.child import Patience
+from hawk.comm.cameras.sources.child import ChildTimeouts
 
-SHORT = Patience(first_s=10.0, silence_s=0.3, end_s=0.3)
+SHORT = ChildTimeouts(first_s=10.0, silence_s=0.3, end_s=0.3)
 """A child that hangs is found out at once, one that starts slowly is not."""
 
 _HEAD = """#!{python}

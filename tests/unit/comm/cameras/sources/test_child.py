@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from hawk.comm.cameras.sources.child import Child, Patience, Words
+from hawk.comm.cameras.sources.child import Child, ChildTimeouts, Words
 from hawk.comm.cameras.sources.source import CameraError, without_passwords
 from tests.unit.comm.cameras.sources.children import SHORT
 
@@ -68,7 +68,7 @@ async def test_silence_is_an_error_that_names_the_first_error() -> None:
 
 async def test_the_first_picture_may_take_longer() -> None:
     lines = "import os, time; time.sleep(0.8); os.write(1, b'1')"
-    async with Child(python(lines), Patience(first_s=30.0, silence_s=0.1, end_s=0.3)) as child:
+    async with Child(python(lines), ChildTimeouts(first_s=30.0, silence_s=0.1, end_s=0.3)) as child:
         assert await child.read() == b"1"
 
 

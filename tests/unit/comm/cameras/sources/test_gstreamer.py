@@ -94,6 +94,11 @@ async def test_passwords_of_a_pipeline_are_not_shown() -> None:
     assert "word" not in str(caught.value)
 
 
+@pytest.mark.fault(
+    "a camera's program (GStreamer, rpicam-vid) hangs",
+    "ended 3 s after its last picture, by SIGKILL 2 s later if it does not end, and started again; nothing of "
+    "it is left",
+)
 @pytest.mark.slow
 async def test_a_pipeline_that_hangs_is_killed_and_started_again_and_one_that_fails_is_tried_for_ever(
     tmp_path: Path,

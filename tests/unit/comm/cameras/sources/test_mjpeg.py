@@ -33,6 +33,7 @@ async def first(source: HttpMjpegSource, count: int) -> list[SourceFrame]:
     return await first_frames(source, count, within_s=5)
 
 
+@pytest.mark.fault("any number of bytes follows a JPEG's end", "left out; no picture is lost")
 @pytest.mark.parametrize("behind", [b"\0" * 65, b"\0" * 4096, b"a trailer of the camera's maker", PICTURE[100:]])
 @pytest.mark.parametrize("length", [None, -1])
 async def test_bytes_behind_a_picture_s_end_are_left_out(
@@ -87,7 +88,7 @@ async def test_nobody_there_is_an_error_with_the_address(unused_tcp_port: int) -
         await first(HttpMjpegSource(f"http://127.0.0.1:{unused_tcp_port}/stream", ManualClock()), 1)
 
 
-async def test_another_answer_than_200_is_told(servers: list[StreamServer]) -> None:
+async def test_another_answer_than_200_is_reported(servers: list[StreamServer]) -> None:
     server, url = await serve(servers, forever(part(PICTURE)))
     server.status = 401
     with pytest.raises(CameraError, match="answers 401 Unauthorized"):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.cameras.drone_camera import DroneCamera
-from hawk.comm.cameras.sources.child import Patience
+from hawk.comm.cameras.sources.child import ChildTimeouts
 from hawk.comm.cameras.sources.rtsp import RtspSource
 from hawk.comm.cameras.sources.source import CameraError
 from hawk.comm.clock import Clock
@@ -83,9 +83,9 @@ async def test_a_real_stream_is_played_with_user_and_query(camera: RtspCamera) -
 async def test_a_camera_that_falls_silent_or_is_switched_off_comes_back(camera: RtspCamera) -> None:
     port = await camera.start()
     settings = CameraSettings(url=f"rtsp://127.0.0.1:{port}/live", reconnect_s=0.05)
-    patience = Patience(first_s=20.0, silence_s=1.0, end_s=1.0)
+    timeouts = ChildTimeouts(first_s=20.0, silence_s=1.0, end_s=1.0)
     received = DroneCamera(
-        settings, Clock(), make=lambda settings, clock: RtspSource(settings.url, clock, patience=patience)
+        settings, Clock(), make=lambda settings, clock: RtspSource(settings.url, clock, timeouts=timeouts)
     )
     received.init()
     try:

@@ -128,6 +128,7 @@ async def test_pictures_of_a_camera_without_jpeg_are_encoded(tmp_path: Path) -> 
     assert cv2.CAP_PROP_CONVERT_RGB not in webcam.values
 
 
+@pytest.mark.fault("any number of bytes follows a JPEG's end")
 async def test_the_rest_of_a_longer_picture_in_the_buffer_is_no_part_of_it(tmp_path: Path) -> None:
     webcam = Webcam(tmp_path / "video0")
     webcam.data = np.frombuffer(JPEG + JPEG[-50:], np.uint8)
@@ -203,6 +204,10 @@ async def test_a_silent_camera_is_an_error(tmp_path: Path) -> None:
     assert webcam.released == 1
 
 
+@pytest.mark.fault(
+    "a USB camera's driver hangs",
+    "no second thread enters the driver; camera unhealthy with the reason until it returns",
+)
 async def test_while_a_driver_hangs_no_second_thread_hangs_in_it(tmp_path: Path) -> None:
     webcam = Webcam(tmp_path / "video0")
     source = webcam.source(ManualClock())
@@ -226,6 +231,10 @@ def says_no_device(caplog: pytest.LogCaptureFixture, times: int) -> Callable[[],
     return lambda: caplog.text.count("there is no such device") == times
 
 
+@pytest.mark.fault(
+    "a USB camera is unplugged and plugged in again",
+    "camera unhealthy with the reason; opened again at the same path, within 4 s of its return",
+)
 async def test_a_camera_that_is_unplugged_is_found_again_at_the_same_path(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -13,7 +13,7 @@ from hawk.config.sections import Config, StoreSettings, WatchdogSettings
 from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.model.vehicle import VehicleState
 from hawk.runtime.program_log import ProgramLog
-from hawk.versions.flight_word import Heard, hear
+from hawk.versions.flight_state import FoundState, read_flight_state
 
 GROUND = VehicleState(connected=True, armed=False)
 
@@ -33,35 +33,35 @@ async def daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterat
     output.close()
 
 
-async def word(daemon: Daemon, folder: Path) -> Heard:
-    """Return the word after the monitor's next look."""
+async def state_after_a_look(daemon: Daemon, folder: Path) -> FoundState:
+    """Return the state after the monitor's next look."""
     looked = asyncio.Event()
     end = daemon.inputs.camera_health.listen(lambda _health: looked.set())
     await looked.wait()
     end()
-    return hear(folder)
+    return read_flight_state(folder)
 
 
-def may_fly(heard: Heard) -> bool:
-    """Return the word of a daemon that holds its file."""
-    assert heard.is_held
-    assert heard.word is not None
-    return heard.word.may_fly
+def may_fly(found: FoundState) -> bool:
+    """Return the state of a daemon that holds its file."""
+    assert found.is_held
+    assert found.state is not None
+    return found.state.may_fly
 
 
 async def test_an_armed_drone_may_fly_until_it_is_disarmed(daemon: Daemon, tmp_path: Path) -> None:
     run = tmp_path / "run"
-    assert not may_fly(await word(daemon, run))  # no autopilot was heard, and none flew lately
+    assert not may_fly(await state_after_a_look(daemon, run))  # no autopilot was found, and none flew lately
     daemon.vehicle.state.publish(replace(GROUND, armed=True))
-    assert may_fly(await word(daemon, run))
+    assert may_fly(await state_after_a_look(daemon, run))
     daemon.vehicle.state.publish(replace(GROUND, connected=False, armed=True))  # lost in the air
-    assert may_fly(await word(daemon, run))
+    assert may_fly(await state_after_a_look(daemon, run))
     daemon.vehicle.state.publish(GROUND)
-    assert not may_fly(await word(daemon, run))
+    assert not may_fly(await state_after_a_look(daemon, run))
 
 
-async def test_the_word_is_said_with_the_publication_that_arms(daemon: Daemon, tmp_path: Path) -> None:
+async def test_the_state_is_written_with_the_publication_that_arms(daemon: Daemon, tmp_path: Path) -> None:
     """Without waiting for the next look: a version is never switched in between."""
-    assert not may_fly(await word(daemon, tmp_path / "run"))
+    assert not may_fly(await state_after_a_look(daemon, tmp_path / "run"))
     daemon.vehicle.state.publish(replace(GROUND, armed=True))
-    assert may_fly(hear(tmp_path / "run"))
+    assert may_fly(read_flight_state(tmp_path / "run"))

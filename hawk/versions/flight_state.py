@@ -1,6 +1,6 @@
-"""The daemon's word whether the drone may fly, in a file that other programs of this computer read.
+"""The drone's flight state (may it fly?) in a file that the daemon writes and other programs of this computer read.
 
-The daemon locks the file (flock(2)) while it runs and writes its word several times a second. The kernel releases the
+The daemon locks the file (flock(2)) while it runs and writes that state several times a second. The kernel releases the
 lock when the process ends, however it ends. So a reader can distinguish a daemon that runs, one that hangs and one that
 ended, without a port, a token or a certificate. The folder is in memory (tmpfs): writing takes microseconds.
 """
@@ -22,11 +22,11 @@ _LOG = logging.getLogger(__name__)
 
 FILE: Final = "flight"
 _LENGTH: Final = 128
-"""Bytes of the file: a fixed length, so that a shorter word leaves nothing of a longer one."""
+"""Bytes of the file: a fixed length, so that a shorter text leaves nothing of a longer one."""
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class FlightState:
     """``may_fly``: the motors are on, or nobody knows. ``at_s``: clock CLOCK_MONOTONIC, which all programs share."""
 
     may_fly: bool
@@ -34,14 +34,14 @@ class Word:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """The file as it was found: the word in it, None when there is none, and whether a daemon that runs holds it."""
+class FoundState:
+    """The file as it was found: the state in it, None when there is none, and whether a daemon that runs holds it."""
 
-    word: Word | None
+    state: FlightState | None
     is_held: bool
 
 
-class FlightWord:
+class FlightStateFile:
     """The writing side. A fault of the file is logged and stops nothing: readers then take the drone for flying."""
 
     def __init__(self, folder: Path | None, monotonic: Callable[[], float] = time.monotonic) -> None:
@@ -51,13 +51,13 @@ class FlightWord:
         self._descriptor: int | None = None
         self._is_reported = False
 
-    def say(self, *, may_fly: bool) -> None:
-        """Write the word, with the time. The file is made and locked by the first word that finds it free."""
+    def write(self, *, may_fly: bool) -> None:
+        """Write the state, with the time. The first call that finds the file free makes and locks it."""
         if self._path is None or not self._holds(self._path):
             return
         assert self._descriptor is not None  # noqa: S101 - it holds the file
         text = json.dumps({"may_fly": may_fly, "at_s": self._monotonic()})
-        with contextlib.suppress(OSError):  # the word grows old then, and says nothing
+        with contextlib.suppress(OSError):  # the state grows old then, and counts for nothing
             os.pwrite(self._descriptor, text.encode().ljust(_LENGTH), 0)
 
     def _holds(self, path: Path) -> bool:
@@ -81,21 +81,21 @@ class FlightWord:
         return True
 
     def close(self) -> None:
-        """Release the file; the last word stays in it."""
+        """Release the file; the last state stays in it."""
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None
 
 
-def hear(folder: Path) -> Heard:
-    """Read the word in a folder, and look whether a daemon holds it. Raises OSError for a file that cannot be read."""
+def read_flight_state(folder: Path) -> FoundState:
+    """Read the state in a folder, and look whether a daemon holds it. Raises OSError for a file that cannot be read."""
     try:
         descriptor = os.open(folder / FILE, os.O_RDONLY | os.O_CLOEXEC)
     except FileNotFoundError:
-        return Heard(None, is_held=False)
+        return FoundState(None, is_held=False)
     try:
         is_held = _is_locked(descriptor)
-        return Heard(_word(os.pread(descriptor, _LENGTH, 0)), is_held)
+        return FoundState(_parse(os.pread(descriptor, _LENGTH, 0)), is_held)
     finally:
         os.close(descriptor)
 
@@ -108,8 +108,8 @@ def _is_locked(descriptor: int) -> bool:
     return False
 
 
-def _word(data: bytes) -> Word | None:
-    """Return the word, None for anything else. By hand: pydantic is not installed for Debian's Python."""
+def _parse(data: bytes) -> FlightState | None:
+    """Return the state, None for anything else. By hand: pydantic is not installed for Debian's Python."""
     try:
         found = json.loads(data)
     except ValueError:
@@ -119,4 +119,4 @@ def _word(data: bytes) -> Word | None:
     may_fly, at_s = found.get("may_fly"), found.get("at_s")
     if not isinstance(may_fly, bool) or not isinstance(at_s, float):
         return None
-    return Word(may_fly, at_s)
+    return FlightState(may_fly, at_s)

@@ -56,7 +56,7 @@ class Faults(logging.Handler):
             self.found.append(text)
 
 
-class House:
+class FuzzRig:
     """Server and manager. `port`, `tick`, and the ``faults`` so far."""
 
     def __init__(self, folder: Path) -> None:
@@ -114,13 +114,13 @@ class House:
         await asyncio.sleep(0)
 
 
-class Guest:
+class FuzzClient:
     """A client on a WebSocket: sends, and collects answers in order."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self._socket = socket
         self.answers: list[dict[str, Any]] = []
-        self._reading = asyncio.create_task(self._read(), name="fuzz-guest")
+        self._reading = asyncio.create_task(self._read(), name="fuzz-client")
 
     @property
     def has_left(self) -> bool:
@@ -134,16 +134,16 @@ class Guest:
         else:
             await self._socket.send_str(message)
 
-    async def answered(self, house: House, count: int) -> list[dict[str, Any]]:
+    async def answered(self, rig: FuzzRig, count: int) -> list[dict[str, Any]]:
         """Tick until ``count`` answers have come, or until they are overdue; return those that came."""
-        loop, begun = asyncio.get_running_loop(), house.ticks
+        loop, begun = asyncio.get_running_loop(), rig.ticks
         due = loop.time() + ANSWER_S
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_PATIENCE_S):
                 while len(self.answers) < count and not self.has_left:
-                    if house.ticks - begun >= ANSWER_TICKS and loop.time() > due:
+                    if rig.ticks - begun >= ANSWER_TICKS and loop.time() > due:
                         break
-                    await house.tick()
+                    await rig.tick()
         taken, self.answers = self.answers[:count], self.answers[count:]
         return taken
 
