@@ -11,7 +11,8 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from hawk.comm.protocol.commands import Ack, Arm, Command, Outgoing, Takeoff
+from hawk.comm.protocol.command_table import COMMAND_TABLE
+from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.acts import Ask, ReadParameter
@@ -221,7 +222,7 @@ class OperationsManager:
         except Exception as error:
             self._note_fault(error)
             return Ack(id=command.id, accepted=False, reason=sentence(self.own_health.reason))
-        if isinstance(command, Arm | Takeoff) and self._failing.is_failing:
+        if COMMAND_TABLE[command.type].begins_flight and self._failing.is_failing:
             reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
             return Ack(id=command.id, accepted=False, reason=reason)
         decision = self._decider.command(facts, client, command)

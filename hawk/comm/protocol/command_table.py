@@ -120,6 +120,8 @@ class CommandRow:
     urgency: Urgency = Urgency.WAITS
     button: str = ""
     """Key of the label of the page's button; empty where the page sends it by itself, or not at all."""
+    begins_flight: bool = False
+    """Refused while the program's ticks fail, whatever else is well."""
     only_asks: bool = False
     """It changes nothing: it leaves no line in the program's log unless it is refused, and no stop voids it."""
     sent_unheard: bool = False
@@ -220,6 +222,7 @@ _ROWS: Final = (
         needs=(Need.LINK, Need.NO_FALL, Need.NOT_CUT, Need.CHECKS),
         confirm=Confirm.SLIDE,
         button="arm",
+        begins_flight=True,
     ),
     CommandRow(
         example=Takeoff(),
@@ -228,6 +231,7 @@ _ROWS: Final = (
         needs=(Need.LINK, Need.ARMED, *TO_BEGIN_A_TASK),
         confirm=Confirm.SLIDE,
         button="takeoff",
+        begins_flight=True,
     ),
     CommandRow(
         example=AutonomousExplore(),

@@ -134,9 +134,8 @@ def _travel_height(command: CompulsiveMove, heights: HeightParameters) -> Refusa
 
 def _placed(facts: Facts, command: AutonomousMove | CompulsiveMove) -> Refusal | None:
     place = place_of(command, facts)
-    if place is None:
-        return POSITION_UNKNOWN
-    return place_refusal(facts, place) if isinstance(command, AutonomousMove) else move_refusal(facts, place)
+    reachable = place_refusal if isinstance(command, AutonomousMove) else move_refusal
+    return POSITION_UNKNOWN if place is None else reachable(facts, place)
 
 
 # -- places, routes and the fence -------------------------------------------------------------------------------------

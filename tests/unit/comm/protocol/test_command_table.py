@@ -60,6 +60,7 @@ def test_a_command_without_states_only_asks_or_is_the_web_servers() -> None:
 def test_what_each_flag_says_and_of_which_commands() -> None:
     assert having("answered_by_web_server") == {"Name", "Control", "Heartbeat", "Map Resync"}
     assert having("sent_by_itself") == {"Name", "Heartbeat", "Map Resync"}
+    assert having("begins_flight") == {"Arm", "Takeoff"}
     assert having("only_asks") == {"Route Request", "Check Fence", "Kill Request"}
     assert having("sent_unheard") == {"Return To Launch", "Land", "Kill"}
     assert having("taken_while_cutting") == {"Kill Request", "Kill"}
@@ -79,6 +80,13 @@ def test_nothing_that_must_work_without_the_autopilot_needs_its_link() -> None:
 def test_a_command_that_would_overrule_a_pilot_carries_the_confirmation() -> None:
     assert {row.type for row in ROWS if row.confirm is Confirm.OVERRULING} == {"Resume", "Return To Launch", "Land"}
     assert all(isinstance(row.example, Confirmable) is (row.confirm is Confirm.OVERRULING) for row in ROWS)
+
+
+def test_one_click_starts_no_motor_and_no_flight() -> None:
+    slid = {row.type for row in ROWS if row.confirm is Confirm.SLIDE}
+    moves = {"Autonomous Explore", "Autonomous Move", "Compulsive Move"}
+    assert slid == {"Arm", "Takeoff", "New Survey"} | moves
+    assert {row.type for row in ROWS if row.confirm is Confirm.TWO_STEPS} == {"Kill"}
 
 
 def test_every_need_is_that_of_a_command() -> None:

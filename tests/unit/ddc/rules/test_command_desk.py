@@ -83,6 +83,7 @@ CORNERS = [
     FenceCorner(latitude=latitude, longitude=longitude)
     for latitude, longitude in ring_from_map(DATUM, ((-80.0, -80.0), (80.0, -80.0), (80.0, 80.0), (-80.0, 80.0)))
 ]
+WIDE = ((-200.0, -200.0), (200.0, -200.0), (200.0, 200.0), (-200.0, 200.0))
 OUT_OF_BOUNDS = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 
 
@@ -341,6 +342,15 @@ def test_an_outline_is_used_and_removed() -> None:
     (used,) = of_kind(ruling.acts, UseOutline)
     assert isinstance(used, UseOutline)
     assert used.outline is not None
+    (said,) = of_kind(ruling.acts, Log)
+    assert said == Log("ok", "The outline is taken: 2.6 ha.")
+    unfenced = replace(facts, limits=replace(facts.limits, fence=None))
+    wider = [FenceCorner(latitude=lat, longitude=lon) for lat, lon in ring_from_map(DATUM, WIDE)]
+    (within,) = of_kind(desk.rule(SetOutline(polygons=[wider]), facts, ToHover()).acts, Log)
+    (whole,) = of_kind(desk.rule(SetOutline(polygons=[wider]), unfenced, ToHover()).acts, Log)
+    assert isinstance(within, Log)
+    assert within.text.endswith("outside the fence are left out.")
+    assert whole == Log("ok", "The outline is taken: 16.0 ha.")
     outlined = replace(facts, limits=replace(facts.limits, outline=OutlineFacts(100.0, 0.0)))
     gone = desk.rule(ClearOutline(), outlined, ToHover())
     assert of_kind(gone.acts, UseOutline) == [UseOutline(None)]

@@ -17,13 +17,17 @@ from hawk.comm.protocol.commands import (
     Land,
     Resume,
     ReturnToLaunch,
+    SetOutline,
     Takeoff,
 )
+from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.ddc.facts import Facts, KeptFacts
+from hawk.ddc.fence.geometry import ring_from_map
 from hawk.ddc.fence.outline import OutlineFacts
+from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
 from hawk.ddc.readings.home import HomeFacts
-from hawk.ddc.rules.judge import is_sent_unheard, options, place_refusal, refusal, route_refusal
+from hawk.ddc.rules.judge import fence_ahead, is_sent_unheard, options, place_refusal, refusal, route_refusal
 from hawk.ddc.rules.needs import LOT_IS_SEEN, OUTLINE_IS_SEEN, RESUME_WAIT_S, Interlocks, Situation
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.witnesses.place import PlaceFacts
@@ -33,7 +37,7 @@ from hawk.model.plans import ExploreStatus, PathPlan, Route
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
-from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, pose, without_link
+from tests.unit.ddc.written_facts import DATUM, SETTINGS, flying, on_ground, pose, without_link
 
 SAFE = dict(SAFE_PARAMETERS)
 NO_LOCKS = Interlocks()
@@ -253,3 +257,50 @@ def test_explore_needs_a_lot_in_sight_or_an_outline_with_ground_inside() -> None
     empty = replace(seen, limits=replace(seen.limits, outline=OutlineFacts(0.0, 900.0)))
     assert reason(empty, ToHover(), AutonomousExplore()) != ""
     assert "position" in reason(without_pose(blind), ToHover(), AutonomousExplore()), "the position comes first"
+
+
+class TestOutline:
+    """It is judged by the fence in force, or by the one that Arm here would put in force."""
+
+    def command(self, *corners: tuple[float, float]) -> SetOutline:
+        ring = ring_from_map(DATUM, corners)
+        return SetOutline(polygons=[[FenceCorner(latitude=north, longitude=east) for north, east in ring]])
+
+    def square(self, north: float, side: float = 40.0) -> SetOutline:
+        return self.command((north, 0.0), (north + side, 0.0), (north + side, side), (north, side))
+
+    def test_a_ring_that_cannot_be_used_is_refused_with_what_is_wrong(self) -> None:
+        crossed = self.command((0.0, 0.0), (50.0, 50.0), (50.0, 0.0), (0.0, 50.0))
+        assert reason(flying(1.0), ToHover(), crossed).startswith("Polygon 1: ")
+        assert reason(flying(1.0), ToHover(), self.square(0.0, 2.0)).startswith("Polygon 1: holds 4 m²")
+
+    def test_in_flight_it_lies_at_least_partly_inside_the_fence_in_force(self) -> None:
+        outside = "Polygons: nothing of the outline lies inside the fence: draw it inside, or set another fence."
+        assert reason(flying(1.0), ToHover(), self.square(120.0)) == ""
+        assert reason(flying(1.0), ToHover(), self.square(160.0)) == outside
+        assert reason(without_fence(flying(1.0)), ToHover(), self.square(160.0)) == ""
+
+    def test_on_the_ground_the_fence_that_arm_would_put_in_force_counts(self) -> None:
+        ground = on_ground(flying(1.0))
+        assert reason(ground, ToIdle(), self.square(160.0)) != ""
+        assert fence_ahead(ground, SETTINGS) is not None
+
+    @pytest.mark.parametrize(
+        "limits",
+        [
+            {"plan_problem": "The stored fence cannot be read."},
+            {"plan": FencePlan("drawn", ring_from_map(DATUM, ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))), 100.0)},
+        ],
+    )
+    def test_while_no_fence_can_be_known_it_is_taken(self, limits: dict[str, object]) -> None:
+        ground = on_ground(flying(1.0))
+        unknown = replace(ground, limits=replace(ground.limits, **limits))  # type: ignore[arg-type]
+        assert fence_ahead(unknown, SETTINGS) is None
+        assert reason(unknown, ToIdle(), self.square(160.0)) == ""
+
+    def test_without_any_place_no_fence_is_ahead(self) -> None:
+        ground = on_ground(flying(1.0))
+        nowhere = replace(ground, position=replace(ground.position, pose=None, datum=None))
+        assert fence_ahead(nowhere, SETTINGS) is None
+        armed = flying(1.0)
+        assert fence_ahead(replace(armed, position=replace(armed.position, datum=None)), SETTINGS) is None

@@ -221,6 +221,12 @@ def test_failsafes_that_fail_have_the_remedy_of_their_place(need: Need) -> None:
     assert (known == "") is (need is Need.OTHER_FAILSAFES)
 
 
+def test_a_failsafe_that_no_parameter_mends_has_a_remedy_of_its_own() -> None:
+    off = AIR.having("diagnostics", fence_on=False)
+    remedy = "Switch it on at the remote control or the other station, or restart the autopilot."
+    assert off.reason("Compulsive Move").endswith(f"switched off. {remedy}")
+
+
 def test_hover_could_hold_a_drone_that_the_camera_follows() -> None:
     scene = WELL["Resume"].having("witness", place=replace(DOUBTED, is_followed=True))
     assert scene.reason("Resume") == ""
