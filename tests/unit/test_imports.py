@@ -10,7 +10,7 @@ LATER = {"scipy", "hawk.algo.manager", "hawk.algo.vision.app", "hawk.algo.mapper
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("module", "later"), [("daemon", set[str]()), ("algorithms", LATER)])
+@pytest.mark.parametrize(("module", "later"), [("daemon.start", set[str]()), ("daemon.algorithms", LATER)])
 def test_a_daemon_that_starts_in_the_air_acts_before_vision_s_libraries_are_loaded(
     module: str, later: set[str]
 ) -> None:

@@ -114,7 +114,7 @@ async def test_a_new_route_is_flown_from_where_the_drone_is_and_reported(flying:
     await flying.run(4)
     assert abs(flying.autopilot.north - north) < 2.0
     assert flying.autopilot.east > 5
-    assert any("Another way" in text for text in flying.log)
+    assert any("Another route" in text for text in flying.log)
     await flying.until(S.HOVER)
     assert "There. Holding." in flying.log
 
@@ -127,7 +127,7 @@ async def test_a_refused_new_target_reports_nothing_of_a_changed_map(flying: Rig
     flying.sight.inbound = Inbound.INSIDE
     await flying.run(2)
     flying.expect(S.AUTONOMOUS_MOVE)
-    assert not any("Another way" in text for text in flying.log)
+    assert not any("Another route" in text for text in flying.log)
 
 
 async def test_the_status_has_the_distance_that_is_left(flying: Rig) -> None:
@@ -181,7 +181,7 @@ async def test_who_only_watches_may_ask(flying: Rig) -> None:
 
 @pytest.mark.parametrize(
     ("inbound", "words"),
-    [(Inbound.OUTSIDE, "outside the lot"), (Inbound.UNKNOWN, "nobody has seen"), (None, "could not be told")],
+    [(Inbound.OUTSIDE, "outside the lot"), (Inbound.UNKNOWN, "nobody has seen"), (None, "could not be found")],
 )
 async def test_the_reason_of_no_route_is_reported_without_a_user_error(
     flying: Rig, inbound: Inbound | None, words: str

@@ -424,7 +424,7 @@ async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
 async def test_a_new_target_in_flight_is_checked_from_where_the_drone_is(concave: Rig) -> None:
     concave.order(CompulsiveMove(x=0, y=-40, frame="Map"))
     await concave.run(1)
-    assert "straight way" in concave.command(CompulsiveMove(x=80, y=40, frame="Map")).reason
+    assert "straight path" in concave.command(CompulsiveMove(x=80, y=40, frame="Map")).reason
     concave.expect(StateName.COMPULSIVE_MOVE)
 
 

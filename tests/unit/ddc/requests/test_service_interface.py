@@ -146,7 +146,7 @@ async def test_a_drone_outside_that_holds_is_led_back_through_another_arm(flying
     flying.autopilot.publish()
     through = Goal(34.0, 7.2, 31, 0)  # cuts the corner of one arm, crosses the gap, ends in the other
     flying.service.send_target(through, sender(StateName.HOVER), HEIGHTS, U_SHAPE)
-    with pytest.raises(TargetRefused, match="straight way"):
+    with pytest.raises(TargetRefused, match="straight path"):
         flying.service.send_target(through, sender(StateName.COMPULSIVE_MOVE), HEIGHTS, U_SHAPE)
 
 

@@ -71,7 +71,7 @@ async def test_a_path_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     fresh.autopilot.north = 90
     await fresh.tick()
     answer = fresh.command(CompulsiveMove(x=0, y=90, frame="Map"))
-    assert "straight way" in answer.reason
+    assert "straight path" in answer.reason
     fresh.expect(S.HOVER)
 
 
@@ -126,7 +126,7 @@ async def test_an_autonomous_move_inside_the_lot_is_flown(flying: Rig) -> None:
 
 @pytest.mark.parametrize(
     ("verdict", "words"),
-    [(Inbound.OUTSIDE, "outside the lot"), (Inbound.UNKNOWN, "nobody has seen"), (None, "could not be told")],
+    [(Inbound.OUTSIDE, "outside the lot"), (Inbound.UNKNOWN, "nobody has seen"), (None, "could not be found")],
 )
 async def test_an_autonomous_move_elsewhere_stays_with_user_error_1(
     flying: Rig, verdict: Inbound | None, words: str
