@@ -152,7 +152,7 @@ FLATTEST = 0.5
 """Sine of the lowest elevation at which ground is used: far ground is measured badly."""
 COLUMNS, ROWS, CELL_FEATURES = 10, 6, 6
 """Cells of the picture, and the greatest number of features that each gives."""
-_FEATURE = {"nfeatures": 1200, "patchSize": 25, "edgeThreshold": 15, "nlevels": 3, "fastThreshold": 7}
+_SPREAD_FEATURES = 1200  # found, of which the cells keep some
 _NEVER = 1000.0  # more than any Hamming distance of 256 bits
 
 
@@ -206,7 +206,7 @@ class _Pair:
 def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
     """Return features of a picture, BGR (H, W, 3), from all over it: those of one tree say little about the ground."""
     small = shrunk(image)
-    orb = cv2.ORB.create(**_FEATURE)
+    orb = cv2.ORB.create(_SPREAD_FEATURES, **_ORB)
     keys = sorted(orb.detect(small, None), key=lambda key: key.response, reverse=True)
     height, width = small.shape[:2]
     cells: Counter[tuple[int, int]] = Counter()
