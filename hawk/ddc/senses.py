@@ -36,7 +36,7 @@ from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.witnesses.witness import WitnessReading
+from hawk.ddc.witnesses.witness import WitnessFacts, WitnessReading
 from hawk.model.operation import Fall
 
 R = TypeVar("R", bound=Reading)
@@ -140,11 +140,12 @@ class Senses:
             held_fence=service.held_fence if self._link.is_unbroken else None,
             heights=topics.get_heights(),
             parameters=service.parameters,
+            healths=dict(topics.get_part_healths()),
         )
 
     def _gather(self, instant: Instant) -> Facts:
         """Return what the readings know. What a tick's update found stands in their memories."""
-        outcomes, home = self._from.outcomes, self._home.facts()
+        outcomes, home, witness = self._from.outcomes, self._home.facts(), self._witness.facts(instant)
         return Facts(
             now=instant.now,
             utc=instant.utc,
@@ -155,13 +156,13 @@ class Senses:
             diagnostics=self._from.topics.get_diagnostics(),
             battery=self._battery.facts(instant),
             wind=self._wind.facts(instant),
-            witness=self._witness.facts(instant),
+            witness=witness,
             limits=self._limits.facts(instant),
             operator=self._operator.facts(instant),
             sight=self._sight.facts(instant, outcomes.desired_count),
             remote_control=self._remote_control.facts(instant),
             remote_id=self._remote_id.facts(instant),
-            parts=self._parts(instant),
+            parts=self._parts(instant, witness),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             parameters=_deciding(instant.parameters),
@@ -169,10 +170,10 @@ class Senses:
             starts_in_air=outcomes.starts_in_air,
         )
 
-    def _parts(self, instant: Instant) -> Parts:
+    def _parts(self, instant: Instant, witness: WitnessFacts) -> Parts:
         """Return the health of every part: that of armed and landed stands behind the position's."""
-        parts = dict(self._from.topics.get_part_healths())
-        link, position = parts.pop("link"), self._witness.facts(instant).position_health(parts.pop("position"))
+        parts = dict(instant.healths)
+        link, position = parts.pop("link"), witness.position_health(parts.pop("position"))
         ground = ground_health(instant.belief.ground, is_linked=instant.is_linked)
         known = [part for reading in self._readings for part in reading.parts(instant)]
         return ("link", link), ("position", position), ("ground", ground), *parts.items(), *known

@@ -46,6 +46,8 @@ class Instant:
     heights: HeightParameters = HeightParameters()
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Latest values that the autopilot sent, by name."""
+    healths: Mapping[str, Health] = field(default_factory=dict)
+    """Health of each part as its topic reports it, by name, in the order of dependence."""
 
     @property
     def vehicle(self) -> VehicleState:

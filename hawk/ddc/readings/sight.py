@@ -49,18 +49,11 @@ class SightReading(Reading):
 
     def __init__(self, topics: DdcTopicInterface) -> None:
         self._topics = topics
-        healths = (
-            topics.get_camera_health,
-            topics.get_vision_health,
-            topics.get_mapper_health,
-            topics.get_path_plan_health,
-        )
-        self._healths = tuple(zip(PERCEPTION_PARTS, healths, strict=True))
         self._fault = Stopwatch()
 
     def update(self, instant: Instant) -> None:
         """Look whether a part of perception is at fault."""
-        self._fault.update(bool(self._fault_words()), instant.now)
+        self._fault.update(bool(_fault_words(instant)), instant.now)
 
     def facts(self, instant: Instant, desired_count: int) -> SightFacts:
         """Return what is known. ``desired_count``: number of the newest desired pose."""
@@ -74,7 +67,7 @@ class SightReading(Reading):
             desired=topics.des_pose_pub.value,
             desired_count=desired_count,
             asked=topics.get_asked_verdict(),
-            fault=self._fault_words(),
+            fault=_fault_words(instant),
             fault_s=self._fault.read(instant.now) or 0.0,
             footprint=topics.get_footprint(),
             counts=occupancy.counts,
@@ -83,9 +76,10 @@ class SightReading(Reading):
             camera_age=topics.get_camera_age(),
         )
 
-    def _fault_words(self) -> str:
-        for name, health_of in self._healths:
-            health = health_of()
-            if not health.is_healthy:
-                return f"{name.capitalize()}: {health.reason}"
-        return ""
+
+def _fault_words(instant: Instant) -> str:
+    for name in PERCEPTION_PARTS:
+        health = instant.healths[name]
+        if not health.is_healthy:
+            return f"{name.capitalize()}: {health.reason}"
+    return ""
