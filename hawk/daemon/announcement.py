@@ -8,9 +8,12 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from hawk.runtime.files import shown_address
+from hawk.runtime.files import write_private
 from hawk.runtime.process import started_s
+
+ADDRESS_FILE: Final = "page-address"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,22 @@ def announcement(page: PageShown, folder: Path, *, is_simulation: bool) -> list[
     if page.fingerprint is not None:
         lines.append(f"hawk: certificate SHA-256 {page.fingerprint}")
     return lines
+
+
+def shown_address(url: str, page_url: str, folder: Path, *, on_terminal: bool) -> str:
+    """Return what may be printed for the one who opens the page.
+
+    An address with the token goes to a terminal, or into a file that only this user may read: a journal keeps what is
+    printed, and others may read it.
+    """
+    if page_url == url or on_terminal:
+        return page_url
+    path = folder / ADDRESS_FILE
+    try:
+        write_private(path, f"{page_url}\n".encode())
+    except OSError as error:
+        return f"{url} with ?token= and web.token; {path} cannot be written: {error}"
+    return f"the address in {path} ({url} with the token)"
 
 
 def write_ready_file(file: Path, url: str, first_tick_s: float | None) -> None:

@@ -55,7 +55,6 @@ from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
 from hawk.model.sentences import say
 from hawk.model.vehicle import VehicleState
-from hawk.runtime.files import cookie_secret
 from hawk.runtime.performance import LoopLag, Performance
 from hawk.runtime.process import SystemdNotifier, Ticker, Watchdog
 from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
@@ -66,6 +65,7 @@ from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file
 from hawk.versions.flight_state import FlightStateFile
 from hawk.web.access.tls import Tls, watch_certificate
+from hawk.web.access.tokens import cookie_secret
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 

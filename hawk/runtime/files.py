@@ -1,12 +1,9 @@
-"""Writing a small file so that a crash leaves the old one or the new one, whole."""
+"""Writing a small file: a crash leaves the old one or the new one, whole; a private one is its owner's alone."""
 
 from __future__ import annotations
 
-import logging
 import os
-import secrets
 from pathlib import Path
-from typing import Final
 
 
 def write_atomically(path: Path, text: str) -> None:
@@ -38,13 +35,6 @@ def _sync_folder(folder: Path) -> None:
         os.close(opened)
 
 
-LOG = logging.getLogger(__name__)
-
-ADDRESS_FILE: Final = "page-address"
-SECRET_FILE: Final = "page-secret"  # noqa: S105 - the file's name
-_SECRET_BYTES: Final = 32
-
-
 def write_private(path: Path, data: bytes) -> None:
     """Write the file with mode 0600, whole or not at all. Raises OSError."""
     partial = path.with_name(f".{path.name}.new")
@@ -59,36 +49,3 @@ def leave_to_owner(path: Path) -> None:
     if os.geteuid() == 0:
         owner = path.parent.stat()
         os.chown(path, owner.st_uid, owner.st_gid)
-
-
-def cookie_secret(folder: Path) -> bytes:
-    """Return the secret kept in this folder; made when there is none. Pages stay known after a restart by it."""
-    path = folder / SECRET_FILE
-    try:
-        kept = path.read_bytes()
-    except OSError:
-        kept = b""
-    if len(kept) == _SECRET_BYTES:
-        return kept
-    made = secrets.token_bytes(_SECRET_BYTES)
-    try:
-        write_private(path, made)
-    except OSError as error:
-        LOG.warning("%s: %s; pages have to send the token again after a restart", path, error)
-    return made
-
-
-def shown_address(url: str, page_url: str, folder: Path, *, on_terminal: bool) -> str:
-    """Return what may be printed for the one who opens the page.
-
-    An address with the token goes to a terminal, or into a file that only this user may read: a journal keeps what is
-    printed, and others may read it.
-    """
-    if page_url == url or on_terminal:
-        return page_url
-    path = folder / ADDRESS_FILE
-    try:
-        write_private(path, f"{page_url}\n".encode())
-    except OSError as error:
-        return f"{url} with ?token= and web.token; {path} cannot be written: {error}"
-    return f"the address in {path} ({url} with the token)"

@@ -17,9 +17,10 @@ from aiohttp import WSCloseCode, web
 from hawk.web import api, area_file, background, downloads, register_service
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
-from hawk.web.access.guesses import GUESSES, PacedLog, TokenGuesses
+from hawk.web.access.guesses import GUESSES, TokenGuesses
 from hawk.web.access.login_page import PUBLIC, LoginPage
 from hawk.web.access.logins import HOUR_S, Login, Logins
+from hawk.web.access.paced_log import PacedLog
 from hawk.web.access.tokens import TOKEN_FILE, Tokens, read_tokens, with_configured
 from hawk.web.documentation import Asset, Documentation, make_asset, page_asset
 from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit

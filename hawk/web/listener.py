@@ -10,7 +10,7 @@ import ssl
 from collections.abc import Callable
 from typing import Final
 
-from hawk.web.access.guesses import PacedLog
+from hawk.web.access.paced_log import PacedLog
 from hawk.web.door import FIRST_REQUEST_S, Door, WebConnection
 
 ACCEPTS_PER_S: Final = 500.0

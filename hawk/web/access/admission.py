@@ -11,7 +11,8 @@ from aiohttp import hdrs, web
 
 from hawk.comm.protocol.authority import Role
 from hawk.web.access.access import ACCESS, OPEN_TO_ALL, Access, AccessBook
-from hawk.web.access.guesses import PacedLog, TokenGuesses, network_of
+from hawk.web.access.guesses import TokenGuesses, network_of
+from hawk.web.access.paced_log import PacedLog
 from hawk.web.access.proxied import is_secure, place, prefix_of
 
 

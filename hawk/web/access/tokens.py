@@ -1,4 +1,4 @@
-"""The tokens of the roles, hashed at rest.
+"""The tokens of the roles, hashed at rest, and the secret by which the page's cookies are known again.
 
 A token that hawk makes has 128 random bits: nobody can try 2**128 of them at any speed of the hash, so a salted SHA-256
 is enough, and a guess costs the flight microseconds.
@@ -24,7 +24,9 @@ from hawk.runtime.files import leave_to_owner, write_private
 LOG = logging.getLogger(__name__)
 
 TOKEN_FILE: Final = "web-tokens.json"  # noqa: S105 - the file's name
+SECRET_FILE: Final = "page-secret"  # noqa: S105 - the file's name
 TOKEN_BYTES: Final = 16
+_SECRET_BYTES: Final = 32
 _SALT_BYTES: Final = 16
 _LARGEST_BYTES: Final = 64 * 1024
 
@@ -146,3 +148,20 @@ def _read(value: Mapping[str, str]) -> HashedToken:
     if len(digest) != hashlib.sha256().digest_size:
         raise ValueError("a hash is cut off")
     return HashedToken(bytes.fromhex(value["salt"]), digest, str(value.get("made", "")))
+
+
+def cookie_secret(folder: Path) -> bytes:
+    """Return the secret kept in this folder; made when there is none. Pages stay known after a restart by it."""
+    path = folder / SECRET_FILE
+    try:
+        kept = path.read_bytes()
+    except OSError:
+        kept = b""
+    if len(kept) == _SECRET_BYTES:
+        return kept
+    made = secrets.token_bytes(_SECRET_BYTES)
+    try:
+        write_private(path, made)
+    except OSError as error:
+        LOG.warning("%s: %s; pages have to send the token again after a restart", path, error)
+    return made

@@ -14,10 +14,10 @@ from hawk.check.doctor import SecretFilter, collect, known_secrets, run_command,
 from hawk.check.result import CheckResult, failed
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import Config
-from hawk.runtime.files import ADDRESS_FILE, cookie_secret
+from hawk.daemon.announcement import ADDRESS_FILE
 from hawk.store.journal_state import pack
 from hawk.web.access.tls import CertificatePlan, make_certificate
-from hawk.web.access.tokens import TOKEN_FILE, rotate
+from hawk.web.access.tokens import TOKEN_FILE, cookie_secret, rotate
 
 WEB_TOKEN = "settings-token-Zk3vQ9"
 CAMERA_PASSWORD = "camera/pass-Wm71"

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from hawk.daemon.announcement import ADDRESS_FILE
 from hawk.ddc.fence.stored import FENCE_FILE
 from hawk.ddc.parameters.heights import PARAMETER_FILE
-from hawk.runtime.files import ADDRESS_FILE, SECRET_FILE
 from hawk.web.access.access import LOGIN_FILE
 from hawk.web.access.tls import CERTIFICATE_FILE, KEY_FILE
-from hawk.web.access.tokens import TOKEN_FILE
+from hawk.web.access.tokens import SECRET_FILE, TOKEN_FILE
 
 TEXT = (Path(__file__).parents[3] / "docs" / "files.md").read_text(encoding="utf-8")
 KEPT = [PARAMETER_FILE, FENCE_FILE, TOKEN_FILE, LOGIN_FILE, SECRET_FILE, ADDRESS_FILE, CERTIFICATE_FILE, KEY_FILE]

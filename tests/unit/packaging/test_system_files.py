@@ -107,10 +107,10 @@ def test_the_package_depends_on_the_python_of_its_environment() -> None:
 
 
 def test_a_purge_takes_every_secret_that_the_daemon_keeps() -> None:
-    from hawk.runtime.files import ADDRESS_FILE, SECRET_FILE
+    from hawk.daemon.announcement import ADDRESS_FILE
     from hawk.web.access.access import LOGIN_FILE
     from hawk.web.access.tls import CERTIFICATE_FILE, KEY_FILE
-    from hawk.web.access.tokens import TOKEN_FILE
+    from hawk.web.access.tokens import SECRET_FILE, TOKEN_FILE
 
     script = (ROOT / "debian" / "hawk-drone.postrm").read_text("utf-8")
     for name in (LOGIN_FILE, CERTIFICATE_FILE, KEY_FILE, ADDRESS_FILE, SECRET_FILE, TOKEN_FILE):

@@ -14,7 +14,7 @@ import aiohttp
 import pytest
 
 from hawk.config.sections import WebSettings
-from hawk.web.access.guesses import LINES
+from hawk.web.access.paced_log import LINES
 from hawk.web.app import Page, WebServer
 from hawk.web.door import FIRST_REQUEST_S, IDLE_S, LEAST_WAITING, MOST_WAITING, RESERVED_DESCRIPTORS, Places
 from hawk.web.services import KEPT_PLACES

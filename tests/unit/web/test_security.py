@@ -14,11 +14,11 @@ from hawk.web.access.guesses import (
     FIRST_WAIT_S,
     FORGOTTEN_S,
     FREE_GUESSES,
-    LINES,
     LONGEST_WAIT_S,
     TokenGuesses,
     network_of,
 )
+from hawk.web.access.paced_log import LINES
 from hawk.web.access.tokens import Tokens
 from hawk.web.app import create_app
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback

@@ -11,7 +11,7 @@ import pytest
 from hawk.cli import EXIT_USAGE, main
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import ConfigError, WebSettings, load_config
-from hawk.web.access.tokens import TOKEN_FILE, Tokens, TokensError, read_tokens, rotate, with_configured
+from hawk.web.access.tokens import TOKEN_FILE, Tokens, TokensError, cookie_secret, read_tokens, rotate, with_configured
 from hawk.web.security import InsecureBindingError, check_binding
 
 CONFIGURED = "correct-horse-battery"
@@ -163,3 +163,18 @@ def test_the_command_names_a_file_that_it_cannot_use(tmp_path: Path, capsys: pyt
     (tmp_path / "file").write_text("")
     assert main(["tokens", "rotate", "operator", "--store", str(tmp_path / "file")]) == EXIT_USAGE
     assert "cannot be read" in capsys.readouterr().err
+
+
+def test_the_secret_is_kept_for_the_next_start(tmp_path: Path) -> None:
+    made = cookie_secret(tmp_path)
+    assert len(made) == 32
+    assert cookie_secret(tmp_path) == made
+    (path,) = tmp_path.iterdir()
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    path.write_bytes(b"cut off")
+    assert len(cookie_secret(tmp_path)) == 32
+
+
+def test_a_secret_that_cannot_be_kept_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert len(cookie_secret(tmp_path / "absent")) == 32
+    assert "after a restart" in caplog.text

@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from hawk.web.access.guesses import LINES, PERIOD_S, PacedLog
+from hawk.web.access.paced_log import LINES, PERIOD_S, PacedLog
 from tests.manual_clock import ManualClock
 
 
