@@ -15,7 +15,7 @@ from proving.faults import shown_by_tests
 from proving.faults.fault import Fault, Outcome
 from proving.faults.page import section
 from proving.faults.page_rows import SUBJECTS
-from proving.faults.record import DOCS, SIMULATED, keep_outcome, name_of, read_outcomes
+from proving.faults.record import DOCS, SIMULATED, keep_outcome, read_outcomes, with_words
 from proving.faults.report import names, reporter, rewrite, summary, table
 from proving.faults.run import ALL, SEED, START, run_faults
 
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run by command line; return the exit status: 1 when a fault did not end as it must."""
     parser = make_parser()
     options = parser.parse_args(arguments)
-    faults = selected(options.only)
+    faults = with_words(ALL, options.only)
     if options.tests:
         print(shown_by_tests.table(shown_by_tests.shown_by_tests(TESTS)))
     elif options.page:
@@ -57,11 +57,6 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--speed", type=float, default=3.0, help="the drone's seconds per real second (default 3)")
     parser.add_argument("--out", type=Path, help="folder for the programs' logs and files")
     return parser
-
-
-def selected(words: Sequence[str]) -> tuple[Fault, ...]:
-    """Return the faults that have one of these words in their line; all without words."""
-    return tuple(fault for fault in ALL if not words or any(each in name_of(fault) for each in words))
 
 
 def fly(faults: Sequence[Fault], options: argparse.Namespace) -> int:

@@ -14,7 +14,7 @@ from typing import Final
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.launch import SimulationOptions
 from proving.faults.fault import Fault, Outcome
-from proving.faults.record import DOCS, REAL, keep_outcome, read_outcomes
+from proving.faults.record import DOCS, REAL, keep_outcome, name_of, read_outcomes, with_words
 from proving.faults.report import names, reporter, rewrite, short_table, summary, table
 from proving.faults.run import ALL, SEED, START, run_faults
 from proving.faults.table_vehicle import VEHICLE
@@ -91,16 +91,12 @@ def make_parser() -> argparse.ArgumentParser:
 def fitting(faults: Sequence[Fault]) -> tuple[Fault, ...]:
     """Return the faults of the simulated drone that a real one can be given, and that it has no flight for."""
     known = set(names(VEHICLE))
-    return tuple(
-        fault for fault, name in zip(faults, names(faults), strict=True) if name not in known and can_be_given(fault)
-    )
+    return tuple(fault for fault in faults if name_of(fault) not in known and can_be_given(fault))
 
 
 def selected(words: Sequence[str], others: Sequence[Fault] = ()) -> tuple[Fault, ...]:
     """Return the flights that have one of these words in their line; all without words. ``others`` come last."""
-    flights = (*VEHICLE, *others)
-    lines = zip(flights, names(flights), strict=True)
-    return tuple(flight for flight, name in lines if not words or any(each in name for each in words))
+    return with_words((*VEHICLE, *others), words)
 
 
 def copter_of(options: argparse.Namespace) -> ArduCopter:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +19,11 @@ REAL: Final = DOCS / "results" / "ardupilot.json"
 def name_of(fault: Fault) -> str:
     """Return what identifies a fault: its part of a flight and its words."""
     return f"{fault.when.value}: {fault.name}"
+
+
+def with_words(faults: Iterable[Fault], words: Sequence[str]) -> tuple[Fault, ...]:
+    """Return the faults that have one of these words in what identifies them; all without words."""
+    return tuple(fault for fault in faults if not words or any(each in name_of(fault) for each in words))
 
 
 def read_outcomes(file: Path, faults: Sequence[Fault]) -> tuple[Outcome, ...]:
