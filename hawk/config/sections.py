@@ -14,7 +14,7 @@ import tomllib
 import typing
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -41,10 +41,19 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+class _Removed(NamedTuple):
+    """A setting of earlier versions. A value that states what holds now is passed over: the drone starts with it."""
+
+    remedy: str
+    holds_now: tuple[object, ...]
+
+
 _REMOVED: Final = {
-    ("vision", "use_network"): "is no setting any more: the network alone finds stalls. Delete it from your settings",
+    ("vision", "use_network"): _Removed(
+        "is no setting any more: the network alone finds stalls. Delete it from your settings", (True, "true")
+    ),
 }
-"""Remedies for settings of earlier versions, by section and key."""
+"""By section and key."""
 _OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 
 
@@ -259,14 +268,6 @@ class VisionSettings(Section):
     minimum_height_m: float = Field(default=6.0, ge=1, le=100)
     minimum_stalls: int = Field(default=3, ge=1, le=100)
 
-    @model_validator(mode="before")
-    @classmethod
-    def _without_what_changes_nothing(cls, given: Any) -> Any:
-        """A file of an earlier version states ``use_network = true``, as it holds now: the drone starts with it."""
-        if isinstance(given, dict) and given.get("use_network") in (True, "true"):
-            return {key: value for key, value in given.items() if key != "use_network"}
-        return given
-
 
 class WebSettings(Section):
     """The operator page."""
@@ -361,6 +362,10 @@ def load_config(
     for section, settings in (overrides or {}).items():
         _section(values, section).update(settings)
         variables = {at: name for at, name in variables.items() if at[0] != section or at[1] not in settings}
+    for (section, key), removed in _REMOVED.items():
+        given = values.get(section)
+        if isinstance(given, dict) and given.get(key) in removed.holds_now:
+            del given[key]
     try:
         return Config.model_validate(values)
     except ValidationError as error:
@@ -420,7 +425,8 @@ def _explain(error: ValidationError, path: Path | None, text: str, variables: Ma
         message = problem["msg"].removeprefix("Value error, ")
         if problem["type"] == "extra_forbidden":
             similar = f"is not a setting; see config.toml for those that are{_similar(keys)}"
-            message = _REMOVED.get((keys[0], keys[-1]), similar)
+            removed = _REMOVED.get((keys[0], keys[-1]))
+            message = similar if removed is None else removed.remedy
         elif problem["type"] == "missing":
             message = "is missing"
         elif keys not in (["web"], ["web", "token"]):  # a secret, even a part of one, is not repeated
