@@ -114,15 +114,9 @@ class MavsdkAutopilot:
         self._clock = clock
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz, has_gimbal=has_gimbal))
         self._inbox: Inbox[Message] | None = None
-        self._link = make_link(
-            settings.url,
-            settings.system_id,
-            clock,
-            self._receive,
-            expected_autopilot(settings, flown_id, in_flight=in_flight),
-        )
+        expected = expected_autopilot(settings, flown_id, in_flight=in_flight)
+        self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected)
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, moment, self._on_reboot)
-        self._tie = self.telemetry.tie
         self.calls = calls or Calls("autopilot")
         """The calls into MAVSDK, and those that hang."""
         self._supervisor = supervisor or Supervisor()
@@ -224,11 +218,11 @@ class MavsdkAutopilot:
         """Send one position target (map frame, metres above the arm place, radians). Never blocks, never repeats."""
         if not all(math.isfinite(value) for value in (north, east, height, yaw)):
             raise AutopilotError(say("The target is not finite: not sent"))
-        frames = self._tie.frames
+        frames = self.telemetry.tie.frames
         if frames is None:
             raise AutopilotError(say("No arm place yet: there is no map to fly on"))
         self._require_link()
-        if not self._tie.offset.sure:
+        if not self.telemetry.tie.offset.sure:
             raise AutopilotError(say("The autopilot's position leapt: not sent before it is tied to the map again"))
         self._free_targets()
         place = frames.ekf(north, east, height)
@@ -276,7 +270,7 @@ class MavsdkAutopilot:
             AutopilotError: It was refused, or a ring that is read back is another one.
         """
         self._require_link()
-        rings = rings_of(fence, self._tie.fence_origin)
+        rings = rings_of(fence, self.telemetry.tie.fence_origin)
         was_off = await self._drop_other_fence()
         await self.calls.run("upload fence", self._link.upload_fence, rings, deadline_s=_FENCE_UPLOAD_S)
         await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
@@ -315,7 +309,7 @@ class MavsdkAutopilot:
     async def compare_fence(self, fence: Fence) -> None:
         """Read polygon, zones, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
         self._require_link()
-        rings = rings_of(fence, self._tie.fence_origin)
+        rings = rings_of(fence, self.telemetry.tie.fence_origin)
         if await self._parameters.get("FENCE_ENABLE") != 1:
             raise OtherFenceError(say("it is off (FENCE_ENABLE)"))
         ceiling = await self._parameters.get("FENCE_ALT_MAX")
@@ -345,12 +339,12 @@ class MavsdkAutopilot:
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Set the map frame's origin; None: the next arm place becomes it."""
-        self._tie.set_datum(datum)
+        self.telemetry.tie.set_datum(datum)
 
     @property
     def datum(self) -> GlobalPose | None:
         """Origin of the map frame."""
-        return self._tie.datum
+        return self.telemetry.tie.datum
 
     # --- inside ----------------------------------------------------------------------------------------------------
 

@@ -676,7 +676,7 @@ class TestFence:
         await rig.connect()
         await rig.stand(1)
         await rig.say(rig.said.attitude(), rig.said.world(20.0))
-        origin = rig.autopilot._tie.fence_origin
+        origin = rig.autopilot.telemetry.tie.fence_origin
         assert origin is not None
         await rig.autopilot.upload_fence(FENCE)
         middle = sum(latitude for latitude, _ in rig.link.fences[0].inclusion) / 4
