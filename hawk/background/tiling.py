@@ -1,4 +1,4 @@
-"""The scheme of XYZ map tiles: Web Mercator (EPSG:3857) in squares, y from the north."""
+"""XYZ map tiles (Web Mercator, EPSG:3857, y from the north), cut from a GeoTIFF into a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing single settings into a settings file (TOML): comments, order and every other line stay as they are."""
+"""A calibration as files: single settings in a settings file (TOML; every other line stays), and a camera_info file."""
 
 from __future__ import annotations
 

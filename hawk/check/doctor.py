@@ -1,4 +1,4 @@
-"""A bundle for a bug report, without secrets: versions, machine, settings, checks, journal's tail, small files.
+"""A bundle for a bug report, without secrets: versions, machine, settings, checks, the last flight, small files.
 
 Only files that are named here are copied, after `hawk.check.doctor` went over them; of all others the bundle has the
 names, sizes and times.

@@ -1,4 +1,4 @@
-"""The drone's motion over ground between two pictures: as the camera saw it beside what the poses report."""
+"""The camera as a witness: the drone's motion over ground between two pictures, and the size of the stalls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A log of what stays wrong: a line at once, then one a minute with how often it came, and never one a second."""
+"""Lines of a log: what stays wrong is logged once a minute at most, and what others sent is shown as plain text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documentation under ``/docs/``: a built site, as ``make docs`` leaves it; it works offline.
+"""Built files as answers, and the documentation under ``/docs/``: a site that works offline.
 
 The names of its files are read at the start, and a request finds its file among them, so that no request leaves the
 folder. The files are read when they are asked for, on a thread of their own: the site costs the flight no memory.

@@ -1,4 +1,4 @@
-"""Authority over the drone: which command a client may send, given its role and who has control.
+"""Authority over the drone: which command a client may send, by its role and by who has control; operators' names.
 
 `hawk.comm.protocol.command_table` says for each command who may send it. The web server authenticates sessions and asks
 `role_refusal` before anything else about a command: it is the one place where a viewer's commands end. The operations

@@ -1,4 +1,4 @@
-"""Status and heartbeat of the drone.
+"""Status and heartbeat of the drone, and updates of its map.
 
 The operations manager publishes one `DroneStatus`. Its parts make the heartbeat's shared part, encoded once for all
 clients; the web server adds each client's own part (`ClientHeartbeat`): control, and the changes of map, log and trail

@@ -1,4 +1,4 @@
-"""Cost of the flight home: battery drain as measured, and the moment at which the drone must return."""
+"""Cost of the flight home: its path, battery drain as measured, and the moment at which the drone must return."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A fence as a file (`hawk.formats.area_file` reads it): GeoJSON (RFC 7946; WGS-84, longitude before latitude), or KML.
+"""A fence or an outline as a file: GeoJSON (RFC 7946; WGS-84, longitude before latitude), or KML.
 
-The fence is a polygon, its interior rings are the exclusion zones. Further polygons with the property
-``"exclusion": true`` are zones, too.
+`hawk.formats.area_file` reads it. The fence is a polygon, its interior rings are the exclusion zones. Further polygons
+with the property ``"exclusion": true`` are zones, too.
 """
 
 from __future__ import annotations

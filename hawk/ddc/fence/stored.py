@@ -1,4 +1,4 @@
-"""The stored fence, a GeoJSON file that is kept over restarts."""
+"""The stored fence, a GeoJSON file that is kept over restarts, and the outline, kept with the survey."""
 
 from __future__ import annotations
 

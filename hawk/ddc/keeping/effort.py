@@ -1,4 +1,4 @@
-"""The effort to put one thing back: how often, how long, and when it is given up."""
+"""A change that is put back: by whom it was made, how often it is tried, and when it is given up."""
 
 from __future__ import annotations
 

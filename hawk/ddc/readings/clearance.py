@@ -1,4 +1,4 @@
-"""The distance to what is below: how long it has been too small, and what a rangefinder's health is.
+"""What is below: the distance to it, how long it has been too small, a rangefinder's health, the slope before Arm.
 
 Without a rangefinder nothing here says anything.
 """

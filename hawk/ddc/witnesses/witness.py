@@ -1,4 +1,4 @@
-"""Second witnesses of the autopilot's place: values, as one tick believes them."""
+"""Second witnesses of the autopilot's place, height and heading: what they say, and what one tick believes of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors of GNSS receiver, barometer and compasses that stay through a boot of the autopilot.
+"""Errors of GNSS receiver, barometer and compasses that stay through a boot of the autopilot; the rangefinder.
 
 The estimate follows them as a real ArduCopter's did (EKF3, 4.7): `hawk.sim.autopilot.gps`.
 """
