@@ -51,7 +51,8 @@ LATER = 1.0
 """Time of the event, seconds after the state began."""
 SETTLED_S = 10.0
 """The program ran this long before the state began: it has read the parameters."""
-TICK_S = 0.25
+TICK_S = 1.0
+"""Of those ten seconds; a second holds time enough for every reading."""
 _ROUTE = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
 _MOVE = MoveOrder(MapPoint(40.0, 0.0), 30.0, 0.0, False, 0)
 _LOT_MOVE = replace(_MOVE, autonomous=True, number=3, route=_ROUTE)
@@ -332,14 +333,17 @@ def _refusal(program: Program, event: Event) -> str:
     return answer.reason if isinstance(answer, Ack) and not answer.accepted else ""
 
 
-def table() -> dict[tuple[str, str], dict[str, str]]:
-    """Return (group, event) -> state -> outcome, for every pair."""
+Outcomes = dict[tuple[str, str], dict[str, str]]
+"""(group, event) -> state -> outcome."""
+
+
+def table() -> Outcomes:
+    """Return the outcomes of every pair."""
     return {(event.group, event.name): {c.name: outcome(c, event) for c in COLUMNS} for event in EVENTS}
 
 
-def document() -> str:
+def document(outcomes: Outcomes) -> str:
     """Return docs/states.md."""
-    outcomes = table()
     parts = [_HEAD, _diagram(outcomes)]
     for group, rows in groupby(outcomes.items(), key=lambda row: row[0][0]):
         parts.append(_section(group, [(name, cells) for (_, name), cells in rows]))
@@ -369,7 +373,7 @@ def _cell(text: str, reasons: list[str]) -> str:
     return f"no ({reasons.index(reason) + 1})"
 
 
-def _diagram(outcomes: dict[tuple[str, str], dict[str, str]]) -> str:
+def _diagram(outcomes: Outcomes) -> str:
     """Return a diagram of the changes that commands cause: reactions would hide them."""
     names = {column.identity.value: column.identity.name for column in COLUMNS}
     edges: dict[tuple[str, str], list[str]] = {}
@@ -397,4 +401,4 @@ The diagram shows the changes that commands cause, the tables those that anythin
 
 
 if __name__ == "__main__":
-    DOCUMENT.write_text(document())
+    DOCUMENT.write_text(document(table()))
