@@ -20,6 +20,8 @@ from hawk.survey.stack import SimulatedStack
 from tests.integration.sim_support import small_picture
 
 SPEED = 3.0
+CAMERA_HZ = 4.0
+"""Pictures in a simulated second, where there is nothing to be seen: vision would take a whole core for fifteen."""
 SILENCE_S = 15.0
 """Real seconds without a heartbeat until a test gives up."""
 POLL_S = 0.05
@@ -44,7 +46,8 @@ control_lease_s = 8.0
 
 def over_a_picture(folder: Path, settings: str = LOW, **options: Any) -> SimulatedStack:
     """Return a stack over 60 x 60 m of noise: ready at once, and no lot anywhere. ``options`` are hawk-sim's."""
-    simulation = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, speed=SPEED, **options)
+    given = {"speed": SPEED, "camera_rate": CAMERA_HZ, **options}
+    simulation = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, **given)
     return SimulatedStack(simulation, folder / "run", write_settings(folder, settings), None)
 
 
