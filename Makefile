@@ -103,7 +103,7 @@ programs: $(STAMP)
 	$(REAL) tests/integration tests/contract $(ARGS)
 
 e2e: setup page-check browser
-	$(PYTEST) tests/e2e $(ARGS)
+	$(PYTEST) --numprocesses 2 --dist worksteal tests/e2e $(ARGS)
 
 # Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for 20 minutes.
 faults: setup
