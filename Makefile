@@ -11,6 +11,7 @@ ARGS ?=
 PYTEST := $(BIN)/python -m pytest -q
 # A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py).
 UNIT := $(PYTEST) --numprocesses auto --dist loadscope --no-loadscope-reorder tests/unit
+REAL := $(PYTEST) --numprocesses 6 --dist loadscope --no-loadscope-reorder
 FAST := -m 'not flight and not slow'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
@@ -19,7 +20,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-small newcomer faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-small newcomer faults ardupilot lint fast unit coverage mutants slow integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -46,7 +47,7 @@ browser:
 check: lint fast
 
 # Everything: 20 minutes on 2 cores.
-test: setup lint page-check docs $(UNIT_KINDS) integration contract e2e
+test: setup lint page-check docs $(UNIT_KINDS) programs e2e
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -90,17 +91,21 @@ mutants: $(STAMP)
 slow: $(STAMP)
 	$(UNIT) -m 'flight or slow' $(ARGS)
 
+# These programs wait more than they work: three times as many at a time as there are cores.
 integration: $(STAMP)
-	$(PYTEST) --numprocesses 2 --dist loadscope -m 'not alone' tests/integration $(ARGS)
-	$(PYTEST) -m alone tests/integration $(ARGS)
+	$(REAL) tests/integration $(ARGS)
 
 # The contract with MAVSDK and ArduCopter. It waits more than it works: a hawk-sim for each module. A real vehicle, one
 # test after the other: make contract ARGS="--autopilot udpin://127.0.0.1:14550"
 contract: $(STAMP)
-	$(PYTEST) $(if $(findstring --autopilot,$(ARGS)),,--numprocesses 5 --dist loadscope) tests/contract $(ARGS)
+	$(if $(findstring --autopilot,$(ARGS)),$(PYTEST),$(REAL)) tests/contract $(ARGS)
+
+# Both at once: while one waits, the other works.
+programs: $(STAMP)
+	$(REAL) tests/integration tests/contract $(ARGS)
 
 e2e: setup page-check browser
-	$(PYTEST) tests/e2e $(ARGS)
+	$(PYTEST) --numprocesses 2 --dist worksteal tests/e2e $(ARGS)
 
 # Every fault on the real programs: 45 minutes, on a quiet machine. What was measured is kept in docs/results/faults.json
 # and docs/faults.md; `python -m proving.faults --table` prints it beside what must be seen.

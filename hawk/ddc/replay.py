@@ -68,6 +68,8 @@ def _plain_act(act: Act) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, float | int | str):  # nearly all of it
+        return value
     if isinstance(value, BaseModel):
         return value.model_dump(by_alias=True)
     if is_dataclass(value) and not isinstance(value, type):

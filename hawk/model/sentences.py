@@ -41,10 +41,20 @@ def say(template: LiteralString, /, **values: Value) -> Sentence:
     known = _read(template)
     if known.formats.keys() != values.keys():
         raise ValueError(f"{template}: takes {sorted(known.formats)}, given are {sorted(values)}")
+    return _said(known, values) if values else _constant(template)
+
+
+def _said(known: _Template, values: Mapping[str, Value]) -> Sentence:
     said = Sentence(_filled(known, values))
     said.code = known.code
     said.values = {name: _rounded(value, known.formats[name]) for name, value in values.items()}
     return said
+
+
+@cache
+def _constant(template: str) -> Sentence:
+    """Return the sentence of a template without values: it is always the same one."""
+    return _said(_read(template), {})
 
 
 def code_of(template: str) -> str:
@@ -128,8 +138,14 @@ def _filled(template: _Template, values: Mapping[str, Value]) -> str:
 def _rounded(value: Value, spec: str) -> Value:
     if isinstance(value, str) or not math.isfinite(value):
         return value if isinstance(value, str) else str(value)
-    found = _FORMAT.fullmatch(spec)
-    if found is not None and found[1] is not None:
-        rounded = round(float(value), int(found[1]))
+    digits = _digits(spec)
+    if digits is not None:
+        rounded = round(float(value), digits)
         return int(rounded) if rounded.is_integer() else rounded
     return float(f"{value:g}") if spec == "g" and isinstance(value, float) else value
+
+
+@cache
+def _digits(spec: str) -> int | None:
+    found = _FORMAT.fullmatch(spec)
+    return int(found[1]) if found is not None and found[1] is not None else None

@@ -122,6 +122,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         origin=Origin(options.latitude, options.longitude),
         speed=options.speed,
         latency=options.latency,
+        camera_rate=options.camera_rate,
         seed=options.seed if options.noise_seed is None else options.noise_seed,
         mavlink_version=options.mavlink_version,
         others=options.others,
@@ -239,6 +240,13 @@ def _add_links(links: argparse._ArgumentGroup) -> None:
         default=0.05,
         metavar="S",
         help="from exposure to delivery (default 0.05)",
+    )
+    links.add_argument(
+        "--camera-rate",
+        type=simulator.camera_rate,
+        default=15.0,
+        metavar="HZ",
+        help="pictures in a simulated second (default 15); fewer leave the processor to others",
     )
     links.add_argument(
         "--mavlink-version", type=int, choices=(1, 2), default=2, help="of the messages from the drone (default 2)"

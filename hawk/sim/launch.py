@@ -43,6 +43,7 @@ class SimulationOptions:
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
+    ``camera_rate`` is the number of pictures in a simulated second.
     ``gnss_bias`` is N,E in metres, ``battery_cells`` the battery's cells, ``mavlink_version`` 1 or 2; ``others``, with
     commas between, are others on the link (`hawk.sim.autopilot.options.Other`).
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
@@ -57,6 +58,7 @@ class SimulationOptions:
     start: str | None = None
     speed: float = 1.0
     gnss_sigma: float | None = None
+    camera_rate: float | None = None
     wind: float | None = None
     slope: str | None = None
     rangefinder: float | None = None

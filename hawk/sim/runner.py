@@ -15,7 +15,7 @@ import numpy as np
 
 from hawk.sim.autopilot.autopilot import STEP_S, Autopilot
 from hawk.sim.autopilot.options import AutopilotOptions, Other
-from hawk.sim.camera.camera import FRAME_S, Camera, Renderer, Shot, SimulationClock
+from hawk.sim.camera.camera import RATE_HZ, Camera, Renderer, Shot, SimulationClock
 from hawk.sim.camera.follow import Follower
 from hawk.sim.camera_server import Backend, CameraServer
 from hawk.sim.faults import CameraFaults, apply_camera_fault, apply_fault
@@ -34,6 +34,7 @@ CHUNK_S = 0.25
 class RunOptions:
     """Options of a run. ``start`` is x, y in metres in the world's picture; ``latency`` simulated seconds.
 
+    ``camera_rate`` is the number of pictures in a simulated second.
     ``mavlink_version`` is 1 or 2; ``others`` are on the link besides the vehicle.
     """
 
@@ -43,10 +44,16 @@ class RunOptions:
     origin: Origin = field(default_factory=Origin)
     speed: float = 1.0
     latency: float = 0.05
+    camera_rate: float = RATE_HZ
     seed: int = 0
     mavlink_version: int = 2
     others: tuple[Other, ...] = ()
     autopilot: AutopilotOptions = field(default_factory=AutopilotOptions)
+
+    @property
+    def frame_s(self) -> float:
+        """Simulated seconds from one picture to the next."""
+        return 1.0 / self.camera_rate
 
 
 class Flyer:
@@ -61,6 +68,7 @@ class Flyer:
         self.record = FlightRecord(self.autopilot)
         self._camera = camera
         self._clock = clock
+        self._frame_s = options.frame_s
         self._next_slot = 0.0
 
     def advance(self) -> tuple[list[bytes], bool]:
@@ -72,7 +80,7 @@ class Flyer:
             autopilot.step()
             self.record.step()
             if autopilot.time >= self._next_slot:
-                self._next_slot += FRAME_S
+                self._next_slot += self._frame_s
                 self._camera.expose(self.shot())
             out += self.link.poll()
         return out, self._clock() - autopilot.time < CHUNK_S
@@ -120,7 +128,7 @@ async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions,
 async def follow(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
     """Run the camera alone, over the vehicle at ``options.mavlink``, until cancelled; arguments as for `fly`."""
     clock, camera, faults = _begin(renderer, options)
-    follower = Follower(options.origin, clock)
+    follower = Follower(options.origin, clock, options.frame_s)
     udp = UdpLink(follower.receive)
     backend = Backend(
         camera=camera,
@@ -143,7 +151,8 @@ def _begin(renderer: Renderer, options: RunOptions) -> tuple[SimulationClock, Ca
     """Build the parts that `fly` and `follow` share."""
     cv2.setNumThreads(1)
     clock = SimulationClock(options.speed)
-    return clock, Camera(renderer, clock, np.random.default_rng(options.seed), options.latency), CameraFaults()
+    rng = np.random.default_rng(options.seed)
+    return clock, Camera(renderer, clock, rng, options.latency, options.frame_s), CameraFaults()
 
 
 @asynccontextmanager
@@ -172,7 +181,7 @@ def _truth(truth: Mapping[str, Any], options: RunOptions) -> Mapping[str, Any]:
         **truth,
         "start": {"x": x, "y": y, "latitude": latitude, "longitude": longitude, "altitude": altitude},
         "origin": {"latitude": origin.latitude, "longitude": origin.longitude, "altitude": origin.altitude},
-        "camera": {"width": 1280, "height": 720, "horizontal_fov_deg": 70.0, "frame_s": FRAME_S},
+        "camera": {"width": 1280, "height": 720, "horizontal_fov_deg": 70.0, "frame_s": options.frame_s},
     }
 
 

@@ -19,6 +19,8 @@ scale = number(FINEST_M, COARSEST_M)
 """Metres on the ground that a pixel covers."""
 gnss_sigma = number(0, 50)
 """Metres."""
+camera_rate = number(1, 60)
+"""Pictures in a simulated second."""
 wind = number(0, 15)
 """Metres a second."""
 rangefinder = number(0, 300)

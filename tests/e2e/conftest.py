@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, async_playwright
 
 from hawk.sim.launch import SimulationOptions
@@ -24,19 +25,21 @@ os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
 """Puts the browser where the simulator is: the operator's computer, too, is another one, which the daemon does not slow
 down. Without this vision goes before the browser where the daemon's session goes before others, and clicks take 4 s."""
 SPEED = 3.0
+CAMERA_HZ = 5.0
+"""Pictures in a simulated second: vision keeps up with them, beside a browser."""
 FAKE_DRONE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
 
 
-@pytest.fixture
-def launcher(tmp_path: Path) -> Path:
-    made = tmp_path / "chromium"
+@pytest.fixture(scope="session")
+def launcher(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("browser") / "chromium"
     made.write_text(LAUNCHER)
     made.chmod(0o755)
     return made
 
 
-@pytest.fixture
-async def browser(launcher: Path) -> AsyncIterator[Browser]:
+@pytest_asyncio.fixture(loop_scope="session", scope="session")
+async def one_browser(launcher: Path) -> AsyncIterator[Browser]:
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(
             executable_path=launcher, args=["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic"]
@@ -45,15 +48,23 @@ async def browser(launcher: Path) -> AsyncIterator[Browser]:
         await browser.close()
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
+async def browser(one_browser: Browser) -> AsyncIterator[Browser]:
+    """The browser; the pages of a test are closed with it."""
+    yield one_browser
+    for context in one_browser.contexts:
+        await context.close()
+
+
+@pytest_asyncio.fixture(loop_scope="session")
 async def stack(tmp_path: Path) -> AsyncIterator[SimulatedStack]:
     """A daemon that flies the default world; `start` is the test's own business."""
-    made = SimulatedStack(SimulationOptions(seed=1, speed=SPEED), tmp_path / "run", None, None)
+    made = SimulatedStack(SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ), tmp_path / "run", None, None)
     yield made
     await made.stop()
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def fake() -> AsyncIterator[Callable[[str], Awaitable[tuple[asyncio.subprocess.Process, str]]]]:
     """Start the made-up drone in a scene; return its process and the page's address."""
     started: list[asyncio.subprocess.Process] = []

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.comm.protocol.heartbeat import FenceSetup
@@ -17,7 +18,7 @@ from tests.e2e.hands import button, confirm, is_within, press, shows, slide, sta
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, kill_daemon, operator, over_a_picture
 
-pytestmark = pytest.mark.e2e
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 DESK = {"width": 1440, "height": 900}
 PHONE = {"width": 390, "height": 844}
@@ -42,7 +43,7 @@ class Scene:
     page: Page
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
     stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:

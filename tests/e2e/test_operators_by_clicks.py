@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
 from hawk.comm.protocol.commands import Arm
@@ -15,9 +16,9 @@ from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, confirm, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch
-from tests.integration.daemon_support import eventually, kill_daemon, operator, write_settings
+from tests.integration.daemon_support import PatientStack, eventually, kill_daemon, operator, write_settings
 
-pytestmark = pytest.mark.e2e
+pytestmark = [pytest.mark.e2e, pytest.mark.long, pytest.mark.asyncio(loop_scope="session")]
 
 SETTINGS = """
 [heights]
@@ -25,8 +26,10 @@ minimum_m = 15.0
 desired_m = 25.0
 maximum_m = 30.0
 """
-SPEED = 1.0
+SPEED = 2.0
 """Two pages beside drone and daemon leave two slow cores no room for more."""
+CAMERA_HZ = 5.0
+"""Pictures in a simulated second: vision keeps up with them."""
 EXPLORE_ATTEMPTS = 5
 DESK = {"width": 1440, "height": 900}
 SIZES = {"desk": DESK, "phone": {"width": 390, "height": 844}, "phone-on-its-side": {"width": 844, "height": 390}}
@@ -57,10 +60,10 @@ def place(status: dict[str, Any]) -> tuple[float, float]:
     return status["position"]["x"], status["position"]["y"]
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
     config = write_settings(tmp_path, SETTINGS)
-    stack = SimulatedStack(SimulationOptions(seed=1, speed=SPEED), tmp_path / "run", config, None)
+    stack = PatientStack(SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ), tmp_path / "run", config, None)
     try:
         url = (await stack.start()).url
         pages = []

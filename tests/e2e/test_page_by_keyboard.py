@@ -10,7 +10,7 @@ from playwright.async_api import Browser, Page, expect
 
 from tests.e2e.hands import button, press, shows, state_is
 
-pytestmark = pytest.mark.e2e
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 PAGE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page"
 AXE = PAGE / "node_modules" / "axe-core" / "axe.min.js"

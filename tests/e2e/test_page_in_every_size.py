@@ -11,7 +11,7 @@ from playwright.async_api import Browser, Page, expect
 
 from tests.e2e.hands import button, press, shows, state_is
 
-pytestmark = pytest.mark.e2e
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 SIZES = ((640, 360), (667, 375), (390, 844), (360, 640), (1024, 600), (1440, 900))
 """Width and height: 1280 × 720 at 200 % zoom, a phone on its side, two phones, a small laptop, a desk."""

@@ -13,7 +13,7 @@ from tests.e2e.test_fence_by_clicks import DESK, EASE_MS, SIZES, drag, fence_of,
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, over_a_picture
 
-pytestmark = pytest.mark.e2e
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 AROUND = ((-40, -45), (40, -45), (40, 45), (-40, 45))
 ZONE = ((8, 12), (24, 12), (24, 32), (8, 32))

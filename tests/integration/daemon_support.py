@@ -11,15 +11,18 @@ from urllib.parse import urlsplit
 
 from hawk.comm.protocol.commands import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
 from hawk.comm.protocol.heartbeat import HealthItem, Heartbeat
+from hawk.ddc.parameters.failsafes import GCS_TIMEOUT
 from hawk.model.operation import StateName
 from hawk.sim.launch import SimulationOptions
 from hawk.store.journal_state import JournalState, read_survey, surveys_of
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
-from hawk.survey.stack import SimulatedStack
+from hawk.survey.stack import Ready, SimulatedStack
 from tests.integration.sim_support import small_picture
 
 SPEED = 3.0
+CAMERA_HZ = 3.0
+"""Pictures in a simulated second, where there is nothing to be seen: vision would take a whole core for fifteen."""
 SILENCE_S = 15.0
 """Real seconds without a heartbeat until a test gives up."""
 POLL_S = 0.05
@@ -31,8 +34,10 @@ LOW_HEIGHTS = """
 minimum_m = 5.0
 desired_m = 8.0
 maximum_m = 10.0
+[vision]
+minimum_height_m = 20.0
 """
-"""Settings for flights on which nothing is to be seen."""
+"""Settings for flights on which nothing is to be seen: below its least height vision has no work."""
 LOW = f"""{LOW_HEIGHTS}
 [operator]
 operator_timeout_s = 4.0
@@ -42,10 +47,23 @@ control_lease_s = 8.0
 """The same with little patience: a lost operator shows soon. At `SPEED`, a page that draws for 1.3 s would be lost."""
 
 
+class PatientStack(SimulatedStack):
+    """A drone whose autopilot waits for this computer as long as its check allows.
+
+    The default of five simulated seconds is shorter than a daemon takes that starts again on a busy machine.
+    """
+
+    async def start(self) -> Ready:
+        ready = await super().start()
+        await self.inject({"parameters": {GCS_TIMEOUT.name: GCS_TIMEOUT.high}})
+        return ready
+
+
 def over_a_picture(folder: Path, settings: str = LOW, **options: Any) -> SimulatedStack:
     """Return a stack over 60 x 60 m of noise: ready at once, and no lot anywhere. ``options`` are hawk-sim's."""
-    simulation = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, speed=SPEED, **options)
-    return SimulatedStack(simulation, folder / "run", write_settings(folder, settings), None)
+    given = {"speed": SPEED, "camera_rate": CAMERA_HZ, **options}
+    simulation = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, **given)
+    return PatientStack(simulation, folder / "run", write_settings(folder, settings), None)
 
 
 def write_settings(folder: Path, settings: str) -> Path:

@@ -28,7 +28,7 @@ from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 
-pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]
@@ -36,9 +36,10 @@ minimum_m = 15.0
 desired_m = 25.0
 maximum_m = 30.0
 """
-SPEED = 2.0
-"""Beyond it pictures are seen too seldom."""
-FIRST = SimulationOptions(seed=3, speed=SPEED)
+SPEED = 3.0
+CAMERA_HZ = 5.0
+"""Pictures in a simulated second: vision keeps up with them at this speed."""
+FIRST = SimulationOptions(seed=3, speed=SPEED, camera_rate=CAMERA_HZ)
 BESIDE_M = 5.0
 OFFSET_M = (0.0, 1.9, 0.0)
 """Error of the receiver in the second flight: north, east, down."""

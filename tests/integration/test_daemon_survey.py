@@ -32,9 +32,16 @@ from hawk.store.replay import read_frames, read_metadata, read_recording
 from hawk.survey.report import map_offset
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
-from tests.integration.daemon_support import Operator, kill_daemon, newest_journal, operator, write_settings
+from tests.integration.daemon_support import (
+    Operator,
+    PatientStack,
+    kill_daemon,
+    newest_journal,
+    operator,
+    write_settings,
+)
 
-pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]
@@ -57,8 +64,9 @@ MAP_BACK_S = 20.0
 """So long after a crash, the drone's seconds, the map is back: vision starts after the drone is acted for."""
 FROM_HOME_M = 5.0
 FRAMES = 30
-SPEED = 2.0
-"""Beyond it pictures are seen too seldom."""
+SPEED = 3.0
+CAMERA_HZ = 5.0
+"""Pictures in a simulated second: vision keeps up with them."""
 EXPLORE_ATTEMPTS = 5
 
 
@@ -105,7 +113,8 @@ class Survey:
 @pytest_asyncio.fixture(loop_scope="module", scope="module")
 async def survey(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Survey]:
     folder = tmp_path_factory.mktemp("survey")
-    stack = SimulatedStack(SimulationOptions(seed=1, speed=SPEED), folder, write_settings(folder, SETTINGS), None)
+    options = SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ)
+    stack = PatientStack(options, folder, write_settings(folder, SETTINGS), None)
     try:
         url = (await stack.start()).url
         killed = await until_killed(stack, url)

@@ -12,12 +12,12 @@ from proving.faults.report import names
 from proving.faults.run import ALL, SHORT, run_faults
 from tests.integration.sim_support import small_picture
 
-pytestmark = [pytest.mark.integration, pytest.mark.alone]
+pytestmark = [pytest.mark.integration]
 
 
 async def test_five_faults_of_one_flight_end_without_problems(tmp_path: Path) -> None:
     faults = dict(zip(names(ALL), ALL, strict=True))
-    options = SimulationOptions(world=small_picture(tmp_path), metres_per_pixel=0.5, speed=3.0)
+    options = SimulationOptions(world=small_picture(tmp_path), metres_per_pixel=0.5, speed=3.0, camera_rate=5.0)
     outcomes: list[Outcome] = []
     await run_faults([faults[name] for name in SHORT], tmp_path / "run", options, outcomes.append)
     assert [outcome.problems for outcome in outcomes] == [()] * len(SHORT)

@@ -26,7 +26,7 @@ from hawk.model.lot_map import Cell
 from hawk.model.operation import StateName, UserError
 from hawk.store.journal import FlightJournal
 from hawk.survey.stack import SimulatedStack
-from tests.integration.daemon_support import LOW, Operator, end_daemon, operator, over_a_picture
+from tests.integration.daemon_support import Operator, end_daemon, operator, over_a_picture
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
 
@@ -34,7 +34,6 @@ LOT = shapely.union(shapely.box(-8.0, -8.0, 50.0, 12.0), shapely.box(30.0, -8.0,
 """(north, east) metres of the map: an L about where the drone takes off."""
 TARGET = (42.0, 54.0)
 OFF_LOT = (0.0, 40.0)
-UNSEEING = LOW + "\n[vision]\nminimum_height_m = 20.0\n"
 GNSS_M = 1.0
 """Greatest error of the drone's own position, metres."""
 
@@ -86,7 +85,7 @@ async def put_into_journal(folder: Path) -> None:
 @pytest_asyncio.fixture(loop_scope="module", scope="module")
 async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[tuple[Flight, Another]]:
     folder = tmp_path_factory.mktemp("route")
-    stack = over_a_picture(folder, UNSEEING)
+    stack = over_a_picture(folder)
     try:
         url = (await stack.start()).url
         async with operator(url) as pilot:

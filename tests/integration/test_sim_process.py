@@ -90,7 +90,7 @@ def test_the_picture_shows_the_world_as_it_lies(tmp_path: Path, heading: int) ->
 
 def test_stamps_advance_by_a_frame_period_of_simulated_time(tmp_path: Path) -> None:
     with simulation(
-        f"--world={small_picture(tmp_path)}", "--metres-per-pixel=0.5", "--speed=2", "--mavlink=udpin:127.0.0.1:0"
+        f"--world={small_picture(tmp_path)}", "--metres-per-pixel=0.5", "--speed=0.5", "--mavlink=udpin:127.0.0.1:0"
     ) as ready:
         stamps = [stamp for stamp, _ in read_parts(f"{ready['http']}/stream", 12)]
         status = get_json(f"{ready['http']}/status")

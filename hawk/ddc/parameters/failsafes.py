@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from hawk.ddc.battery.chemistry import LIPO, Chemistry
 from hawk.ddc.parameters.values import (
@@ -193,6 +194,13 @@ def watched_names(values: Values) -> tuple[str, ...]:
 
 def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck, ...]:
     """Return the check of every failsafe; what was not read yet has not passed."""
+    return _checks(frozenset(values.items()), view)
+
+
+@lru_cache(maxsize=8)
+def _checks(read: frozenset[tuple[str, float | None]], view: AutopilotView) -> tuple[FailsafeCheck, ...]:
+    """Parameters change seldom: most of the checks of a tick are those of the tick before."""
+    values = dict(read)
     return (
         _ground_station(values, view.system_id),
         _spares_pilot(values),

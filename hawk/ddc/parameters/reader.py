@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hawk.ddc.acts import Acts, Ask, Log, ReadParameter, SetParameters
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.parameters.failsafes import MAY_BE_MISSING, wanted_values, watched_names
-from hawk.ddc.parameters.values import RETURN_ALTITUDE_NAMES
+from hawk.ddc.parameters.values import RETURN_ALTITUDE_NAMES, Values
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.remote_control import SWITCH_NAMES
 from hawk.model.sentences import say
@@ -44,6 +44,7 @@ class ParameterReader:
         self._system_id = system_id
         self._needs_remote_control = needs_remote_control
         self._values: dict[str, float | None] = {}
+        self._lately: dict[str, float | None] | None = None
         self._read_at: dict[str, _Stamp] = {}
         self._open: dict[str, Ask] = {}
         self._not_before: dict[str, float] = {}
@@ -59,9 +60,11 @@ class ParameterReader:
         """True while failsafes are being set."""
         return self._is_wanted or self._setting is not None
 
-    def values(self) -> dict[str, float | None]:
+    def values(self) -> Values:
         """Return the values read lately; None: the autopilot does not have that parameter."""
-        return {name: value for name, value in self._values.items() if self._age(name) < STALE_S}
+        if self._lately is None:  # asked for several times a tick
+            self._lately = {name: value for name, value in self._values.items() if self._age(name) < STALE_S}
+        return self._lately
 
     def set_failsafes(self) -> None:
         """Set the parameters that the checks miss, as soon as all of them were read."""
@@ -91,6 +94,7 @@ class ParameterReader:
         on_ground = not facts.vehicle.armed and self._time.now > float("-inf")
         passed = facts.now - self._time.now if on_ground else 0.0
         self._time = _Stamp(facts.now, self._time.ground + passed)
+        self._lately = None
 
     def _age(self, name: str) -> float:
         """Return the seconds since a parameter was read: in flight those of the mode switch are not read again."""
@@ -100,6 +104,7 @@ class ParameterReader:
         return self._time.ground - stamp.ground if name in SWITCH_NAMES else self._time.now - stamp.now
 
     def _forget(self) -> None:
+        self._lately = None
         self._values.clear()
         self._read_at.clear()
         self._misses.clear()
@@ -111,6 +116,7 @@ class ParameterReader:
             if answer.name != "set return altitude" or not answer.is_done or answer.asked <= self._altitude_set:
                 continue
             self._altitude_set = answer.asked
+            self._lately = None
             for name in RETURN_ALTITUDE_NAMES:
                 self._values.pop(name, None)
                 self._read_at.pop(name, None)
@@ -141,6 +147,7 @@ class ParameterReader:
         return answer.reason
 
     def _keep(self, name: str, value: float | None) -> None:
+        self._lately = None
         self._values[name] = value
         self._read_at[name] = self._time
         if value is not None:
@@ -167,8 +174,7 @@ class ParameterReader:
 
     def _next(self, facts: Facts) -> Acts:
         names = watched_names(self._values)
-        is_read = all(self._age(name) < STALE_S and name not in self._open for name in names)
-        if self._is_wanted and is_read:
+        if self._is_wanted and all(self._age(name) < STALE_S and name not in self._open for name in names):
             return self._begin_setting(facts)
         due = [name for name in names if name not in self._open and self._is_due(name, facts)]
         due.sort(key=lambda name: -self._age(name))

@@ -33,8 +33,10 @@ class SimulationClock:
 
 log = logging.getLogger(__name__)
 
-FRAME_S = 1.0 / 15.0
-"""Period of the frames, simulated seconds."""
+RATE_HZ = 15.0
+"""Pictures in a simulated second, unless the options say otherwise."""
+FRAME_S = 1.0 / RATE_HZ
+"""Their period, simulated seconds."""
 JPEG_QUALITY = 85
 WIDTH, HEIGHT = 1280, 720
 HORIZONTAL_FOV = math.radians(70.0)
@@ -100,7 +102,12 @@ class Camera:
     """
 
     def __init__(
-        self, renderer: Renderer, clock: SimulationClock, rng: np.random.Generator, latency: float = 0.05
+        self,
+        renderer: Renderer,
+        clock: SimulationClock,
+        rng: np.random.Generator,
+        latency: float = 0.05,
+        frame_s: float = FRAME_S,
     ) -> None:
         self.due = 0
         self.drawn = 0
@@ -115,6 +122,7 @@ class Camera:
         self._clock = clock
         self._rng = rng
         self._latency = latency
+        self._frame_s = frame_s
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="hawk-sim camera")
         self._waiting: Shot | None = None
         self._drawing: asyncio.Task[None] | None = None
@@ -179,7 +187,7 @@ class Camera:
                 continue
             late_by = self._clock() - shot.slot
             self.drawn += 1
-            self.late += late_by > FRAME_S
+            self.late += late_by > self._frame_s
             if self.frozen and self._frame is not None:
                 jpeg = self._frame.jpeg
             frame = Frame(self.drawn, shot.stamp, jpeg)

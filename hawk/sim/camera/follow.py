@@ -79,9 +79,10 @@ class Follower:
     vehicle's sensors say. Heights are ``relative_alt``: the ground of the world lies at the vehicle's home.
     """
 
-    def __init__(self, origin: Origin, clock: SimulationClock) -> None:
+    def __init__(self, origin: Origin, clock: SimulationClock, frame_s: float = FRAME_S) -> None:
         self._origin = origin
         self._clock = clock
+        self._frame_s = frame_s
         self._datagrams = Datagrams()
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
         self._vehicle: tuple[int, int] | None = None
@@ -163,7 +164,8 @@ class Follower:
         position = self._position
         if position is None or stamp < self._next_slot or abs(stamp - position.stamp) > STALE_S:
             return
-        self._next_slot = stamp + FRAME_S if stamp - self._next_slot > FRAME_S else self._next_slot + FRAME_S
+        is_late = stamp - self._next_slot > self._frame_s
+        self._next_slot = (stamp if is_late else self._next_slot) + self._frame_s
         position, error = position.at(stamp), self._error
         self.last = Shot(
             stamp=stamp,

@@ -371,6 +371,7 @@ SIMULATOR: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "--follow": ((), ("", "udpout:x", "udpin:x:99999")),
     "--http": ((), ("", "8090", "x:99999", "a b:1", ":8090", "x:²")),
     "--latency": ((), ("-1", "6", "nan", "")),
+    "--camera-rate": ((), ("0", "0.9", "61", "nan", "")),
     "--parent-pid": ((), NOT_PID),
 }
 

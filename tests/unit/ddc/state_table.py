@@ -52,7 +52,8 @@ LATER = 1.0
 """Time of the event, seconds after the state began."""
 SETTLED_S = 10.0
 """The program ran this long before the state began: it has read the parameters."""
-TICK_S = 0.25
+TICK_S = 1.0
+"""Of those ten seconds; a second holds time enough for every reading."""
 _ROUTE = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
 _MOVE = MoveOrder(MapPoint(40.0, 0.0), 30.0, 0.0, False, 0)
 _LOT_MOVE = replace(_MOVE, autonomous=True, number=3, route=_ROUTE)
@@ -332,18 +333,22 @@ def _refusal(program: Program, event: Event) -> str:
     return answer.reason if isinstance(answer, Ack) and not answer.accepted else ""
 
 
-def table() -> dict[tuple[str, str], dict[str, str]]:
-    """Return (group, event) -> state -> outcome, for every pair."""
+Outcomes = dict[tuple[str, str], dict[str, str]]
+"""(group, event) -> state -> outcome."""
+
+
+def table() -> Outcomes:
+    """Return the outcomes of every pair."""
     return {(event.group, event.name): {c.name: outcome(c, event) for c in COLUMNS} for event in EVENTS}
 
 
-def document() -> str:
+def document(outcomes: Outcomes) -> str:
     """Return docs/states.md."""
     reasons: list[str] = []
     head = ["| | " + " | ".join(column.name for column in COLUMNS) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
     commands: dict[tuple[str, ...], list[str]] = {}
     events: dict[tuple[str, ...], list[str]] = {}
-    for (group, name), cells in table().items():
+    for (group, name), cells in outcomes.items():
         shown = tuple(_cell(cells[column.name], reasons) for column in COLUMNS)
         rows, words = (commands, name) if group == "Command" else (events, f"{group}: {name[0].lower()}{name[1:]}")
         rows.setdefault(shown, []).append(words)
@@ -393,4 +398,4 @@ operator is away; "RTL" is Return To Launch.
 """
 
 if __name__ == "__main__":
-    DOCUMENT.write_text(document())
+    DOCUMENT.write_text(document(table()))

@@ -55,6 +55,17 @@ def test_time_passes_with_the_clock_and_shots_come_in_their_slots() -> None:
     assert gaps.max() < 0.08
 
 
+def test_shots_come_at_the_rate_that_was_asked_for() -> None:
+    clock = HandClock()
+    camera = Shots(clock)
+    flyer = Flyer(options(camera_rate=5.0), camera, clock)
+    for _ in range(200):
+        clock.real += 0.01
+        flyer.advance()
+    assert len(camera.shots) in (10, 11)
+    assert np.diff([shot.slot for shot in camera.shots]) == pytest.approx(0.2, abs=0.011)
+
+
 def test_the_speed_is_simulated_seconds_per_second() -> None:
     clock = HandClock(4.0)
     flyer = Flyer(options(speed=4.0), Shots(clock), clock)

@@ -42,6 +42,13 @@ def test_asks_for_what_it_needs_and_shoots_fifteen_a_second(flying: Any) -> None
     assert max(gaps) < FRAME_S + 0.03
 
 
+def test_shoots_as_often_as_it_is_asked_to(flying: Any) -> None:
+    clock = HandClock()
+    follower = Follower(Origin(), clock, frame_s=0.25)
+    fly_along(flying, follower, clock, 4.0)
+    assert len(fly_along(flying, follower, clock, 4.0)) == pytest.approx(16, abs=1)
+
+
 def test_sees_the_world_from_where_the_vehicle_is(flying: Any) -> None:
     follower, clock = joined(flying)
     flying.local_target(20.0, -10.0, -15.0, 1.0)
