@@ -148,6 +148,11 @@ LEAP_M = 0.5
 LEAP_M_S = 3.0
 """A reported movement that is longer than the reported speed allows, by this and by this speed, is a leap and no
 motion; a match that is as far from the expected place is a wrong one."""
+TALL, TALLEST, ASIDE = 1.25, 4.0, 0.25
+"""What moves as the ground should, but faster by a factor between the first two, and to the side by a share below the
+third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
+SAME_ROOF = 0.2
+"""Share by which the factor of one roof changes from picture to picture."""
 FLATTEST = 0.5
 """Sine of the lowest elevation at which ground is used: far ground is measured badly."""
 COLUMNS, ROWS, CELL_FEATURES = 10, 6, 6
@@ -201,6 +206,8 @@ class _Pair:
     found: Similarity = Similarity()
     beyond_m_s: complex = 0j
     """Speed of the drone that the poses do not show, m/s."""
+    roof: float = 0.0
+    """Factor by which a roof that fills most of the last picture moves faster than the ground; 0 without one."""
 
 
 def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
@@ -301,10 +308,38 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
         found = compare(last.ground, now.ground, before.then_moved(expected), slack)
     if found is None:
         return _Pair(now, now), None
+    roof = _roof(before.offset - found.offset, moved)
+    if roof and (beside := _beside(last, now, moved, before, found)) is not None:
+        flat = Similarity(offset=beside)
+        return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=roof), _step(last, now, Similarity(), flat)
+    if roof and pair.roof and abs(roof / pair.roof - 1) < SAME_ROOF:  # the same roof, and no ground beside it
+        return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=pair.roof), None
     beyond = (before.then_moved(moved).offset - found.offset) / seconds
     rate = pair.beyond_m_s + RATE_GAIN * (beyond - pair.beyond_m_s)
     kept = _Pair(now, now, beyond_m_s=rate) if is_over else _Pair(pair.key, now, found, rate)
     return kept, _step(last, now, before, found)
+
+
+def _roof(seen: complex, moved: complex) -> float:
+    """Return the factor by which the drone was seen to move faster than reported, where a roof explains it; else 0."""
+    factor = seen / moved if moved else 0j
+    return factor.real if TALL <= factor.real <= TALLEST and abs(factor.imag) <= ASIDE * factor.real else 0.0
+
+
+def _beside(last: _Picture, now: _Picture, moved: complex, before: Similarity, found: Similarity) -> complex | None:
+    """Return the offset of ground that moved as reported while most of the picture did not; None without such ground.
+
+    Ground that a drifting position misreports does not move as reported anywhere in the picture: features that agree
+    with the reported movement, and not with the one that most have made, are the ground beside something tall.
+    """
+    first, second = last.ground, now.ground
+    sought, limit = first.places - moved, OUTLIER_PIXELS * second.grain
+    near = abs(sought[:, None] - second.places[None]) <= REACH_M
+    i, j = _mutual(np.where(near, _hamming(first.descriptors, second.descriptors), _NEVER))
+    by_most = (found.factor / before.factor) * (first.places[i] - before.offset) + found.offset
+    apart = second.places[j] - sought[i]
+    agrees = (abs(apart) <= limit) & (abs(by_most - second.places[j]) > limit)
+    return complex(apart[agrees].mean()) - moved if np.count_nonzero(agrees) >= LEAST else None
 
 
 def _step(last: _Picture, now: _Picture, before: Similarity, found: Similarity) -> GroundStep:

@@ -101,6 +101,45 @@ def test_a_flight_is_seen_as_it_was_flown(eye: Eye) -> None:
     assert sum(step.stretch for step in steps) == pytest.approx(0.0, abs=0.06)
 
 
+ROOF_END_M = 24.0
+"""The world's long building, 10 m high, is flown along at 25 m: its roof moves 1.7 times as fast as the ground."""
+
+
+@pytest.mark.parametrize(("north", "pace"), [(44.0, 1.2), (45.0, 1.2), (46.0, 2.0)])
+def test_a_roof_that_fills_most_of_the_picture_is_not_taken_for_the_ground(eye: Eye, north: float, pace: float) -> None:
+    def pose(k: int) -> MapPose:
+        return replace(STILL, north=north, east=pace * k - ROOF_END_M)
+
+    steps = eye.fly(pose, pose, round(2 * ROOF_END_M / pace))
+    assert sum(step.until - step.since for step in steps) > 0.9 * len(steps) * STEP_S
+    assert max(abs(complex(*step.beyond)) for step in steps) < 0.4
+    assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=1.0)
+
+
+@pytest.mark.parametrize("walk_m_s", [-1.5, -0.7, 0.7, 1.5])
+def test_a_walk_of_the_position_is_seen_beside_a_roof(eye: Eye, walk_m_s: float) -> None:
+    """The true drone is faster, or slower, than reported, along its flight."""
+    walk = walk_m_s * STEP_S
+
+    def true(k: int) -> MapPose:
+        return replace(STILL, north=36.0, east=(2.0 + walk) * k - ROOF_END_M)
+
+    steps = eye.fly(true, lambda k: replace(true(k), east=2.0 * k - ROOF_END_M), 20)
+    seen = len(steps) * walk
+    assert len(steps) > 12
+    assert summed(step.beyond for step in steps) == pytest.approx((0.0, seen), abs=0.25 * abs(seen))
+
+
+@pytest.mark.parametrize("factor", [1.3, 1.7, 2.2])
+def test_a_drone_that_is_faster_than_reported_is_no_roof(eye: Eye, factor: float) -> None:
+    """No ground anywhere moves as reported."""
+    steps = eye.fly(
+        lambda k: replace(STILL, east=1.2 * factor * k - 15), lambda k: replace(STILL, east=1.2 * k - 15), 12
+    )
+    assert len(steps) == 12
+    assert summed(step.beyond for step in steps) == pytest.approx((0.0, 14.4 * (factor - 1)), rel=0.15, abs=0.3)
+
+
 def test_a_sinking_that_the_height_does_not_show_stretches_the_ground(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, height=25.0 - 0.5 * k), lambda k: STILL, 20)
     assert sum(step.stretch for step in steps) == pytest.approx(math.log(25 / 15), abs=0.04)
