@@ -33,8 +33,8 @@ from benchmarks.pace import in_time
 from benchmarks.surveys import TIMEOUT_S, seeds_option
 from benchmarks.world_lots import Ring, joined, kinematic_flight, rings_about
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap
 from hawk.sim.launch import SimulationOptions

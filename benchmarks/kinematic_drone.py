@@ -14,8 +14,7 @@ import numpy as np
 from hawk.config.sections import FlightSettings
 from hawk.ddc.fence.geometry import path_is_inside
 from hawk.ddc.motion import Carrot, Goal
-from hawk.model.limits import Fence, HeightParameters
-from hawk.model.plans import PathPlan
+from hawk.model.plans import Fence, HeightParameters, PathPlan
 from hawk.model.poses import MapPose
 from hawk.sim.autopilot.control import Controller, Limits, Setpoint
 from hawk.sim.autopilot.gps import Estimate, Estimator

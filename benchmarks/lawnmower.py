@@ -14,7 +14,7 @@ import shapely.affinity
 import shapely.ops
 
 from benchmarks.figures import BenchmarkError
-from hawk.algo.path_plan.camera import Swath
+from hawk.algo.path_plan.footprint import Swath
 from hawk.comm.protocol.commands import CompulsiveMove
 from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName

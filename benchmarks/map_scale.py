@@ -38,11 +38,10 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen
-from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import TILE_M, OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import DesiredPose
+from hawk.model.plans import DesiredPose, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 from hawk.store.journal import FlightJournal
 from hawk.web.clients import ClientView

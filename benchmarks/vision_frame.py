@@ -25,9 +25,9 @@ from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, Visio
 from hawk.algo.vision.odometry import Features, find_features, measured_motion
 from hawk.algo.vision.picture import annotate, decode
 from hawk.algo.vision.rectify import Rectifier
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world

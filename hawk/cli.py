@@ -17,11 +17,10 @@ from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.option_settings import load_settings
-from hawk.config.sections import ConfigError
+from hawk.config.sections import ConfigError, load_settings
 from hawk.runtime.process import end_within
 from hawk.runtime.repeated_log import plain_lines
-from hawk.sim import values as simulator
+from hawk.sim import launch as simulator
 from hawk.sim.launch import (
     SIMULATOR_MISSING,
     SPEED_HELP,

@@ -41,8 +41,7 @@ from benchmarks.lawnmower import LawnmowerOperator, Place, lanes
 from benchmarks.whole_daemon import CHROMIUM
 from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.sim.launch import SPEED_HELP, SimulationOptions
-from hawk.sim.values import FASTEST, SLOWEST
+from hawk.sim.launch import FASTEST, SLOWEST, SPEED_HELP, SimulationOptions
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan

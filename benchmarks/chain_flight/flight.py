@@ -21,10 +21,9 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.seen import SeenGround
 from hawk.ddc.motion import Goal
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import PathPlan
+from hawk.model.plans import Fence, HeightParameters, PathPlan
 from hawk.model.poses import MapPoint, MapPose
 from hawk.survey.truth import GroundTruth
 from hawk.worlds.camera import WorldCamera

@@ -18,9 +18,8 @@ from benchmarks.exploration.surveyed import Coverage, SurveyedMap
 from benchmarks.kinematic_drone import GNSS_SIGMA_M, STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
 from hawk.ddc.motion import Goal, Roaming
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
-from hawk.model.plans import PathPlan
+from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.poses import MapPose
 
 WANTED: Final = 0.98

@@ -17,7 +17,7 @@ import shapely.affinity
 from numpy.random import Generator
 
 from hawk.ddc.fence.geometry import polygon_fence
-from hawk.model.limits import AskedGround, Fence
+from hawk.model.plans import AskedGround, Fence
 
 FENCE_MARGIN_M: Final = 5.0
 """Our own limit lies inside the autopilot's by this, as config.toml has it."""

@@ -15,13 +15,12 @@ from benchmarks.exploration.surveyed import SurveyedMap
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, CoarseLayers, Window
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.path_plan.camera import Swath
 from hawk.algo.path_plan.field import InformationField, information_field
+from hawk.algo.path_plan.footprint import Swath
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model.limits import AskedGround
-from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.plans import AskedGround, ExploreStatus, PathPlan
 from hawk.model.poses import MapPoint, MapPose
 
 Place = tuple[float, float]

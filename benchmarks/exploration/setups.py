@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.exploration.lots import KINDS, Lot, draw_lot
-from hawk.algo.path_plan.camera import Swath
+from hawk.algo.path_plan.footprint import Swath
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.config.sections import CameraSettings, HeightSettings

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import GOOD_SHARE, Setup
 from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
+from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.evidence import Novelty
-from hawk.algo.mapper.settings import MapperSettings
 from hawk.model.lot_map import TILE_M, Stall
 from hawk.model.plans import Inbound
 from hawk.model.poses import MapPose

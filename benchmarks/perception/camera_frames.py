@@ -19,10 +19,10 @@ from hawk.algo.vision import decode, picture
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
-from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import StallState
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
 from hawk.worlds.camera import WorldCamera

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.perception.eyes import north_up
-from hawk.algo.mapper.core import MapCore
-from hawk.algo.mapper.settings import MapperSettings
+from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.seen import SeenGround
 from hawk.model.lot_map import StallState

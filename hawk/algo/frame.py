@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from hawk.model.ground_motion import GroundStep, StallSize
-from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
-from hawk.model.pictures import CameraModel
-from hawk.model.plans import DesiredPose, PathPlan
+from hawk.model.pictures import CameraModel, GroundStep, StallSize
+from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters, PathPlan
 from hawk.model.poses import MapPoint, MapPose
 
 

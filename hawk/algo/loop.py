@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, TypeVar
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.cameras.drone_camera import CameraFrame
-from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import DesiredPose
+from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters
 from hawk.model.poses import MapPoint, VehiclePose
 from hawk.model.sentences import say
 from hawk.runtime.process import WORKER_NICENESS, set_niceness

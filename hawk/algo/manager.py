@@ -20,11 +20,10 @@ from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.algo.vision.seen import Seen, SeesFrames
-from hawk.algo.vision.stall_size import stall_size
+from hawk.algo.vision.seen import Seen, SeesFrames, stall_size
 from hawk.formats.image import NoImage
-from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
+from hawk.model.pictures import GroundStep
 from hawk.model.sentences import say, words_of
 
 T = TypeVar("T")

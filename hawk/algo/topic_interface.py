@@ -13,10 +13,9 @@ from typing import Generic, TypeVar
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.comm.topic import Topic
 from hawk.formats.image import NoImage
-from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
-from hawk.model.pictures import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame, GroundStep, StallSize
 from hawk.model.plans import DesiredPose, PathPlan, Verdict
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import say

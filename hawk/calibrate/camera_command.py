@@ -19,14 +19,25 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from hawk.calibrate.coverage import CELL_CORNERS, CELLS, LEAST_VIEWS, Coverage, View, coverage
-from hawk.calibrate.lens import NAMES, BoardFinder, Collector, Lens, LensError, calibrate
+from hawk.calibrate.lens import (
+    CELL_CORNERS,
+    CELLS,
+    LEAST_VIEWS,
+    NAMES,
+    BoardFinder,
+    Collector,
+    Coverage,
+    Lens,
+    LensError,
+    View,
+    calibrate,
+    coverage,
+)
 from hawk.calibrate.settings_file import write_camera_info, write_settings
 from hawk.comm.cameras.drone_camera import DroneCamera, make_source
 from hawk.comm.cameras.sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.config.option_settings import refuse_existing
-from hawk.config.sections import CameraSettings, Config, ConfigError
+from hawk.config.sections import CameraSettings, Config, ConfigError, refuse_existing
 from hawk.formats.image import NoImage, decode, decode_any
 from hawk.runtime.supervision import Supervisor
 

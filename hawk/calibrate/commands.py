@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.option_settings import load_settings, refuse_existing
-from hawk.config.sections import ConfigError
+from hawk.config.sections import ConfigError, load_settings, refuse_existing
 
 COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()

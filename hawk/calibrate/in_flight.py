@@ -25,8 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.calibrate.flight import Track
-from hawk.calibrate.geometry import carried, mounted
-from hawk.calibrate.pairs import MARGIN_S, Matches
+from hawk.calibrate.pairs import MARGIN_S, Matches, carried, mounted
 from hawk.model.pictures import CameraModel
 
 Floats = NDArray[np.float64]

@@ -20,9 +20,8 @@ from urllib.parse import urlsplit
 from hawk.check.result import CheckResult, failed, not_looked_at, passed, warning
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.autopilot.commands import MavCommand
-from hawk.comm.autopilot.fence_rings import FenceRings
 from hawk.comm.autopilot.mavlink_link import Link, Message, OnMessage
-from hawk.comm.autopilot.vehicle import AutopilotError, VehicleTopics
+from hawk.comm.autopilot.vehicle import AutopilotError, FenceRings, VehicleTopics
 from hawk.comm.clock import Clock
 from hawk.comm.mavlink.claim import device_of
 from hawk.comm.mavlink.frames import ARDUPILOT, COPTERS

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.option_settings import load_settings, refuse_existing
-from hawk.config.sections import Config, ConfigError, StoreSettings
+from hawk.config.sections import Config, ConfigError, StoreSettings, load_settings, refuse_existing
 
 if TYPE_CHECKING:
     from hawk.check.result import CheckResult

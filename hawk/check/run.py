@@ -13,8 +13,15 @@ from typing import Final
 
 from hawk.check.autopilot import AutopilotTools, look_at_autopilot
 from hawk.check.camera import CameraSight, CameraTimes, look_at_camera
-from hawk.check.machine import DiskReading, clock_result, disk_results, is_synchronized, program_date, read_disk
-from hawk.check.model import look_at_model
+from hawk.check.machine import (
+    DiskReading,
+    clock_result,
+    disk_results,
+    is_synchronized,
+    look_at_model,
+    program_date,
+    read_disk,
+)
 from hawk.check.network import (
     NetworkTools,
     address_result,

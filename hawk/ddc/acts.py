@@ -10,9 +10,8 @@ from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence.plan import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Transition
-from hawk.model.limits import Fence, HeightParameters, Outline
 from hawk.model.operation import Fall, Level, StateName, UserError
-from hawk.model.plans import DesiredPose
+from hawk.model.plans import DesiredPose, Fence, HeightParameters, Outline
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 

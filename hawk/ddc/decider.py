@@ -27,10 +27,9 @@ from hawk.ddc.rules.needs import Interlocks, Situation
 from hawk.ddc.rules.notices import GroundNotices, SurveyNotices, WitnessNotices
 from hawk.ddc.rules.silence import SilenceRule
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.base import State
+from hawk.ddc.states.base import State, returning
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import IdleState
-from hawk.ddc.states.returning import returning
 from hawk.ddc.words import fault_words
 from hawk.model.operation import StateName
 from hawk.model.sentences import say, sentence

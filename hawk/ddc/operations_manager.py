@@ -26,9 +26,8 @@ from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.ddc.replay import Recorder
-from hawk.ddc.requests.fence_checks import FenceChecks
 from hawk.ddc.requests.flight_log import FlightLog, Trail
-from hawk.ddc.requests.requests import Outcomes, Requests
+from hawk.ddc.requests.requests import FenceChecks, Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed
 from hawk.ddc.rules.failing import FailingTicks, holds_in_air
 from hawk.ddc.rules.follower import flight_goes_on
@@ -40,8 +39,8 @@ from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter, Setups
 from hawk.ddc.words import fault_words
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import FlightSoFar, Health, StateName
+from hawk.model.plans import HeightParameters
 from hawk.model.sentences import say, sentence, words_of
 from hawk.model.vehicle import CopterMode, LandedState
 

@@ -9,9 +9,8 @@ from hawk.comm.protocol.commands import Command, Hold, Land, ReturnToLaunch
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.motion import Goal
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import Level
-from hawk.model.plans import Route
+from hawk.model.plans import HeightParameters, Route
 from hawk.model.poses import MapPoint
 
 

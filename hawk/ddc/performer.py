@@ -55,12 +55,11 @@ from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.requests.fence_checks import FenceChecks
 from hawk.ddc.requests.flight_log import FlightLog
-from hawk.ddc.requests.requests import Outcomes, Requests
+from hawk.ddc.requests.requests import FenceChecks, Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, Sender, TargetRefused
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import Fall, StateName
+from hawk.model.plans import HeightParameters
 from hawk.model.sentences import words_of
 
 

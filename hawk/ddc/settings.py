@@ -21,9 +21,9 @@ from hawk.config.sections import (
     RemoteControlSettings,
     RemoteIdSettings,
 )
-from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.plans import Outline
 
 
 def _forget(_: object) -> None:

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 from hawk.config import options as values
 from hawk.config.addresses import check_host, check_port
 from hawk.runtime.process import SIMULATOR_NICENESS, ParentGoneError, set_session_niceness, watched_parent
-from hawk.sim import values as simulator
-from hawk.sim.autopilot.options import AutopilotOptions, Other
+from hawk.sim import launch as simulator
+from hawk.sim.autopilot.parameters import AutopilotOptions, Other
 from hawk.sim.camera.camera import default_intrinsics
 from hawk.sim.geometry import Origin, Slope
 from hawk.sim.launch import SIMULATOR_MISSING, SPEED_HELP, simulator_installed

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hawk.sim.autopilot.autopilot import Autopilot, RefusedError
 from hawk.sim.autopilot.fence import FenceCommand, FenceError, FenceItem
-from hawk.sim.autopilot.options import Other
+from hawk.sim.autopilot.parameters import Other
 from hawk.sim.autopilot.radio import POSITIONS
 from hawk.sim.autopilot.rally import MAX_POINTS, RallyPoint
 from hawk.sim.camera.camera import Camera, Frame

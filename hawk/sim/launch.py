@@ -1,20 +1,55 @@
-"""Starts and ends the simulated drone, a process of its own, on free ports."""
+"""Starts and ends the simulated drone, a process of its own, on free ports; its options."""
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import contextlib
 import importlib.util
 import json
+import math
 import os
 import signal
 import socket
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Final
 
+from hawk.config.options import number
 from hawk.runtime.programs import remedy
-from hawk.sim.values import FASTEST, SLOWEST
+from hawk.worlds import COARSEST_M, FINEST_M
+
+SLOWEST, FASTEST = 0.5, 4.0
+"""Limits of the simulated seconds per real second: MAVSDK's own timers stay real."""
+STEEPEST_PERCENT: Final = 30.0
+"""A drone would slide on steeper ground."""
+
+speed = number(SLOWEST, FASTEST)
+scale = number(FINEST_M, COARSEST_M)
+"""Metres on the ground that a pixel covers."""
+gnss_sigma = number(0, 50)
+"""Metres."""
+camera_rate = number(1, 60)
+"""Pictures in a simulated second."""
+wind = number(0, 15)
+"""Metres a second."""
+rangefinder = number(0, 300)
+"""Metres."""
+
+
+def slope(text: str) -> tuple[float, float]:
+    """Return PERCENT,DEG of rising ground."""
+    try:
+        percent, direction = (float(part) for part in text.split(","))
+    except ValueError:
+        percent = direction = math.nan
+    if not (0.0 <= percent <= STEEPEST_PERCENT and -360.0 <= direction <= 360.0):
+        raise argparse.ArgumentTypeError(
+            f"must be PERCENT,DEG, 0 to {STEEPEST_PERCENT:g} and -360 to 360, not {text!r}"
+        )
+    return percent, direction
+
 
 READY_TIMEOUT_S = 120.0
 """Drawing a large world takes long on a slow machine."""
@@ -45,7 +80,7 @@ class SimulationOptions:
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
     ``camera_rate`` is the number of pictures in a simulated second.
     ``gnss_bias`` is N,E in metres, ``battery_cells`` the battery's cells, ``mavlink_version`` 1 or 2; ``others``, with
-    commas between, are others on the link (`hawk.sim.autopilot.options.Other`).
+    commas between, are others on the link (`hawk.sim.autopilot.parameters.Other`).
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
     `FASTEST`.
     """

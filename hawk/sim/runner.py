@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from hawk.sim.autopilot.autopilot import STEP_S, Autopilot
-from hawk.sim.autopilot.options import AutopilotOptions, Other
+from hawk.sim.autopilot.parameters import AutopilotOptions, Other
 from hawk.sim.camera.camera import RATE_HZ, Camera, Renderer, Shot, SimulationClock
 from hawk.sim.camera.follow import Follower
 from hawk.sim.camera_server import Backend, CameraServer

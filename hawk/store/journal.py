@@ -21,9 +21,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
-from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import Fall, FlightDrain, FlightSoFar, Health, SurveyLeft
+from hawk.model.plans import Outline
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.sentences import say
 from hawk.store.journal_state import (

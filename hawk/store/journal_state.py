@@ -18,9 +18,9 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from hawk.model.limits import Outline
 from hawk.model.moment import Moment
 from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.plans import Outline
 from hawk.model.poses import ArmPlace, GlobalPose
 
 T = TypeVar("T")

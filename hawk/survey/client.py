@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
-from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
+from hawk.comm.message_socket import AsyncMessageSocket
 from hawk.comm.protocol.commands import (
     Ack,
     Answer,

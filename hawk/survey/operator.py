@@ -21,8 +21,8 @@ from hawk.comm.protocol.commands import (
     Takeoff,
 )
 from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import GROUND_STATES, StateName, UserError
+from hawk.model.plans import HeightParameters
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import (
     HOMING,

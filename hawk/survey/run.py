@@ -28,8 +28,7 @@ from hawk.daemon.start_checks import make_folder
 from hawk.ddc.fence.geojson import read_survey_outline
 from hawk.ddc.fence.outline import OutlineError, corners_of
 from hawk.model.poses import GlobalPose
-from hawk.results.stall_exports import stalls_csv, stalls_geojson, to_global
-from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.results.survey_map import SurveyMap, map_picture, stalls_csv, stalls_geojson, to_global
 from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError

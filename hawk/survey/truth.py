@@ -17,7 +17,7 @@ from shapely.ops import unary_union
 from hawk.model.frames import offset_ned
 from hawk.model.lot_map import StallState
 from hawk.model.poses import GlobalPose
-from hawk.results.stall_exports import to_global
+from hawk.results.survey_map import to_global
 
 
 class TruthError(ValueError):

@@ -10,13 +10,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.versions.guard import Refusal, look
 from hawk.versions.kept import VersionError, Versions
 from hawk.versions.switching import (
     IN_ORDER,
     Outside,
+    Refusal,
     Refused,
     install,
+    look,
     note_end,
     note_ready,
     require_ground,

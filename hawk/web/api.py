@@ -1,15 +1,16 @@
-"""HTTP for tools: the schema, the mosaic, the report, health and metrics."""
+"""HTTP for tools: the schema, the mosaic, the report, health and metrics; the name and icon for BlueOS."""
 
 from __future__ import annotations
 
 import logging
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from aiohttp import hdrs, web
 
 from hawk.comm.protocol.commands import schema
-from hawk.web.access.guesses import GUESSES
+from hawk.web.access.guesses import GUESSES, is_loopback_peer
+from hawk.web.access.proxied import forwarding_header
 from hawk.web.door import DOOR
 from hawk.web.metrics import Access, figures, metrics_text, reader
 from hawk.web.services import COUNTERS, SERVICES, WebServices
@@ -138,3 +139,41 @@ def _report(services: WebServices) -> dict[str, Any]:
 def _access(app: web.Application) -> Access:
     door, guesses = app[DOOR], app[GUESSES]
     return Access(door.waiting, door.answered, door.closed, guesses.total)
+
+
+ADDRESS: Final = "/register_service"
+
+
+@dataclass(frozen=True, slots=True)
+class Registration:
+    """Keys as BlueOS's ``ServiceMetadata`` names them (core/services/helper/main.py)."""
+
+    version: str
+    name: str = "Hawk"
+    description: str = "Parking lot survey: live picture and map of every free and taken stall"
+    icon: str = "mdi-quadcopter"
+    """A name of Material Design Icons, which BlueOS brings."""
+    company: str = "Parking Lot Hawk"
+    webpage: str = "https://github.com/parking-lot-hawk/hawk"
+    api: str = "/api/schema.json"
+    new_page: bool = True
+    avoid_iframes: bool = True
+    """The page refuses to stand in a frame of another page; BlueOS opens it at its own port."""
+    works_in_relative_paths: bool = False
+    """The page's addresses begin at the root of its own port, so BlueOS's proxy (/extensionv2/) cannot serve it."""
+
+
+def add_route(app: web.Application) -> None:
+    """Add the route of this module."""
+    app.router.add_get(ADDRESS, register)
+
+
+def is_for_everybody_here(request: web.BaseRequest) -> bool:
+    """Return True for this question when a program of this computer asks it: no token is needed then."""
+    return request.path == ADDRESS and is_loopback_peer(request.remote) and forwarding_header(request) is None
+
+
+async def register(request: web.Request) -> web.StreamResponse:
+    """Name and version of the product, for BlueOS's menu; nothing of the drone."""
+    registration = Registration(request.app[SERVICES].version)
+    return web.json_response(asdict(registration), headers={hdrs.CACHE_CONTROL: "no-cache"})

@@ -21,8 +21,7 @@ from hawk.comm.protocol.authority import Role
 from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose
-from hawk.results.stall_exports import stalls_csv, stalls_geojson
-from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.results.survey_map import SurveyMap, map_picture, stalls_csv, stalls_geojson
 from hawk.store.recording import NoRecordingError
 from hawk.web.access.access import ACCESS
 from hawk.web.services import SERVICES, WebServices

@@ -24,7 +24,7 @@ from hawk.web.access.login_page import LOGIN, PUBLIC, WRONG, LoginPage
 from hawk.web.access.proxied import forwarding_header, is_secure, place
 from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens
-from hawk.web.register_service import is_for_everybody_here
+from hawk.web.api import is_for_everybody_here
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
 _HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")

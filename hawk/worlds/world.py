@@ -1,4 +1,4 @@
-"""A world to fly over: a picture of the ground, what stands on it, and the truth about its stalls."""
+"""A world to fly over, and its scale: a picture of the ground, what stands on it, and the truth about its stalls."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ import shapely.ops
 from numpy.typing import NDArray
 
 from hawk.formats.image import JPEG_START, DamagedImage, NoImage, decode_any, read_jpeg, upright
+from hawk.worlds import COARSEST_M, FINEST_M
 from hawk.worlds.canvas import Bytes, Points
 from hawk.worlds.facets import HeightLayer
-from hawk.worlds.scale import COARSEST_M, FINEST_M
 
 _STATES = ("free", "taken", "unclear")
 _START_INSET_M = 1.0

@@ -28,7 +28,7 @@ IMPORTED_ONCE: Final = (
     "scipy.optimize",
     "scipy.spatial",
     "shapely",
-    "hawk.model.limits",
+    "hawk.model.plans",
     "hawk.model.lot_map",
     "hawk.model.operation",
     "hawk.model.pictures",

@@ -19,7 +19,7 @@ from hawk.comm.autopilot.vehicle import AutopilotError, VehicleTopics
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.clock import Clock
 from hawk.config.sections import AutopilotSettings, CameraSettings
-from hawk.model.limits import Fence
+from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, MapPose
 from hawk.model.vehicle import CopterMode, LandedState, StatusText
 from tests.integration.sim_support import free_udp_port, get_json, simulation, small_picture

@@ -11,8 +11,7 @@ import pytest
 
 from hawk.cli import main, make_parser, simulation_options
 from hawk.comm.protocol.authority import Role
-from hawk.config.option_settings import load_settings
-from hawk.config.sections import ConfigError, WebSettings
+from hawk.config.sections import ConfigError, WebSettings, load_settings
 from hawk.daemon.start_checks import listening_problem
 from hawk.runtime.programs import remedy
 from hawk.survey.run import Address, address_of

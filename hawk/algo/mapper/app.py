@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, Window
-from hawk.algo.mapper.core import MapCore
+from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.mapper.register import Shift
-from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen, SeenGround, SeesFrames
 from hawk.model.lot_map import OccupancyMap, Stall

@@ -11,10 +11,9 @@ import numpy as np
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, LotMap, Mask, Place, Window
-from hawk.algo.path_plan.camera import LeanObserver, ReadableSpeed, Swath, exploring_height
 from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.field import guessed, information_field, scouting_field
-from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.footprint import Footprint, LeanObserver, ReadableSpeed, Swath, exploring_height
 from hawk.algo.path_plan.lot_ground import FenceGuard, OutlinedGround
 from hawk.algo.path_plan.lot_route import RouteKeeper
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin

@@ -18,7 +18,7 @@ import shapely
 
 from hawk.algo.ground import COARSE_M, Bools, CoarseLayers, Floats, LotMap, Mask, Place, Slices, Window
 from hawk.algo.path_plan.grid_search import is_clear
-from hawk.model.limits import AskedGround, Fence
+from hawk.model.plans import AskedGround, Fence
 from hawk.model.poses import Ring
 
 _LOT_SHARE = 0.5

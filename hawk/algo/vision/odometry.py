@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.rectify import camera_to_ned, intrinsics, scaled_camera
-from hawk.model.ground_motion import GroundStep
-from hawk.model.pictures import CameraModel
+from hawk.model.pictures import CameraModel, GroundStep
 from hawk.model.poses import MapPose
 
 _WIDTH = 320  # pixels of the pictures that are compared
@@ -149,8 +148,8 @@ LEAP_M_S = 3.0
 """A reported movement that is longer than the reported speed allows, by this and by this speed, is a leap and no
 motion; a match that is as far from the expected place is a wrong one."""
 TALL, TALLEST, ASIDE = 1.25, 4.0, 0.25
-"""What moves as the ground should, but faster by a factor between the first two, and to the side by a share below the
-third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
+"""Ground that seems to move as reported, but faster by a factor between the first two, and to the side by a share below
+the third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
 SAME_ROOF = 0.2
 """Share by which the factor of one roof changes from picture to picture."""
 FLATTEST = 0.5

@@ -1,9 +1,10 @@
-"""Results of vision for one frame, in metres of the map frame, and the interfaces that give them."""
+"""Results of vision for one frame, in metres of the map frame, the interfaces that give them, the size of stalls."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from statistics import median
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.model.operation import Health
+from hawk.model.pictures import StallSize
 from hawk.model.poses import MapPose
 
 FloatArray = NDArray[np.float64]
@@ -126,3 +128,22 @@ class SeesFrames(Protocol):
     def seen(self) -> Seen:
         """The last result."""
         ...
+
+
+LEAST_STALLS: Final = 6
+WHOLE: Final = 0.95
+"""Share of a stall that the picture must show."""
+
+
+def stall_size(frame: FrameInput, seen: Seen) -> StallSize | None:
+    """Return the usual size in this frame.
+
+    None where fewer stalls than `LEAST_STALLS` are whole, and where a rangefinder gives the picture its scale: the
+    reported height has no part in it then.
+    """
+    if seen.ground is None or frame.ground:
+        return None
+    widths = [stall.width for stall in seen.ground.stalls if stall.visible >= WHOLE]
+    if len(widths) < LEAST_STALLS:
+        return None
+    return StallSize(frame.captured, median(widths), seen.ground.pose.height)

@@ -17,20 +17,19 @@ from typing import Any, TypeVar
 
 from hawk.comm.autopilot import commands
 from hawk.comm.autopilot.calls import Calls
-from hawk.comm.autopilot.fence_rings import FenceRings, difference, rings_of
 from hawk.comm.autopilot.mavlink_link import Link, Message, OnMessage
 from hawk.comm.autopilot.parameters import AutopilotParameters
 from hawk.comm.autopilot.streams import RateKeeper, Stream, wanted_streams
 from hawk.comm.autopilot.telemetry import Telemetry
-from hawk.comm.autopilot.vehicle import AutopilotError, OtherFenceError, VehicleTopics
+from hawk.comm.autopilot.vehicle import AutopilotError, FenceRings, OtherFenceError, VehicleTopics, difference, rings_of
 from hawk.comm.clock import Clock
 from hawk.comm.mavlink.peer import SEVERAL, Expected
 from hawk.comm.mavlink.udp_gate import Hearing
 from hawk.comm.threads import Inbox, LatestSender
 from hawk.config.sections import AutopilotSettings, host_and_port
 from hawk.model.frames import wrap_angle
-from hawk.model.limits import Fence
 from hawk.model.moment import Moment, this_moment
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say, words_of
 from hawk.model.vehicle import CopterMode, ForeignWrite, StatusText

@@ -27,9 +27,8 @@ from mavsdk.plugins.telemetry import Telemetry
 from mavsdk.system import Autopilot as AutopilotKind
 from mavsdk.system import Vehicle as VehicleKind
 
-from hawk.comm.autopilot.fence_rings import Corners, FenceRings
 from hawk.comm.autopilot.remote_id import ARM_STATUS, TRANSMITTERS
-from hawk.comm.autopilot.vehicle import AutopilotError, OtherFenceError
+from hawk.comm.autopilot.vehicle import AutopilotError, Corners, FenceRings, OtherFenceError
 from hawk.comm.mavlink.claim import Claim, ClaimedError
 from hawk.comm.mavlink.foreign_writes import writes
 from hawk.comm.mavlink.frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat

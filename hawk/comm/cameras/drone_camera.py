@@ -22,8 +22,7 @@ from hawk.comm.cameras.calibration import Calibration, load_calibration
 from hawk.comm.cameras.sources.mjpeg import HttpMjpegSource
 from hawk.comm.cameras.sources.rpicam import RpicamSource
 from hawk.comm.cameras.sources.rtsp import GStreamerSource, RtspSource
-from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
-from hawk.comm.cameras.sources.threaded import OpenCvSource
+from hawk.comm.cameras.sources.source import CameraError, CameraSource, OpenCvSource, SourceFrame
 from hawk.comm.cameras.sources.v4l2 import V4l2Source
 from hawk.comm.cameras.stamp_clock import JUMP_S, StampClock
 from hawk.comm.clock import Clock

@@ -12,8 +12,8 @@ from typing import Final
 from hawk.ddc.fence.geometry import path_is_inside
 from hawk.ddc.fence.path import length, path_inside
 from hawk.ddc.readings.wind import Wind, ground_speed
-from hawk.model.limits import Fence
 from hawk.model.operation import FlightDrain
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint
 
 DRAIN_WINDOW_S = 60.0

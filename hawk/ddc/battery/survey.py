@@ -24,9 +24,8 @@ from hawk.ddc.battery.energy import (
 )
 from hawk.ddc.settings import DdcSettings, SurveyMemory
 from hawk.ddc.stopwatch import Stopwatch
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import SurveyLeft
-from hawk.model.plans import PathPlan
+from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.sentences import say
 
 Basis = Literal["planner", "map", "outline", "fence"]

@@ -21,7 +21,7 @@ from hawk.ddc.fence.geometry import FenceError, Ring
 from hawk.ddc.fence.outline import OutlineError, check_rings
 from hawk.formats.area_file import LARGEST_BYTES, Area, AreaError, read_areas
 from hawk.formats.area_file import Ring as FileRing
-from hawk.model.limits import Outline
+from hawk.model.plans import Outline
 from hawk.model.sentences import say, series, words_of
 
 T = TypeVar("T")

@@ -17,7 +17,7 @@ import shapely
 from shapely import LineString, MultiPolygon, Point, Polygon
 
 from hawk.model.frames import offset_ned
-from hawk.model.limits import Fence
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose, MapPoint, MapPose
 from hawk.model.sentences import say
 

@@ -24,7 +24,7 @@ from hawk.ddc.fence.geometry import (
     ring_to_map,
     shape,
 )
-from hawk.model.limits import AskedGround, Fence, Outline
+from hawk.model.plans import AskedGround, Fence, Outline
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
 

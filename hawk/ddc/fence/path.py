@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from shapely.geometry.polygon import orient
 
 from hawk.ddc.fence.geometry import contains, path_is_inside, shape
-from hawk.model.limits import Fence
-from hawk.model.plans import Route
+from hawk.model.plans import Fence, Route
 from hawk.model.poses import MapPoint
 
 ROOM_M = (2.0, 1.0, 0.5, 0.0)

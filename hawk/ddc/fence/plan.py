@@ -37,7 +37,7 @@ from hawk.ddc.fence.geometry import (
 )
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
-from hawk.model.limits import Fence, HeightParameters
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.sentences import say, words_of
 

@@ -10,8 +10,8 @@ from hawk.ddc.fence.geometry import FenceError, area
 from hawk.ddc.fence.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of
 from hawk.ddc.fence.plan import FencePlan, check_plan, fence_setup
 from hawk.ddc.settings import DdcSettings, SurveyMemory
-from hawk.model.limits import AskedGround, Fence, HeightParameters, Outline
 from hawk.model.operation import Level
+from hawk.model.plans import AskedGround, Fence, HeightParameters, Outline
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say, words_of
 from hawk.runtime.files import set_aside, write_atomically

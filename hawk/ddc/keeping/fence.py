@@ -21,8 +21,8 @@ from hawk.ddc.parameters.values import Values
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import seconds, sentence
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.sentences import joined, say, words_of
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from hawk.model.limits import HeightParameters
+from hawk.model.plans import HeightParameters
 from hawk.model.sentences import say, words_of
 from hawk.runtime.files import set_aside, write_atomically
 

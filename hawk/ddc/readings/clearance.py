@@ -15,8 +15,8 @@ from hawk.config.sections import OBSTACLE_MARGIN_M
 from hawk.ddc.readings.instant import Instant, Parts, Reading
 from hawk.ddc.readings.topic_interface import TARGET_POSE_AGE_S
 from hawk.ddc.words import direction, metres
-from hawk.model.limits import Fence
 from hawk.model.operation import Health, HealthStatus
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint, VehiclePose
 from hawk.model.sentences import say
 from hawk.model.vehicle import LandedState

@@ -16,8 +16,8 @@ from hawk.ddc.readings.instant import Instant, Parts, Reading
 from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.words import metres
 from hawk.model.frames import offset_ned
-from hawk.model.limits import Fence
 from hawk.model.operation import Health
+from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.sentences import say
 

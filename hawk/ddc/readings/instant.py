@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from hawk.comm.topic import Stamped
 from hawk.ddc.readings.belief import Belief
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, usable_pose
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import Health
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
 from hawk.model.vehicle import VehicleState
 

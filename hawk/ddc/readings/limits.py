@@ -10,7 +10,7 @@ from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.readings.instant import Instant, Reading
 from hawk.ddc.stopwatch import Stopwatch
-from hawk.model.limits import Fence, HeightParameters
+from hawk.model.plans import Fence, HeightParameters
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.topic import Topic
-from hawk.model.ground_motion import GroundStep, StallSize
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
-from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
+from hawk.model.pictures import GroundStep, StallSize
+from hawk.model.plans import DesiredPose, Fence, HeightParameters, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
 from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState

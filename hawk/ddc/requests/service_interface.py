@@ -18,8 +18,8 @@ from hawk.ddc.fence.geometry import contains, inside_point, leads_inside, outsid
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.parameters.values import RALLY_NAME
 from hawk.ddc.readings.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose, MapPose
 from hawk.model.sentences import say, words_of
 from hawk.model.vehicle import CopterMode

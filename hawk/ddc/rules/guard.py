@@ -14,8 +14,7 @@ from hawk.ddc.readings.clearance import LOW_S
 from hawk.ddc.readings.position import POSITION_CONFIRM_S
 from hawk.ddc.readings.sight import FAULT_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
-from hawk.ddc.states.base import State
-from hawk.ddc.states.returning import cause_here
+from hawk.ddc.states.base import State, cause_here
 from hawk.ddc.words import metres
 from hawk.model.sentences import say
 

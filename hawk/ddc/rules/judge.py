@@ -27,9 +27,8 @@ from hawk.ddc.fence.plan import fence_refusal
 from hawk.ddc.parameters.heights import ParameterError, check_heights
 from hawk.ddc.rules.needs import POSITION_UNKNOWN, Refusal, Situation, unmet
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName, UserError
-from hawk.model.plans import Route
+from hawk.model.plans import Fence, HeightParameters, Route
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.sentences import say, words_of
 

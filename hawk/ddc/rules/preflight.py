@@ -24,8 +24,8 @@ from hawk.ddc.readings.remote_id import remote_id_checks
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.witnesses.witness import COMPASS_LOST
 from hawk.ddc.words import metres
-from hawk.model.limits import Fence
 from hawk.model.operation import Fall
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.sentences import say, series, words_of
 

@@ -26,11 +26,10 @@ from hawk.ddc.orders import (
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.explore import AutonomousExploreState
-from hawk.ddc.states.ground import ArmState, ConfigureFenceState, ConfigureState, IdleState
+from hawk.ddc.states.ground import ArmState, ConfigureFenceState, ConfigureState, IdleState, TakeoffState
 from hawk.ddc.states.homing import HomingState, LandState, ReturnToLaunchState
 from hawk.ddc.states.hover import CommunicationLostState, HoverState, ManualState
 from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
-from hawk.ddc.states.takeoff import TakeoffState
 from hawk.ddc.words import direction, metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.sentences import joined, say

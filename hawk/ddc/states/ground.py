@@ -1,7 +1,8 @@
-"""The states on the ground: Idle, Configure and Arm."""
+"""The states on the ground, and the one that leaves it: Idle, Configure, Arm and Takeoff."""
 
 from __future__ import annotations
 
+import math
 from enum import Enum, auto
 
 from hawk.comm.protocol.commands import Disarm, Takeoff
@@ -16,19 +17,33 @@ from hawk.ddc.acts import (
     Step,
     StoreFence,
     StoreHeights,
+    TakeOff,
     UploadFence,
     UseHeights,
 )
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.fence.plan import FencePlan
-from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, Order, ToArm, ToConfigure, ToIdle, ToManual, ToTakeoff
+from hawk.ddc.motion import Goal
+from hawk.ddc.orders import (
+    ArmOrder,
+    ConfigureOrder,
+    FenceOrder,
+    Order,
+    ToArm,
+    ToCommunicationLost,
+    ToConfigure,
+    ToHover,
+    ToIdle,
+    ToManual,
+    ToTakeoff,
+)
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.base import Inquiry, ModeKeeper, State
-from hawk.ddc.words import seconds
-from hawk.model.limits import Fence, HeightParameters
+from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper, State
+from hawk.ddc.words import metres, seconds
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.sentences import joined, say, words_of
 from hawk.model.vehicle import CopterMode
 
@@ -284,3 +299,74 @@ class ArmState(State):
 
 def _give_up(text: str, details: str = "") -> Step:
     return Step(ToIdle(joined(text, details), gave_up_arming=True), (Log("error", text, details),))
+
+
+REACHED_SHARE = 0.95
+"""The climb is done at this share of the desired height."""
+GROUND_S = 8.0
+"""Seconds on the ground after which the take-off has failed."""
+NO_CLIMB_S = 5.0
+CLIMB_STEP_M = 0.5
+"""A gain below this in NO_CLIMB_S is no climb."""
+
+
+class TakeoffState(AirborneState):
+    """The autopilot's take-off, watched."""
+
+    identity = StateName.TAKEOFF
+    is_guarded = stops_at_fence = True
+
+    def __init__(self, now: float) -> None:
+        super().__init__(now)
+        self._inquiry = Inquiry()
+        self._airborne = False
+        self._best = -math.inf
+        self._best_at = now
+
+    def detail(self, facts: Facts) -> str:
+        """Return the height of the climb."""
+        return say("Climbing to {desired}.", desired=metres(facts.limits.heights.desired))
+
+    def enter(self, facts: Facts) -> Acts:
+        """Ask for the take-off."""
+        return (self._inquiry.ask(TakeOff(facts.limits.heights.desired), facts),)
+
+    def process(self, facts: Facts) -> Acts:
+        """Note when the drone leaves the ground, and its climb."""
+        acts: Acts = ()
+        if not self._airborne and not facts.is_on_ground:
+            self._airborne = True
+            self._best_at = facts.now
+            acts = (Log("info", say("Took off.")),)
+        if facts.height is not None and facts.height >= self._best + CLIMB_STEP_M:
+            self._best, self._best_at = facts.height, facts.now
+        return acts
+
+    def _decide(self, facts: Facts) -> Step:
+        height, wanted = facts.height, facts.limits.heights.desired
+        if not self._airborne:
+            return self._decide_on_ground(facts)
+        if height is not None and height >= REACHED_SHARE * wanted:
+            if not facts.operator.is_present:
+                return Step(ToCommunicationLost(given_back_by=facts.operator.given_back_by))
+            return Step(ToHover(say("At {wanted}.", wanted=metres(wanted)), _above(facts, wanted)))
+        if facts.now - self._best_at > NO_CLIMB_S:
+            return Step(ToHover(say("The climb stopped."), level="warning"))
+        return STAY
+
+    def _decide_on_ground(self, facts: Facts) -> Step:
+        if failed := self._inquiry.failure(facts):
+            return _refuse(facts, say("Take-off was refused."), failed.reason)
+        if self.age(facts) > GROUND_S:
+            return _refuse(facts, say("It did not take off."), facts.link.words)
+        return STAY
+
+
+def _refuse(facts: Facts, text: str, details: str) -> Step:
+    following = ToArm(armed=True, reason=text) if facts.vehicle.armed else ToIdle(text)
+    return Step(following, (Log("error", text, details),))
+
+
+def _above(facts: Facts, height: float) -> Goal | None:
+    place = facts.place
+    return None if place is None else Goal(place.north, place.east, height, place.yaw)

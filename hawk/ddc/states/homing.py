@@ -13,9 +13,8 @@ from hawk.ddc.fence.path import length
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand
 from hawk.ddc.readings.home import HOLDS_S, HOME_WAIT_S
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper
+from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper, astray, astray_words, cause_here, leaves
 from hawk.ddc.states.path_home import PathHome, Straight, begin, is_beyond_sight
-from hawk.ddc.states.returning import astray, astray_words, cause_here, leaves
 from hawk.ddc.words import metres, sentence
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint

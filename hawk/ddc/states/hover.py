@@ -21,11 +21,10 @@ from hawk.ddc.fence.geometry import (
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand, ToReturn
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.base import AirborneState, ModeKeeper
-from hawk.ddc.states.returning import cause_here
+from hawk.ddc.states.base import AirborneState, ModeKeeper, cause_here
 from hawk.ddc.words import metres, seconds
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode

@@ -20,8 +20,7 @@ from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.explore import Travelling
 from hawk.ddc.words import metres, sentence
-from hawk.model.limits import Fence
-from hawk.model.plans import Route
+from hawk.model.plans import Fence, Route
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hawk.ddc.stopwatch import Doubt
-from hawk.model.ground_motion import GroundStep
+from hawk.model.pictures import GroundStep
 from hawk.model.sentences import say
 
 WINDOW_S: Final = 30.0

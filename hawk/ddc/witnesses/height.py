@@ -17,7 +17,7 @@ from statistics import median
 
 from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.words import metres
-from hawk.model.ground_motion import GroundStep, StallSize
+from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.sentences import say
 
 WINDOW_S = 60.0

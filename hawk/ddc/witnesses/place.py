@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.words import metres
-from hawk.model.ground_motion import GroundStep
+from hawk.model.pictures import GroundStep
 from hawk.model.sentences import say
 
 WINDOW_S = 10.0

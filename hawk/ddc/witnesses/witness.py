@@ -10,8 +10,8 @@ from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.ddc.witnesses.heading import HeadingFacts, HeadingReading
 from hawk.ddc.witnesses.height import AGREES_M, HeightFacts, HeightReading
 from hawk.ddc.witnesses.place import PlaceFacts, PlaceReading
-from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.operation import Health
+from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.sentences import say
 from hawk.model.vehicle import Diagnostics, GnssHeight
 

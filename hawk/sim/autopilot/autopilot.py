@@ -10,17 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.sim.autopilot.battery import Battery
 from hawk.sim.autopilot.control import Controller, Limits, Setpoint
 from hawk.sim.autopilot.failsafes import ArmingView, Failsafes, Fallback, Watched, arming_reasons, pre_arm_reasons
 from hawk.sim.autopilot.fence import Fence, FenceItem, FenceType
 from hawk.sim.autopilot.gps import Estimate, Estimator
 from hawk.sim.autopilot.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, Stabilize
-from hawk.sim.autopilot.options import AutopilotOptions
-from hawk.sim.autopilot.parameters import Parameters, copter_parameters
+from hawk.sim.autopilot.parameters import AutopilotOptions, Parameters, copter_parameters
 from hawk.sim.autopilot.radio import Radio
 from hawk.sim.autopilot.rally import Rally, RallyPlace, RallyPoint
-from hawk.sim.autopilot.sensors import SIMULATED, Barometer, Compasses, Rangefinder, Receiver
+from hawk.sim.autopilot.sensors import SIMULATED, Barometer, Battery, Compasses, Rangefinder, Receiver
 from hawk.sim.geometry import Origin, Vector, add, subtract
 from hawk.sim.vehicle import GRAVITY, Body, Demand, Wind, step_body
 

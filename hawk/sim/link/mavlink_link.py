@@ -17,11 +17,10 @@ from hawk.sim.autopilot.autopilot import Autopilot
 from hawk.sim.autopilot.commands import Command, execute
 from hawk.sim.autopilot.missions import HANDLED as MISSION_MESSAGES
 from hawk.sim.autopilot.missions import Missions
-from hawk.sim.autopilot.options import Other
-from hawk.sim.autopilot.parameters import Parameter
-from hawk.sim.autopilot.remote_id import COMPONENT as TRANSMITTER
-from hawk.sim.autopilot.remote_id import MESSAGES as REMOTE_ID_MESSAGES
-from hawk.sim.autopilot.remote_id import Transmitter
+from hawk.sim.autopilot.parameters import Other, Parameter
+from hawk.sim.autopilot.radio import COMPONENT as TRANSMITTER
+from hawk.sim.autopilot.radio import MESSAGES as REMOTE_ID_MESSAGES
+from hawk.sim.autopilot.radio import Transmitter
 from hawk.sim.autopilot.telemetry import BUILDERS, Message, build, heartbeat
 from hawk.sim.geometry import Vector, add
 

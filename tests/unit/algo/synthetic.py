@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.seen import GroundImage, Seen, SeenGround, StallSeen
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import DesiredPose
+from hawk.model.plans import DesiredPose, Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 
 CAMERA = CameraModel(width=1280, height=720, fx=914.0, fy=914.0, cx=639.5, cy=359.5)

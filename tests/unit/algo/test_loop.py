@@ -14,9 +14,9 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, AlgorithmTopics, FrameCamera
 from hawk.comm.cameras.drone_camera import CameraFrame
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import GlobalPose, MapPoint, VehiclePose
 from tests.unit.algo.synthetic import CAMERA, SyntheticVision, pose_at, rows_lot
 

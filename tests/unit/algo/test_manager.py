@@ -17,8 +17,8 @@ from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.seen import Seen, SeenGround
 from hawk.formats.image import NoImage
-from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
+from hawk.model.pictures import GroundStep
 from hawk.model.plans import DesiredPose, Inbound
 from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot
 

@@ -11,7 +11,7 @@ import shapely
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.flown_surveys import WorldRun, figures, problem_of, rings_of
 from benchmarks.lawnmower import OVERLAP, lanes
-from hawk.algo.path_plan.camera import Swath
+from hawk.algo.path_plan.footprint import Swath
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth

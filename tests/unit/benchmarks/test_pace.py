@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.pace import SPEEDS, in_time
-from hawk.sim.values import SLOWEST
+from hawk.sim.launch import SLOWEST
 from hawk.survey.run import LATE_FRAMES_LIMIT
 
 pytestmark = pytest.mark.asyncio

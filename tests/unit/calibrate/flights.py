@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.calibrate.flight import Flight, Flown, Look, Track
-from hawk.calibrate.geometry import carried, mounted
-from hawk.calibrate.pairs import Matches, Pair, choose_pairs
+from hawk.calibrate.pairs import Matches, Pair, carried, choose_pairs, mounted
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 

@@ -18,13 +18,12 @@ from scipy.spatial.transform import Rotation
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.rectify import camera_to_ned
 from hawk.calibrate.flight import FlightError, Flown, Track, aligned, newest_recording, read_flight
-from hawk.calibrate.geometry import rotations
-from hawk.calibrate.pairs import choose_pairs
+from hawk.calibrate.pairs import choose_pairs, rotations
 from hawk.cli import main
 from hawk.config.sections import Config, StoreSettings
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.store.recording import Recording
 from hawk.worlds.camera import WorldCamera

@@ -10,9 +10,8 @@ from hawk.algo.vision.odometry import expected_motion
 from hawk.algo.vision.rectify import ground_homography, intrinsics
 from hawk.calibrate.flight import Flown
 from hawk.calibrate.flight_command import LARGEST_SPREADS, Advice, advise, table
-from hawk.calibrate.geometry import carried, motions, mounted
 from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
-from hawk.calibrate.pairs import Matches
+from hawk.calibrate.pairs import Matches, carried, motions, mounted
 from hawk.config.sections import CameraSettings
 from hawk.model.poses import MapPose
 from tests.unit.calibrate.flights import CAMERA, Errors, all_pairs, lanes, reported, seen

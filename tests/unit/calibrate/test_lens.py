@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from hawk.calibrate.camera_command import Session
-from hawk.calibrate.coverage import View
-from hawk.calibrate.lens import LEAST_CORNERS, MOST_RMS, NAMES, BoardFinder, Collector, Lens, LensError, calibrate
+from hawk.calibrate.lens import LEAST_CORNERS, MOST_RMS, NAMES, BoardFinder, Collector, Lens, LensError, View, calibrate
 from hawk.calibrate.settings_file import camera_info, write_camera_info
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings

@@ -11,9 +11,8 @@ from hawk.check.autopilot import look_at_autopilot, not_found_remedy
 from hawk.check.result import CheckResult, Outcome, all_passed
 from hawk.comm.autopilot import commands
 from hawk.comm.autopilot.commands import MavCommand
-from hawk.comm.autopilot.fence_rings import FenceRings
 from hawk.comm.autopilot.mavlink_link import SensorHealth
-from hawk.comm.autopilot.vehicle import AutopilotError
+from hawk.comm.autopilot.vehicle import AutopilotError, FenceRings
 from hawk.comm.clock import Clock
 from hawk.comm.mavlink.udp_gate import Hearing
 from hawk.config.sections import AutopilotSettings, Config

@@ -18,8 +18,7 @@ from hawk import cli
 from hawk.algo.vision.network import NetworkMaps, VisionModelError
 from hawk.check import commands
 from hawk.check.camera import CameraTimes
-from hawk.check.machine import DiskReading
-from hawk.check.model import ground_size, look_at_model
+from hawk.check.machine import DiskReading, ground_size, look_at_model
 from hawk.check.network import NetworkTools
 from hawk.check.result import (
     CheckResult,
@@ -38,8 +37,7 @@ from hawk.check.result import (
 )
 from hawk.check.run import Tools, check_all
 from hawk.comm.clock import Clock
-from hawk.config.option_settings import load_settings
-from hawk.config.sections import Config, ConfigError
+from hawk.config.sections import Config, ConfigError, load_settings
 from hawk.runtime.programs import Kind, Processes
 from hawk.web.access.tls import RELEASED
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures

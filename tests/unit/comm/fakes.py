@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hawk.comm.autopilot.fence_rings import FenceRings
 from hawk.comm.autopilot.mavlink_link import Link, Message, OnMessage, SensorHealth
-from hawk.comm.autopilot.vehicle import AutopilotError
+from hawk.comm.autopilot.vehicle import AutopilotError, FenceRings
 from hawk.comm.mavlink.peer import FIRST_HEARD, Expected
 from hawk.comm.mavlink.udp_gate import NOBODY, Hearing
 

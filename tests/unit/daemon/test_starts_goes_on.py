@@ -10,9 +10,9 @@ import pytest
 from hawk.config.sections import Config, ConfigError, StoreSettings, WatchdogSettings
 from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.daemon.starts import CONTINUE_S, SurveyAtStart, survey_at_start
-from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightDrain, FlightSoFar
+from hawk.model.plans import Outline
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.runtime.program_log import ProgramLog
 from hawk.sim.launch import SimulationOptions

@@ -31,8 +31,7 @@ from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
-from hawk.model.limits import HeightParameters
-from hawk.model.plans import Route
+from hawk.model.plans import HeightParameters, Route
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, pose

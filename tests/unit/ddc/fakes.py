@@ -35,10 +35,9 @@ from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface, Sender
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
-from hawk.model.limits import Fence
 from hawk.model.moment import Moment
 from hawk.model.operation import Fall, FlightSoFar, Health, StateName, UserError
-from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
+from hawk.model.plans import DesiredPose, ExploreStatus, Fence, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, StatusText, VehicleState
 from tests.manual_clock import ManualClock

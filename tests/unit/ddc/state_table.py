@@ -37,9 +37,8 @@ from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.wind import Wind, WindFacts
 from hawk.ddc.rules.kill import KillTokens
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
-from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
+from hawk.model.plans import DesiredPose, ExploreStatus, HeightParameters, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS

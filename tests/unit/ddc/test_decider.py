@@ -57,10 +57,9 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.wind import Wind, WindFacts
-from hawk.ddc.rules.command_desk import CommandDesk, LotCheck
+from hawk.ddc.rules.command_desk import CommandDesk, LotCheck, RouteRequests
 from hawk.ddc.rules.guard import reaction
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
-from hawk.ddc.rules.route_requests import RouteRequests
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
@@ -464,12 +463,12 @@ VITAL = (
     "rules.silence.SilenceRule.tick",
     "keeping.parameters.KeptParameters.tick",
     "keeping.fence.KeptFence.tick",
-    "keeping.home.KeptHome.tick",
+    "keeping.keeper.KeptHome.tick",
     "keeping.keeper.Keeper.kept",
     "rules.kill.KillSwitch.follow",
 )
 LESS_VITAL = (
-    "rules.route_requests.RouteRequests.tick",
+    "rules.command_desk.RouteRequests.tick",
     "parameters.reader.ParameterReader.tick",
     "rules.notices.GroundNotices.tick",
     "rules.notices.WitnessNotices.tick",

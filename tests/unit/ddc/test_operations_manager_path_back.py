@@ -16,7 +16,7 @@ from hawk.ddc.fence.geometry import FenceError, circle, contains, inside_point, 
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.ddc.states.hover import Holding
-from hawk.model.limits import Fence, HeightParameters
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose, VehiclePose
 from tests.unit.ddc.written_facts import FENCE, SETTINGS, flying, pose
 

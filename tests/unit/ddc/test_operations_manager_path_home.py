@@ -10,7 +10,7 @@ import pytest
 from hawk.comm.protocol.commands import CompulsiveMove, ReturnToLaunch
 from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.orders import Cause, CauseKind, ToHover, ToLand, ToReturn
-from hawk.ddc.states.returning import returning
+from hawk.ddc.states.base import returning
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import made, requests, texts

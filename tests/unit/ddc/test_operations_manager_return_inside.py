@@ -27,8 +27,8 @@ from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.rules.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
 from hawk.ddc.states.path_home import RETURNS_ALREADY, PathHome, begin
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName as S
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig

@@ -60,14 +60,12 @@ from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.ddc.requests.fence_checks import FenceChecks
 from hawk.ddc.requests.flight_log import FlightLog
-from hawk.ddc.requests.requests import Requests
+from hawk.ddc.requests.requests import FenceChecks, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.settings import SurveyMemory
-from hawk.model.limits import HeightParameters, Outline
 from hawk.model.operation import Fall, StateName, UserError
-from hawk.model.plans import DesiredPose
+from hawk.model.plans import DesiredPose, HeightParameters, Outline
 from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 from tests.unit.ddc.fakes import PLACE, FakeAutopilot, FakeSocket

@@ -26,10 +26,9 @@ from hawk.ddc.requests.requests import Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.senses import Senses, Sources
 from hawk.ddc.settings import DdcSettings, SurveyMemory
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Fall, Health, StateName
-from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Verdict
+from hawk.model.plans import DesiredPose, ExploreStatus, Fence, HeightParameters, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.manual_clock import ManualClock

@@ -19,8 +19,8 @@ from hawk.ddc.readings.remote_control import RemoteControlFacts
 from hawk.ddc.readings.sight import SightFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
 

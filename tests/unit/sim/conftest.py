@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot.autopilot import Autopilot
-from hawk.sim.autopilot.options import AutopilotOptions
+from hawk.sim.autopilot.parameters import AutopilotOptions
 from hawk.sim.geometry import Origin
 from hawk.sim.link.mavlink_link import MavlinkLink
 

@@ -8,7 +8,7 @@ import aiohttp
 import numpy as np
 import pytest
 
-from hawk.sim.autopilot.options import AutopilotOptions
+from hawk.sim.autopilot.parameters import AutopilotOptions
 from hawk.sim.camera.camera import Camera, Shot, SimulationClock
 from hawk.sim.geometry import Origin
 from hawk.sim.link.udp import UdpUrl

@@ -14,9 +14,9 @@ from typing import IO, Any
 
 import pytest
 
-from hawk.model.limits import Outline
 from hawk.model.moment import Moment
 from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.plans import Outline
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState, pack, read_survey, surveys_of

@@ -10,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.frame import FrameInput
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import DesiredPose
+from hawk.model.plans import DesiredPose, Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 from hawk.store.recording import FrameFormatError, decode_frame, encode_frame, to_plain, values_of
 

@@ -19,8 +19,8 @@ from hawk.comm.protocol.commands import (
     Takeoff,
 )
 from hawk.comm.protocol.heartbeat import FenceCorner, Heartbeat
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName, UserError
+from hawk.model.plans import HeightParameters
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import (
     SPIRAL_LENGTH_M,

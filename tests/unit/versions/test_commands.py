@@ -32,7 +32,7 @@ def run(tmp_path: Path, *arguments: str) -> int:
 @pytest.fixture(autouse=True)
 def quiet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("hawk.versions.commands.use_idle_time_only", lambda: None)
-    monkeypatch.setattr("hawk.versions.guard.SYSTEMD_FOLDER", tmp_path / "none")
+    monkeypatch.setattr("hawk.versions.switching.SYSTEMD_FOLDER", tmp_path / "none")
     (tmp_path / "run").mkdir()
 
 

@@ -5,9 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.guard import ARMED, Refusal
 from hawk.versions.kept import VersionError, Versions
-from hawk.versions.switching import FAILED_STARTS, Outside, Refused, install, note_end, note_ready, roll_back
+from hawk.versions.switching import (
+    ARMED,
+    FAILED_STARTS,
+    Outside,
+    Refusal,
+    Refused,
+    install,
+    note_end,
+    note_ready,
+    roll_back,
+)
 from tests.unit.versions.package import make_package
 
 Install = Callable[[str], list[str]]

@@ -19,8 +19,7 @@ from typing import Any, Final, Protocol
 import cv2
 import numpy as np
 
-from hawk.comm.cameras.sources.source import CameraError, SourceFrame
-from hawk.comm.cameras.sources.threaded import Give, ThreadedSource, encoded
+from hawk.comm.cameras.sources.source import CameraError, Give, SourceFrame, ThreadedSource, encoded
 from hawk.comm.cameras.stamp_clock import captured_at
 from hawk.config.addresses import V4l2Camera
 from hawk.formats.image import whole_jpeg

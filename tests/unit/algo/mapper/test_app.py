@@ -11,7 +11,7 @@ import pytest
 
 from hawk.algo.frame import AlgoError
 from hawk.algo.mapper.app import MapperApp
-from hawk.algo.mapper.settings import MapperSettings
+from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.model.lot_map import TILE_CELLS, Cell, OccupancyMap, Stall, StallState, variance_of
 from hawk.model.plans import Inbound

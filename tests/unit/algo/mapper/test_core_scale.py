@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.mapper import grid as grid_module
-from hawk.algo.mapper.core import MapCore
+from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.delta import Recent
-from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.mapper.stalls import StallTracker
 from hawk.algo.mapper.table import SQUARE_M, STALL_DTYPE, FarStalls, Rows, squares_about
 from tests.unit.algo.synthetic import SyntheticVision, pose_at, rows_lot

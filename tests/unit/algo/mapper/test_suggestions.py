@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.core import MapCore
-from hawk.algo.mapper.settings import MapperSettings
+from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.suggestions import (
     LENGTH_M,
     PASS_M,

@@ -17,9 +17,8 @@ from hawk.algo.ground import CoarseLayers, Window
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model.limits import AskedGround, Fence
 from hawk.model.lot_map import Stall
-from hawk.model.plans import Inbound, PathPlan
+from hawk.model.plans import AskedGround, Fence, Inbound, PathPlan
 from hawk.model.poses import MapPose
 from tests.unit.algo.synthetic import CAMERA, frame_at, ground_affine
 

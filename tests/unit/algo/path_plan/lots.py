@@ -9,9 +9,8 @@ import shapely
 from numpy.typing import NDArray
 
 from hawk.algo.ground import COARSE_M, CoarseLayers, Window
-from hawk.model.limits import Fence
 from hawk.model.lot_map import Stall
-from hawk.model.plans import Inbound
+from hawk.model.plans import Fence, Inbound
 from hawk.model.poses import MapPoint
 
 

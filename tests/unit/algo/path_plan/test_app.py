@@ -11,10 +11,9 @@ from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import Health, StateName
-from hawk.model.plans import DesiredPose, Inbound, PathPlan, Route, Verdict
+from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.flight import KnownMap, fence_around
 from tests.unit.algo.synthetic import CAMERA, frame_at, pose_at

@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.model.limits import Fence
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 

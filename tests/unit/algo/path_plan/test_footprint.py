@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.algo.ground import Bools, Floats
-from hawk.algo.path_plan.camera import Lean, LeanObserver, Swath
-from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, momenta
+from hawk.algo.path_plan.footprint import Corners, Footprint, Lean, LeanObserver, Singles, Swath, momenta
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.model.poses import MapPose
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hawk.algo.ground import COARSE_M, Window
-from hawk.algo.path_plan.camera import Swath
 from hawk.algo.path_plan.field import InformationField
+from hawk.algo.path_plan.footprint import Swath
 from tests.unit.algo.synthetic import CAMERA
 
 WINDOW = Window(-50, -50, 100, 100, COARSE_M)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hawk.algo.ground import Window
 from hawk.algo.path_plan.lot_ground import FenceGuard
-from hawk.model.limits import Fence
+from hawk.model.plans import Fence
 
 POLYGON = ((0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 40.0), (20.0, 20.0), (0.0, 20.0))
 """An L: the corner about (10, 30) is outside."""

@@ -12,8 +12,8 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.lot_ground import OutlinedGround, cells_inside
-from hawk.model.limits import AskedGround
 from hawk.model.lot_map import Stall, StallState
+from hawk.model.plans import AskedGround
 from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly
 from tests.unit.algo.synthetic import frame_at, pose_at

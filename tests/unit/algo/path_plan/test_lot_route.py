@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import NO_LOT_HERE, NO_LOT_THERE, NO_ROUTE, lot_route
-from hawk.model.limits import Fence
-from hawk.model.plans import Route
+from hawk.model.plans import Fence, Route
 from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.lots import DrawnLot, fence_of, line_of, place_in
 

@@ -13,8 +13,7 @@ from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.path_plan.field import with_bridges
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import NO_LOT_THERE, NO_ROUTE, RouteKeeper, lot_route
-from hawk.model.limits import Fence
-from hawk.model.plans import DesiredPose, Route
+from hawk.model.plans import DesiredPose, Fence, Route
 from tests.unit.algo.path_plan.flight import Flight, fence_around, fly
 from tests.unit.algo.path_plan.lots import DrawnLot, fence_of, place_in
 

@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.algo.ground import Floats
-from hawk.algo.path_plan.camera import Lean
 from hawk.algo.path_plan.course import Course, Outlook
-from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.footprint import Footprint, Lean
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 

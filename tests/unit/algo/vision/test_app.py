@@ -16,9 +16,9 @@ from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.formats.image import DamagedImage, NoImage
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from tests.unit.jpegs import jpeg, scene, without
 

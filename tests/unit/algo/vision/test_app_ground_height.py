@@ -17,8 +17,8 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import StallSeen
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics
 from hawk.store.recording import decode_frame, encode_frame

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.camera_check import CameraCheck, Evidence, Pair, View
 from hawk.algo.vision.odometry import Motion, expected_motion, find_features, measured_motion
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health, StateName
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics, turned_camera
 from hawk.worlds.camera import WorldCamera

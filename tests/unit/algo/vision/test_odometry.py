@@ -12,9 +12,9 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.odometry import LONGEST_S, Odometry
-from hawk.model.ground_motion import GroundStep
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
+from hawk.model.pictures import GroundStep
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics
 from hawk.worlds.camera import WorldCamera

@@ -12,16 +12,15 @@ from typing import Any
 import pytest
 
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot, expected_autopilot
-from hawk.comm.autopilot.fence_rings import Corners, FenceRings
 from hawk.comm.autopilot.mavlink_link import FOREIGN_WRITE, Message, OnMessage
-from hawk.comm.autopilot.vehicle import Autopilot, AutopilotError, OtherFenceError, VehicleTopics
+from hawk.comm.autopilot.vehicle import Autopilot, AutopilotError, Corners, FenceRings, OtherFenceError, VehicleTopics
 from hawk.comm.clock import Clock
 from hawk.comm.mavlink.peer import Expected
 from hawk.comm.mavlink.udp_gate import NOBODY, Hearing
 from hawk.config.sections import AutopilotSettings
 from hawk.model.frames import offset_ned
-from hawk.model.limits import Fence
 from hawk.model.moment import this_moment
+from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.vehicle import CopterMode, ForeignWrite
 from hawk.runtime.supervision import Supervisor

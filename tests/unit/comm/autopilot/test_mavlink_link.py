@@ -17,10 +17,9 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.comm.autopilot.fence_rings import FenceRings
 from hawk.comm.autopilot.mavlink_link import FOREIGN_WRITE, Link, Message, command_fields
 from hawk.comm.autopilot.remote_id import EPOCH, OperatorPlace, where, who
-from hawk.comm.autopilot.vehicle import AutopilotError
+from hawk.comm.autopilot.vehicle import AutopilotError, FenceRings
 from hawk.comm.mavlink.peer import Expected
 from hawk.config.sections import RemoteIdSettings
 from hawk.runtime.repeated_log import plain

@@ -8,7 +8,7 @@ from hawk.ddc.battery import energy
 from hawk.ddc.battery.energy import LANDING_PERCENT, LOOK_S, SLOWEST_M_S, HomePath, Reserve, mean_speed
 from hawk.ddc.fence.path import length, path_inside
 from hawk.ddc.readings.wind import Wind
-from hawk.model.limits import Fence
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.fence.test_path import EAST, FOOT, U_SHAPE, WEST
 

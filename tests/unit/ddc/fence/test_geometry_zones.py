@@ -32,7 +32,7 @@ from hawk.ddc.fence.geometry import (
 from hawk.ddc.fence.plan import check_zones
 from hawk.ddc.motion import Goal
 from hawk.ddc.requests.service_interface import Limits, target_refusal
-from hawk.model.limits import Fence, HeightParameters
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 
 SQUARE = ((-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0))

@@ -20,9 +20,8 @@ from hawk.ddc.fence.geojson import read_survey_outline
 from hawk.ddc.fence.geometry import polygon_fence, ring_from_map
 from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline_of
 from hawk.ddc.settings import DdcSettings, SurveyMemory
-from hawk.model.limits import Outline
 from hawk.model.operation import StateName, UserError
-from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.plans import ExploreStatus, Outline, PathPlan
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import PLACE, Rig
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hawk.ddc.fence import path as fence_path
 from hawk.ddc.fence.geometry import contains, path_is_inside, polygon_fence, shape
 from hawk.ddc.fence.path import CUTS_M, SIGHT_ROOM_M, is_in_sight, length, path_inside, prepare, route_inside
-from hawk.model.limits import Fence
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.test_operations_manager_path_back import fences
 

@@ -30,10 +30,10 @@ from hawk.ddc.fence.geometry import FenceError, contains, ring_from_map, ring_to
 from hawk.ddc.fence.plan import check_answer
 from hawk.ddc.fence.stored import FENCE_FILE
 from hawk.ddc.parameters.reader import REREAD_S
-from hawk.ddc.requests import fence_checks
+from hawk.ddc.requests import requests
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import LandedState
 from tests.unit.ddc.fakes import PLACE, Rig
@@ -460,7 +460,7 @@ async def test_a_fence_is_checked_on_a_thread_of_its_own(rig: Rig, monkeypatch: 
         threads.append(threading.current_thread().name)
         return check_answer(*given)
 
-    monkeypatch.setattr(fence_checks, "check_answer", noted)
+    monkeypatch.setattr(requests, "check_answer", noted)
     assert isinstance(await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80), "eve"), FenceCheck)
     assert len(threads) == 1
     assert threads[0].startswith("hawk-fence")
@@ -484,7 +484,7 @@ async def test_a_check_that_fails_is_answered_and_the_next_one_goes_on(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as broken:
-        broken.setattr(fence_checks, "check_answer", lambda *_: 1 / 0)
+        broken.setattr(requests, "check_answer", lambda *_: 1 / 0)
         answer = await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80))
     assert isinstance(answer, Ack)
     assert "ZeroDivisionError" in answer.reason

@@ -22,8 +22,8 @@ from hawk.config.sections import FenceSettings
 from hawk.ddc.fence.geometry import FenceError, Ring, contains, outside_by, ring_from_map, ring_to_map, zone_of
 from hawk.ddc.fence.stored import FENCE_FILE
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import PLACE, Rig
 

@@ -11,8 +11,8 @@ from hawk.comm.protocol.commands import Arm, Configure
 from hawk.config.sections import FenceSettings
 from hawk.ddc.parameters.heights import ParameterError, ParameterStore, check_heights
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
+from hawk.model.plans import HeightParameters
 from tests.unit.ddc.fakes import Rig
 
 DEFAULTS = HeightParameters(15, 35, 60)

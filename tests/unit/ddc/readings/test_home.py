@@ -13,15 +13,15 @@ from hawk.comm.topic import Stamped, Topic
 from hawk.ddc.acts import Ask, Log, SetHome, SetMode
 from hawk.ddc.battery.energy import seconds_home
 from hawk.ddc.facts import Facts
-from hawk.ddc.keeping.home import KeptHome
+from hawk.ddc.keeping.keeper import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
 from hawk.ddc.readings.belief import Belief
 from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeReading, home_health
 from hawk.ddc.readings.instant import Instant
+from hawk.ddc.states.base import astray, returning
 from hawk.ddc.states.hover import HoverState
-from hawk.ddc.states.returning import astray, returning
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName as S
+from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import PLACE, Rig

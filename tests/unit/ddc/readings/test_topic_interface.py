@@ -11,10 +11,9 @@ import pytest
 
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, HealthStatus
-from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
+from hawk.model.plans import DesiredPose, HeightParameters, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 from tests.manual_clock import ManualClock

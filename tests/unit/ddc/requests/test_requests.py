@@ -27,7 +27,7 @@ from hawk.ddc.acts import (
 )
 from hawk.ddc.facts import Answer
 from hawk.ddc.requests.requests import Requests
-from hawk.model.limits import Fence, HeightParameters
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 

@@ -13,8 +13,8 @@ from hawk.comm.autopilot.vehicle import AutopilotError
 from hawk.ddc.fence.geometry import polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.requests.service_interface import ReqFailed, TargetRefused
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import COMMANDING_STATES, PLACE, Rig, sender

@@ -7,7 +7,7 @@ import pytest
 from hawk.ddc.fence.geometry import inside_point, polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.requests.service_interface import ABOVE_M, ENTRANCE_M, Limits, target_refusal
-from hawk.model.limits import HeightParameters
+from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 
 SQUARE = polygon_fence(((-100, -100), (100, -100), (100, 100), (-100, 100)), 5.0, 100.0, 3.0)

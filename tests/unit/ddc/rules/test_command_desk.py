@@ -68,10 +68,9 @@ from hawk.ddc.rules.command_desk import NO_USER_ERROR, UNHEARD, CommandDesk, Rul
 from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
 from hawk.ddc.rules.needs import Interlocks, Situation
 from hawk.ddc.states.factory import make_state
-from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import Counts
 from hawk.model.operation import UserError
-from hawk.model.plans import DesiredPose, Inbound, Route, Verdict
+from hawk.model.plans import DesiredPose, HeightParameters, Inbound, Route, Verdict
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import DATUM, SETTINGS, flying, of_kind, on_ground, without_link

@@ -14,8 +14,8 @@ from hawk.comm.protocol.heartbeat import CheckItem
 from hawk.config.sections import FenceSettings, HeightSettings
 from hawk.ddc.parameters.failsafes import watched_names
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health, StateName
+from hawk.model.plans import HeightParameters
 from hawk.model.vehicle import BatteryInfo, Diagnostics
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 

@@ -21,8 +21,8 @@ from hawk.ddc.readings.clearance import BelowFacts, Slope
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules.preflight import autopilot_view, failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
-from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import Fall, Health, HealthStatus
+from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import BatteryInfo, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS

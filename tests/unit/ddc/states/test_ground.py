@@ -15,8 +15,8 @@ from hawk.comm.protocol.commands import (
 )
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.fence.plan import FencePlan
-from hawk.model.limits import Fence
 from hawk.model.operation import StateName
+from hawk.model.plans import Fence
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 

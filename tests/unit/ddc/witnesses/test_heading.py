@@ -12,8 +12,8 @@ from hawk.ddc.orders import ToExplore, ToHover
 from hawk.ddc.rules import guard
 from hawk.ddc.witnesses.heading import AGREES_S, CONFIRM_S, LIMIT_DEG, WINDOW_S, HeadingFacts, HeadingReading
 from hawk.ddc.witnesses.witness import WitnessFacts
-from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health, StateName
+from hawk.model.pictures import GroundStep
 from tests.unit.ddc.by_facts import made
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import flying

@@ -14,12 +14,12 @@ from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, ToExplore, ToHover, ToLand, ToReturn
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.notices import WitnessNotices
+from hawk.ddc.states.base import returning
 from hawk.ddc.states.hover import STRAYS_S, raised
-from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import AGREES_S, SETTLED_S, SILENT_S, WINDOW_S, HeightFacts, HeightReading
 from hawk.ddc.witnesses.witness import COMPASS_LOST, WitnessFacts, compass_part
-from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.operation import Health
+from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.vehicle import Diagnostics, GnssHeight
 from tests.unit.ddc.by_facts import at, made, targets, texts
 from tests.unit.ddc.fakes import Rig

@@ -16,7 +16,7 @@ from hawk.ddc.witnesses.place import (
     PlaceFacts,
     PlaceReading,
 )
-from hawk.model.ground_motion import GroundStep
+from hawk.model.pictures import GroundStep
 
 STEP_S = 0.4
 

@@ -26,13 +26,13 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.notices import WitnessNotices
+from hawk.ddc.states.base import returning
 from hawk.ddc.states.hover import FARTHEST_M, FOLLOWS_M_S, STRAYS_S, held
-from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import HeightFacts
 from hawk.ddc.witnesses.place import PlaceFacts
 from hawk.ddc.witnesses.witness import WitnessFacts
-from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health, StateName
+from hawk.model.pictures import GroundStep
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.by_facts import MOVE, at, made, requests, targets, texts, without_operator

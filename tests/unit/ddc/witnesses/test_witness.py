@@ -10,7 +10,7 @@ from hawk.ddc.readings.belief import Belief
 from hawk.ddc.readings.instant import Instant
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.witnesses.witness import WitnessReading
-from hawk.model.ground_motion import GroundStep, StallSize
+from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.vehicle import CopterMode, GnssHeight, LandedState, VehicleState
 from tests.manual_clock import ManualClock
 

@@ -9,7 +9,7 @@ import pytest
 from hawk.comm.protocol.heartbeat import CheckItem, HealthItem, Heartbeat, LogEntry
 from hawk.sim.autopilot.autopilot import Autopilot
 from hawk.sim.autopilot.fence import FenceItem
-from hawk.sim.autopilot.options import AutopilotOptions
+from hawk.sim.autopilot.parameters import AutopilotOptions
 from hawk.sim.faults import Fault as DroneFault
 from hawk.sim.flight_record import FlightRecord
 from hawk.sim.geometry import Origin

@@ -10,7 +10,7 @@ import pytest
 
 from hawk.sim.autopilot.autopilot import Autopilot, RefusedError
 from hawk.sim.autopilot.modes import ModeNumber
-from hawk.sim.autopilot.options import AutopilotOptions
+from hawk.sim.autopilot.parameters import AutopilotOptions
 from hawk.sim.geometry import Origin
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hawk.calibrate.camera_command import coverage_lines
-from hawk.calibrate.coverage import CELL_CORNERS, CELLS, FAR, LEAST_VIEWS, NEAR, TILTED, View, coverage
+from hawk.calibrate.lens import CELL_CORNERS, CELLS, FAR, LEAST_VIEWS, NEAR, TILTED, View, coverage
 
 SIZE = (1280, 720)
 LEANS = [(TILTED, 0.0), (-TILTED, 0.0), (0.0, TILTED), (0.0, -TILTED)]

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.sim.autopilot.battery import EMPTY_V, FULL_V, Battery
+from hawk.sim.autopilot.sensors import EMPTY_V, FULL_V, Battery
 
 
 def hover(battery: Battery, minutes: float) -> None:

@@ -6,9 +6,8 @@ import math
 
 import pytest
 
-from hawk.comm.autopilot.fence_rings import STORAGE_BYTES, rings_of
-from hawk.comm.autopilot.vehicle import AutopilotError
-from hawk.model.limits import Fence
+from hawk.comm.autopilot.vehicle import STORAGE_BYTES, AutopilotError, rings_of
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
 
 ORIGIN = GlobalPose(43.26, -79.92, 100.0)

@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.comm.cameras.sources.source import CameraError, SourceFrame
-from hawk.comm.cameras.sources.threaded import OpenCvSource
+from hawk.comm.cameras.sources.source import CameraError, OpenCvSource, SourceFrame
 from hawk.formats.image import decode
 from tests.manual_clock import ManualClock
 

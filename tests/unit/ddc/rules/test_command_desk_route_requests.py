@@ -9,7 +9,7 @@ from hawk.comm.protocol.heartbeat import Point
 from hawk.ddc.acts import Acts, AskPlace, Reply
 from hawk.ddc.facts import Facts
 from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
-from hawk.ddc.rules.route_requests import NOT_JUDGED, WAITING_LIMIT, RouteRequests
+from hawk.ddc.rules.command_desk import NOT_JUDGED, WAITING_LIMIT, RouteRequests
 from hawk.model.plans import DesiredPose, Inbound, Route, Verdict
 from hawk.model.poses import MapPoint
 from tests.unit.ddc.written_facts import flying

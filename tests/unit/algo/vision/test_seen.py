@@ -8,9 +8,8 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.seen import Seen, StallSeen
-from hawk.algo.vision.stall_size import LEAST_STALLS, WHOLE, stall_size
-from hawk.model.ground_motion import StallSize
+from hawk.algo.vision.seen import LEAST_STALLS, WHOLE, Seen, StallSeen, stall_size
+from hawk.model.pictures import StallSize
 from tests.unit.algo.vision.test_app_ground_height import ABOVE_GROUND_M, POSE, WIDTH_M, over_the_lot
 
 TRUE_M = ABOVE_GROUND_M

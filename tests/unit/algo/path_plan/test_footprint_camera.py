@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from hawk.algo.path_plan.camera import LOOKS, SLOWEST_M_S, ReadableSpeed, exploring_height
-from hawk.model.limits import HeightParameters
+from hawk.algo.path_plan.footprint import LOOKS, SLOWEST_M_S, ReadableSpeed, exploring_height
+from hawk.model.plans import HeightParameters
 from tests.unit.algo.synthetic import CAMERA
 
 DEPTH_M = 24.0

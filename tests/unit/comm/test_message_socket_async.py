@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from hawk.comm.async_message_socket import STALE_S, AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, SocketClosedError
+from hawk.comm.message_socket import STALE_S, AsyncMessageSocket
 from tests.manual_clock import ManualClock
 from tests.unit.comm.peer import Peer
 

@@ -12,8 +12,8 @@ from aiohttp.test_utils import make_mocked_request
 from pydantic import BaseModel, ConfigDict
 
 from hawk.comm.protocol.authority import Role
-from hawk.web import register_service
-from hawk.web.register_service import ADDRESS, is_for_everybody_here
+from hawk.web import api
+from hawk.web.api import ADDRESS, is_for_everybody_here
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.stand import Stand
 
@@ -90,7 +90,7 @@ async def test_nothing_of_the_drone_is_in_it(stand: Stand) -> None:
 
 
 async def test_another_computer_needs_a_token(stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(register_service, "is_loopback_peer", lambda host: False)
+    monkeypatch.setattr(api, "is_loopback_peer", lambda host: False)
     assert await stand.status(await stand.browser(), ADDRESS) == 401
     assert await stand.status(await stand.tool(Role.VIEWER), ADDRESS) == 200
 

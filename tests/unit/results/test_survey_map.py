@@ -12,8 +12,7 @@ from shapely.geometry import shape
 
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState
 from hawk.model.poses import GlobalPose
-from hawk.results.stall_exports import CSV_COLUMNS, stalls_csv, stalls_geojson
-from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.results.survey_map import CSV_COLUMNS, SurveyMap, map_picture, stalls_csv, stalls_geojson
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 
