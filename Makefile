@@ -11,7 +11,7 @@ ARGS ?=
 PYTEST := $(BIN)/python -m pytest -q
 # A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py).
 UNIT := $(PYTEST) --numprocesses auto --dist loadscope --no-loadscope-reorder tests/unit
-REAL := $(PYTEST) --numprocesses 6 --dist loadscope --no-loadscope-reorder
+REAL := $(PYTEST) --numprocesses 5 --dist loadscope --no-loadscope-reorder
 FAST := -m 'not flight and not slow'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about

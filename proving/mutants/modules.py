@@ -139,7 +139,6 @@ LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/battery/survey.py",
     ),
     "files, words, and what an operator asks to be seen: the fence judges every target of it": (
-        "hawk/ddc/fence/geojson.py",
         "hawk/runtime/files.py",
         "hawk/ddc/fence/outline.py",
         "hawk/ddc/fence/geojson.py",
