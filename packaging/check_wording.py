@@ -22,16 +22,6 @@ from typing import Final, NamedTuple
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 
-NOT_YET_CLEAN: Final[tuple[str, ...]] = (
-    "hawk/ddc",
-    "hawk/web/page/src/messages/drone-en.ftl",
-    "proving/mutants/modules.py",
-    "tests/e2e/test_fence_by_clicks.py",
-    "tests/e2e/test_zones_by_clicks.py",
-    "tests/unit/ddc",
-)
-"""Rooms that the check skips unless ``--room`` names them. It shrinks, never grows."""
-
 SUFFIXES: Final = {".css", ".ftl", ".html", ".json", ".md", ".py", ".svg", ".toml", ".ts"}
 
 FOREIGN: Final = ("fr.ftl", "package-lock.json", "package.json", "tsconfig.json")
@@ -185,19 +175,15 @@ def texts(suffix: str, source: str) -> Iterator[Text]:
 
 
 def checked_files(root: Path, rooms: list[str]) -> list[Path]:
-    """Return the files to check, relative to ``root``: those of the rooms, or all outside NOT_YET_CLEAN."""
+    """Return the files to check, relative to ``root``: those of the rooms, or all."""
     listed = subprocess.run(
         ["git", "ls-files", "--", *(rooms or ["."])], cwd=root, capture_output=True, text=True, check=True
     )
-    skipped = () if rooms else NOT_YET_CLEAN
     paths = (Path(line) for line in listed.stdout.splitlines())
     return [
         path
         for path in paths
-        if path.suffix in SUFFIXES
-        and not path.name.endswith(FOREIGN)
-        and (root / path).is_file()
-        and not any(path.is_relative_to(room) for room in skipped)
+        if path.suffix in SUFFIXES and not path.name.endswith(FOREIGN) and (root / path).is_file()
     ]
 
 

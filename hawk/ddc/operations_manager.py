@@ -74,7 +74,7 @@ class OperationsManager:
         self._tick_s = 1.0 / setup.settings.flight.tick_hz
         self._recorder = Recorder(setup.record)
         self._failing = FailingTicks(setup.speed)
-        self._ways_home: set[asyncio.Task[None]] = set()
+        self._returns: set[asyncio.Task[None]] = set()
         self._trail = Trail(self._keep_flight)
         self.fences = FenceKeeper(setup.settings, setup.directory)
         self.outlines = OutlineKeeper(setup.settings.flight.outline_file, setup.survey)
@@ -184,8 +184,8 @@ class OperationsManager:
         """Cancel requests under way and end the thread."""
         self._stop_hearing()
         self._senses.close()
-        for way in self._ways_home:
-            way.cancel()
+        for request in self._returns:
+            request.cancel()
         await self.requests.close()
         await self._performer.close()
 
@@ -249,9 +249,9 @@ class OperationsManager:
 
     def _go_home(self, facts: Facts | None) -> None:
         """Ask for Return To Launch past decider and performer, which may be what fails; then switch the state too."""
-        way = asyncio.get_running_loop().create_task(self._ask_for_return(), name="ddc: way home after a fault")
-        self._ways_home.add(way)
-        way.add_done_callback(self._ways_home.discard)
+        request = asyncio.get_running_loop().create_task(self._ask_for_return(), name="ddc: return after a fault")
+        self._returns.add(request)
+        request.add_done_callback(self._returns.discard)
         cause = Cause(say("A fault in the program."), CauseKind.ALWAYS)
         self.log.add("error", say("A fault in the program: returning home."), self.own_health.reason)
         decision = None if facts is None else self._decider.leave_air(facts, cause)

@@ -48,14 +48,14 @@ LOST_AT_M_S: Final = 4.0
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
-    """Manner of flying: ``speed`` of travel (m/s), ``width`` (m) of the ground that a picture shows well."""
+class Sweep:
+    """Survey flight: ``speed`` of travel (m/s), ``width`` (m) of the ground that a picture shows well."""
 
     speed: float
     width: float
 
     @classmethod
-    def of(cls, speed: float, height: float, view: float) -> Manner:
+    def of(cls, speed: float, height: float, view: float) -> Sweep:
         """Return it for a height; ``view`` is the width of the whole picture at a height of one metre."""
         return cls(speed, GOOD_SHARE * view * height)
 
@@ -129,7 +129,7 @@ class SurveyNeed:
 
 
 def need_on_ground(
-    basis: Basis, area: float, distance: float, manner: Manner, heights: tuple[float, float], battery: Battery
+    basis: Basis, area: float, distance: float, sweep: Sweep, heights: tuple[float, float], battery: Battery
 ) -> SurveyNeed:
     """Return the need before take-off.
 
@@ -137,14 +137,14 @@ def need_on_ground(
         basis: Source of ``area`` and ``distance``.
         area: Of lot or fence.
         distance: Of the rest of the survey; 0 when nothing is left.
-        manner: How it is flown.
+        sweep: How it is flown.
         heights: Height to explore from, and height of the return.
         battery: The charge and the drain.
     """
     travel, top = heights
-    seconds = manner.seconds(distance)
+    seconds = sweep.seconds(distance)
     climb = travel / CLIMB_M_S if seconds > 0.0 else 0.0
-    back = seconds_home(_middle_distance(area), travel, top, manner.speed)
+    back = seconds_home(_middle_distance(area), travel, top, sweep.speed)
     return SurveyNeed(
         basis=basis,
         area=area,
@@ -157,10 +157,10 @@ def need_on_ground(
 
 
 def need_in_flight(
-    basis: Basis, area: float, distance: float, manner: Manner, home: float, battery: Battery
+    basis: Basis, area: float, distance: float, sweep: Sweep, home: float, battery: Battery
 ) -> SurveyNeed:
     """Return the need in flight; ``home`` is the charge that the flight home needs now, the reserve included."""
-    seconds = manner.seconds(distance, begins=basis != "planner")
+    seconds = sweep.seconds(distance, begins=basis != "planner")
     return SurveyNeed(basis, area, seconds, seconds * battery.drain, home, battery.charge, battery.is_measured)
 
 
@@ -320,8 +320,8 @@ class SurveyReading:
             self._memory.keep_left(self._left)
 
     def _estimate(self, seen: Sighting) -> SurveyNeed | None:
-        manner = self._manner(seen)
-        rest = self._rest(seen, manner)
+        sweep = self._sweep(seen)
+        rest = self._rest(seen, sweep)
         if rest is None or seen.charge is None:
             return None
         basis, area, distance = rest
@@ -330,31 +330,31 @@ class SurveyReading:
         if seen.airborne:
             if seen.reserve is None:
                 return None
-            return replace(need_in_flight(basis, area, distance, manner, seen.reserve.needed, battery), flown_s=flown)
+            return replace(need_in_flight(basis, area, distance, sweep, seen.reserve.needed, battery), flown_s=flown)
         heights = seen.heights.desired, seen.heights.maximum
-        return replace(need_on_ground(basis, area, distance, manner, heights, battery), flown_s=flown)
+        return replace(need_on_ground(basis, area, distance, sweep, heights, battery), flown_s=flown)
 
-    def _manner(self, seen: Sighting) -> Manner:
+    def _sweep(self, seen: Sighting) -> Sweep:
         speed, height = self._settings.flight.speed_m_s, seen.heights.desired
         if seen.exploring and seen.plan is not None:
             speed = min(speed, seen.plan.speed or speed)
             height = seen.plan.height or height
-        return Manner.of(speed, height, self._settings.view)
+        return Sweep.of(speed, height, self._settings.view)
 
-    def _rest(self, seen: Sighting, manner: Manner) -> tuple[Basis, float, float] | None:
+    def _rest(self, seen: Sighting, sweep: Sweep) -> tuple[Basis, float, float] | None:
         """Return source, area and distance of the rest of the survey; None while nothing is known of it."""
         left = self._left
         if left is not None and (seen.exploring or _is_about(left, seen.outline_area)):
-            unseen = manner.distance(left.lot_area * (1.0 - left.seen))
+            unseen = sweep.distance(left.lot_area * (1.0 - left.seen))
             if seen.exploring:
                 return "planner", left.lot_area, 0.0 if left.done else left.remaining_m
             return "map", left.lot_area, 0.0 if left.done else max(left.remaining_m, unseen)
         if self._continues and seen.lot_area > 0.0:
-            return "map", seen.lot_area, manner.distance(seen.lot_area)
+            return "map", seen.lot_area, sweep.distance(seen.lot_area)
         if seen.outline_area is not None:
-            return "outline", seen.outline_area, manner.distance(seen.outline_area)
+            return "outline", seen.outline_area, sweep.distance(seen.outline_area)
         area = seen.fence_area()
-        return None if area is None else ("fence", area, manner.distance(area))
+        return None if area is None else ("fence", area, sweep.distance(area))
 
     def _battery(self, seen: Sighting, charge: float) -> Battery:
         """Return the battery with the drain of this flight, else of the last ones, else the assumed one."""

@@ -261,8 +261,8 @@ def sees_all(fence: Fence, place: MapPoint) -> bool:
     ground = shape(fence)
     if not contains(fence, place) or ground.interiors:
         return False
-    ways = shapely.linestrings([((place.north, place.east), corner) for corner in _open_ring(ground)])
-    return bool(np.all(ground.covers(ways)))
+    lines = shapely.linestrings([((place.north, place.east), corner) for corner in _open_ring(ground)])
+    return bool(np.all(ground.covers(lines)))
 
 
 def inside_point(fence: Fence, place: MapPoint, depth: float = RECOVERY_DEPTH_M) -> MapPoint:

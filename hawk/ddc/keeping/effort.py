@@ -101,9 +101,9 @@ LATER = say("It is put back when the drone is taken from the pilot.")
 
 @dataclass(frozen=True, slots=True)
 class Author:
-    """Words for who changed something: ``told`` in the message, ``details`` beside it."""
+    """Words for who changed something: ``message`` in the message, ``details`` beside it."""
 
-    told: str = ""
+    message: str = ""
     details: str = ""
 
 

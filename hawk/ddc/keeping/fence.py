@@ -221,7 +221,7 @@ def _change(reason: str, facts: Facts, *, may_write: bool) -> Log:
     does = say("Putting it back.") if may_write else LATER
     return Log(
         "warning",
-        joined(say("The fence in the autopilot was changed."), who.told, does),
+        joined(say("The fence in the autopilot was changed."), who.message, does),
         joined(sentence(reason), who.details),
     )
 

@@ -106,7 +106,7 @@ def may_set(facts: Facts, state: State) -> bool:
     return facts.link.is_up and facts.vehicle.armed and state.rank < Rank.PILOT
 
 
-_WAYS = frozenset({RETURN_CHECK, RETURN_HEIGHT})
+_RETURN_CHECKS = frozenset({RETURN_CHECK, RETURN_HEIGHT})
 
 
 class Keeper:
@@ -163,5 +163,5 @@ def _astray(facts: Facts, checks: Sequence[FailsafeCheck]) -> str:
     home = facts.position.autopilot_home
     if home.is_moved:
         return home_words(home)
-    wrong = (check for check in checks if check.name in _WAYS and check.is_read and not check.passed)
+    wrong = (check for check in checks if check.name in _RETURN_CHECKS and check.is_read and not check.passed)
     return next((named(check.name, check.value) for check in wrong), "")

@@ -69,8 +69,8 @@ class KeptParameters:
         wanted = _proven({check.name: self._wanted(check, values) for check in wrong}, values, view)
         self.known = frozenset(name for name, found in wanted.items() if found)
         self.restored = self.known if may_write else frozenset()
-        told = self._tell(checks, wanted, facts, may_write=may_write)
-        return told + self._put_back(wanted, values, facts, may_write=may_write)
+        reports = self._report(checks, wanted, facts, may_write=may_write)
+        return reports + self._put_back(wanted, values, facts, may_write=may_write)
 
     def _remember(self, checks: Sequence[FailsafeCheck], values: Values) -> None:
         """Keep the last values of this flight with which a check passed: together, and by the limits of now."""
@@ -104,7 +104,7 @@ class KeptParameters:
         self.lost = tuple(lost)
         return acts
 
-    def _tell(
+    def _report(
         self,
         checks: Sequence[FailsafeCheck],
         wanted: Mapping[str, _Settings],
@@ -146,7 +146,7 @@ def _proven(wanted: Mapping[str, _Settings], values: Values, view: AutopilotView
 def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *, may_write: bool) -> Log:
     who, is_put_back = changed_by(facts, tuple(wanted)), bool(wanted) or check.is_switched_off
     remedy = joined(say("It is being put back.") if may_write else LATER, who.details)
-    text = joined(named(check.name, check.value), who.told, say("No new task until it is right."))
+    text = joined(named(check.name, check.value), who.message, say("No new task until it is right."))
     return Log("warning", text, joined(sentence(check.consequence), remedy if is_put_back else _remedy(check)))
 
 

@@ -1,4 +1,4 @@
-"""What is below: the distance to it, how long it has been too small, a rangefinder's health, the slope before Arm.
+"""Clearance: the distance to what is below, and since when it is too small; the rangefinder; the slope before Arm.
 
 Without a rangefinder nothing here says anything.
 """

@@ -155,7 +155,7 @@ class AirborneState(State):
         return STAY
 
 
-class Inquiry:
+class PendingRequest:
     """One request of a state, if it has asked: its outcome by the facts."""
 
     def __init__(self) -> None:
@@ -201,7 +201,7 @@ class ModeKeeper:
 
     def __init__(self, mode: CopterMode) -> None:
         self._mode = mode
-        self._inquiry = Inquiry()
+        self._pending = PendingRequest()
         self._asked = float("-inf")
         self.is_reached = False
         """True once the mode was seen."""
@@ -215,9 +215,9 @@ class ModeKeeper:
         if self.is_reached or facts.vehicle.custom_mode == self._mode:
             self.is_reached, self.reason = True, ""
             return ()
-        answer = self._inquiry.answer(facts)
+        answer = self._pending.answer(facts)
         if answer is not None and answer.has_failed:
-            self._inquiry.clear()
+            self._pending.clear()
             self.refusals += 1
             self.reason = answer.reason
         waits = answer is not None and answer.is_pending
@@ -225,7 +225,7 @@ class ModeKeeper:
             return ()
         self._asked = facts.now
         self.attempts += 1
-        return (self._inquiry.ask(SetMode(self._mode), facts),)
+        return (self._pending.ask(SetMode(self._mode), facts),)
 
 
 def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:

@@ -36,7 +36,7 @@ class Travelling:
         self._has_sent = False
         self.obstacle = ""
         """Reason why the drone is not led on at the moment; empty when it is."""
-        self.is_way_barred = False
+        self.is_path_barred = False
         """The reason is the fence, or a zone in it."""
 
     def restart(self) -> None:
@@ -55,7 +55,7 @@ class Travelling:
         Below ``lowest`` (m, Min without one) the drone climbs before it goes across.
         """
         acts = self._guided.reach(facts)
-        self.is_way_barred = False
+        self.is_path_barred = False
         if not self._guided.is_reached:
             self.obstacle = self._guided.reason or say("Waiting for GUIDED.")
             return acts
@@ -64,7 +64,7 @@ class Travelling:
             self.obstacle = say("The drone's position is too old.")
             return ()
         if fence is None or not path_is_inside(fence, place.point, goal.point):
-            self.is_way_barred = True
+            self.is_path_barred = True
             what = say("leaves the fence") if fence is None else path_words(fence)
             self.obstacle = say("The path there {what}.", what=what)
             return ()

@@ -40,7 +40,7 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper, State
+from hawk.ddc.states.base import AirborneState, ModeKeeper, PendingRequest, State
 from hawk.ddc.words import metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.plans import Fence, HeightParameters
@@ -93,8 +93,8 @@ class ConfigureState(State):
         super().__init__(now)
         self._heights = heights
         self._sets_altitude = settings.set_rtl_altitude
-        self._storing = Inquiry()
-        self._return_altitude = Inquiry()
+        self._storing = PendingRequest()
+        self._return_altitude = PendingRequest()
 
     def detail(self, facts: Facts) -> str:
         """Return the present step."""
@@ -140,7 +140,7 @@ class ConfigureFenceState(State):
         """Store ``plan``; None drops the drawn fence, and the configured one is used again."""
         super().__init__(now)
         self._plan = plan
-        self._storing = Inquiry()
+        self._storing = PendingRequest()
 
     def detail(self, facts: Facts) -> str:
         """Return the present step."""
@@ -197,8 +197,8 @@ class ArmState(State):
         self._reason = reason
         self._no_fence = ""
         self._fence: Fence | None = None
-        self._inquiry = Inquiry()
-        self._disarming = Inquiry()
+        self._pending = PendingRequest()
+        self._disarming = PendingRequest()
         self._guided = ModeKeeper(CopterMode.GUIDED)
 
     @property
@@ -222,15 +222,15 @@ class ArmState(State):
     def process(self, facts: Facts) -> Acts:
         """Take the next step when the one before is done."""
         acts: list[Acts] = []
-        if self._step is _ArmStep.FENCE and self._inquiry.is_done(facts) and self._fence is not None:
+        if self._step is _ArmStep.FENCE and self._pending.is_done(facts) and self._fence is not None:
             acts.append((PutFenceInForce(self._fence),))
             self._next(_ArmStep.MODE, facts)
         if self._step is _ArmStep.MODE:
             acts.append(self._guided.reach(facts))
             if self._guided.is_reached:
                 self._next(_ArmStep.ARM, facts)
-                acts.append((self._inquiry.ask(SetArmed(True), facts),))
-        if self._step is _ArmStep.ARM and self._inquiry.is_done(facts):
+                acts.append((self._pending.ask(SetArmed(True), facts),))
+        if self._step is _ArmStep.ARM and self._pending.is_done(facts):
             self._next(_ArmStep.WAIT, facts)
         if self._step in (_ArmStep.ARM, _ArmStep.WAIT) and facts.vehicle.armed:
             self._next(_ArmStep.ARMED, facts)
@@ -261,7 +261,7 @@ class ArmState(State):
     def _watch_arming(self, facts: Facts) -> Step:
         if self._no_fence:
             return _give_up(say("There is no fence to fly in."), self._no_fence)
-        if failed := self._inquiry.failure(facts):
+        if failed := self._pending.failure(facts):
             what = say("The fence was not taken.") if self._step is _ArmStep.FENCE else say("Arm was refused.")
             return _give_up(what, failed.reason)
         if self._step is _ArmStep.WAIT and facts.now - self._step_began > ARMED_WAIT_S:
@@ -283,7 +283,7 @@ class ArmState(State):
         except FenceError as error:
             self._no_fence = words_of(error)
             return ()
-        upload = self._inquiry.ask(UploadFence(self._fence), facts)
+        upload = self._pending.ask(UploadFence(self._fence), facts)
         return (upload,) if datum is not None else (SetDatum(place), upload)
 
     def _disarm(self, facts: Facts) -> Step:
@@ -318,7 +318,7 @@ class TakeoffState(AirborneState):
 
     def __init__(self, now: float) -> None:
         super().__init__(now)
-        self._inquiry = Inquiry()
+        self._pending = PendingRequest()
         self._airborne = False
         self._best = -math.inf
         self._best_at = now
@@ -329,7 +329,7 @@ class TakeoffState(AirborneState):
 
     def enter(self, facts: Facts) -> Acts:
         """Ask for the take-off."""
-        return (self._inquiry.ask(TakeOff(facts.limits.heights.desired), facts),)
+        return (self._pending.ask(TakeOff(facts.limits.heights.desired), facts),)
 
     def process(self, facts: Facts) -> Acts:
         """Note when the drone leaves the ground, and its climb."""
@@ -355,7 +355,7 @@ class TakeoffState(AirborneState):
         return STAY
 
     def _decide_on_ground(self, facts: Facts) -> Step:
-        if failed := self._inquiry.failure(facts):
+        if failed := self._pending.failure(facts):
             return _refuse(facts, say("Take-off was refused."), failed.reason)
         if self.age(facts) > GROUND_S:
             return _refuse(facts, say("It did not take off."), facts.link.words)

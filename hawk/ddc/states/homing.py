@@ -13,7 +13,7 @@ from hawk.ddc.fence.path import length
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand
 from hawk.ddc.readings.home import HOLDS_S, HOME_WAIT_S
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper, astray, astray_words, cause_here, leaves
+from hawk.ddc.states.base import AirborneState, ModeKeeper, PendingRequest, astray, astray_words, cause_here, leaves
 from hawk.ddc.states.path_home import PathHome, Straight, begin, is_beyond_sight
 from hawk.ddc.words import metres, sentence
 from hawk.model.operation import StateName
@@ -351,7 +351,7 @@ class LandState(HomingState):
 
     def __init__(self, now: float, cause: Cause | None, by_autopilot: bool) -> None:
         super().__init__(now, cause, by_autopilot)
-        self._disarming = Inquiry()
+        self._disarming = PendingRequest()
 
     def process(self, facts: Facts) -> Acts:
         """Ask for LAND; report a disarm that was refused."""

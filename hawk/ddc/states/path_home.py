@@ -198,7 +198,7 @@ class PathHome:
             return True
         if self._needs_path or max(facts.position.jump_m, facts.position.estimate_jump_m) > 0:
             return True
-        return self._travelling.is_way_barred and facts.now - self._planned >= PLAN_AGAIN_S
+        return self._travelling.is_path_barred and facts.now - self._planned >= PLAN_AGAIN_S
 
     def _plan(self, facts: Facts, place: MapPose) -> bool:
         fence, home = facts.limits.fence, facts.position.home

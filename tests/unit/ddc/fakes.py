@@ -167,7 +167,7 @@ class FakeAutopilot:
         self.fence_on: bool | None = None
         """SYS_STATUS's word on the fence; None: as FENCE_ENABLE says."""
         self.home: GlobalPose | None = None
-        self._home_told = -math.inf
+        self._home_reported = -math.inf
         self.keeps_home = True
         """False: a home that is sent is not taken."""
         self._rtl_to: tuple[float, float] | None = None
@@ -179,7 +179,7 @@ class FakeAutopilot:
     async def arm(self) -> None:
         await self._answer("arm")
         self.armed = True
-        self._lay_arm_place()
+        self._project_arm_place()
 
     async def disarm(self) -> None:
         await self._answer("disarm")
@@ -221,19 +221,19 @@ class FakeAutopilot:
 
     async def set_parameter(self, name: str, value: float) -> None:
         await self._answer("set_parameter", (name, value))
-        self.tell(name, value)
+        self.report(name, value)
 
-    def tell(self, name: str, value: float) -> None:
+    def report(self, name: str, value: float) -> None:
         """Change a parameter and send it to all, as after another station's PARAM_SET."""
         self.values[name] = self._read[name] = value
 
     async def upload_fence(self, fence: Fence) -> None:
         await self._answer("upload_fence", fence)
         self.held_fence = fence
-        self.tell("FENCE_TOTAL", len(fence.autopilot_polygon))
-        self.tell("FENCE_ALT_MAX", fence.autopilot_ceiling)
-        self.tell("FENCE_TYPE", 5)
-        self.tell("FENCE_ENABLE", 1)
+        self.report("FENCE_TOTAL", len(fence.autopilot_polygon))
+        self.report("FENCE_ALT_MAX", fence.autopilot_ceiling)
+        self.report("FENCE_TYPE", 5)
+        self.report("FENCE_ENABLE", 1)
 
     async def compare_fence(self, fence: Fence) -> None:
         await self._answer("compare_fence", fence)
@@ -246,7 +246,7 @@ class FakeAutopilot:
 
     async def clear_rally_points(self) -> None:
         await self._answer("clear_rally_points")
-        self.tell("RALLY_TOTAL", 0)
+        self.report("RALLY_TOTAL", 0)
 
     async def set_home(self, place: GlobalPose) -> None:
         await self._answer("set_home", place)
@@ -304,7 +304,7 @@ class FakeAutopilot:
         self.armed, self.mode, self.height, self.landed = True, int(mode), height, LandedState.IN_AIR
         if self._datum is None:
             self._datum = PLACE
-        self._lay_arm_place()
+        self._project_arm_place()
 
     def say(self, text: str, severity: int = 3) -> None:
         """Send a STATUSTEXT."""
@@ -318,8 +318,8 @@ class FakeAutopilot:
             self.topics.battery.publish(BatteryInfo(self.battery, self.volts, 10.0, now))
             if self.home is None:
                 self.home = GlobalPose(*self._where(), PLACE.altitude)
-            if now - self._home_told >= 1.0:
-                self._home_told = now
+            if now - self._home_reported >= 1.0:
+                self._home_reported = now
                 self.topics.home.publish(self.home)
             good = self.position_good and not self.estimator_fault
             fence_on = bool(self.values["FENCE_ENABLE"]) if self.fence_on is None else self.fence_on
@@ -395,7 +395,7 @@ class FakeAutopilot:
         rise = height - self.height
         self.height += math.copysign(min(abs(rise), 2.5 * seconds), rise)
 
-    def _lay_arm_place(self) -> None:
+    def _project_arm_place(self) -> None:
         if self._datum is None:
             self._datum = PLACE
         latitude, longitude = self._where()

@@ -549,10 +549,10 @@ def test_a_route_and_a_waiting_command_that_fail_leave_the_tick_sound(monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("continues", "in_air", "told"), [(True, True, True), (False, True, False), (True, False, False)]
+    ("continues", "in_air", "reported"), [(True, True, True), (False, True, False), (True, False, False)]
 )
 def test_after_a_start_in_the_air_the_operator_hears_that_the_survey_goes_on(
-    continues: bool, in_air: bool, told: bool
+    continues: bool, in_air: bool, reported: bool
 ) -> None:
     program = Decider(SETTINGS, KillTokens(), 0.0, continues_survey=continues)
     program.tick(found(flying(0.0) if in_air else on_ground(flying(0.0))))
@@ -560,7 +560,7 @@ def test_after_a_start_in_the_air_the_operator_hears_that_the_survey_goes_on(
     back = program.tick(flying(0.2))
     assert program.state.identity is S.HOVER
     texts = [act.text for act in back.acts if isinstance(act, Log)]
-    assert ("Explore continues the survey." in texts) is told
+    assert ("Explore continues the survey." in texts) is reported
     again = [act.text for act in program.follow(flying(0.3), ToHover()).acts if isinstance(act, Log)]
     assert "Explore continues the survey." not in again
 

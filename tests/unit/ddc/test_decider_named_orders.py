@@ -21,7 +21,7 @@ NAMES = (("client-1", "Ana"), ("client-2", "Eve"))
 ANA = OperatorFacts(True, True, frozenset({"client-1"}), "Ana", NAMES)
 
 
-def told(decision: Decision) -> list[str]:
+def reported(decision: Decision) -> list[str]:
     return [act.text for act in decision.acts if isinstance(act, Log)]
 
 
@@ -46,7 +46,7 @@ def test_the_log_and_the_state_name_the_one_who_asked(command: Command, client: 
     program = exploring(facts)
     decision = program.command(facts, client, command)
     assert program.state.identity is state
-    assert line in told(decision)
+    assert line in reported(decision)
     assert program.state.detail(facts).startswith(line.removesuffix(" Holding."))
     assert program.state.asked_by == dict(NAMES).get(client, "")
 
@@ -56,7 +56,7 @@ def test_facts_from_before_the_names_decide_as_before() -> None:
     facts = replace(flying(1.0), operator=OperatorFacts(True, True, frozenset({"client-1"})))
     program = exploring(facts)
     decision = program.command(facts, "client-1", ReturnToLaunch())
-    assert "Returning home." in told(decision)
+    assert "Returning home." in reported(decision)
     assert program.state.detail(facts) == "Returning home."
 
 

@@ -47,7 +47,7 @@ def unsaid(text: str) -> list[str]:
     return [f"{value!r} in {text!r}" for value in plain if _ENGLISH.search(value)]
 
 
-class Told(Program):
+class Reports(Program):
     """A program of the table of states that keeps what it says."""
 
     def __init__(self, column: Column) -> None:
@@ -74,13 +74,13 @@ class Told(Program):
 def test_every_message_and_refusal_of_a_state_is_a_sentence(column: Column) -> None:
     found: dict[str, str] = {}
     for event in EVENTS:
-        for text in _told(column, event):
+        for text in _reported(column, event):
             found |= dict.fromkeys(unsaid(text), event.name)
     assert found == {}
 
 
-def _told(column: Column, event: Event) -> list[str]:
-    program = Told(column)
+def _reported(column: Column, event: Event) -> list[str]:
+    program = Reports(column)
     if event.command is not None:
         answer = program.command(event, event.command).answer
         program.said += [answer.reason] if isinstance(answer, Ack) else []

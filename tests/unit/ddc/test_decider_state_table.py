@@ -77,8 +77,8 @@ def test_the_motors_can_be_cut_in_every_state(outcomes: Outcomes, command: str, 
 @pytest.mark.parametrize("column", sorted(AIR))
 def test_the_operator_can_bring_the_drone_down_from_every_state(outcomes: Outcomes, column: str) -> None:
     ends = {StateName.RETURN_TO_LAUNCH.value, StateName.LAND.value}
-    ways = {outcomes["Command", command][column] for command in ("Return To Launch", "Land")}
-    assert ways & ends or column == "Land", "landing already"
+    paths = {outcomes["Command", command][column] for command in ("Return To Launch", "Land")}
+    assert paths & ends or column == "Land", "landing already"
 
 
 @pytest.mark.parametrize("column", sorted(GROUND))

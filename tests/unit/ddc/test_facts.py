@@ -27,7 +27,7 @@ from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.written_facts import DATUM, FENCE, flying, on_ground, pose
 
 NOW = 50.0
-WAY = Route((MapPoint(0.0, 0.0), MapPoint(5.0, 0.0)), (0.0, 0.0))
+PATH = Route((MapPoint(0.0, 0.0), MapPoint(5.0, 0.0)), (0.0, 0.0))
 
 
 def aged(age: float) -> Facts:
@@ -203,10 +203,10 @@ class TestVerdict:
     @pytest.mark.parametrize(
         ("verdict", "known", "inside"),
         [
-            (Verdict(7, Inbound.INSIDE, WAY), True, True),
+            (Verdict(7, Inbound.INSIDE, PATH), True, True),
             (Verdict(7, Inbound.INSIDE, Route(refused="too narrow")), True, False),
             (Verdict(7, Inbound.OUTSIDE), True, False),
-            (Verdict(6, Inbound.INSIDE, WAY), False, False),
+            (Verdict(6, Inbound.INSIDE, PATH), False, False),
             (None, False, False),
         ],
     )

@@ -39,14 +39,14 @@ TASKS: list[Command] = [
     AutonomousMove(x=20.0, y=0.0),
     CompulsiveMove(x=20.0, y=0.0),
 ]
-WAYS_OUT: list[Command] = [Hold(), ReturnToLaunch(), Land()]
+EXITS: list[Command] = [Hold(), ReturnToLaunch(), Land()]
 
 
 def by_somebody_else(rig: Rig) -> None:
     """Another station arms the drone on the ground, in GUIDED."""
     rig.autopilot.change_mode(CopterMode.GUIDED)
     rig.autopilot.armed = True
-    rig.autopilot._lay_arm_place()
+    rig.autopilot._project_arm_place()
 
 
 @pytest.fixture
@@ -152,8 +152,8 @@ async def test_in_the_air_without_failsafes_no_task_begins_and_every_return_is_o
     assert not refused.accepted
     assert refused.reason == "Ground-station failsafe: off (FS_GCS_ENABLE 0). Return or land, then Set failsafes."
     rig.expect(S.HOVER)
-    for way_out in WAYS_OUT:
-        rig.order(way_out)
+    for exit_place in EXITS:
+        rig.order(exit_place)
     await rig.close()
 
 
@@ -169,8 +169,8 @@ async def test_in_the_air_no_task_begins_before_the_fence_is_up(flying: Rig, com
     flying.expect(S.HOVER)
     refused = flying.command(command)
     assert refused.reason == "The fence of this flight was not taken by the autopilot. busy."
-    for way_out in WAYS_OUT[:2]:
-        flying.order(way_out)
+    for exit_place in EXITS[:2]:
+        flying.order(exit_place)
     flying.order(Hold())
     flying.autopilot.refuse.clear()
     await flying.run(RETRY_S + 1)
@@ -216,7 +216,7 @@ async def test_under_a_pilot_nothing_is_written_and_resume_needs_the_failsafes(u
     refused = unsafe.command(Resume(confirmed=True))
     assert refused.reason.startswith("Ground-station failsafe: off")
     for name, value in SAFE_PARAMETERS.items():
-        unsafe.autopilot.tell(name, value)
+        unsafe.autopilot.report(name, value)
     await unsafe.run(0.5)
     unsafe.order(Resume(confirmed=True))
     assert unsafe.command(CompulsiveMove(x=20.0, y=0.0)).reason.startswith("The fence of this flight is being set")
@@ -234,8 +234,8 @@ async def test_what_is_put_back_once_no_pilot_flies_keeps_nobody_from_taking_the
     holding.autopilot.change_mode(CopterMode.LOITER)
     await holding.run(4)
     holding.expect(S.MANUAL)
-    holding.autopilot.tell("BATT_FS_LOW_ACT", 5)
-    holding.autopilot.tell("FENCE_ENABLE", 0)
+    holding.autopilot.report("BATT_FS_LOW_ACT", 5)
+    holding.autopilot.report("FENCE_ENABLE", 0)
     await holding.run(5)
     assert holding.autopilot.asked("set_parameter") == []
     holding.order(Resume(confirmed=True))
@@ -366,8 +366,8 @@ def test_it_compares_first_and_uploads_where_another_fence_is_held() -> None:
     pending = (Answer("upload fence", 1.1, "pending"),)
     assert holder.tick(without_fence(1.2, answers=pending), state, {}) == ()
     refused = (Answer("upload fence", 1.1, "failed", "no"),)
-    (told,) = holder.tick(without_fence(1.3, answers=refused), state, {})
-    assert isinstance(told, Log)
+    (messages,) = holder.tick(without_fence(1.3, answers=refused), state, {})
+    assert isinstance(messages, Log)
     assert holder.tick(without_fence(1.3 + RETRY_S - 0.1), state, {}) == ()
     again = holder.tick(without_fence(1.3 + RETRY_S), state, {})
     assert again == (Ask(UploadFence(FENCE), 1.3 + RETRY_S),)

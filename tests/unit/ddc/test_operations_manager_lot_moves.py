@@ -13,11 +13,11 @@ from tests.unit.ddc.fakes import Rig
 S = StateName
 
 
-def way(*points: tuple[float, float], turns: tuple[float, ...] | None = None) -> Route:
+def path(*points: tuple[float, float], turns: tuple[float, ...] | None = None) -> Route:
     return Route(tuple(MapPoint(*p) for p in points), turns or (0.0,) * len(points))
 
 
-AROUND = way((0, 0), (30, 0), (30, 40), turns=(0.0, 8.0, 0.0))
+AROUND = path((0, 0), (30, 0), (30, 40), turns=(0.0, 8.0, 0.0))
 
 
 async def move(rig: Rig, x: float, y: float) -> Ack:
@@ -46,7 +46,7 @@ async def test_it_flies_around_what_is_not_lot_without_a_stop(flying: Rig) -> No
 
 
 async def test_each_target_is_on_the_route(flying: Rig) -> None:
-    flying.sight.route = way((0, 0), (30, 0), (30, 40))
+    flying.sight.route = path((0, 0), (30, 0), (30, 40))
     await move(flying, 30, 40)
     first = len(flying.autopilot.targets)
     await flying.until(S.HOVER)
@@ -56,10 +56,10 @@ async def test_each_target_is_on_the_route(flying: Rig) -> None:
 
 
 async def test_without_a_route_it_is_refused_with_user_error_1(flying: Rig) -> None:
-    flying.sight.route = Route(refused="no way over known lot leads there")
+    flying.sight.route = Route(refused="no path over known lot leads there")
     answer = await move(flying, 30, 40)
     assert not answer.accepted
-    assert "no way over known lot leads there" in answer.reason
+    assert "no path over known lot leads there" in answer.reason
     assert flying.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     flying.expect(S.HOVER)
     assert flying.topics.des_pose_pub.value is None
@@ -75,7 +75,7 @@ async def test_a_planner_that_says_inside_but_gives_no_route_is_not_believed(fly
 async def test_a_route_that_leaves_the_fence_is_refused_whatever_the_planner_says(
     flying: Rig, corner: tuple[float, float]
 ) -> None:
-    flying.sight.route = way((0, 0), corner, (30, 40))
+    flying.sight.route = path((0, 0), corner, (30, 40))
     answer = await move(flying, 30, 40)
     assert not answer.accepted
     assert "fence" in answer.reason
@@ -85,7 +85,7 @@ async def test_a_route_that_leaves_the_fence_is_refused_whatever_the_planner_say
 async def test_a_route_that_begins_beyond_the_fence_from_here_is_refused(flying: Rig) -> None:
     flying.autopilot.north = 100.0
     await flying.tick()
-    flying.sight.route = way((0, 0), (-190, 0), (30, 40))
+    flying.sight.route = path((0, 0), (-190, 0), (30, 40))
     assert not (await move(flying, 30, 40)).accepted
 
 
@@ -93,11 +93,11 @@ async def test_a_route_that_is_cut_off_in_flight_holds_and_says_why(flying: Rig)
     flying.sight.route = AROUND
     await move(flying, 30, 40)
     await flying.run(3)
-    flying.sight.route = Route(refused="no way over known lot leads there")
+    flying.sight.route = Route(refused="no path over known lot leads there")
     await flying.tick(2)
     flying.expect(S.HOVER)
     assert flying.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
-    assert any("no way over known lot leads there" in text for text in flying.log)
+    assert any("no path over known lot leads there" in text for text in flying.log)
     before = (flying.autopilot.north, flying.autopilot.east)
     await flying.run(5)
     assert abs(flying.autopilot.north - before[0]) < 12
@@ -110,7 +110,7 @@ async def test_a_new_route_is_flown_from_where_the_drone_is_and_reported(flying:
     await flying.run(3)
     north = flying.autopilot.north
     assert 3 < north < 20
-    flying.sight.route = way((north, 0), (north, 40), (30, 40))
+    flying.sight.route = path((north, 0), (north, 40), (30, 40))
     await flying.run(4)
     assert abs(flying.autopilot.north - north) < 2.0
     assert flying.autopilot.east > 5

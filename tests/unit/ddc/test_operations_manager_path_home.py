@@ -34,7 +34,7 @@ def from_home(rig: Rig) -> float:
 @pytest.mark.fault("a rally point is set in flight, the operator returns", "cleared before RTL is asked for")
 async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) -> None:
     await away(flying)
-    flying.autopilot.tell("RALLY_TOTAL", 1)
+    flying.autopilot.report("RALLY_TOTAL", 1)
     flying.order(ReturnToLaunch())
     await flying.run(1)
     assert flying.autopilot.values["RALLY_TOTAL"] == 0
@@ -51,7 +51,7 @@ async def test_where_the_return_cannot_be_put_right_the_drone_is_led_home_and_la
 ) -> None:
     await away(flying)
     flying.autopilot.refuse |= {"clear_rally_points": "no", "set_parameter": "no"}
-    flying.autopilot.tell(name, value)
+    flying.autopilot.report(name, value)
     flying.order(ReturnToLaunch())
     await flying.run(2)
     assert flying.detail == "Returning home: the autopilot's return is put right first."
@@ -68,11 +68,11 @@ async def test_where_the_return_cannot_be_put_right_the_drone_is_led_home_and_la
 async def test_led_home_it_returns_by_rtl_as_soon_as_the_return_is_right(flying: Rig) -> None:
     await away(flying, 90.0)
     flying.autopilot.refuse["clear_rally_points"] = "no"
-    flying.autopilot.tell("RALLY_TOTAL", 1)
+    flying.autopilot.report("RALLY_TOTAL", 1)
     flying.order(ReturnToLaunch())
     await flying.run(4)
     assert flying.autopilot.mode == CopterMode.GUIDED
-    flying.autopilot.tell("RALLY_TOTAL", 0)
+    flying.autopilot.report("RALLY_TOTAL", 0)
     await flying.run(1)
     assert flying.autopilot.mode == CopterMode.RTL
     await flying.until(S.IDLE, 90)
@@ -84,7 +84,7 @@ async def test_led_home_it_returns_by_rtl_as_soon_as_the_return_is_right(flying:
 )
 async def test_an_rtl_of_the_autopilot_to_a_rally_point_begins_again_once_it_is_cleared(flying: Rig) -> None:
     await away(flying)
-    flying.autopilot.tell("RALLY_TOTAL", 1)
+    flying.autopilot.report("RALLY_TOTAL", 1)
     flying.autopilot.change_mode(CopterMode.RTL)
     await flying.run(2)
     flying.expect(S.RETURN_TO_LAUNCH)
@@ -98,7 +98,7 @@ async def test_an_rtl_of_the_autopilot_to_a_rally_point_begins_again_once_it_is_
 )
 async def test_one_that_began_just_after_it_was_cleared_is_not_trusted_either(flying: Rig) -> None:
     await away(flying)
-    flying.autopilot.tell("RALLY_TOTAL", 1)
+    flying.autopilot.report("RALLY_TOTAL", 1)
     await flying.run(0.3)
     assert flying.autopilot.values["RALLY_TOTAL"] == 0
     flying.autopilot.change_mode(CopterMode.RTL)
@@ -110,7 +110,7 @@ async def test_one_that_began_just_after_it_was_cleared_is_not_trusted_either(fl
 async def test_an_rtl_of_the_autopilot_to_a_rally_point_that_stays_is_led_home(flying: Rig) -> None:
     await away(flying)
     flying.autopilot.refuse["clear_rally_points"] = "no"
-    flying.autopilot.tell("RALLY_TOTAL", 1)
+    flying.autopilot.report("RALLY_TOTAL", 1)
     flying.autopilot.change_mode(CopterMode.RTL)
     await flying.run(4)
     assert flying.autopilot.mode == CopterMode.GUIDED
@@ -122,7 +122,7 @@ async def test_rally_points_during_rtl_are_cleared_and_rtl_goes_on(flying: Rig) 
     await away(flying, 90.0)
     flying.order(ReturnToLaunch())
     await flying.run(5)
-    flying.autopilot.tell("RALLY_TOTAL", 1)
+    flying.autopilot.report("RALLY_TOTAL", 1)
     await flying.run(2)
     assert flying.autopilot.values["RALLY_TOTAL"] == 0
     assert flying.autopilot.asked("set_mode").count(CopterMode.RTL) == 1

@@ -294,10 +294,10 @@ class Flight(RuleBasedStateMachine):
             assert all(map(math.isfinite, (north, east, height, yaw)))
             assert self.rig.topics.curr_state_pub.value in COMMANDING_STATES
             assert manager.situation().interlocks.kill_state != "sending"
-            told = self.rig.topics.get_state()
-            assert told.connected
-            assert told.armed
-            assert told.custom_mode == CopterMode.GUIDED
+            reported = self.rig.topics.get_state()
+            assert reported.connected
+            assert reported.armed
+            assert reported.custom_mode == CopterMode.GUIDED
             assert self.rig.topics.get_pose_age() <= 0.5
             assert self.rig.fence is not None
             pose, fence = self.rig.topics.get_pose(), self.rig.fence

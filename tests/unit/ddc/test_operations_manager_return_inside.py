@@ -646,12 +646,12 @@ async def test_the_reserve_counts_the_path_where_it_is_longer(rig: Rig) -> None:
     rig.autopilot.put_in_air()
     rig.autopilot.north, rig.autopilot.east = WEST_ARM.north, WEST_ARM.east
     await rig.run(1.5)
-    bent_way = rig.manager.situation().facts.battery.reserve
-    assert bent_way is not None
+    bent_path = rig.manager.situation().facts.battery.reserve
+    assert bent_path is not None
     fences = rig.topics.fence_pub
     assert fences.value is not None
     fences.publish(replace(fences.value, polygon=((-90.0, -90.0), (-90.0, 90.0), (110.0, 90.0), (110.0, -90.0))))
     await rig.run(1.5)
     straight = rig.manager.situation().facts.battery.reserve
     assert straight is not None
-    assert bent_way.needed > straight.needed + 0.1
+    assert bent_path.needed > straight.needed + 0.1

@@ -58,9 +58,9 @@ def heard(rig: Rig) -> dict[str, Any]:
 async def test_the_heartbeat_has_each_value_of_the_specification_under_its_key(flying: Rig) -> None:
     flying.autopilot.below = lambda _north, _east: 4.0  # the height over ground is another than that over the arm place
     await flying.run(1.0)
-    told: dict[str, Any] = {}
-    while told.get("Relative Altitude") != 31.25:  # a status is due at every fourth tick
-        told = heard(flying)
+    reported: dict[str, Any] = {}
+    while reported.get("Relative Altitude") != 31.25:  # a status is due at every fourth tick
+        reported = heard(flying)
     specified = {
         "Type": "Heartbeat",
         "State": "Hover",
@@ -75,8 +75,8 @@ async def test_the_heartbeat_has_each_value_of_the_specification_under_its_key(f
         "User Error": 0,
         "Health Status": 1,
     }
-    assert {key: told[key] for key in specified} == specified
-    assert told["Occupancy Map"]["Map Id"] == "m"
+    assert {key: reported[key] for key in specified} == specified
+    assert reported["Occupancy Map"]["Map Id"] == "m"
     assert len(specified) + 1 == 13
 
 

@@ -56,13 +56,13 @@ async def test_heartbeats_go_on_in_communication_lost(fresh: Rig) -> None:
 
 async def test_what_is_not_known_is_none(fresh: Rig) -> None:
     fresh.manager.process()
-    told = status(fresh)
-    assert told.vehicle.armed is None
-    assert told.pose.latitude is None
-    assert told.vehicle.battery_percentage is None
-    assert told.vehicle.link_age is None
-    assert told.parts.health_status is HealthStatus.UNHEALTHY
-    assert {item.name for item in told.parts.health} == {
+    reported = status(fresh)
+    assert reported.vehicle.armed is None
+    assert reported.pose.latitude is None
+    assert reported.vehicle.battery_percentage is None
+    assert reported.vehicle.link_age is None
+    assert reported.parts.health_status is HealthStatus.UNHEALTHY
+    assert {item.name for item in reported.parts.health} == {
         "link",
         "position",
         "ground",
@@ -105,33 +105,33 @@ async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))
     await flying.run(3)
-    told = status(flying)
-    assert told.operation.state is S.COMPULSIVE_MOVE
-    assert told.vehicle.ardupilot_state == "GUIDED"
-    seen = told.perception
+    reported = status(flying)
+    assert reported.operation.state is S.COMPULSIVE_MOVE
+    assert reported.vehicle.ardupilot_state == "GUIDED"
+    seen = reported.perception
     assert (seen.free, seen.taken, seen.unknown, seen.lot_area) == (3, 2, 1, 900.0)
     assert (seen.explored, seen.free_range) == (0.4, None), "nothing is said of ground where it was not looked"
-    assert told.travel.target is not None
-    assert told.travel.target.north == pytest.approx(20, abs=0.1)
-    assert told.site.home is not None
-    assert told.site.fence
-    assert told.site.ceiling == 97
-    assert told.site.heights == pytest.approx((15, 35, 60))
-    assert told.pose.speed == pytest.approx(4, abs=1.5)
-    assert told.vehicle.battery_time_left is not None
-    assert told.vehicle.battery_time_left > 60
-    assert told.travel.distance_flown == pytest.approx(10, abs=3)
-    assert told.travel.flight_time == pytest.approx(3.1, abs=0.3)
-    assert len(told.trail) >= 8
-    assert told.parts.health_status is HealthStatus.HEALTHY
+    assert reported.travel.target is not None
+    assert reported.travel.target.north == pytest.approx(20, abs=0.1)
+    assert reported.site.home is not None
+    assert reported.site.fence
+    assert reported.site.ceiling == 97
+    assert reported.site.heights == pytest.approx((15, 35, 60))
+    assert reported.pose.speed == pytest.approx(4, abs=1.5)
+    assert reported.vehicle.battery_time_left is not None
+    assert reported.vehicle.battery_time_left > 60
+    assert reported.travel.distance_flown == pytest.approx(10, abs=3)
+    assert reported.travel.flight_time == pytest.approx(3.1, abs=0.3)
+    assert len(reported.trail) >= 8
+    assert reported.parts.health_status is HealthStatus.HEALTHY
 
 
 async def test_loop_lag_is_shown_and_is_no_health_of_the_drone(flying: Rig) -> None:
     flying.inputs.loop_lag.publish(0.25)
     await flying.run(0.3)
-    told = status(flying)
-    assert {item.name: item.reason for item in told.parts.health}["loop"] == "The program is 250 ms late."
-    assert told.parts.health_status is HealthStatus.HEALTHY
+    reported = status(flying)
+    assert {item.name: item.reason for item in reported.parts.health}["loop"] == "The program is 250 ms late."
+    assert reported.parts.health_status is HealthStatus.HEALTHY
 
 
 @pytest.mark.parametrize("part", ["camera", "recording", "requests", "tasks"])

@@ -15,8 +15,8 @@ from hawk.comm.protocol.heartbeat import VehicleStatus
 from hawk.ddc.battery.energy import ASSUMED_DRAIN, SAFETY_FACTOR, seconds_home
 from hawk.ddc.battery.survey import (
     Battery,
-    Manner,
     SurveyNeed,
+    Sweep,
     check_words,
     need_in_flight,
     need_on_ground,
@@ -32,7 +32,7 @@ from tests.unit.ddc.written_facts import flying as flying_facts
 from tests.unit.ddc.written_facts import on_ground
 
 FULL = Battery(96.0, 20.0, 0.1, True)
-MANNER = Manner.of(4.0, 35.0, 1.4)
+SWEEP = Sweep.of(4.0, 35.0, 1.4)
 MEASURED = ((3_000.0, 72.0, 31.0), (10_000.0, 296.0, 100.0), (30_000.0, 788.0, 257.0))
 """Area, distance and seconds of the planner over the benchmark's lots (means over lots 1-28)."""
 MODEL_BEGIN_S = 8.0
@@ -43,20 +43,20 @@ MODEL_BEGIN_S = 8.0
 def test_distance_and_time_are_those_that_the_planner_was_measured_to_need(
     area: float, distance: float, seconds: float
 ) -> None:
-    assert MANNER.distance(area) == pytest.approx(distance, rel=0.13)
-    assert MANNER.seconds(distance, begins=False) + MODEL_BEGIN_S == pytest.approx(seconds, rel=0.05)
+    assert SWEEP.distance(area) == pytest.approx(distance, rel=0.13)
+    assert SWEEP.seconds(distance, begins=False) + MODEL_BEGIN_S == pytest.approx(seconds, rel=0.05)
 
 
 def test_lower_and_slower_takes_longer() -> None:
-    low = Manner.of(4.0, 25.0, 1.4)
-    assert low.distance(5_000.0) == pytest.approx(MANNER.distance(5_000.0) * 35 / 25)
-    assert replace(MANNER, speed=2.0).seconds(300.0) > 1.5 * MANNER.seconds(300.0)
-    assert MANNER.seconds(0.0) == 0.0
+    low = Sweep.of(4.0, 25.0, 1.4)
+    assert low.distance(5_000.0) == pytest.approx(SWEEP.distance(5_000.0) * 35 / 25)
+    assert replace(SWEEP, speed=2.0).seconds(300.0) > 1.5 * SWEEP.seconds(300.0)
+    assert SWEEP.seconds(0.0) == 0.0
 
 
 def test_before_take_off_it_is_climb_survey_and_the_flight_home_with_the_reserve() -> None:
-    need = need_on_ground("map", 10_000.0, 300.0, MANNER, (35.0, 60.0), FULL)
-    assert need.percent == pytest.approx(0.1 * (35 / 2 + MANNER.seconds(300.0)))
+    need = need_on_ground("map", 10_000.0, 300.0, SWEEP, (35.0, 60.0), FULL)
+    assert need.percent == pytest.approx(0.1 * (35 / 2 + SWEEP.seconds(300.0)))
     assert need.home == pytest.approx(20.0 + SAFETY_FACTOR * 0.1 * seconds_home(71.0, 35.0, 60.0, 4.0))
     assert need.left == pytest.approx(96.0 - need.home - need.percent)
     assert need.is_enough
@@ -64,9 +64,9 @@ def test_before_take_off_it_is_climb_survey_and_the_flight_home_with_the_reserve
 
 
 def test_what_does_not_suffice_is_reported_as_a_share() -> None:
-    need = need_in_flight("planner", 10_000.0, 800.0, MANNER, 30.0, replace(FULL, charge=43.0))
+    need = need_in_flight("planner", 10_000.0, 800.0, SWEEP, 30.0, replace(FULL, charge=43.0))
     assert not need.is_enough
-    assert need.percent == pytest.approx(0.1 * MANNER.seconds(800.0, begins=False))
+    assert need.percent == pytest.approx(0.1 * SWEEP.seconds(800.0, begins=False))
     assert need.share == pytest.approx(13.0 / need.percent)
     assert replace(need, charge=25.0).share == 0.0
     assert replace(need, charge=25.0, percent=0.0).share == 1.0  # nothing is left of it, though home is dear
@@ -135,11 +135,11 @@ async def checked(rig: Rig) -> str:
 async def test_an_unknown_lot_is_at_most_as_large_as_the_fence(make: Make) -> None:
     rig = await looked(make())
     assert "of a lot as large as the fence (6.6 ha)" in await checked(rig)
-    told = vehicle(rig)
-    assert told.survey_basis == "fence"
-    assert told.battery_needed_survey is not None
-    assert told.battery_needed_home is not None
-    assert told.battery_left == pytest.approx(95.0 - told.battery_needed_home - told.battery_needed_survey)
+    reported = vehicle(rig)
+    assert reported.survey_basis == "fence"
+    assert reported.battery_needed_survey is not None
+    assert reported.battery_needed_home is not None
+    assert reported.battery_left == pytest.approx(95.0 - reported.battery_needed_home - reported.battery_needed_survey)
 
 
 async def test_a_battery_that_is_too_low_for_the_survey_refuses_nothing(make: Make) -> None:
@@ -171,7 +171,7 @@ async def test_the_rest_of_an_earlier_survey_counts(make: Make) -> None:
 async def test_an_earlier_map_without_a_word_on_the_rest_is_flown_again_at_most(make: Make) -> None:
     rig = await looked(make(continues_survey=True), 5_000.0)
     whole = vehicle(rig).battery_needed_survey
-    seconds = MANNER.seconds(MANNER.distance(5_000.0)) + 35 / 2
+    seconds = SWEEP.seconds(SWEEP.distance(5_000.0)) + 35 / 2
     assert whole == pytest.approx(seconds * ASSUMED_DRAIN, rel=0.02)
 
 
@@ -207,12 +207,12 @@ async def test_in_flight_the_planners_distance_counts_and_what_is_left_is_journa
     rig.sight.plan = exploring(200.0)
     rig.order(AutonomousExplore())
     await rig.run(6)
-    told = vehicle(rig)
-    assert told.survey_basis == "planner"
+    reported = vehicle(rig)
+    assert reported.survey_basis == "planner"
     reserve = rig.manager.situation().facts.battery.reserve
     assert reserve is not None
-    assert told.battery_needed_home == pytest.approx(reserve.needed, abs=0.5)
-    assert told.battery_needed_survey == pytest.approx(MANNER.seconds(200.0, begins=False) * ASSUMED_DRAIN, rel=0.05)
+    assert reported.battery_needed_home == pytest.approx(reserve.needed, abs=0.5)
+    assert reported.battery_needed_survey == pytest.approx(SWEEP.seconds(200.0, begins=False) * ASSUMED_DRAIN, rel=0.05)
     assert kept[-1].remaining_m == 200.0
     assert kept[-1].seen == 0.8
     assert 2.0 < kept[-1].flown_s < 7.0
@@ -249,13 +249,18 @@ def test_it_must_last_for_ten_seconds() -> None:
     class Exploring:
         identity = StateName.AUTONOMOUS_EXPLORE
 
-    def told(short_s: float | None) -> int:
+    def reported(short_s: float | None) -> int:
         battery = replace(facts.battery, survey=need, short_s=short_s)
         return len(notice.tick(replace(facts, battery=battery), Exploring()))  # type: ignore[arg-type]
 
-    assert [told(None), told(SHORT_CONFIRM_S - 0.1), told(SHORT_CONFIRM_S), told(SHORT_CONFIRM_S + 1)] == [0, 0, 1, 0]
+    assert [
+        reported(None),
+        reported(SHORT_CONFIRM_S - 0.1),
+        reported(SHORT_CONFIRM_S),
+        reported(SHORT_CONFIRM_S + 1),
+    ] == [0, 0, 1, 0]
     notice.tick(on_ground(facts), Exploring())  # type: ignore[arg-type]
-    assert told(SHORT_CONFIRM_S) == 1
+    assert reported(SHORT_CONFIRM_S) == 1
 
 
 async def test_a_fault_in_the_estimate_keeps_no_fact_from_being_gathered(make: Make) -> None:

@@ -159,9 +159,9 @@ class TestParameters:
 
     def test_what_was_never_right_is_reported_and_not_written(self) -> None:
         kept = KeptParameters()
-        (told,) = keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)
-        assert isinstance(told, Log)
-        assert told.details == "With an empty battery the drone falls. Return or land, then Set failsafes."
+        (messages,) = keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)
+        assert isinstance(messages, Log)
+        assert messages.details == "With an empty battery the drone falls. Return or land, then Set failsafes."
         assert keep(kept, flying(1.1), BATT_FS_LOW_ACT=5) == ()
         assert kept.restored == frozenset()
         assert kept.lost == ()
@@ -179,10 +179,10 @@ class TestParameters:
         assert asks(keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)) == []
 
     def test_another_remedy_than_set_failsafes_is_named(self) -> None:
-        (told,) = keep(KeptParameters(), flying(1.0), BATT_LOW_VOLT=0.0)
-        assert isinstance(told, Log)
-        assert "Set failsafes" not in told.details
-        assert "Set BATT_LOW_VOLT" in told.details
+        (messages,) = keep(KeptParameters(), flying(1.0), BATT_LOW_VOLT=0.0)
+        assert isinstance(messages, Log)
+        assert "Set failsafes" not in messages.details
+        assert "Set BATT_LOW_VOLT" in messages.details
 
     @pytest.mark.parametrize(
         ("may_write", "words"),
@@ -193,10 +193,10 @@ class TestParameters:
     ) -> None:
         facts = flying(1.0)
         off = replace(facts, diagnostics=replace(facts.diagnostics, fence_on=False))
-        (told,) = keep(KeptParameters(), off, may_write=may_write)
-        assert isinstance(told, Log)
-        assert words in told.details
-        assert "remote control" not in told.details
+        (messages,) = keep(KeptParameters(), off, may_write=may_write)
+        assert isinstance(messages, Log)
+        assert words in messages.details
+        assert "remote control" not in messages.details
 
     def test_one_that_is_not_read_is_neither_right_nor_wrong(self) -> None:
         kept = KeptParameters()
@@ -279,13 +279,13 @@ class TestParameters:
     def test_what_cannot_be_put_back_is_lost_once_and_named_with_its_value(self) -> None:
         kept, now = KeptParameters(), 1.0
         keep(kept, flying(now))
-        told: list[str] = []
+        messages: list[str] = []
         while now < 20.0:
             now += 0.5
             acts = keep(kept, flying(now), BATT_FS_LOW_ACT=5)  # each answer is "no answer"
-            told += texts(acts)
+            messages += texts(acts)
         assert list(kept.lost) == ["BATT_FS_LOW_ACT 5"]
-        assert told.count("BATT_FS_LOW_ACT cannot be put back to 2.") == 1
+        assert messages.count("BATT_FS_LOW_ACT cannot be put back to 2.") == 1
         keep(kept, flying(now + 1))
         assert list(kept.lost) == []
         keep(kept, on_ground(flying(now + 2)))
@@ -294,14 +294,14 @@ class TestParameters:
 
     def test_fighting_is_named_where_no_words_were_given(self) -> None:
         kept, now = KeptParameters(), 0.0
-        told: Acts = ()
+        messages: Acts = ()
         for _ in range(TRIES + 1):
             now += 2.0
             keep(kept, flying(now))
-            told = keep(kept, flying(now + 0.1), BATT_FS_LOW_ACT=5)
-            for ask in asks(told):
+            messages = keep(kept, flying(now + 0.1), BATT_FS_LOW_ACT=5)
+            for ask in asks(messages):
                 keep(kept, answered(flying(now + 0.2), ask, "done"))
-        (lost,) = [act for act in told if isinstance(act, Log) and "cannot be put back" in act.text]
+        (lost,) = [act for act in messages if isinstance(act, Log) and "cannot be put back" in act.text]
         assert lost.details == "Somebody changes it again and again."
 
     def test_limits_of_the_flight_are_kept(self) -> None:
@@ -332,10 +332,10 @@ class TestChanges:
             ForeignWrite(46.0, 255, 190, "B"),
         )
         facts = replace(facts, link=replace(facts.link, foreign_writes=writes))
-        assert changed_by(facts, ("A",)).told == "Station 254 (component 190) changed it."
+        assert changed_by(facts, ("A",)).message == "Station 254 (component 190) changed it."
         assert changed_by(facts, ("C",)).details == UNKNOWN
-        assert changed_by(replace(facts, now=75.0), ("A",)).told == "Station 254 (component 190) changed it."
-        assert changed_by(replace(facts, now=75.1), ("A",)).told == ""
+        assert changed_by(replace(facts, now=75.0), ("A",)).message == "Station 254 (component 190) changed it."
+        assert changed_by(replace(facts, now=75.1), ("A",)).message == ""
 
 
 class Fences:
@@ -425,10 +425,10 @@ class TestFence:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False
-        told, upload = fences.tick(end(ask, "failed", ANOTHER))
-        assert isinstance(told, Log)
-        assert told.text == "The fence in the autopilot was changed. Putting it back."
-        assert told.details == f"{ANOTHER}. {UNKNOWN}"
+        messages, upload = fences.tick(end(ask, "failed", ANOTHER))
+        assert isinstance(messages, Log)
+        assert messages.text == "The fence in the autopilot was changed. Putting it back."
+        assert messages.details == f"{ANOTHER}. {UNKNOWN}"
         assert isinstance(upload, Ask)
         assert upload.request == UploadFence(FENCE)
         assert fences.kept.problem == "The fence of this flight is being set: wait a moment."
@@ -444,17 +444,17 @@ class TestFence:
         fences.held = False
         facts = fences.facts(end(ask, "failed", ANOTHER))
         write = ForeignWrite(facts.now, 254, 190, FENCE_SUBJECT)
-        told = fences.kept.tick(replace(facts, link=replace(facts.link, foreign_writes=(write,))), HOVER, {})
-        assert "Station 254 (component 190) changed it." in texts(told)[0]
+        messages = fences.kept.tick(replace(facts, link=replace(facts.link, foreign_writes=(write,))), HOVER, {})
+        assert "Station 254 (component 190) changed it." in texts(messages)[0]
 
     def test_under_a_pilot_it_is_reported_and_put_back_afterwards(self) -> None:
         fences = Fences()
         ask = self.compared(fences)
         fences.held = False
         pilot = ManualState(0.0)
-        (told,) = fences.tick(end(ask, "failed", ANOTHER), state=pilot)
-        assert isinstance(told, Log)
-        assert told.text.endswith("It is put back when the drone is taken from the pilot.")
+        (messages,) = fences.tick(end(ask, "failed", ANOTHER), state=pilot)
+        assert isinstance(messages, Log)
+        assert messages.text.endswith("It is put back when the drone is taken from the pilot.")
         assert fences.tick(state=pilot) == ()
         assert len(asks(fences.tick(), UploadFence)) == 1
 
@@ -463,9 +463,9 @@ class TestFence:
         fences.tick()
         fences.held = False  # forgotten
         (ask,) = asks(fences.tick(), CompareFence)
-        told, upload = fences.tick(end(ask, "failed", ANOTHER))
-        assert isinstance(told, Log)
-        assert "was changed" in told.text
+        messages, upload = fences.tick(end(ask, "failed", ANOTHER))
+        assert isinstance(messages, Log)
+        assert "was changed" in messages.text
         assert isinstance(upload, Ask)
 
     def test_a_comparison_that_ends_well_and_is_forgotten_is_made_again(self) -> None:
@@ -566,12 +566,12 @@ class TestSwitch:
     def test_one_that_is_switched_off_again_and_again_is_lost_once(self) -> None:
         fences = Fences()
         fences.tick()
-        told: list[str] = []
+        messages: list[str] = []
         fences.on = False
         for _ in range(60):
-            told += texts(fences.tick(after=0.5))
+            messages += texts(fences.tick(after=0.5))
         assert fences.kept.lost == ("the fence's switch",)
-        assert told.count("The fence in the autopilot cannot be switched on again.") == 1
+        assert messages.count("The fence in the autopilot cannot be switched on again.") == 1
 
     def test_one_that_was_never_on_is_tried_and_not_lost(self) -> None:
         fences = Fences()

@@ -34,7 +34,7 @@ class Bench:
         self.now = 100.0
         self.asked: list[str] = []
         self.most = 0
-        self.told: list[Log] = []
+        self.messages: list[Log] = []
         self.sets: list[SetParameters] = []
         self._open: list[tuple[float, Ask]] = []
         self.answer_s, self.silence_s = 0.1, 2.0
@@ -48,7 +48,7 @@ class Bench:
         acts: tuple[Act, ...] = self.reader.tick(self.facts())
         for act in acts:
             if isinstance(act, Log):
-                self.told.append(act)
+                self.messages.append(act)
             elif isinstance(act, Ask):
                 self._start(act)
         self.most = max(self.most, sum(due > self.now for due, _ in self._open))
@@ -147,7 +147,7 @@ def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_reported() -> N
     bench.run(5.0)
     assert not bench.reader.is_setting
     assert bench.sets == []
-    assert [log.text for log in bench.told] == ["The failsafes were not set."]
+    assert [log.text for log in bench.messages] == ["The failsafes were not set."]
 
 
 # -- in flight --------------------------------------------------------------------------------------------------------
@@ -193,20 +193,20 @@ SILENT_CHANGES = [change for change in CHANGES if change[0] != "FENCE_ENABLE"]
     "reported within 10 s, put back at once, no new task until it holds; the flight goes on",
 )
 @pytest.mark.parametrize(
-    ("name", "value", "words", "told"),
+    ("name", "value", "words", "messages"),
     [*((*change, True) for change in CHANGES), *((*change, False) for change in SILENT_CHANGES)],
 )
 async def test_a_change_in_flight_is_reported_and_put_back_and_refuses_new_tasks_until_then(
-    flying: Rig, name: str, value: float, words: str, told: bool
+    flying: Rig, name: str, value: float, words: str, messages: bool
 ) -> None:
     await flying.run(2)
     flying.order(CompulsiveMove(x=30.0, y=0.0))
     before = flying.autopilot.values[name]
-    way = "clear_rally_points" if name == "RALLY_TOTAL" else "set_parameter"
-    flying.autopilot.refuse[way] = "busy"
+    path = "clear_rally_points" if name == "RALLY_TOTAL" else "set_parameter"
+    flying.autopilot.refuse[path] = "busy"
     flying.autopilot.fence_on = True
-    if told:
-        flying.autopilot.tell(name, value)
+    if messages:
+        flying.autopilot.report(name, value)
         await flying.tick(2)
     else:
         flying.autopilot.values[name] = value
@@ -221,7 +221,7 @@ async def test_a_change_in_flight_is_reported_and_put_back_and_refuses_new_tasks
     assert refused.reason.startswith(words.partition(":")[0])
     assert refused.reason.endswith("It is being put back: wait.")
     assert flying.state in (StateName.COMPULSIVE_MOVE, StateName.HOVER)  # the flight goes on
-    del flying.autopilot.refuse[way]
+    del flying.autopilot.refuse[path]
     await flying.run(2.2)
     assert flying.autopilot.values[name] == before
     assert any("is right again" in text for text in flying.log)
@@ -267,7 +267,7 @@ async def test_whatever_another_station_sets_to_the_worse_in_flight_is_put_back(
 @pytest.mark.parametrize(("name", "value"), [("BATT_FS_LOW_ACT", 1), ("RTL_ALT", 500), ("BATT_LOW_VOLT", 11.0)])
 async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, value: float) -> None:
     await flying.run(2)
-    flying.autopilot.tell(name, value)
+    flying.autopilot.report(name, value)
     await flying.run(10.5)
     assert flying.autopilot.values[name] == value
     assert flying.autopilot.count("set_parameter") == 0
@@ -281,7 +281,7 @@ async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, v
 async def test_who_changes_it_again_and_again_ends_the_flight_at_home(flying: Rig) -> None:
     await flying.run(2)
     for _ in range(4):
-        flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+        flying.autopilot.report("BATT_FS_LOW_ACT", 5)
         await flying.run(3)
     flying.expect(StateName.RETURN_TO_LAUNCH)
     assert flying.autopilot.asked("set_parameter") == [("BATT_FS_LOW_ACT", 2)] * 3
@@ -293,7 +293,7 @@ async def test_who_changes_it_again_and_again_ends_the_flight_at_home(flying: Ri
 async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.refuse["set_parameter"] = "no"
-    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    flying.autopilot.report("BATT_FS_LOW_ACT", 5)
     await flying.run(5)
     flying.expect(StateName.HOVER)
     await flying.run(2)
@@ -306,7 +306,7 @@ async def test_while_a_pilot_flies_a_change_is_reported_and_nothing_is_written(f
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick(2)
     flying.expect(StateName.MANUAL)
-    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    flying.autopilot.report("BATT_FS_LOW_ACT", 5)
     await flying.run(40)
     assert flying.autopilot.count("set_parameter") == 0
     flying.expect(StateName.MANUAL)
@@ -318,7 +318,7 @@ async def test_the_station_is_named_where_its_message_is_heard(flying: Rig) -> N
     await flying.run(2)
     write = ForeignWrite(flying.clock(), 254, 190, "BATT_FS_LOW_ACT")
     flying.autopilot.topics.foreign_write.publish(write)
-    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    flying.autopilot.report("BATT_FS_LOW_ACT", 5)
     await flying.tick(2)
     assert any("Station 254 (component 190) changed it." in text for text in flying.log)
 
@@ -326,8 +326,8 @@ async def test_the_station_is_named_where_its_message_is_heard(flying: Rig) -> N
 async def test_outside_the_fence_it_is_not_switched_on_because_the_autopilot_would_act_at_once(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.north = 170.0
-    flying.autopilot.tell("FENCE_ENABLE", 0)
-    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    flying.autopilot.report("FENCE_ENABLE", 0)
+    flying.autopilot.report("BATT_FS_LOW_ACT", 5)
     await flying.tick(3)
     assert flying.autopilot.asked("set_parameter") == [("BATT_FS_LOW_ACT", 2)]
 

@@ -131,9 +131,9 @@ class TestInTheAir:
         facts = flying.manager.situation().facts
         assert (facts.vehicle.landed, facts.ground.landed_said) == (LandedState.UNDEFINED, LandedState.ON_GROUND)
         assert facts.health("ground").reason == "The autopilot says that it is on the ground, but its height is 30 m."
-        told = flying.manager.status.value
-        assert told is not None
-        assert told.vehicle.landed == "UNDEFINED"
+        reported = flying.manager.status.value
+        assert reported is not None
+        assert reported.vehicle.landed == "UNDEFINED"
         flying.order(ReturnToLaunch())
         await flying.run(1.0)
         flying.expect(S.RETURN_TO_LAUNCH)

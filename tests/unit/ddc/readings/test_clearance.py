@@ -152,7 +152,7 @@ def test_a_message_without_a_reading_between_them_does_not_end_it_but_a_second_o
     reading, now = watched(*[3.0] * 8, *[None] * 11)
     assert reading.low(now) == NOT_LOW
     reading, now = watched(*[3.0] * 8, *[None] * 11, 3.0)
-    assert reading.low(now) == NOT_LOW, "it begins anew"
+    assert reading.low(now) == NOT_LOW, "it begins again"
 
 
 def test_the_least_distance_of_the_run_counts() -> None:

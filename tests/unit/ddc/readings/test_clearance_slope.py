@@ -26,8 +26,8 @@ FENCE = polygon_fence(circle(HOME, 155.0), 5.0, 100.0, 3.0)
 def test_the_drone_stands_parallel_to_the_slope(roll: float, pitch: float, yaw: float) -> None:
     slope = slope_of(roll, pitch, yaw)
     turn = rotation(roll, pitch, yaw)
-    for way in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):  # ahead and to the right, along the ground
-        north, east, down = turn @ np.array(way)
+    for path in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):  # ahead and to the right, along the ground
+        north, east, down = turn @ np.array(path)
         assert slope.rise(HOME, MapPoint(north, east)) == pytest.approx(-down, abs=1e-9)
 
 

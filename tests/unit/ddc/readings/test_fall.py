@@ -411,10 +411,10 @@ class TestTheLock:
         switch, fall = KillSwitch(), Fall(5.0, 43.0, -79.0, 10.0)
         facts = replace(flying_facts(1.0), fall=fall)
         assert switch.follow(flying_facts(1.0)) == ()
-        kept, told, record = switch.follow(facts)
+        kept, reported, record = switch.follow(facts)
         assert (kept, switch.fall, switch.is_killed, switch.state) == (KeepFall(fall), fall, True, "none")
-        assert isinstance(told, Log)
-        assert told.level == "error"
+        assert isinstance(reported, Log)
+        assert reported.level == "error"
         assert isinstance(record, Record)
         assert dict(record.payload) == {"at": 5.0, "latitude": 43.0, "longitude": -79.0, "height": 10.0}
         assert switch.follow(facts) == ()
@@ -486,10 +486,10 @@ class TestOnTheRealManager:
         await fallen(flying)
         flying.expect(StateName.IDLE)
         assert not any("Landed" in text for text in flying.log)
-        (told,) = [entry for entry in flying.manager.log.entries if "in the air at" in entry.text]
-        assert told.level == "error"
-        assert told.text.startswith("Motors off in the air at 17.")
-        assert told.details == "Crash: Disarming"
+        (reported,) = [entry for entry in flying.manager.log.entries if "in the air at" in entry.text]
+        assert reported.level == "error"
+        assert reported.text.startswith("Motors off in the air at 17.")
+        assert reported.details == "Crash: Disarming"
         status = flying.manager.status.value
         assert status is not None
         assert status.operation.detail == "Motors off in the air."
@@ -518,8 +518,8 @@ class TestOnTheRealManager:
         await rig.run(2.0)
         assert rig.kept_falls == [kept]
         assert not rig.command(Arm()).accepted
-        (told,) = [entry for entry in rig.manager.log.entries if "in the air" in entry.text]
-        assert told.level == "error"
+        (reported,) = [entry for entry in rig.manager.log.entries if "in the air" in entry.text]
+        assert reported.level == "error"
         rig.order(ClearKill())
         await rig.run(1.0)
         assert rig.command(Arm()).accepted

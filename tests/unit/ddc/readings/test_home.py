@@ -349,7 +349,7 @@ async def test_home_is_checked_before_arm(rig: Rig, metres: float, passed: bool,
 async def test_an_old_home_does_not_pass(rig: Rig) -> None:
     rig.autopilot.topics.home.publish(PLACE)
     rig.clock.advance(10.1)
-    rig.autopilot._home_told = rig.clock()
+    rig.autopilot._home_reported = rig.clock()
     await rig.tick(2)
     found_item = next(item for item in rig.manager.situation().checks if item.name == "Home")
     assert (found_item.passed, found_item.value) == (False, "not known")

@@ -214,7 +214,7 @@ def receiver_lost(rig: Rig) -> None:
 
 
 def no_switch(rig: Rig) -> None:
-    rig.autopilot.tell("FLTMODE_CH", 0)
+    rig.autopilot.report("FLTMODE_CH", 0)
 
 
 def no_pulse(rig: Rig) -> None:
@@ -223,7 +223,7 @@ def no_pulse(rig: Rig) -> None:
 
 def no_hand_flown(rig: Rig) -> None:
     for name in MODE_NAMES:
-        rig.autopilot.tell(name, CopterMode.GUIDED)
+        rig.autopilot.report(name, CopterMode.GUIDED)
 
 
 @pytest.mark.fault(
@@ -291,8 +291,8 @@ async def test_a_receiver_lost_in_flight_is_reported_once_and_the_flight_goes_on
     await rig.run(10.0)
     rig.expect(StateName.HOVER)
     assert rig.log.count(words) == 1
-    told = next(item for item in rig.shown.parts.health if item.name == "remote control")
-    assert (told.healthy, told.reason) == (False, words)
+    reported = next(item for item in rig.shown.parts.health if item.name == "remote control")
+    assert (reported.healthy, reported.reason) == (False, words)
     rig.autopilot.radio = True
     await rig.run(0.5)
     assert next(item for item in rig.shown.parts.health if item.name == "remote control").healthy

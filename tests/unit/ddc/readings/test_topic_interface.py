@@ -107,9 +107,9 @@ def test_the_camera_is_as_well_as_it_says_and_as_its_pictures_show(rig: Rig) -> 
     rig.inputs.camera_health.publish(Health())
     rig.inputs.camera_check.publish(Health())
     assert rig.topics.get_camera_health() == Health()
-    told = Health(HealthStatus.HEALTHY, "Camera: 1 of the last 20 pictures was damaged")
-    rig.inputs.camera_health.publish(told)
-    assert rig.topics.get_camera_health() == told
+    reported = Health(HealthStatus.HEALTHY, "Camera: 1 of the last 20 pictures was damaged")
+    rig.inputs.camera_health.publish(reported)
+    assert rig.topics.get_camera_health() == reported
     rig.inputs.camera_check.publish(turned)
     assert rig.topics.get_camera_health() == turned
 

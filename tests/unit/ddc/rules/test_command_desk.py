@@ -281,18 +281,18 @@ class TestKill:
         assert ruling.answer == Ack(id=8, accepted=True, reason="" if heard else UNHEARD)
         assert Ask(CutMotors(), NOW) in ruling.acts
         assert NO_USER_ERROR in ruling.acts
-        (told,) = of_kind(ruling.acts, Log)
-        assert isinstance(told, Log)
-        assert (told.level, told.text) == ("error", "Motors are being cut by Ana.")
+        (reported,) = of_kind(ruling.acts, Log)
+        assert isinstance(reported, Log)
+        assert (reported.level, reported.text) == ("error", "Motors are being cut by Ana.")
         assert desk.kill.is_sending
 
     def test_one_whose_name_is_not_known_is_an_operator(self) -> None:
         desk, facts = Desk(), flying(NOW)
         desk.desk.rule(ANA, KillRequest(), situation(facts, ToHover()))
         ruling = desk.desk.rule(ANA, Kill(token=TOKEN), situation(facts, ToHover()))
-        (told,) = of_kind(ruling.acts, Log)
-        assert isinstance(told, Log)
-        assert told.text == "Motors are being cut by the operator."
+        (reported,) = of_kind(ruling.acts, Log)
+        assert isinstance(reported, Log)
+        assert reported.text == "Motors are being cut by the operator."
 
     def test_the_cut_is_cleared(self) -> None:
         desk = Desk()
@@ -310,10 +310,10 @@ class TestUnheard:
         assert home.transition == ToReturn(straight="the autopilot is not heard", by="Ana")
         assert isinstance(home.answer, Ack)
         assert (home.answer.accepted, home.answer.reason) == (True, UNHEARD)
-        (told,) = of_kind(home.acts, Log)
-        assert isinstance(told, Log)
-        assert told.level == "warning"
-        assert told.text == "Return To Launch is sent without an answer: no word from the autopilot."
+        (reported,) = of_kind(home.acts, Log)
+        assert isinstance(reported, Log)
+        assert reported.level == "warning"
+        assert reported.text == "Return To Launch is sent without an answer: no word from the autopilot."
         assert home.order is None
         assert Desk().rule(Land(confirmed=True), facts, ToHover()).transition == ToLand(by="Ana")
         assert not accepted(Desk().rule(Hold(), facts, ToHover()))

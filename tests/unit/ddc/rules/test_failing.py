@@ -162,8 +162,8 @@ async def test_on_the_ground_the_fault_can_be_read_before_the_restart(
     breaks(rig, monkeypatch)
     ticks = rig.manager.ticks
     await rig.run(GROUND_S - 0.5)
-    told = rig.manager.ticks
-    assert told >= ticks + (GROUND_S - 0.5) / TICK_S - 1
+    reported = rig.manager.ticks
+    assert reported >= ticks + (GROUND_S - 0.5) / TICK_S - 1
     await rig.run(1.0)
     later = rig.manager.ticks
     await rig.run(1.0)
@@ -296,9 +296,9 @@ def test_after_it_was_given_up_progress_is_reported_only_when_sound_ticks_have_m
     ticks = FailingTicks(1.0)
     for n in range(12):
         ticks.note(n * 0.05, is_sound=False, is_airborne=True)
-    told = [ticks.note(0.6 + n * 0.05, is_sound=True, is_airborne=True).is_progress for n in range(30)]
-    assert told.index(True) == pytest.approx(2 * 0.55 / 0.05, abs=2)
-    assert all(told[told.index(True) :])
+    reported = [ticks.note(0.6 + n * 0.05, is_sound=True, is_airborne=True).is_progress for n in range(30)]
+    assert reported.index(True) == pytest.approx(2 * 0.55 / 0.05, abs=2)
+    assert all(reported[reported.index(True) :])
 
 
 def test_a_pause_between_two_ticks_is_no_long_fault() -> None:
@@ -326,9 +326,9 @@ def test_return_is_asked_for_again_after_two_seconds_and_at_their_end() -> None:
 
 def test_on_the_ground_failed_ticks_are_progress_until_ten_seconds_and_nobody_is_sent_home() -> None:
     ticks = FailingTicks(1.0)
-    told = [ticks.note(n * 0.125, is_sound=False, is_airborne=False) for n in range(90)]
-    assert [verdict.is_progress for verdict in told] == [True] * 80 + [False] * 10
-    assert not any(verdict.goes_home for verdict in told)
+    reported = [ticks.note(n * 0.125, is_sound=False, is_airborne=False) for n in range(90)]
+    assert [verdict.is_progress for verdict in reported] == [True] * 80 + [False] * 10
+    assert not any(verdict.goes_home for verdict in reported)
 
 
 def test_a_pause_counts_as_a_fifth_of_a_second() -> None:
@@ -344,15 +344,15 @@ def test_a_sound_tick_makes_up_for_half_a_failed_one() -> None:
         ticks.note(0.125 + n * 0.125, is_sound=True, is_airborne=True)
         states.append(ticks.is_failing)
     assert states == [True, False, False]
-    assert failed(ticks, 0.625, 0.75, 0.875) == [False] * 3, "sound ticks are not saved up, failed ones begin anew"
+    assert failed(ticks, 0.625, 0.75, 0.875) == [False] * 3, "sound ticks are not saved up, failed ones begin again"
     assert failed(ticks, 1.0) == [True]
 
 
 def test_a_fault_on_the_ground_is_made_up_for_in_twenty_seconds_at_most() -> None:
     ticks = FailingTicks(1.0)
     failed(ticks, *(n * 0.125 for n in range(200)), airborne=False)
-    told = [ticks.note(25.0 + n * 0.125, is_sound=True, is_airborne=False).is_progress for n in range(170)]
-    assert told.index(True) == pytest.approx(159, abs=1)
+    reported = [ticks.note(25.0 + n * 0.125, is_sound=True, is_airborne=False).is_progress for n in range(170)]
+    assert reported.index(True) == pytest.approx(159, abs=1)
 
 
 def test_a_sum_that_is_not_failing_yet_has_failed_nothing() -> None:

@@ -141,7 +141,7 @@ async def test_the_fence_of_the_arm_place_is_in_force_again(make: Callable[..., 
 # -- flight time and distance -----------------------------------------------------------------------------------------
 
 
-def told(rig: Rig) -> tuple[float, float]:
+def reported(rig: Rig) -> tuple[float, float]:
     status = rig.manager.status.value
     assert status is not None
     assert status.travel.flight_time is not None
@@ -152,14 +152,14 @@ def told(rig: Rig) -> tuple[float, float]:
 async def test_flight_time_and_distance_go_on(make: Callable[..., Rig]) -> None:
     rig = make(flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.run(5)
-    seconds, way = told(rig)
+    seconds, path = reported(rig)
     assert seconds == pytest.approx(307, abs=0.3)
-    assert way == pytest.approx(812.5, abs=1)
+    assert path == pytest.approx(812.5, abs=1)
     rig.desk.present = True
     await rig.tick()
     rig.order(CompulsiveMove(x=20, y=0))
     await rig.until(S.HOVER)
-    assert told(rig)[1] == pytest.approx(832.5, abs=3)
+    assert reported(rig)[1] == pytest.approx(832.5, abs=3)
 
 
 async def test_a_parameter_that_was_changed_while_the_program_was_away_is_put_back(tmp_path: Path) -> None:
@@ -184,19 +184,19 @@ async def test_a_parameter_that_was_changed_while_the_program_was_away_is_put_ba
 async def test_a_flight_of_long_ago_is_another_one(make: Callable[..., Rig], kept: FlightSoFar | None) -> None:
     rig = make(flight=kept)
     await rig.run(5)
-    seconds, way = told(rig)
+    seconds, path = reported(rig)
     assert seconds <= 5
-    assert way < 1
+    assert path < 1
 
 
 async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Path) -> None:
     rig = Rig(tmp_path, flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.enter(S.TAKEOFF)
     await rig.until(S.HOVER)
-    seconds, way = told(rig)
+    seconds, path = reported(rig)
     await rig.close()
     assert seconds < 60
-    assert way < 5
+    assert path < 5
 
 
 async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: Rig) -> None:
@@ -206,8 +206,8 @@ async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: R
     kept = [flight for flight in fresh.kept_flights if flight is not None]
     assert len(kept) == len(fresh.kept_flights)
     assert 17 <= len(kept) <= 21
-    seconds, way = told(fresh)
-    assert (kept[-1].seconds, kept[-1].distance_m) == pytest.approx((seconds, way), abs=0.6)
+    seconds, path = reported(fresh)
+    assert (kept[-1].seconds, kept[-1].distance_m) == pytest.approx((seconds, path), abs=0.6)
     assert kept[-1].moment.since(NOW) == pytest.approx(fresh.clock() - START, abs=0.6)
     fresh.order(Land())
     await fresh.until(S.IDLE)

@@ -434,12 +434,12 @@ async def test_on_the_ground_a_voltage_sends_nothing(fresh: Rig) -> None:
 async def test_a_counter_that_stands_still_is_reported_once_and_the_time_flown_counts(flying: Rig) -> None:
     flying.autopilot.battery = 60.0
     await flying.run(125.0)
-    told = [
+    messages = [
         text
         for text in flying.log
         if text.startswith("The battery's counter is not believed: the counter stands still")
     ]
-    assert len(told) == 1
+    assert len(messages) == 1
     reserve = flying.manager.situation().facts.battery.reserve
     assert reserve is not None
     assert reserve.percentage < 50.0

@@ -124,7 +124,7 @@ def test_a_drone_that_did_not_seem_armed_is_not_taken_as_cut_before_armed_would_
         bench.clock.advance(0.05)
         assert not bench.tick(armed=False, heard=bench.clock(), connected=True)
     bench.clock.advance(0.2)
-    assert not bench.tick(armed=False, heard=0.9, connected=True), "heard too early to tell"
+    assert not bench.tick(armed=False, heard=0.9, connected=True), "heard too early to show it"
     assert len(bench.sent) >= 5
     assert bench.tick(armed=False, heard=bench.clock(), connected=True)
     assert bench.switch.state == "confirmed"

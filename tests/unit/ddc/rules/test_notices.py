@@ -22,7 +22,7 @@ def over(ground: float | None, doubt: str = "") -> Facts:
     return replace(facts, position=replace(facts.position, below=below))
 
 
-def told(reports: GroundNotices, *grounds: float | None) -> list[str]:
+def messages(reports: GroundNotices, *grounds: float | None) -> list[str]:
     acts = [act for ground in grounds for act in reports.tick(over(ground))]
     return [act.text for act in acts if isinstance(act, Log)]
 
@@ -33,11 +33,11 @@ def told(reports: GroundNotices, *grounds: float | None) -> list[str]:
 )
 def test_risen_and_sunken_ground_are_reported_once() -> None:
     reports = GroundNotices(None)
-    assert told(reports, 0.0, 4.9, -4.9) == []
+    assert messages(reports, 0.0, 4.9, -4.9) == []
     risen = "The ground here is 6 m higher than the arm place: raise Min."
-    assert told(reports, 5.9, 5.1, 6.0, 4.0, 6.0, 9.0) == [risen]
-    assert told(reports, -6.0, -7.0) == ["The ground here is 6 m lower than the arm place."]
-    assert told(reports, 0.0, 6.0) == [risen]
+    assert messages(reports, 5.9, 5.1, 6.0, 4.0, 6.0, 9.0) == [risen]
+    assert messages(reports, -6.0, -7.0) == ["The ground here is 6 m lower than the arm place."]
+    assert messages(reports, 0.0, 6.0) == [risen]
 
 
 @pytest.mark.parametrize(
@@ -48,12 +48,12 @@ def test_risen_and_sunken_ground_are_reported_once() -> None:
     ],
 )
 def test_the_declared_obstacle_stands_on_the_risen_ground(obstacle: float, advice: str) -> None:
-    assert told(GroundNotices(obstacle), 6.0) == [f"The ground here is 6 m higher than the arm place: {advice}"]
+    assert messages(GroundNotices(obstacle), 6.0) == [f"The ground here is 6 m higher than the arm place: {advice}"]
 
 
 def test_what_is_not_known_or_not_believed_is_not_reported() -> None:
     reports = GroundNotices(None)
-    assert told(reports, None) == []
+    assert messages(reports, None) == []
     assert reports.tick(over(12.0, "its distance does not follow the height")) == ()
     assert reports.tick(on_ground(over(12.0))) == ()
 

@@ -49,7 +49,7 @@ def unheard(now: float, age: float) -> Facts:
     return replace(flying_facts(now), link=LinkFacts(is_up=False, age=age))
 
 
-def told(acts: Acts) -> list[CopterMode]:
+def reported(acts: Acts) -> list[CopterMode]:
     return [act.request.mode for act in acts if isinstance(act, Ask) and isinstance(act.request, SendMode)]
 
 
@@ -170,7 +170,7 @@ def test_what_is_sent_is_the_states_mode_a_few_times(state: State, mode: CopterM
     for tick in range(200):
         step = rule.tick(unheard(tick * 0.05, SILENCE_S + tick * 0.05), state)
         assert step.transition is None
-        modes += told(step.acts)
+        modes += reported(step.acts)
         voices += [act.speaks for act in step.acts if isinstance(act, SetVoice)]
     assert modes == ([] if mode is None else [mode] * SENDINGS)
     assert voices == [False]
@@ -190,14 +190,14 @@ def test_a_drone_that_stands_or_was_disarmed_is_sent_nothing_however_long_it_is_
 def test_our_heartbeats_are_held_back_after_three_seconds(age: float, voices: list[bool]) -> None:
     step = SilenceRule().tick(unheard(9.0, age), returning())
     assert [act.speaks for act in step.acts if isinstance(act, SetVoice)] == voices
-    assert told(step.acts) == [CopterMode.RTL], "the state's mode is told from the beginning"
+    assert reported(step.acts) == [CopterMode.RTL], "the state's mode is reported from the beginning"
 
 
 @pytest.mark.parametrize(("age", "returns"), [(2.99, False), (3.0, True)])
 def test_a_task_becomes_a_return_after_three_seconds(age: float, returns: bool) -> None:
     step = SilenceRule().tick(unheard(9.0, age), HoverState(0.0, SETTINGS))
     assert isinstance(step.transition, ToReturn) is returns
-    assert told(step.acts) == []
+    assert reported(step.acts) == []
 
 
 def test_a_mode_is_sent_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
@@ -206,14 +206,14 @@ def test_a_mode_is_sent_six_times_half_a_second_apart_and_again_in_the_next_sile
     def silence(begin: float) -> None:
         for tick in range(80):
             now = begin + tick * 0.125
-            if told(rule.tick(unheard(now, SILENCE_S + tick * 0.125), state).acts):
+            if reported(rule.tick(unheard(now, SILENCE_S + tick * 0.125), state).acts):
                 times.append(now - begin)
 
     silence(10.0)
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
     heard = rule.tick(flying_facts(30.0), state)
     assert heard.acts == (SetVoice(True),)
-    assert rule.tick(flying_facts(30.1), state) == STAY, "it is told once that it speaks again"
+    assert rule.tick(flying_facts(30.1), state) == STAY, "it is reported once that it speaks again"
     times.clear()
     silence(40.0)
     assert times == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
@@ -221,8 +221,8 @@ def test_a_mode_is_sent_six_times_half_a_second_apart_and_again_in_the_next_sile
 
 def test_each_state_of_one_silence_sends_its_own_mode_at_once() -> None:
     rule = SilenceRule()
-    assert told(rule.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
-    assert told(rule.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
+    assert reported(rule.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
+    assert reported(rule.tick(unheard(9.1, 4.1), LandState(9.1, None, False)).acts) == [CopterMode.LAND]
 
 
 # -- the operator's commands ------------------------------------------------------------------------------------------

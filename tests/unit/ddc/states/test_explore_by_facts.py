@@ -246,15 +246,15 @@ def test_explore_goes_to_a_whole_plan_alone_between_min_and_max(plan: PathPlan, 
 
 
 @pytest.mark.parametrize(
-    ("speed", "told"), [(None, 0), (-0.5, 0), (0.0, 0), (0.5, 1), (3.99, 1), (4.0, 0), (float("nan"), 0)]
+    ("speed", "messages"), [(None, 0), (-0.5, 0), (0.0, 0), (0.5, 1), (3.99, 1), (4.0, 0), (float("nan"), 0)]
 )
-def test_a_plan_that_makes_the_drone_slower_is_reported_once(speed: float | None, told: int) -> None:
+def test_a_plan_that_makes_the_drone_slower_is_reported_once(speed: float | None, messages: int) -> None:
     state, facts = made(ToExplore()), flying(0.05)
     plan = PathPlan(MapPoint(30.0, 0.0), speed=speed)
     for _ in range(3):
         texts_of_tick = texts(state.process(replace(facts, sight=replace(facts.sight, plan=plan))))
-        assert sum("Slower" in text for text in texts_of_tick) == told
-        told = 0
+        assert sum("Slower" in text for text in texts_of_tick) == messages
+        messages = 0
 
 
 def test_the_next_place_is_reported_from_eight_metres_and_five_seconds_on() -> None:

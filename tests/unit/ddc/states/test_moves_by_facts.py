@@ -84,11 +84,11 @@ def around(east: float) -> Route:
 
 def test_every_change_of_the_route_in_flight_is_reported() -> None:
     state = made(ToMove(LOT_MOVE))
-    told = ["The map changed in flight. Another route there was found."]
+    reported = ["The map changed in flight. Another route there was found."]
     assert texts(state.process(judged(flying(0.05)))) == [], "the same route"
-    assert texts(state.process(judged(flying(0.1), route=around(10.0)))) == told
+    assert texts(state.process(judged(flying(0.1), route=around(10.0)))) == reported
     assert state.route(flying(0.1))[1:] == around(10.0).points[1:]
-    assert texts(state.process(judged(flying(0.15), route=around(20.0)))) == told
+    assert texts(state.process(judged(flying(0.15), route=around(20.0)))) == reported
 
 
 def test_a_place_that_is_judged_again_has_the_next_number_and_its_route_is_no_change_of_the_map() -> None:
@@ -125,6 +125,6 @@ def test_an_autonomous_move_stops_at_a_place_outside_and_at_a_route_that_is_refu
     state = made(ToMove(LOT_MOVE))
     outside = state.transition_next_state(judged(flying(0.05), inbound=Inbound.OUTSIDE))
     assert outside.transition == ToHover("The place turned out to be outside the lot.", level="warning")
-    refused = state.transition_next_state(judged(flying(0.05), route=Route(refused="a zone is in the way")))
-    assert refused.transition == ToHover("Held: a zone is in the way.", level="warning")
+    refused = state.transition_next_state(judged(flying(0.05), route=Route(refused="a zone bars the path")))
+    assert refused.transition == ToHover("Held: a zone bars the path.", level="warning")
     assert state.transition_next_state(judged(flying(0.05), number=9, inbound=Inbound.OUTSIDE)) == STAY

@@ -22,14 +22,14 @@ def route(*points: tuple[float, float], turns: tuple[float, ...] | None = None) 
     return Route(tuple(MapPoint(*p) for p in points), turns or (0.0,) * len(points))
 
 
-def fly(way: Route, most_s: float = 300.0) -> tuple[list[MapPoint], list[float]]:
+def fly(path: Route, most_s: float = 300.0) -> tuple[list[MapPoint], list[float]]:
     """Fly a point mass that heads for the carrot as a position controller does; return places and speeds."""
-    follower, carrot = RouteFollower(way, ARRIVAL_M), Carrot(SPEED)
-    place, velocity = complex(way.points[0].north, way.points[0].east), 0j
-    places, speeds = [way.points[0]], [0.0]
+    follower, carrot = RouteFollower(path, ARRIVAL_M), Carrot(SPEED)
+    place, velocity = complex(path.points[0].north, path.points[0].east), 0j
+    places, speeds = [path.points[0]], [0.0]
     for tick in range(round(most_s / TICK_S)):
         here = MapPoint(place.real, place.imag)
-        if here.distance(way.points[-1]) < 0.3 and follower.heading_for == way.points[-1]:
+        if here.distance(path.points[-1]) < 0.3 and follower.heading_for == path.points[-1]:
             return places, speeds
         aim = follower.aim(here)
         pose = MapPose(here.north, here.east, 30.0, 0.0, 0.0, 0.0)
@@ -44,13 +44,13 @@ def fly(way: Route, most_s: float = 300.0) -> tuple[list[MapPoint], list[float]]
     raise AssertionError("never arrived")
 
 
-def free_ground(way: Route, beside: float) -> shapely.Geometry:
+def free_ground(path: Route, beside: float) -> shapely.Geometry:
     """The ground that the planner found free: the legs with a cell beside them, and the corners that may be cut."""
-    line = shapely.LineString([(p.north, p.east) for p in way.points])
+    line = shapely.LineString([(p.north, p.east) for p in path.points])
     parts, run = [line.buffer(beside)], 0.0
-    for i, (a, b) in enumerate(pairwise(way.points)):
+    for i, (a, b) in enumerate(pairwise(path.points)):
         run += a.distance(b)
-        cut = way.turns[i + 1]
+        cut = path.turns[i + 1]
         if cut > 0:
             parts.append(shapely.Polygon([line.interpolate(run + d) for d in (-cut, 0, cut)]).buffer(beside))
     return shapely.union_all(parts)
@@ -69,22 +69,22 @@ def test_the_flown_path_stays_on_the_legs_and_in_the_corners_that_may_be_cut(
         heading += turn
         at += length * complex(math.cos(heading), math.sin(heading))
         points.append((at.real, at.imag))
-    way = route(*points, turns=(0.0, *cuts[: len(legs) - 1], 0.0))
-    places, _ = fly(way)
+    path = route(*points, turns=(0.0, *cuts[: len(legs) - 1], 0.0))
+    places, _ = fly(path)
     flown = shapely.LineString([(p.north, p.east) for p in places])
-    assert shapely.covers(free_ground(way, 1.6), flown)
+    assert shapely.covers(free_ground(path, 1.6), flown)
 
 
 def test_a_corner_that_may_be_cut_is_flown_without_a_stop() -> None:
-    way = route((0, 0), (40, 0), (40, 40), turns=(0.0, 8.0, 0.0))
-    _, speeds = fly(way)
+    path = route((0, 0), (40, 0), (40, 40), turns=(0.0, 8.0, 0.0))
+    _, speeds = fly(path)
     assert min(speeds[60:-100]) > 0.5 * SPEED
 
 
 def test_at_any_other_corner_it_all_but_stops_first() -> None:
-    way = route((0, 0), (40, 0), (40, 40))
-    places, speeds = fly(way)
-    nearest = min(range(len(places)), key=lambda i: places[i].distance(way.points[1]))
+    path = route((0, 0), (40, 0), (40, 40))
+    places, speeds = fly(path)
+    nearest = min(range(len(places)), key=lambda i: places[i].distance(path.points[1]))
     assert min(speeds[nearest - 20 : nearest + 40]) < 0.45 * SPEED
     assert max(p.north for p in places) < 41.6
 
