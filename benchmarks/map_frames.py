@@ -30,7 +30,7 @@ from benchmarks.figures import BenchmarkError, Figure, Limit, Reference, Section
 from benchmarks.whole_daemon import CHROMIUM
 
 ROOT: Final = Path(__file__).resolve().parent.parent
-FAKE_DRONE: Final = ROOT / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
+FAKE_DRONE: Final = ROOT / "packaging" / "fake_drone.py"
 LEAST_FPS: Final = {False: 40.0, True: 58.0}
 """Without and with a GPU; 60 is what the screen shows, and a frame may be missed."""
 LOAD_S: Final = 120.0

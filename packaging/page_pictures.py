@@ -1,6 +1,6 @@
 """Write the pictures of the page's views for the documentation: ``python packaging/page_pictures.py [VIEW ...]``.
 
-A browser opens the page over the made-up drone of ``hawk/web/page/dev/fake_drone.py`` and does what a person would.
+A browser opens the page over the made-up drone of ``packaging/fake_drone.py`` and does what a person would.
 The pictures go to ``docs/images/view-NAME.jpg``; ``docs/page.md`` shows them.
 """
 
@@ -22,7 +22,7 @@ from playwright.async_api import Browser, Page, async_playwright, expect
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 IMAGES: Final = ROOT / "docs" / "images"
-FAKE_DRONE: Final = ROOT / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
+FAKE_DRONE: Final = ROOT / "packaging" / "fake_drone.py"
 DESK: Final = (1280, 800)
 PHONE: Final = (390, 844)
 JPEG_QUALITY: Final = 80

@@ -27,7 +27,7 @@ down. Without this vision goes before the browser where the daemon's session goe
 SPEED = 3.0
 CAMERA_HZ = 5.0
 """Pictures in a simulated second: vision keeps up with them, beside a browser."""
-FAKE_DRONE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
+FAKE_DRONE = Path(__file__).resolve().parents[2] / "packaging" / "fake_drone.py"
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The real web server over a made-up drone, for looking at the page: ``python hawk/web/page/dev/fake_drone.py SCENE``.
+"""The real web server over a made-up drone, for looking at the page: ``python packaging/fake_drone.py SCENE``.
 
 Scenes: ground, failed, ready, explore, still, watch, manual, lost, landed. The drone answers commands roughly as a real
 one would; it is for the eye and for tests of the page's layout, nothing else is measured with it.
