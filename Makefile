@@ -11,16 +11,17 @@ ARGS ?=
 PYTEST := $(BIN)/python -m pytest -q
 # A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py).
 UNIT := $(PYTEST) --numprocesses auto --dist loadscope --no-loadscope-reorder tests/unit
-REAL := $(PYTEST) --numprocesses 5 --dist loadscope --no-loadscope-reorder
+REAL := $(PYTEST) --dist loadscope --no-loadscope-reorder
 FAST := -m 'not flight and not slow'
+COVERED := -m 'not flight'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
 # safety (proving/mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
-UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
+UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-small newcomer faults ardupilot lint fast unit coverage mutants slow integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-small newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -80,7 +81,7 @@ unit: $(STAMP)
 	$(UNIT) $(ARGS)
 
 coverage: $(STAMP)
-	$(UNIT) $(FAST) --cov --cov-report= $(ARGS)
+	$(UNIT) $(COVERED) --cov --cov-report= $(ARGS)
 	$(BIN)/coverage report --sort=cover --fail-under=0 | sed -n 1,12p
 	$(BIN)/coverage report --fail-under=100 --skip-covered --show-missing --include="$$($(BIN)/python -m proving.mutants --list)"
 
@@ -88,21 +89,22 @@ coverage: $(STAMP)
 mutants: $(STAMP)
 	$(BIN)/python -m proving.mutants $(ARGS)
 
-slow: $(STAMP)
-	$(UNIT) -m 'flight or slow' $(ARGS)
+flights: $(STAMP)
+	$(UNIT) -m flight $(ARGS)
 
-# These programs wait more than they work: three times as many at a time as there are cores.
 integration: $(STAMP)
-	$(REAL) tests/integration $(ARGS)
+	$(REAL) --numprocesses 4 -m 'not alone' tests/integration $(ARGS)
+	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
 
 # The contract with MAVSDK and ArduCopter. It waits more than it works: a hawk-sim for each module. A real vehicle, one
 # test after the other: make contract ARGS="--autopilot udpin://127.0.0.1:14550"
 contract: $(STAMP)
-	$(if $(findstring --autopilot,$(ARGS)),$(PYTEST),$(REAL)) tests/contract $(ARGS)
+	$(if $(findstring --autopilot,$(ARGS)),$(PYTEST),$(REAL) --numprocesses 4) tests/contract $(ARGS)
 
-# Both at once: while one waits, the other works.
+# Both at once: while one program waits, the other works.
 programs: $(STAMP)
-	$(REAL) tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 4 -m 'not alone' tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
 
 e2e: setup page-check browser
 	$(PYTEST) --numprocesses 2 --dist worksteal tests/e2e $(ARGS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Generator
 
 import pytest
@@ -21,6 +22,14 @@ TAKE_LONG = ("flight", "long")
 
 LOG_TAIL = 4_000
 """Characters."""
+
+gc.disable()  # until all tests are collected: thousands of them stay, and would be looked at again and again
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage again, but leave alone what collecting the tests has made."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

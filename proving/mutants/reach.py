@@ -16,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from proving.mutants.modules import ALL_MODULES, FAST, TEST_FOLDERS, own_files
+from proving.mutants.modules import ALL_MODULES, COVERING, TEST_FOLDERS, own_files
 from proving.mutants.sampling import Mutant
 
 ENOUGH_TESTS_S: Final = 15.0
@@ -83,7 +83,17 @@ def map_of_tests(folder: Path, processes: int, cache: Path) -> ReachMap:
         "-vv",
     ]
     workers = ["--numprocesses", str(processes), "--dist", "loadscope"] if processes > 1 else []
-    command = [sys.executable, "-m", "pytest", *options, *workers, "-m", FAST, f"--ignore={UNMAPPED}", *TEST_FOLDERS]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        *options,
+        *workers,
+        "-m",
+        COVERING,
+        f"--ignore={UNMAPPED}",
+        *TEST_FOLDERS,
+    ]
     run = subprocess.run(command, cwd=folder, env=environment(folder), capture_output=True, text=True, check=False)
     if run.returncode:
         raise SystemExit(f"The tests fail without a mutant: mend them first.\n{run.stdout[-3000:]}{run.stderr[-1000:]}")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from proving.mutants.modules import ALL_MODULES, FAST, ROOT, own_files
+from proving.mutants.modules import ALL_MODULES, COVERING, ROOT, own_files
 from proving.mutants.reach import environment
 from proving.mutants.sampling import Mutant, difference, mutated
 
@@ -151,7 +151,7 @@ def _test_and_exit(plugin: InOrder, tests: Sequence[str]) -> None:
             "ignore::pytest.PytestAssertRewriteWarning",
         ]
         files = dict.fromkeys((*plugin.own, *(test.split("::")[0] for test in tests)))
-        status = int(pytest.main([*options, "-m", FAST, *files], plugins=[plugin]))
+        status = int(pytest.main([*options, "-m", COVERING, *files], plugins=[plugin]))
     finally:
         os._exit(status)
 

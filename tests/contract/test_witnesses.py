@@ -27,6 +27,20 @@ def rally_point(vehicle: Vehicle, north: float, east: float, up: float) -> Missi
     return MissionItem(0, RELATIVE, RALLY_POINT, 0, 1, 0.0, 0.0, 0.0, 0.0, round(x * 1e7), round(y * 1e7), up, RALLY)
 
 
+def from_home(vehicle: Vehicle) -> tuple[float, float]:
+    """Return where the vehicle is, metres north and east of home: home is where it was armed, wherever that was."""
+    home, here = vehicle.pilot.telemetry.home(), vehicle.pilot.telemetry.position()
+    shrunk = math.cos(math.radians(home.latitude_deg))
+    north, east = here.latitude_deg - home.latitude_deg, (here.longitude_deg - home.longitude_deg) * shrunk
+    return north * METRES_A_DEGREE, east * METRES_A_DEGREE
+
+
+def go_from_home(vehicle: Vehicle, north: float) -> None:
+    """Fly to a place north of home, metres."""
+    at, place = from_home(vehicle), vehicle.place
+    vehicle.go(place[0] - at[0] + north, place[1] - at[1], -HEIGHT)
+
+
 def clear_rally_points(vehicle: Vehicle) -> None:
     """Clear them; MAVSDK uploads no empty list."""
     fields = json.dumps({"target_system": 1, "target_component": 1, "mission_type": RALLY})
@@ -36,14 +50,13 @@ def clear_rally_points(vehicle: Vehicle) -> None:
 
 
 def test_rtl_lands_at_a_rally_point_that_is_nearer_than_home(flying: Vehicle) -> None:
-    north, east, _ = flying.place
     flying.pilot.missions.upload_rally_points([rally_point(flying, 18.0, 6.0, HEIGHT)])
     try:
         assert flying.parameter("RALLY_TOTAL") == 1
-        flying.go(north + 14.0, east, -HEIGHT)
+        go_from_home(flying, 14.0)
         flying.set_mode(RTL)
         flying.wait(lambda: not flying.armed, 120.0)
-        assert math.dist(flying.place[:2], (north + 18.0, east + 6.0)) < 2.5
+        assert math.dist(from_home(flying), (18.0, 6.0)) < 2.5
     finally:
         clear_rally_points(flying)
         flying.fly()  # home is where it is armed: bring it back
@@ -51,13 +64,12 @@ def test_rtl_lands_at_a_rally_point_that_is_nearer_than_home(flying: Vehicle) ->
 
 
 def test_a_rally_point_that_is_farther_than_home_is_passed_over(flying: Vehicle) -> None:
-    north, east, _ = flying.place
     flying.pilot.missions.upload_rally_points([rally_point(flying, 30.0, 0.0, HEIGHT)])
     try:
-        flying.go(north + 5.0, east, -HEIGHT)
+        go_from_home(flying, 5.0)
         flying.set_mode(RTL)
         flying.wait(lambda: not flying.armed, 120.0)
-        assert math.dist(flying.place[:2], (north, east)) < 2.5
+        assert math.dist(from_home(flying), (0.0, 0.0)) < 2.5
     finally:
         clear_rally_points(flying)
 

@@ -28,7 +28,7 @@ from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 
-pytestmark = [pytest.mark.integration, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]

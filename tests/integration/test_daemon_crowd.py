@@ -21,7 +21,7 @@ from hawk.survey.client import DroneClient
 from tests.integration.daemon_support import Operator
 from tests.integration.sim_support import free_tcp_port
 
-pytestmark = [pytest.mark.integration]
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 CROWD = 4100
 AT_ONCE = 100

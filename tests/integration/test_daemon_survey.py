@@ -41,7 +41,7 @@ from tests.integration.daemon_support import (
     write_settings,
 )
 
-pytestmark = [pytest.mark.integration, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]

@@ -20,7 +20,7 @@ from tests.integration.daemon_support import health, operator
 from tests.integration.sim_support import free_tcp_port, small_picture
 from tests.unit.daemon.full_pipe import full_pipe
 
-pytestmark = [pytest.mark.integration]
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 READY_S = 30.0
 

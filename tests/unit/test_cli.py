@@ -113,6 +113,7 @@ def started(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("content", "named"), [(None, "cannot be read"), (b"no network", "is not an ONNX file")])
 def test_a_network_that_cannot_be_used_ends_the_start_before_the_page_is_announced(
     content: bytes | None, named: str, tmp_path: Path
@@ -143,6 +144,7 @@ def test_what_keeps_the_page_from_being_served_is_named(error: OSError, named: s
     assert named in listening_problem(error, WebSettings(host="192.0.2.1"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [(["--host", "192.0.2.1"], "web.host: '192.0.2.1' is no address of this computer"), ([], "is in use")],

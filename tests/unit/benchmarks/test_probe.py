@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
+
 from benchmarks.probe import Probe, is_heartbeat, main
 from hawk.comm.protocol.commands import Ack
 from hawk.comm.protocol.heartbeat import DroneStatus
@@ -9,6 +11,7 @@ from hawk.web.clients import ClientView
 from hawk.web.sessions import ControlView
 
 
+@pytest.mark.slow
 async def test_an_idle_loop_is_sampled_until_the_probe_is_ended() -> None:
     probe = Probe("idle")
     try:

@@ -131,6 +131,7 @@ def good() -> Readings:
     )
 
 
+@pytest.mark.slow
 def test_the_worst_minute_and_the_most_memory_count() -> None:
     found = by_key(good())
     assert all(figure.passed is not False for figure in found.values())

@@ -16,6 +16,7 @@ def inputs() -> list[FrameInput]:
     return frames(generate_world(1), 20.0, 1, lens=False)
 
 
+@pytest.mark.slow
 def test_each_engine_is_timed_beside_opencv(inputs: list[FrameInput]) -> None:
     figures = engine_figures(inputs)
     assert figures["engine_opencv_by_opencv"] == 1.0

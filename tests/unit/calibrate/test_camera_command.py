@@ -28,6 +28,7 @@ def folder(pictures: list[Picture], tmp_path_factory: pytest.TempPathFactory) ->
     return found
 
 
+@pytest.mark.slow
 def test_a_folder_of_pictures_gives_the_file_and_the_setting(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

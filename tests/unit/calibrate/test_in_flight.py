@@ -46,6 +46,7 @@ def test_points_are_carried_as_the_daemon_projects_them() -> None:
     assert turn[0] == pytest.approx(motion.turn, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("errors", "seed", "compass"),
     [
@@ -64,6 +65,7 @@ def test_latency_within_10_ms_and_yaw_within_0_3_degrees(errors: Errors, seed: i
     assert (np.abs([found.values[0] - errors.late, *np.radians(off)]) < 4 * np.array(found.spreads)).all()
 
 
+@pytest.mark.slow
 def test_a_flight_without_turns_and_leans_does_not_know_the_latency() -> None:
     """Each picture shifted by the same distance: a straight flight at one speed."""
     true = lanes(60, wobble=0.0, turns=False, speed=4.0)
@@ -79,6 +81,7 @@ def test_a_flight_without_turns_and_leans_does_not_know_the_latency() -> None:
     assert "starts and stops" in yaw.problem  # the compass may be wrong
 
 
+@pytest.mark.slow
 def test_a_flight_that_only_turns_does_not_know_the_yaw() -> None:
     true = lanes(60, seed=4)
     true.poses[:, [0, 1, 3, 4]] = 0.0
@@ -102,6 +105,7 @@ def test_pairs_of_a_few_seconds_are_refused() -> None:
         estimate(true, matches, CAMERA)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [1.2, -1.2])
 def test_a_latency_that_is_off_by_more_than_a_second_is_found(late: float) -> None:
     true = lanes(60, seed=1)
@@ -109,6 +113,7 @@ def test_a_latency_that_is_off_by_more_than_a_second_is_found(late: float) -> No
     assert found.values[0] == pytest.approx(late, abs=0.010)
 
 
+@pytest.mark.slow
 def test_pictures_of_another_time_are_refused() -> None:
     true = lanes(60, seed=1)
     matches = [m for m in seen(all_pairs(true), true, Errors(late=2.5)) if len(m.first) >= 10]
@@ -116,6 +121,7 @@ def test_pictures_of_another_time_are_refused() -> None:
         estimate(true, matches, CAMERA)
 
 
+@pytest.mark.slow
 def test_a_mirrored_camera_is_refused() -> None:
     true = lanes(60, seed=2)
     flip = np.array([-1.0, 1.0])
@@ -124,6 +130,7 @@ def test_a_mirrored_camera_is_refused() -> None:
         estimate(true, mirrored, CAMERA)
 
 
+@pytest.mark.slow
 def test_pairs_that_show_something_else_do_not_matter() -> None:
     """A fifth of the pairs is a wrong match."""
     true = lanes(60, seed=5)

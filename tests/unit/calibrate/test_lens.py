@@ -26,6 +26,7 @@ def views(pictures: list[Picture]) -> list[View]:
     return [view for view in found if view is not None]
 
 
+@pytest.mark.slow
 def test_rendered_boards_give_the_lens_they_were_seen_by(views: list[View]) -> None:
     assert len(views) == 19
     lens = calibrate(views, *SIZE)
@@ -58,11 +59,13 @@ def test_the_lens_bends_every_part_of_the_picture_as_the_true_one_within_half_a_
     assert np.abs(again - one).max() * TRUE.fx < 0.5
 
 
+@pytest.mark.slow
 def test_k3_is_left_out_where_its_spread_does_not_distinguish_it_from_zero(views: list[View]) -> None:
     lens = calibrate(views, *SIZE)
     assert (lens.values[8], lens.spreads[8]) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_view_that_does_not_fit_is_left_out(views: list[View]) -> None:
     rng = np.random.default_rng(1)
     moved = replace(views[3], corners=views[3].corners + rng.normal(0, 3.0, views[3].corners.shape))
@@ -72,6 +75,7 @@ def test_a_view_that_does_not_fit_is_left_out(views: list[View]) -> None:
     assert lens.problems == []
 
 
+@pytest.mark.slow
 def test_a_bent_board_is_not_accepted(views: list[View]) -> None:
     """Corners that are off everywhere: nothing can be left out."""
     rng = np.random.default_rng(2)
@@ -81,6 +85,7 @@ def test_a_bent_board_is_not_accepted(views: list[View]) -> None:
     assert "it must be below 0.5: is the board flat" in lens.problems[0]
 
 
+@pytest.mark.slow
 def test_boards_that_are_hardly_tilted_leave_the_focal_length_uncertain(studio: Studio) -> None:
     finder = BoardFinder(*SIZE)
     flat = [finder.find(studio.view((0.5 * k, 0, 90, 0, 0, 16.0 + k), seed=k)) for k in range(7)]

@@ -45,6 +45,7 @@ async def test_an_autopilot_whose_failsafes_are_right_passes(tmp_path: Path) -> 
     assert found["Ground-station failsafe"].outcome is Outcome.PASSED
 
 
+@pytest.mark.slow
 async def test_it_only_reads(tmp_path: Path) -> None:
     """Neither a right autopilot nor one whose failsafes are all wrong gets anything but requests."""
     for values in (GOOD, dict.fromkeys(GOOD, 0.0)):
@@ -115,6 +116,7 @@ async def test_a_gimbal_is_heard_and_points_down(
     assert "Gimbal" not in await look(vehicle, tmp_path)
 
 
+@pytest.mark.slow
 async def test_the_attitude_of_a_gimbal_is_asked_for(tmp_path: Path) -> None:
     vehicle = FakeVehicle(GOOD)
     vehicle.settle_s = 1.0
@@ -199,6 +201,7 @@ async def test_the_firmware_is_compared(tmp_path: Path, version: tuple[int, int,
     assert "ArduCopter " + ".".join(map(str, version)) in found.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("url", "words"),
     [
@@ -216,6 +219,7 @@ async def test_an_autopilot_that_is_not_heard_fails_with_the_remedy_of_its_link(
     assert words in found.remedy == not_found_remedy(url)
 
 
+@pytest.mark.slow
 async def test_who_is_heard_in_place_of_a_copter_is_named(tmp_path: Path) -> None:
     vehicle = FakeVehicle(GOOD, is_heard=False)
     vehicle.hearing = Hearing(heard="antenna tracker (ArduPilot), system 2")
@@ -244,6 +248,7 @@ async def test_a_link_of_mavlink_1_fails_with_its_remedy(tmp_path: Path) -> None
     assert "SERIALn_PROTOCOL" in found.remedy
 
 
+@pytest.mark.slow
 async def test_an_unexpected_autopilot_is_named(tmp_path: Path) -> None:
     vehicle = FakeVehicle(GOOD, is_heard=False)
     vehicle.hearing = Hearing("", "10.0.0.9:7 (system 3) sends to the port, but is not the expected autopilot.", 3)

@@ -64,6 +64,7 @@ def tools(proc: Path, vehicle: FakeVehicle, taken: int | None = None) -> Tools:
     )
 
 
+@pytest.mark.slow
 async def test_a_drone_in_order_passes_every_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hawk.check.run.os.geteuid", lambda: 1000)
     config = CONFIG.model_copy(update={"store": CONFIG.store.model_copy(update={"directory": tmp_path})})
@@ -89,6 +90,7 @@ async def test_wrong_settings_fail_and_the_rest_is_not_looked_at(tmp_path: Path)
     assert vehicle.links == []
 
 
+@pytest.mark.slow
 async def test_an_autopilot_whose_port_is_taken_is_not_opened(tmp_path: Path) -> None:
     vehicle = FakeVehicle(GOOD)
     found = {each.name: each for each in await check_all(lambda: CONFIG, tools(tmp_path, vehicle, 14550), Clock())}
@@ -97,6 +99,7 @@ async def test_an_autopilot_whose_port_is_taken_is_not_opened(tmp_path: Path) ->
     assert vehicle.links == []
 
 
+@pytest.mark.slow
 async def test_a_check_that_breaks_leaves_the_others(tmp_path: Path) -> None:
     def broken(_folder: Path) -> DiskReading:
         raise RuntimeError("a fault inside")

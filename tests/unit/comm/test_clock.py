@@ -89,6 +89,7 @@ def test_a_reboot_starts_the_estimate_again() -> None:
     assert estimator.to_ours(1.5) == pytest.approx(61.0)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(0.0, 0.5), min_size=5, max_size=100), st.floats(-1e6, 1e6))
 def test_a_stamp_is_never_mapped_after_its_arrival_nor_before_its_time(delays: list[float], offset: float) -> None:
     estimator = OffsetEstimator()

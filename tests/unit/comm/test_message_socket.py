@@ -265,6 +265,7 @@ def test_server_and_operator_exchange_messages(server: MessageSocket) -> None:
         operator.close()
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a server's message has no client", "FailedToSend after its time-out, not after twice that time")
 def test_a_server_without_a_client_fails_after_its_time_not_twice_as_late() -> None:
     server = MessageSocket("SERVER", "", free_port(), timeout_s=0.6)

@@ -56,7 +56,7 @@ class Computer:
             journal.state = replace(journal.state, is_read=False)
         starts = Starts(journal, self.notes(), 1.0, moment=lambda: at, **options)
         try:
-            await starts.settle(0.3)
+            await starts.settle(0.3 if self.disk_works else 0.02)
             yield starts
         finally:
             await journal.close()
@@ -102,6 +102,7 @@ def flying(starts: Starts) -> None:
 CRASHES: dict[str, tuple[Run, ...]] = {"before the link": (), "after it was found in the air": (in_air,)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", CRASHES.values(), ids=CRASHES)
 async def test_crashes_in_a_flight_count_on_disk_and_in_memory(computer: Computer, steps: tuple[Run, ...]) -> None:
     await computer.run(NOW, None, flying)
@@ -120,6 +121,7 @@ async def test_a_step_of_the_wall_clock_loses_no_crash(computer: Computer, step:
     assert rules == [ADOPT, RETURN_HOME, STAY_AWAY]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [Starts.found_disarmed, Starts.ended_in_order])
 async def test_a_start_on_the_ground_and_an_orderly_end_do_not_count(computer: Computer, end: Run) -> None:
     await computer.run(NOW, None, flying)
@@ -131,6 +133,7 @@ async def test_a_start_in_the_air_counts_although_it_lands_afterwards(sound: Com
     assert await sound.run(after(2.0)) is RETURN_HOME
 
 
+@pytest.mark.slow
 async def test_a_landing_ends_the_flight_on_disk_and_in_memory(computer: Computer) -> None:
     await computer.run(NOW, None, flying, lambda starts: starts.keep_flight(None))
     async with computer.running(after(1.0)) as starts:
@@ -145,6 +148,7 @@ async def test_without_a_flight_under_way_only_a_drone_found_in_the_air_counts(s
     assert await sound.run(after(late + 2.0)) is RETURN_HOME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("times", "counts"), [((1.0, 30.0, 60.9), [1, 2, 3]), ((1.0, 30.0, 61.0), [1, 2, 2])])
 async def test_a_start_found_in_the_air_counts_those_within_a_minute(
     computer: Computer, times: tuple[float, ...], counts: list[int]
@@ -159,6 +163,7 @@ async def test_a_start_counts_once(sound: Computer) -> None:
     assert await sound.found(after(2.0)) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("again", "rule"), [(60.9, RETURN_HOME), (61.0, ADOPT)])
 async def test_a_start_counts_for_a_minute(computer: Computer, again: float, rule: RestartRule) -> None:
     await computer.run(NOW, None, flying)
@@ -169,6 +174,7 @@ async def test_a_start_counts_for_a_minute(computer: Computer, again: float, rul
 # -- where a start may be missing -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "six crashes in the air on a full disk, and the memory cannot be written either",
     "every start counts as the second: Return To Launch, never GUIDED again",
@@ -178,6 +184,7 @@ async def test_six_crashes_on_a_full_disk_without_memory_end_in_a_return_each(tm
     assert [await broken.found(after(1.0 + n)) for n in range(6)] == [2] * 6
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "six crashes in the air on a full disk",
     "the starts are counted in memory: adopt, return home, then the drone is left to the autopilot",
@@ -194,6 +201,7 @@ async def test_six_crashes_on_a_full_disk_are_counted_in_memory(tmp_path: Path) 
     assert rules == [ADOPT, RETURN_HOME, *[STAY_AWAY] * 4]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("up", "count"), [(59.9, 2), (60.0, 1)])
 async def test_the_memory_of_a_computer_that_booted_a_moment_ago_is_no_witness(
     tmp_path: Path, up: float, count: int
@@ -202,6 +210,7 @@ async def test_the_memory_of_a_computer_that_booted_a_moment_ago_is_no_witness(
     assert await full.found(Moment("boot", up, NOW.utc)) == count
 
 
+@pytest.mark.slow
 async def test_notes_that_cannot_be_read_count_as_a_start_while_the_disk_fails(tmp_path: Path) -> None:
     full = Computer(tmp_path, disk_works=False)
     (tmp_path / "notes.json").write_text("{")

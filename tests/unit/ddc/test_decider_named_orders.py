@@ -76,6 +76,7 @@ def test_a_reaction_names_nobody() -> None:
     assert program.state.asked_by == ""
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "control is given back in the air and nobody takes it",
     "the drone holds for `operator_hold_s`, then returns home; Hold is refused meanwhile",

@@ -70,6 +70,7 @@ class Reports(Program):
         self.said += [option.reason for option in options(self._decider.situation(facts))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", COLUMNS, ids=lambda column: column.name)
 def test_every_message_and_refusal_of_a_state_is_a_sentence(column: Column) -> None:
     found: dict[str, str] = {}

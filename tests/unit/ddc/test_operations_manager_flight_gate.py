@@ -97,6 +97,7 @@ async def test_armed_by_another_station_it_takes_off_once_the_fence_is_up_and_re
     await rig.until(S.HOVER)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the autopilot refuses the fence",
     "no task; reported once, tried again every 5 s; Hold, RTL, Land open",

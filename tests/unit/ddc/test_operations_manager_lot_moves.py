@@ -119,6 +119,7 @@ async def test_a_new_route_is_flown_from_where_the_drone_is_and_reported(flying:
     assert "There. Holding." in flying.log
 
 
+@pytest.mark.slow
 async def test_a_refused_new_target_reports_nothing_of_a_changed_map(flying: Rig) -> None:
     await move(flying, 60, 0)
     await flying.run(2)

@@ -41,6 +41,7 @@ async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) ->
     assert flying.autopilot.mode == CopterMode.RTL
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a rally point, RTL_ALT 300 m or RTL_ALT_FINAL 10 m that cannot be put back",
     "within 3 s led home by targets, Land there",
@@ -65,6 +66,7 @@ async def test_where_the_return_cannot_be_put_right_the_drone_is_led_home_and_la
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
 
 
+@pytest.mark.slow
 async def test_led_home_it_returns_by_rtl_as_soon_as_the_return_is_right(flying: Rig) -> None:
     await away(flying, 90.0)
     flying.autopilot.refuse["clear_rally_points"] = "no"
@@ -106,6 +108,7 @@ async def test_one_that_began_just_after_it_was_cleared_is_not_trusted_either(fl
     assert flying.autopilot.asked("set_mode")[-2:] == [CopterMode.BRAKE, CopterMode.RTL]
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the autopilot's own failsafe begins RTL to a rally point")
 async def test_an_rtl_of_the_autopilot_to_a_rally_point_that_stays_is_led_home(flying: Rig) -> None:
     await away(flying)
@@ -118,6 +121,7 @@ async def test_an_rtl_of_the_autopilot_to_a_rally_point_that_stays_is_led_home(f
     assert from_home(flying) < 3.0
 
 
+@pytest.mark.slow
 async def test_rally_points_during_rtl_are_cleared_and_rtl_goes_on(flying: Rig) -> None:
     await away(flying, 90.0)
     flying.order(ReturnToLaunch())

@@ -131,6 +131,7 @@ def as_recorded(decision: Any) -> Any:
     return json.loads(to_json(plain(decision)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fly", FLIGHTS, ids=lambda fly: fly.__name__)
 async def test_the_facts_of_a_flight_give_every_decision_again(
     fly: Callable[[Rig], Awaitable[None]], tmp_path: Path
@@ -146,6 +147,7 @@ async def test_the_facts_of_a_flight_give_every_decision_again(
         assert as_recorded(decision) == wanted, f"at {moment.facts.now}, {moment.command}"
 
 
+@pytest.mark.slow
 async def test_another_fact_gives_another_decision(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     await troubles(rig)

@@ -53,6 +53,7 @@ RUN_TIME = declared(PROJECT["dependencies"])
 EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependencies"].items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "allowed"),
     [
@@ -68,11 +69,13 @@ def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
     assert not undeclared
 
 
+@pytest.mark.slow
 def test_every_dependency_to_run_is_imported() -> None:
     used = {name for names in distributions(imported("hawk")).values() for name in names}
     assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"]) - used
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("module", "only"), [("pymavlink", "sim"), ("rasterio", "background")])
 def test_only_one_room_imports_what_its_extra_brings(module: str, only: str) -> None:
     rooms = [path.name for path in (ROOT / "hawk").iterdir() if path.is_dir()]

@@ -134,6 +134,7 @@ async def rig() -> AsyncIterator[Rig]:
     await made.server.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", REQUESTS, ids=lambda each: f"{each['method']} {each['route']}")
 async def test_a_request_is_answered_as_the_page_says(rig: Rig, example: dict[str, Any]) -> None:
     assert rig.server is not None

@@ -126,6 +126,7 @@ def test_some_hundred_lost_bytes_are_noticed_wherever_they_were(count: int, rest
             decode(without(data, share, count))
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "1 to 64 B are lost inside a JPEG and the decoder finds back without a warning",
     "a step of 5 grey levels in all that follows is noticed; else a few blocks differ",

@@ -58,6 +58,7 @@ SLOW_WAIT = {"BASH_FUNC_wait%%": '() { builtin wait "$@"; local status=$?; sleep
 """A shell that comes back late from each wait: the program has ended by then."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shell", [{}, SLOW_WAIT], ids=["at once", "late"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_program_in_order_and_starts_no_other(

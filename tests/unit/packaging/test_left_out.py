@@ -55,6 +55,7 @@ def imported() -> Iterator[str]:
                 yield from (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
 
 
+@pytest.mark.slow
 def test_no_module_imports_what_is_left_out() -> None:
     """Functions import, too."""
     names = set(imported())

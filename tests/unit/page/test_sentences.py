@@ -11,6 +11,7 @@ from tests.unit.docs.scripts import load
 sentences = load("sentences")
 
 
+@pytest.mark.slow
 def test_every_sentence_has_words_in_every_language_with_the_same_values() -> None:
     assert sentences.translations().keys() == {"fr"}
     assert sentences.main(["--check"]) == 0

@@ -47,6 +47,7 @@ async def test_a_defect_behind_a_command_is_found(tmp_path: Path) -> None:
     assert any("a defect" in finding for finding in result.findings)
 
 
+@pytest.mark.slow
 async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
     run = Run(tmp_path, 1, 64)
     send = run.rig.side.hub.send_to
@@ -62,6 +63,7 @@ async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
     assert any("messages" in finding or "witness" in finding for finding in result.findings)
 
 
+@pytest.mark.slow
 def test_cases_depend_on_seed_and_number_only() -> None:
     first, again, other = Cases(1), Cases(1), Cases(2)
     drawn = [first.at(number) for number in range(200)]

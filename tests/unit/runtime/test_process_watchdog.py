@@ -27,6 +27,7 @@ ctypes.PyDLL(None).sleep(30)  # C code that keeps the GIL: no Python thread runs
 """
 
 
+@pytest.mark.slow
 def test_a_process_that_hangs_in_c_with_the_gil_is_ended_with_its_stack() -> None:
     started = time.monotonic()
     result = subprocess.run([sys.executable, "-c", HUNG], capture_output=True, text=True, timeout=20)
@@ -36,6 +37,7 @@ def test_a_process_that_hangs_in_c_with_the_gil_is_ended_with_its_stack() -> Non
     assert time.monotonic() - started < 15
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the loop hangs and nobody reads standard error",
     "the kernel ends the process by SIGALRM within 1.7 s of the last progress; the failsafe and the restart act",
@@ -75,6 +77,7 @@ asyncio.run(main())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "standard error or the journal is not read",
     "the ticks go on; log lines are dropped and counted; the end takes 1 s at most for them",
@@ -87,12 +90,14 @@ def test_a_log_that_nobody_reads_stops_neither_the_ticks_nor_the_end_of_a_proces
     assert result.returncode == -signal.SIGALRM
 
 
+@pytest.mark.slow
 def test_progress_keeps_a_process_alive() -> None:
     code = HUNG.split("ctypes.PyDLL")[0] + "import time\nfor _ in range(8): time.sleep(0.1); dog.progress()\ndog.stop()"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
     assert result.returncode == 0, result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a part hangs in the orderly end",
     "the process is ended within 15.5 s, so that MAVSDK's heartbeats stop",
@@ -151,6 +156,7 @@ def test_progress_is_passed_on_again_after_a_fifth_of_the_timeout(monkeypatch: p
     assert armed == [pytest.approx(1.2)] * 3
 
 
+@pytest.mark.slow
 def test_it_ends_a_process_whose_parent_had_left_the_alarm_ignored_and_blocked() -> None:
     code = "import signal\nsignal.signal(14, signal.SIG_IGN)\nsignal.pthread_sigmask(signal.SIG_BLOCK, [14])\n" + HUNG
     with full_pipe() as stderr:

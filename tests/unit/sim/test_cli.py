@@ -133,6 +133,7 @@ def test_the_truth_of_a_picture_is_read_and_saved(picture: Path, tmp_path: Path)
     assert written["stalls"][0]["state"] == "taken"
 
 
+@pytest.mark.slow
 def test_the_lies_of_the_command_line_reach_the_drone() -> None:
     given = ["--battery-cells", "4", "--gnss-bias=-3,2.5", "--mavlink-version", "1", "--others", "tracker,gimbal"]
     options = make_parser().parse_args(given)

@@ -150,6 +150,7 @@ async def test_an_address_in_use_is_reported() -> None:
     await end(task)
 
 
+@pytest.mark.slow
 async def test_the_camera_alone_follows_another_drone() -> None:
     following, eye = await serve(follow, options())
     port = eye["mavlink"].rsplit(":", 1)[1]

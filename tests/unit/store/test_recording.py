@@ -241,6 +241,7 @@ async def test_a_message_that_cannot_be_kept_costs_only_itself(make: Make) -> No
     assert recording.dropped == 1
 
 
+@pytest.mark.slow
 async def test_a_torn_end_is_passed_over(make: Make, tmp_path: Path) -> None:
     recording = make()
     recording.begin()
@@ -292,6 +293,7 @@ while True:
 """
 
 
+@pytest.mark.slow
 def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
     child = subprocess.Popen([sys.executable, "-c", _CHILD, str(tmp_path)], stdout=subprocess.PIPE, text=True)
     put: list[tuple[int, float]] = []

@@ -69,6 +69,7 @@ def test_a_frame_with_nothing_known_comes_back_equal() -> None:
     assert decode_frame(encode_frame(bare), FrameInput) == bare
 
 
+@pytest.mark.slow
 @given(finite, finite, finite, st.binary(max_size=200), st.sampled_from(StateName))
 def test_no_digit_is_lost(captured: float, north: float, yaw: float, jpeg: bytes, state: StateName) -> None:
     frame = replace(FRAME, captured=captured, pose=MapPose(north, 0.1, 0.2, 0.3, 0.4, yaw), jpeg=jpeg, state=state)

@@ -22,6 +22,7 @@ def test_shapes_and_masks() -> None:
         assert set(np.unique(mask)) <= {0, 1}
 
 
+@pytest.mark.slow
 def test_what_is_covered_is_no_visible_car() -> None:
     scenes = [draw_scene(np.random.default_rng(k), 160) for k in range(8)]
     assert all(not (scene.car & scene.cover).any() for scene in scenes)

@@ -92,6 +92,7 @@ async def test_our_own_names_and_bare_addresses_are_served(rig: Rig, host: str) 
     assert await status_of(rig, headers={"Host": host, "Authorization": f"Bearer {TOKEN}"}) == 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "host",
     [

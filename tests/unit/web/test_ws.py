@@ -123,6 +123,7 @@ async def test_who_only_watches_may_ask_for_a_route_and_check_a_fence(rig: Rig, 
     assert [type(command) for _, command in rig.serve_commands()] == [RouteRequest, CheckFence]
 
 
+@pytest.mark.slow
 async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: Connect) -> None:
     operator, watcher = await connect(), await connect()
     await operator.take_control()
@@ -283,6 +284,7 @@ async def test_too_many_commands_are_answered_not_dropped(rig: Rig, connect: Con
     assert [command.id for _, command in rig.serve_commands()] == list(range(CLIENT_WAITING))
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a viewer sends valid commands without end")
 async def test_a_flood_of_one_client_delays_no_other_and_ends_its_connection(
     connect: Connect, monkeypatch: pytest.MonkeyPatch
@@ -345,6 +347,7 @@ async def test_heartbeats_are_at_most_ten_a_second_whatever_the_clock_does(rig: 
     assert beats <= 10
 
 
+@pytest.mark.slow
 async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, connect: Connect) -> None:
     async with browser() as session:
         stuck = await connect(session)  # never reads again

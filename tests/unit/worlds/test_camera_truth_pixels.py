@@ -133,6 +133,7 @@ def test_the_truth_of_a_world_lies_in_its_picture(seed: int) -> None:
     assert all(0 <= stall.covered <= 1 for stall in one.stalls)
 
 
+@pytest.mark.slow
 def test_lots_of_scenes_hold_their_stalls() -> None:
     inside = []
     for seed in range(14):
@@ -234,6 +235,7 @@ def test_cars_of_a_world_stand_apart(seed: int) -> None:
     assert len(areas_of(plan.stalls)) >= len(cars)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.0, math.pi / 3])
 def test_the_same_place_looks_the_same_from_a_turned_camera(turn: float) -> None:
     one = world(1)

@@ -93,6 +93,7 @@ def after_pass(flown_pass: Rig) -> Rig:
     return copy.deepcopy(flown_pass)
 
 
+@pytest.mark.slow
 def test_every_stall_is_found_once_and_in_its_state(flown: Rig) -> None:
     assert flown.map.counts.total == len(flown.truth.stalls)
     assert flown.unmatched(flown.map.stalls.values()) == 0
@@ -154,6 +155,7 @@ def test_a_changed_stall_carries_the_version_of_the_map_that_first_shows_it() ->
         seen = dict(rig.map.stalls)
 
 
+@pytest.mark.slow
 def test_false_alarms_of_single_frames_do_not_count() -> None:
     rig = Rig(false_alarms=[])
     for i, east in enumerate(PASS):
@@ -162,6 +164,7 @@ def test_false_alarms_of_single_frames_do_not_count() -> None:
     assert rig.unmatched(rig.map.stalls.values()) == 0
 
 
+@pytest.mark.slow
 def test_a_pose_that_drifts_by_more_than_half_a_pitch_does_not_double_stalls(after_pass: Rig) -> None:
     rig = after_pass
     for i, east in enumerate(PASS[::-1]):
@@ -255,6 +258,7 @@ def test_a_delta_holds_only_what_changed(after_pass: Rig) -> None:
     assert 0 < sum(name.startswith("grid/") for name in changed) < len(rig.map.tiles)
 
 
+@pytest.mark.slow
 def test_a_stall_that_went_is_gone_after_a_restore() -> None:
     rig = Rig()
     rig.fly([0.0] * 10)

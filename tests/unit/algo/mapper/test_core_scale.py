@@ -60,6 +60,7 @@ def test_resting_tiles_change_next_to_nothing(flown: MapCore, monkeypatch: pytes
         assert np.abs(resting.grid.tiles[key].layers.lot - tile.layers.lot).max() < 0.5
 
 
+@pytest.mark.slow
 def test_a_frame_touches_the_rows_about_it_only() -> None:
     core = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK[:52])
     far = {key: rows.tobytes() for key, rows in core.tracker._far._rows.items()}
@@ -79,6 +80,7 @@ def rows_at(*places: tuple[float, float]) -> Rows:
 PLACE = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
 
 
+@pytest.mark.slow
 @given(st.lists(PLACE, max_size=20), PLACE, st.floats(0, 300))
 def test_all_rows_within_reach_are_taken_and_none_is_lost(
     places: list[tuple[float, float]], at: tuple[float, float], reach: float

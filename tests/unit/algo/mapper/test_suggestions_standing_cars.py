@@ -37,6 +37,7 @@ def only(boxes: CarBoxes) -> Car:
     return tuple(float(v[0]) for v in (boxes.north, boxes.east, boxes.angle, boxes.width, boxes.length))  # type: ignore[return-value]
 
 
+@pytest.mark.slow
 @given(st.floats(-20, 20), st.floats(-20, 20), st.floats(0, math.pi), st.floats(1.7, 2.1), st.floats(3.8, 5.2))
 def test_a_car_is_found_where_it_stands(north: float, east: float, angle: float, width: float, length: float) -> None:
     box = only(car_boxes(drawn((north, east, angle, width, length)), WINDOW))

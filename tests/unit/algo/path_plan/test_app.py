@@ -224,6 +224,7 @@ def test_another_outline_is_not_explored() -> None:
     assert (after.done, after.is_spent) == (False, False)
 
 
+@pytest.mark.slow
 def test_a_place_that_was_given_up_leaves_the_exploration_open() -> None:
     rig = Rig()
     rig.map.seen[:, 110:150] = rig.map.well[:, 110:150] = 0  # a strip that no picture of this test ever shows

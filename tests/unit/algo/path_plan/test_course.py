@@ -25,6 +25,7 @@ def shown(cells: Singles, places: np.ndarray[tuple[int, int], np.dtype[np.float6
     return float(FOOT.shown(cells, places[:-1], places[1:]).any(0).mean())
 
 
+@pytest.mark.slow
 @given(st.floats(0, math.pi), st.floats(60, 160), st.floats(60, 160), st.tuples(st.floats(-90, 90), st.floats(-90, 90)))
 @settings(max_examples=40, deadline=None)
 def test_lanes_in_any_direction_show_nearly_all_of_a_rectangle(

@@ -29,6 +29,7 @@ def asked(shape: shapely.Geometry) -> AskedGround:
     return AskedGround(tuple(pieces), float(shape.area))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.lists(places, min_size=3, max_size=7), st.lists(places, min_size=3, max_size=5))
 def test_a_cell_belongs_to_the_ground_when_its_centre_lies_inside(
@@ -131,6 +132,7 @@ def test_an_outline_wholly_outside_the_fence_gives_no_target_and_ends() -> None:
     assert flight.plans[-1].explore.unseen_m2 == pytest.approx(ground.area, rel=0.05)
 
 
+@pytest.mark.slow
 def test_another_outline_begins_the_exploration_again() -> None:
     known = KnownMap(shapely.box(-30.0, -30.0, 30.0, 30.0), 160.0)
     known.look(pose_at(0.0, 0.0))

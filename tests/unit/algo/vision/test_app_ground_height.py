@@ -93,6 +93,7 @@ def in_place(found: list[StallSeen]) -> int:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the ground is 5 m higher than the arm place, a rangefinder measures it",
     "stalls come out in size and place, also in a recording",

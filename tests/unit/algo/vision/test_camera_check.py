@@ -4,6 +4,7 @@ import cmath
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 
 import cv2
 import numpy as np
@@ -29,9 +30,18 @@ Picture = NDArray[np.uint8]
 grain = np.random.default_rng(8).integers(0, 255, (720, 1280, 3), np.uint8)
 
 
+CAMERAS: dict[int, WorldCamera] = {}
+"""The camera over a world, by the world's identity: its first picture costs a quarter of a second."""
+
+
 @pytest.fixture(scope="module")
 def world() -> World:
     return generate_world(3)
+
+
+@cache
+def world_in(condition: Condition) -> World:
+    return generate_world(11, WorldOptions(condition=condition))
 
 
 def straight(steps: int, *, speed: float = 4.0, heading: float = 0.7, yaw: float = 0.2) -> list[MapPose]:
@@ -59,7 +69,9 @@ class Flight:
     def __init__(
         self, world: World, *, turn: float = 0.0, change: Callable[[Picture], Picture] = lambda it: it
     ) -> None:
-        self._camera = WorldCamera(world, CAMERA)
+        if id(world) not in CAMERAS:
+            CAMERAS[id(world)] = WorldCamera(world, CAMERA)
+        self._camera = CAMERAS[id(world)]
         self._middle = np.mean([stall.corners.mean(0) for stall in world.stalls], 0)
         self._turn, self._change = turn, change
         self._rng = np.random.default_rng(1)
@@ -90,6 +102,7 @@ class Flight:
 # -- one pair ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0, 180.0, -90.0, 40.0])
 def test_a_turned_camera_turns_the_measured_shift_against_the_expected_one(world: World, turn_deg: float) -> None:
     poses = [MapPose(0.0, 0.0, 35.0, 0.05, -0.1, 0.3), MapPose(3.0, 4.0, 36.0, -0.08, 0.06, 0.4)]
@@ -196,6 +209,7 @@ def test_movements_that_agree_on_nothing_say_nothing(directions: list[tuple[floa
 # -- the check over drawn worlds ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_camera_that_sits_right_is_healthy(world: World) -> None:
     check, healths = Flight(world).check(corner(40))
     assert set(healths) == {Health()}
@@ -223,12 +237,14 @@ def test_a_turned_camera_is_named_with_its_setting_and_the_setting_heals_it(
     assert set(flight.check(straight(30))[1]) == {Health()}
 
 
+@pytest.mark.slow
 def test_the_setting_is_reckoned_from_the_one_in_force(world: World) -> None:
     flight = Flight(world, turn=0.0)
     flight.model = replace(CAMERA, mount_yaw=math.radians(90))
     assert "camera.mount_yaw_deg to 0 (it is 90)" in flight.check(straight(30))[1][-1].reason
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the picture is mirrored",
     "camera unhealthy after three turns or as soon as the drone has flown in two directions",
@@ -285,6 +301,7 @@ def test_a_picture_that_stood_while_the_drone_turned_is_healthy_as_soon_as_it_mo
     assert found.with_pair(Pair(Motion(0.2 + 0j, 0.0), Motion(0.2 + 0j, 0.0))).finding().view is View.UNKNOWN
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "GNSS walks and the camera holds the drone: the reported position moves, the picture stands",
     "the camera is not taken for a frozen one",
@@ -299,6 +316,7 @@ def test_a_camera_that_holds_the_drone_in_spite_of_its_position_is_not_taken_for
     assert not known.is_healthy, "while nobody doubts the position, the camera is at fault"
 
 
+@pytest.mark.slow
 def test_a_frozen_camera_is_no_fault_on_the_ground_and_a_turned_one_is(world: World) -> None:
     for turn, change in ((0.0, lambda picture: np.zeros_like(picture) + grain), (math.pi, lambda picture: picture)):
         flight = Flight(world, turn=turn, change=change)
@@ -309,6 +327,7 @@ def test_a_frozen_camera_is_no_fault_on_the_ground_and_a_turned_one_is(world: Wo
         assert landed.is_healthy == (turn == 0.0)
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_turned_on_the_ground_is_judged_by_the_next_flight_alone(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world).frames(corner(30)):
@@ -318,6 +337,7 @@ def test_a_camera_that_is_turned_on_the_ground_is_judged_by_the_next_flight_alon
     assert check.evidence == Evidence()
 
 
+@pytest.mark.slow
 def test_a_picture_that_moves_again_is_healthy_again(world: World) -> None:
     flight, check = Flight(world), CameraCheck()
     for frame, picture in flight.frames(straight(10), same=True):
@@ -337,6 +357,7 @@ def test_on_the_ground_the_same_picture_is_reported_and_no_fault(world: World, s
     assert healths[-1].reason == "the same picture for 8 s"
 
 
+@pytest.mark.slow
 def test_a_drone_that_hangs_still_has_a_healthy_camera(world: World) -> None:
     """GNSS drifts by a metre every five seconds under a drone that holds."""
     poses = [replace(straight(1)[0], north=0.04 * k) for k in range(40)]
@@ -345,6 +366,7 @@ def test_a_drone_that_hangs_still_has_a_healthy_camera(world: World) -> None:
     assert check.evidence == Evidence()
 
 
+@pytest.mark.slow
 def test_a_jump_of_the_position_is_no_motion_of_the_drone(world: World) -> None:
     """Global and local position jump together by 12 m: the picture goes on as it did."""
     check = CameraCheck()
@@ -356,6 +378,7 @@ def test_a_jump_of_the_position_is_no_motion_of_the_drone(world: World) -> None:
     assert len(check.evidence.moves) >= 4
 
 
+@pytest.mark.slow
 def test_low_and_without_a_pose_nothing_is_compared(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world, turn=math.pi).frames(straight(12)):
@@ -365,6 +388,7 @@ def test_low_and_without_a_pose_nothing_is_compared(world: World) -> None:
     assert check.evidence == Evidence()
 
 
+@pytest.mark.slow
 def test_another_camera_begins_a_new_check(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world, turn=math.pi).frames(straight(30)):
@@ -376,7 +400,7 @@ def test_another_camera_begins_a_new_check(world: World) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("condition", "height"), list(zip(Condition, [35, 35, 60, 35, 15, 60, 15], strict=True)))
 def test_no_time_of_day_and_no_weather_makes_a_right_camera_wrong(condition: Condition, height: int) -> None:
-    world = generate_world(11, WorldOptions(condition=condition))
+    world = world_in(condition)
     poses = [replace(pose, height=height) for pose in corner(40)]
     check, healths = Flight(world).check(poses)
     assert set(healths) == {Health()}
@@ -386,6 +410,6 @@ def test_no_time_of_day_and_no_weather_makes_a_right_camera_wrong(condition: Con
 @pytest.mark.slow
 @pytest.mark.parametrize("condition", list(Condition))
 def test_a_camera_upside_down_is_found_at_any_time_and_in_any_weather(condition: Condition) -> None:
-    world = generate_world(11, WorldOptions(condition=condition))
+    world = world_in(condition)
     _, healths = Flight(world, turn=math.pi).check(straight(30))
     assert "turned by about 180°" in healths[-1].reason

@@ -81,6 +81,7 @@ BOX = st.tuples(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(BOX, BOX), max_size=20), st.floats(0.05, 0.9))
 def test_overlap_more_is_what_the_overlap_says(pairs: list[tuple[tuple[float, ...], ...]], limit: float) -> None:
     first, second = (boxes([pair[k] for pair in pairs]) for k in (0, 1))

@@ -73,6 +73,7 @@ def summed(pairs: Iterable[tuple[float, float]]) -> tuple[float, float]:
     return float(north), float(east)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task",
     "reported at 3 m within 10 s, the task ends by Hover, the camera holds the true place within 1.5 m; new "
@@ -89,6 +90,7 @@ def test_a_walk_of_the_position_that_the_drone_follows_is_seen(eye: Eye) -> None
     assert all(step.since == before.until for before, step in pairwise(steps))
 
 
+@pytest.mark.slow
 def test_a_flight_is_seen_as_it_was_flown(eye: Eye) -> None:
     def pose(k: int) -> MapPose:
         return replace(STILL, north=1.6 * k - 12, east=0.4 * k, roll=0.05 * math.sin(k), pitch=-0.08, yaw=0.1 * k)
@@ -105,6 +107,7 @@ ROOF_END_M = 24.0
 """The world's long building, 10 m high, is flown along at 25 m: its roof moves 1.7 times as fast as the ground."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("north", "pace"), [(44.0, 1.2), (45.0, 1.2), (46.0, 2.0)])
 def test_a_roof_that_fills_most_of_the_picture_is_not_taken_for_the_ground(eye: Eye, north: float, pace: float) -> None:
     def pose(k: int) -> MapPose:
@@ -116,6 +119,7 @@ def test_a_roof_that_fills_most_of_the_picture_is_not_taken_for_the_ground(eye: 
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("walk_m_s", [-1.5, -0.7, 0.7, 1.5])
 def test_a_walk_of_the_position_is_seen_beside_a_roof(eye: Eye, walk_m_s: float) -> None:
     """The true drone is faster, or slower, than reported, along its flight."""
@@ -130,6 +134,7 @@ def test_a_walk_of_the_position_is_seen_beside_a_roof(eye: Eye, walk_m_s: float)
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, seen), abs=0.25 * abs(seen))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.3, 1.7, 2.2])
 def test_a_drone_that_is_faster_than_reported_is_no_roof(eye: Eye, factor: float) -> None:
     """No ground anywhere moves as reported."""
@@ -140,17 +145,20 @@ def test_a_drone_that_is_faster_than_reported_is_no_roof(eye: Eye, factor: float
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 14.4 * (factor - 1)), rel=0.15, abs=0.3)
 
 
+@pytest.mark.slow
 def test_a_sinking_that_the_height_does_not_show_stretches_the_ground(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, height=25.0 - 0.5 * k), lambda k: STILL, 20)
     assert sum(step.stretch for step in steps) == pytest.approx(math.log(25 / 15), abs=0.04)
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=0.5)
 
 
+@pytest.mark.slow
 def test_a_turn_that_the_heading_does_not_show_is_seen(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, yaw=0.04 * k), lambda k: STILL, 15)
     assert sum(step.turn for step in steps) == pytest.approx(0.6, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_climb_and_a_turn_that_the_pose_shows_change_nothing(eye: Eye) -> None:
     def pose(k: int) -> MapPose:
         return replace(STILL, height=15 + 1.2 * k, yaw=0.35 * k)
@@ -162,6 +170,7 @@ def test_a_climb_and_a_turn_that_the_pose_shows_change_nothing(eye: Eye) -> None
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=0.8)
 
 
+@pytest.mark.slow
 def test_pictures_are_compared_at_an_interval_and_not_over_a_long_one(eye: Eye) -> None:
     assert eye.look(0.0, STILL, STILL) is None
     assert eye.look(0.2, STILL, STILL) is None
@@ -173,6 +182,7 @@ def test_pictures_are_compared_at_an_interval_and_not_over_a_long_one(eye: Eye) 
     assert eye.look(0.5, STILL, STILL) is None, "an older picture"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "reported",
     [None, replace(STILL, height=3.9), replace(STILL, yaw=math.nan)],
@@ -194,6 +204,7 @@ def test_a_leap_of_the_report_is_no_motion(eye: Eye) -> None:
     assert math.hypot(*step.beyond) < 0.3
 
 
+@pytest.mark.slow
 def test_a_picture_that_is_not_known_or_of_other_ground_gives_no_step(eye: Eye) -> None:
     assert eye.look(0.0, STILL, STILL) is None
     assert eye.odometry.look(frame(0.4, STILL), None) is None

@@ -27,6 +27,7 @@ class Finds:
         return Result(finding, np.ones(len(quads)), np.zeros((1, 1), np.bool_))
 
 
+@pytest.mark.slow
 def test_free_and_taken_stalls_are_counted_apart() -> None:
     scenes = list(lots("dots", 0.5, 3))
     counts = measure(Finds(scenes), iter(scenes))
@@ -36,6 +37,7 @@ def test_free_and_taken_stalls_are_counted_apart() -> None:
     assert counts[False].found == 0
 
 
+@pytest.mark.slow
 def test_a_kind_has_its_marks_and_an_occupancy_its_cars() -> None:
     assert set(KINDS) == {"lines", "dots", "tees", "corners", "blocks", "nothing"}
     empty, full = (list(lots("nothing", share, 4)) for share in (0.0, 1.0))
@@ -51,6 +53,7 @@ def test_without_stalls_there_is_no_recall() -> None:
     assert Count(4, 1).recall == 0.25
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_row_for_each_kind_and_fill(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

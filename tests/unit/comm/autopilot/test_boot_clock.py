@@ -138,6 +138,7 @@ def test_in_a_fast_simulation_delays_count_times_the_speed() -> None:
     assert all(reading.time is not None for reading in run(clock, 1.0, 2.0, delay=0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.fault("Datagrams late by up to 3 s, repeated, reordered, some corrupt", "No boot, no sample of the past")
 @given(
     delays=st.lists(st.floats(0.0, 3.0), min_size=60, max_size=240),
@@ -172,6 +173,7 @@ def test_whatever_the_network_does_there_is_no_boot_and_no_sample_of_the_past(
             assert arrival - 3.1 - LATE_S <= reading.time <= arrival + 0.5
 
 
+@pytest.mark.slow
 @given(delays=st.lists(st.floats(0.0, 3.0), min_size=60, max_size=240), uptime=st.floats(5.0, 1e5))
 def test_a_link_that_delays_everything_is_no_boot(delays: list[float], uptime: float) -> None:
     clock = BootClock(1.0)

@@ -159,6 +159,7 @@ async def test_a_call_is_under_way_until_it_returns(rig: Rig) -> None:
     assert await rig.calls.finish(0.0)
 
 
+@pytest.mark.slow
 def test_a_call_that_returns_after_the_loop_ended_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     raised: list[object] = []
     monkeypatch.setattr(threading, "excepthook", raised.append)

@@ -144,6 +144,7 @@ def link(port: int, heard: Heard, peer: Peer) -> Iterator[Link]:
     link.close()
 
 
+@pytest.mark.slow
 def test_our_heartbeats_are_those_of_ground_station_245(link: Link, peer: Peer) -> None:
     message = peer.wait("HEARTBEAT")
     assert (message.get_srcSystem(), message.get_srcComponent()) == (245, 190)
@@ -157,6 +158,7 @@ def test_the_greeting_of_our_own_gate_is_no_other_station(link: Link) -> None:
     assert link.hearing().second_sender == ""
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "downlink dead, and RTL messages are lost too",
     "our heartbeats end after 3 s; the ground-station failsafe brings the drone home 7 to 8 s after the cut "
@@ -391,6 +393,7 @@ def made() -> Iterator[list[Any]]:
         one.close()
 
 
+@pytest.mark.slow
 def test_the_expected_system_id_is_found_though_another_vehicle_speaks_first(made: list[Any]) -> None:
     port, heard = free_port(), Heard()
     link = Link(f"udpin://127.0.0.1:{port}", 245, lambda: 1.0, heard.take, Expected(system_id=7))
@@ -412,6 +415,7 @@ def test_the_expected_system_id_is_found_though_another_vehicle_speaks_first(mad
     assert peer.wait("COMMAND_LONG").target_system == 7
 
 
+@pytest.mark.slow
 def test_a_link_that_calls_out_hears_only_whom_it_called(made: list[Any]) -> None:
     called = Peer(free_port())
     heard = Heard()
@@ -469,6 +473,7 @@ def wait_for(true: Callable[[], object]) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "an antenna tracker, rover, plane or another autopilot is heard first, on a UDP port or on one line with the copter"
 )
@@ -501,6 +506,7 @@ def test_on_a_line_with_a_tracker_the_copter_is_waited_for_and_everybody_named(m
     assert {one.fields["type"] for one in heard.messages if one.name == "HEARTBEAT"} == {2}
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a second copter on the link")
 def test_of_two_copters_on_a_line_none_is_taken_before_one_is_named(made: list[Any]) -> None:
     line, heard = Line(), Heard()
@@ -518,6 +524,7 @@ def test_of_two_copters_on_a_line_none_is_taken_before_one_is_named(made: list[A
     )
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a second copter on the link")
 def test_on_a_line_the_named_vehicle_is_found_among_others(made: list[Any]) -> None:
     line, heard = Line(), Heard()

@@ -88,6 +88,7 @@ async def test_a_set_is_sent_with_the_type_that_was_read_and_read_back(rig: Rig)
     assert rig.parameters.values["RTL_ALT"] == 6000
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a parameter is confirmed and reads as its old value",
     "set and read back until it holds, 3 s at most",

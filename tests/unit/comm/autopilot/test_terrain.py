@@ -67,6 +67,7 @@ def test_the_ground_counts_and_not_the_cars_on_it() -> None:
         assert flight.fly(0.2).ground == pytest.approx(0.3, abs=0.6)
 
 
+@pytest.mark.slow
 @pytest.mark.fault("cars, crowns and roofs pass below")
 @settings(max_examples=30)
 @given(st.floats(-0.06, 0.06), st.floats(5.0, 20.0), st.floats(5.0, 30.0))

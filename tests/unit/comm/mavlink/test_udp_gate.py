@@ -191,6 +191,7 @@ def test_a_router_that_starts_again_is_answered_on_its_new_port(rig: Rig) -> Non
     assert rig.gate.hearing.sender == f"127.0.0.1:{again.getsockname()[1]}"
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "nothing is heard any more, but the uplink is alive: MAVSDK forgets the address after 10 s",
     "MAVSDK keeps it: Kill and RTL go out",

@@ -200,6 +200,7 @@ def exploring(remaining: float, north: float = 60.0) -> PathPlan:
     return PathPlan(MapPoint(north, 0.0), 35.0, 0.0, explore=ExploreStatus(seen=0.8, remaining_m=remaining))
 
 
+@pytest.mark.slow
 async def test_in_flight_the_planners_distance_counts_and_what_is_left_is_journalled(make: Make) -> None:
     kept: list[SurveyLeft] = []
     rig = make(memory=SurveyMemory(keep_left=kept.append))
@@ -231,6 +232,7 @@ async def short(rig: Rig, seconds: float) -> int:
     return sum("The battery will not last for the whole survey: about" in text for text in rig.log)
 
 
+@pytest.mark.slow
 async def test_a_battery_that_will_not_last_is_reported_once_and_it_explores_on(make: Make) -> None:
     rig = make()
     assert await short(rig, 60) == 1
@@ -293,6 +295,7 @@ async def test_a_plan_without_a_finite_distance_says_nothing(make: Make, remaini
     assert vehicle(rig).survey_basis == "fence"
 
 
+@pytest.mark.slow
 async def test_a_flight_journals_its_drain(make: Make) -> None:
     kept: list[tuple[FlightDrain, ...]] = []
     rig = make(memory=SurveyMemory(keep_drains=kept.append))

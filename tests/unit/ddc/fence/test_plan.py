@@ -330,6 +330,7 @@ async def test_the_fences_ceiling_bounds_the_heights(rig: Rig) -> None:
     rig.order(Configure(min=15, des=35, max=67))
 
 
+@pytest.mark.slow
 async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_reported_while_drawing(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 9_000
     await rig.run(REREAD_S + 2)
@@ -343,6 +344,7 @@ async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_repo
     assert not rig.command(Arm()).accepted
 
 
+@pytest.mark.slow
 async def test_what_must_be_changed_is_noted_before_what_must_be_known(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 9_000
     await rig.run(REREAD_S + 2)
@@ -439,6 +441,7 @@ async def test_a_planner_that_points_across_the_gap_is_not_followed(concave: Rig
     assert any("leaves the fence" in text for text in concave.log)
 
 
+@pytest.mark.slow
 async def test_no_tick_of_a_flight_around_the_gap_sends_a_target_over_it(concave: Rig) -> None:
     for north, east in ((0, -40), (0, 40), (80, 40)):
         concave.order(CompulsiveMove(x=north, y=east, frame="Map"))

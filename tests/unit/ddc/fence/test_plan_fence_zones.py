@@ -242,6 +242,7 @@ async def test_a_move_into_a_zone_or_straight_across_one_is_refused(aloft: Rig) 
     aloft.order(CompulsiveMove(x=0, y=-40, frame="Map"))
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a move into a zone or across one; a planner that points there")
 async def test_a_planner_that_points_into_or_across_a_zone_is_not_followed(aloft: Rig) -> None:
     for north in (30.0, 50.0):
@@ -255,6 +256,7 @@ async def test_a_planner_that_points_into_or_across_a_zone_is_not_followed(aloft
     assert any("leaves the fence or crosses a zone" in text for text in aloft.log)
 
 
+@pytest.mark.slow
 async def test_no_tick_of_a_flight_around_a_zone_sends_a_target_into_it(aloft: Rig) -> None:
     for north, east in ((0, -40), (50, -40), (50, 40)):
         aloft.order(CompulsiveMove(x=north, y=east, frame="Map"))
@@ -266,6 +268,7 @@ async def test_no_tick_of_a_flight_around_a_zone_sends_a_target_into_it(aloft: R
     assert all(contains(fence, MapPoint(t.north, t.east)) for t in aloft.autopilot.targets)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the wind carries the drone into a zone",
     "led out at the nearest edge, never deeper; Return To Launch after 10 s in it",

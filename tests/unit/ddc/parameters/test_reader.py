@@ -153,6 +153,7 @@ def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_reported() -> N
 # -- in flight --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 async def test_a_flight_that_is_taken_up_reads_everything_once_and_watches_what_decides(flying: Rig) -> None:
     await flying.run(2)
     once = Counter(flying.autopilot.asked("get_parameter"))
@@ -274,6 +275,7 @@ async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, v
     flying.order(CompulsiveMove(x=0.0, y=0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "another station changes it again after each put-back",
     "after three in a minute given up: returns home, Hold is refused",
@@ -300,6 +302,7 @@ async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(f
     flying.expect(StateName.RETURN_TO_LAUNCH)
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a change while a pilot flies", "reported, nothing written, put back afterwards")
 async def test_while_a_pilot_flies_a_change_is_reported_and_nothing_is_written(flying: Rig) -> None:
     await flying.run(2)

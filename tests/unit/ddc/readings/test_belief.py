@@ -378,6 +378,7 @@ def test_an_old_pose_and_one_that_is_not_finite_say_nothing() -> None:
     assert Motion.of(broken, 0.0) == Motion()
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "Late, repeated, reordered HEARTBEAT and EXTENDED_SYS_STATE in any order while the height is known",
     'Never "disarmed", never "on the ground"',

@@ -207,6 +207,7 @@ async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
     flying.expect(S.COMPULSIVE_MOVE)
 
 
+@pytest.mark.slow
 async def test_takeoff_climbs_through_the_first_metres(fresh: Rig) -> None:
     fresh.autopilot.below = lambda _north, _east: 0.0
     await fresh.enter(S.TAKEOFF)

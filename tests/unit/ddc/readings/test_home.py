@@ -198,6 +198,7 @@ async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flyin
     assert flying.log[-1].endswith("Home is 300 m from the arm place, outside the fence. Landing.")
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "home cannot be set back, outside the fence or inside; the operator returns",
     "reported after 3 s; led home by targets 3 s after the return began, Land there",
@@ -274,6 +275,7 @@ async def test_an_rtl_of_the_autopilot_to_a_home_that_stays_outside_ends_by_land
     assert abs(flying.autopilot.north) < 3.0
 
 
+@pytest.mark.slow
 async def test_a_home_that_is_moved_during_rtl_is_set_back_and_rtl_goes_on(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=60, y=0))
     await flying.until(S.HOVER)

@@ -193,6 +193,7 @@ async def test_a_kill_is_not_followed_by_a_return(flying: Rig, monkeypatch: pyte
     assert modes(flying) == []
 
 
+@pytest.mark.slow
 async def test_return_is_asked_for_again_until_it_shows(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     the_guard_and_every_switch(flying, monkeypatch)
     flying.autopilot.refuse["set_mode"] = "EKF variance"

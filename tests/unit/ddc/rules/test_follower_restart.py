@@ -70,6 +70,7 @@ MODES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "state"), MODES)
 async def test_the_first_start_takes_its_state_from_the_mapping_and_sends_nothing(
     make: Callable[..., Rig], mode: int, state: StateName
@@ -109,6 +110,7 @@ async def test_it_acts_within_three_seconds_without_a_landed_state(make: Callabl
     rig.expect(S.COMMUNICATION_LOST)
 
 
+@pytest.mark.slow
 async def test_without_an_operator_it_returns_after_its_hold(make: Callable[..., Rig]) -> None:
     rig = make()
     await rig.run(30.5)
@@ -162,6 +164,7 @@ async def test_flight_time_and_distance_go_on(make: Callable[..., Rig]) -> None:
     assert reported(rig)[1] == pytest.approx(832.5, abs=3)
 
 
+@pytest.mark.slow
 async def test_a_parameter_that_was_changed_while_the_program_was_away_is_put_back(tmp_path: Path) -> None:
     first = Rig(tmp_path)
     await first.enter(S.HOVER)
@@ -199,6 +202,7 @@ async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Pat
     assert path < 5
 
 
+@pytest.mark.slow
 async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: Rig) -> None:
     await fresh.enter(S.HOVER)
     fresh.kept_flights.clear()
@@ -403,6 +407,7 @@ async def test_taken_off_by_somebody_else(fresh: Rig) -> None:
 # -- the end of the program -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [S.HOVER, S.AUTONOMOUS_EXPLORE, S.COMPULSIVE_MOVE, S.COMMUNICATION_LOST])
 async def test_ended_in_the_air_it_returns_home(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)

@@ -82,6 +82,7 @@ async def test_hold_is_refused_while_the_battery_is_low(flying: Rig) -> None:
     flying.expect(S.HOVER)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", GUARDED[:-1])
 async def test_a_battery_that_is_not_known_for_thirty_seconds_brings_it_home(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -110,6 +111,7 @@ async def test_a_lost_operator_makes_it_hold(fresh: Rig, state: StateName) -> No
     assert abs(fresh.autopilot.north - north) < 9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [S.RETURN_TO_LAUNCH, S.LAND, S.MANUAL])
 async def test_a_lost_operator_changes_nothing_of_higher_rank(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -163,6 +165,7 @@ async def test_half_a_metre_of_noise_is_no_breach(flying: Rig) -> None:
     assert not any("Outside" in text for text in flying.log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [*GUARDED, S.TAKEOFF])
 async def test_not_inside_after_ten_seconds_it_returns_home(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -175,6 +178,7 @@ async def test_not_inside_after_ten_seconds_it_returns_home(fresh: Rig, state: S
     assert "Still outside the fence" in fresh.command(Hold()).reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [S.RETURN_TO_LAUNCH, S.LAND])
 async def test_the_fence_changes_nothing_of_higher_rank(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -232,6 +236,7 @@ async def test_one_bad_picture_is_no_fault(fresh: Rig) -> None:
 # -- position ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", TASKS)
 async def test_a_jump_of_the_position_makes_it_hold(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -349,6 +354,7 @@ async def test_the_highest_rank_wins(fresh: Rig) -> None:
     fresh.expect(S.RETURN_TO_LAUNCH)
 
 
+@pytest.mark.slow
 async def test_the_autopilots_own_return_is_never_countermanded(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.autopilot.say("GCS Failsafe", severity=4)

@@ -160,6 +160,7 @@ def test_every_command_is_tried_in_every_state() -> None:
     assert set(COLUMNS) == set(StateName)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("state", "name"), PAIRS, ids=[f"{s.value}-{n}" for s, n in PAIRS])
 async def test_every_pair(fresh: Rig, state: StateName, name: str) -> None:
     await fresh.enter(state)

@@ -295,6 +295,7 @@ async def test_someone_without_control_cannot_send_them(flying: Rig) -> None:
     assert flying.command(Land(), client="eve").reason == "Someone else has control."
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "downlink dead, the operator gives Kill",
     'sent every 0.2 s for 5 s; an old "disarmed" confirms nothing',

@@ -52,6 +52,7 @@ async def test_a_refused_arm_leads_to_idle_with_the_autopilots_words(rig: Rig, r
     assert not rig.autopilot.armed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("silent", ["upload_fence", "set_mode", "arm"])
 async def test_arming_times_out(rig: Rig, silent: str) -> None:
     rig.autopilot.silent.add(silent)
@@ -61,6 +62,7 @@ async def test_arming_times_out(rig: Rig, silent: str) -> None:
     assert rig.manager.log.entries[-1].level == "error"
 
 
+@pytest.mark.slow
 async def test_armed_that_comes_after_it_gave_up_is_disarmed_at_once(rig: Rig) -> None:
     rig.autopilot.silent.add("arm")
     rig.order(Arm())

@@ -36,6 +36,7 @@ async def test_hold_aims_at_the_stopping_point(fresh: Rig) -> None:
     assert fresh.autopilot.north == pytest.approx(target.north, abs=0.1)
 
 
+@pytest.mark.slow
 async def test_a_stopping_point_beyond_the_fence_is_brought_inside(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=144.5, y=0))
     while flying.autopilot.north < 140:
@@ -92,6 +93,7 @@ async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> 
     assert flying.detail.endswith("% seen of the lot found so far.")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("height", "flown"), [(3, 15), (500, 60), (None, 35)])
 async def test_the_plans_height_is_bounded(flying: Rig, height: float | None, flown: float) -> None:
     flying.target_plan(10, 0, height)
@@ -112,6 +114,7 @@ async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: R
     assert sum("Slower, at 1.0 m/s" in text for text in flying.log) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [None, 500.0, float("nan"), float("inf"), -3.0, 0.0])
 async def test_no_plan_makes_the_drone_faster_than_travel_speed(flying: Rig, speed: float | None) -> None:
     flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=speed)

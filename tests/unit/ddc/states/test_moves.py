@@ -38,6 +38,7 @@ async def test_a_map_move_goes_to_coordinates(flying: Rig) -> None:
     assert (flying.autopilot.north, flying.autopilot.east) == pytest.approx((15, -5), abs=0.1)
 
 
+@pytest.mark.slow
 async def test_a_compulsive_move_may_name_its_height(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=5, y=0, height=50))
     await flying.until(S.HOVER)

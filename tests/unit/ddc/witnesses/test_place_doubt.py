@@ -428,6 +428,7 @@ class Walker:
         self._before, self._since = here, now
 
 
+@pytest.mark.slow
 @pytest.mark.fault("GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task")
 async def test_gnss_that_walks_ends_the_exploration_and_the_camera_holds_the_drone(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
@@ -466,6 +467,7 @@ async def test_the_operator_may_land_or_return_in_doubt(holding: Rig) -> None:
     assert holding.command(Land()).accepted
 
 
+@pytest.mark.slow
 async def test_after_the_landing_nothing_is_doubted(holding: Rig) -> None:
     walker = Walker(holding)
     await walker.run(8.0, (0.7, 0.0))

@@ -262,6 +262,7 @@ def test_what_must_be_seen_stands_beside_what_was_measured(capsys: pytest.Captur
     assert " of 4 s; mode RTL: " in row
 
 
+@pytest.mark.slow
 def test_faults_that_tests_show_are_printed_with_their_tests(capsys: pytest.CaptureFixture[str]) -> None:
     assert command.main(["--tests"]) == 0
     rows = capsys.readouterr().out.splitlines()[2:]

@@ -89,6 +89,7 @@ def test_a_fault_that_a_real_vehicle_cannot_have_is_named(fault: dict[str, Any])
         simulation_parameters(fault)
 
 
+@pytest.mark.slow
 async def test_gnss_of_a_real_vehicle_is_off_by_glitch_and_walk() -> None:
     put: dict[str, float] = {}
     gnss = GnssError(put.__setitem__)
@@ -253,6 +254,7 @@ async def test_a_hard_landing_is_a_crash(observed: tuple[Observer, Autopilot], t
     assert (await until(observer, landed=False))["crashed"] is crashed
 
 
+@pytest.mark.slow
 async def test_a_parameter_is_set_again_until_the_autopilot_repeats_it(observed: tuple[Observer, Autopilot]) -> None:
     observer, autopilot = observed
     await observer.set_parameter("SIM_WIND_SPD", 16.0)
@@ -261,6 +263,7 @@ async def test_a_parameter_is_set_again_until_the_autopilot_repeats_it(observed:
     assert {found.get_srcSystem() for found in sets} == {SYSTEM}
 
 
+@pytest.mark.slow
 async def test_the_charge_is_set_again_until_the_autopilot_says_so(observed: tuple[Observer, Autopilot]) -> None:
     observer, autopilot = observed
     await observer.set_charge(21.0)

@@ -67,6 +67,7 @@ def test_a_mutant_that_is_not_there_is_an_error() -> None:
         mutated(SOURCE, Mutant("m.py", "core/AddNot", 99, 1))
 
 
+@pytest.mark.slow
 def test_every_module_is_there_and_has_mutants() -> None:
     for module in ALL_MODULES:
         assert len(mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))) > 0, module

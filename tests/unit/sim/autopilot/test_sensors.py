@@ -77,6 +77,7 @@ def test_the_receiver_shows_a_glitch_that_the_estimate_refuses(flying: Any) -> N
     assert metres == pytest.approx(30.0, abs=1.0)
 
 
+@pytest.mark.slow
 def test_a_barometer_that_drifts_sinks_the_drone_and_gnss_knows(flying: Any) -> None:
     """Flown: 10.3 m lower after 25 s at 0.5 m/s, 0.26 m above shown, 0.26 m/s shown of 0.50; GNSS shows the truth."""
     flying.stream(RAW, GLOBAL, LOCAL)

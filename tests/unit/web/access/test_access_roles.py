@@ -35,6 +35,7 @@ def refusal(kind: str, role: Role) -> str:
 # -- every command ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a viewer sends each command, while control is free, held or lost",
     "refused with the reason; nothing reaches the states",

@@ -381,6 +381,7 @@ async def test_log_out_gives_control_back(stand: Stand) -> None:
     assert stand.rig.side.desk.given_back_by() == "Operator 1"
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a cookie is sent again after log-out, or after a new token of its role")
 @pytest.mark.parametrize("role", list(Role))
 async def test_a_new_token_ends_what_the_old_one_began_and_nothing_else(stand: Stand, role: Role) -> None:
@@ -413,6 +414,7 @@ async def test_a_command_that_comes_after_the_end_of_its_access_is_not_taken(sta
     assert stand.rig.manager.urgent == []
 
 
+@pytest.mark.slow
 async def test_tokens_that_are_made_while_it_runs_open_to_all_are_asked_for_from_then_on(
     rig: Rig, tmp_path: Path
 ) -> None:

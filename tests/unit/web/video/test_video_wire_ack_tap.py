@@ -143,6 +143,7 @@ async def test_the_daemons_server_takes_acknowledgements_whole_or_in_pieces(
     assert taken == [True] * 3 + [False] * 8
 
 
+@pytest.mark.slow
 async def test_a_viewer_that_acknowledges_is_not_ended_for_a_late_pong(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -66,6 +66,7 @@ async def test_silence_is_an_error_that_names_the_first_error() -> None:
             await child.read()
 
 
+@pytest.mark.slow
 async def test_the_first_picture_may_take_longer() -> None:
     lines = "import os, time; time.sleep(0.8); os.write(1, b'1')"
     async with Child(python(lines), ChildTimeouts(first_s=30.0, silence_s=0.1, end_s=0.3)) as child:

@@ -68,6 +68,7 @@ def test_headers_are_lower_case_and_arrival_is_that_of_the_first_bytes() -> None
     assert 1.0 <= found.arrival <= 1.4
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(1, 400), min_size=1, max_size=60), st.booleans(), st.binary(max_size=30))
 def test_it_does_not_matter_how_the_network_cuts(cuts: list[int], with_length: bool, preamble: bytes) -> None:
     parser = MultipartParser(MARK)

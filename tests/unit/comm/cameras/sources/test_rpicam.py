@@ -64,6 +64,7 @@ async def test_its_first_error_is_the_message(tmp_path: Path) -> None:
         await first_frames(source(tmp_path, lines, ManualClock()), 1)
 
 
+@pytest.mark.slow
 async def test_pictures_without_metadata_are_an_error_not_a_wait(tmp_path: Path) -> None:
     lines = "picture(None)\nout.write(jpeg); out.flush()\nhang()"
     with pytest.raises(CameraError, match=r"no picture for 0.3 s"):
@@ -77,6 +78,7 @@ async def test_without_the_program_the_package_is_named() -> None:
         await first_frames(missing, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a camera's program (GStreamer, rpicam-vid) hangs")
 async def test_a_camera_that_hangs_is_killed_and_started_again_and_one_that_is_unplugged_comes_back(
     tmp_path: Path, caplog: pytest.LogCaptureFixture

@@ -32,6 +32,7 @@ async def test_any_pipeline_gives_pictures() -> None:
     await source.close()
 
 
+@pytest.mark.slow
 @needs_gstreamer
 async def test_a_source_that_is_not_live_is_paced_to_its_own_rate() -> None:
     pipeline = "videotestsrc ! video/x-raw,width=64,height=48,framerate=25/1"
