@@ -168,6 +168,7 @@ def test_the_command_line_overrides_the_file(tmp_path: Path) -> None:
     assert config.fence.file == fence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "arguments"),
     [("hawk.cli", ["--sim"]), ("hawk.cli", ["survey", "--out", "o", "--sim"]), ("hawk.sim.cli", [])],
@@ -180,6 +181,7 @@ def test_without_the_simulators_package_one_line_says_what_to_install(program: s
     assert line.endswith(f"the simulator needs pymavlink, which is not installed: {remedy('sim')}")
 
 
+@pytest.mark.slow
 def test_the_simulators_help_is_there_without_its_package() -> None:
     code = "import sys; sys.modules['pymavlink'] = None; from hawk.sim.cli import main; main(['--help'])"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)

@@ -181,6 +181,7 @@ async def test_why_nothing_may_be_mapped_goes_with_the_frame(rig: Rig) -> None:
     assert rig.recorded[0].map_problem == "the position jumped"
 
 
+@pytest.mark.slow
 async def test_all_work_is_on_one_thread_that_is_not_the_loops(rig: Rig) -> None:
     for captured in range(3):
         await rig.put(float(captured))
@@ -229,11 +230,13 @@ async def test_an_unexpected_fault_costs_one_frame_and_is_seen(rig: Rig) -> None
     assert (await rig.put(2.0)).vision_health.is_healthy
 
 
+@pytest.mark.slow
 async def test_a_camera_that_raises_is_asked_again(rig: Rig) -> None:
     rig.camera.put(OSError("unplugged"))
     assert (await rig.put(2.0)).captured == 2.0
 
 
+@pytest.mark.slow
 async def test_a_recorder_that_fails_does_not_stop_the_frames(rig: Rig) -> None:
     rig.fail_to_record = True
     assert (await rig.put(1.0)).vision_health.is_healthy
@@ -241,6 +244,7 @@ async def test_a_recorder_that_fails_does_not_stop_the_frames(rig: Rig) -> None:
     assert rig.topics.vision_app_health.value == Health()
 
 
+@pytest.mark.slow
 async def test_the_map_is_read_and_taken_up_between_frames(rig: Rig) -> None:
     for captured in range(5):
         await rig.put(float(captured))

@@ -141,6 +141,7 @@ def test_a_turn_of_a_late_picture_is_mapped(monkeypatch: pytest.MonkeyPatch) -> 
     assert left_out({3: 6.0, 4: -14.9}, monkeypatch) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", [NoImage("torn"), AlgoError("no ground"), RuntimeError("bug")])
 def test_a_fault_of_vision_is_reported_and_mapper_and_planner_go_on(rig: Rig, fault: Exception) -> None:
     before = rig.mapper.get_occupancy_map()

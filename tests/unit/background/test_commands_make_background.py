@@ -74,6 +74,7 @@ def shown(folder: Path, zoom: int, place: tuple[float, float]) -> tuple[int, ...
     return (*pixel[2::-1], *pixel[3:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bands", [3, 4])
 @pytest.mark.parametrize("compression", ["none", "lzw", "deflate"])
 def test_every_place_of_the_picture_is_shown_at_its_place(tmp_path: Path, bands: int, compression: str) -> None:
@@ -118,6 +119,7 @@ def test_degrees_are_a_reference_system_too_and_grey_is_shown_as_grey(tmp_path: 
     assert zooms_in(tmp_path / "tiles") == [18, 19]
 
 
+@pytest.mark.slow
 def test_the_folder_can_be_read_by_the_daemon_and_is_named_with_the_setting(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,6 +161,7 @@ def test_a_picture_that_cannot_be_used_is_refused_with_a_remedy(
     assert not list(tmp_path.glob(".tiles*")), "nothing half done is left"
 
 
+@pytest.mark.slow
 def test_a_folder_that_holds_something_is_not_written_into(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = geotiff(tmp_path / "lot.tif")
     (tmp_path / "mine").mkdir()
@@ -199,6 +202,7 @@ def test_without_rasterio_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) ->
     assert str(raised.value) == MISSING
 
 
+@pytest.mark.slow
 def test_a_command_line_that_makes_no_background_imports_nothing_that_reads_pictures() -> None:
     look = "import sys, hawk.cli; print({'cv2', 'numpy', 'rich', 'aiohttp', 'rasterio'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True).stdout == "set()\n"
@@ -241,6 +245,7 @@ def banded(path: Path, order: list[int], interpretation: list[str], names: list[
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a background whose bands are in another order, or unnamed",
     "red, green and blue by their names; unnamed: refused with a remedy",

@@ -46,6 +46,7 @@ def test_every_command_of_the_flood_is_valid() -> None:
     assert len({type(parse_command(text)) for text in valid_commands()}) == len(valid_commands())
 
 
+@pytest.mark.slow
 async def test_the_viewers_send_from_a_process_of_their_own_and_their_counts_come_back() -> None:
     heard = asyncio.Event()
 

@@ -61,6 +61,7 @@ def test_the_json_is_flat_and_says_what_holds() -> None:
     assert "3.00" in console.export_text()
 
 
+@pytest.mark.slow
 def test_the_drawn_map_is_read_as_it_is_drawn() -> None:
     lot, mapper = WideLot(0.5), MapperApp()
     assert mapper.restore([lot.parts()]) == []

@@ -45,6 +45,7 @@ def read(reader: Reader, data: bytes, seed: int) -> list[tuple[int, int]]:
     return [found for piece in pieces(data, seed) for found in reader.feed(piece)]
 
 
+@pytest.mark.slow
 def test_pictures_have_a_real_size_and_differ(drawn: list[bytes]) -> None:
     assert all(abs(len(each) - pictures.BYTES) < 0.1 * pictures.BYTES for each in drawn)
     assert {jpeg_size(each) for each in drawn} == {(1280, 720)}

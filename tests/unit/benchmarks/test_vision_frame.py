@@ -24,6 +24,7 @@ def test_each_engine_is_timed_beside_opencv(inputs: list[FrameInput]) -> None:
     assert figures["engine_onnxruntime_by_opencv"] == pytest.approx(ratio)
 
 
+@pytest.mark.slow
 def test_an_engine_that_is_not_installed_is_left_out(
     inputs: list[FrameInput], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

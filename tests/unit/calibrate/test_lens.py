@@ -44,6 +44,7 @@ def test_rendered_boards_give_the_lens_they_were_seen_by(views: list[View]) -> N
     assert (np.abs(np.array(lens.values[:4]) - true) < 4 * np.array(lens.spreads[:4])).all()
 
 
+@pytest.mark.slow
 def test_the_lens_bends_every_part_of_the_picture_as_the_true_one_within_half_a_pixel(views: list[View]) -> None:
     lens = calibrate(views, *SIZE)
     rows, columns = np.mgrid[10 : TRUE.height : 40, 10 : TRUE.width : 40].astype(float)
@@ -93,6 +94,7 @@ def test_boards_that_are_hardly_tilted_leave_the_focal_length_uncertain(studio: 
     assert any("the focal length is uncertain by" in problem for problem in lens.problems)
 
 
+@pytest.mark.slow
 def test_boards_that_are_not_tilted_at_all_are_missing_tilts_whatever_their_spread(studio: Studio) -> None:
     """The focal length is then off by a quarter, and OpenCV's spread does not show it."""
     session = Session(must_be_still=False)

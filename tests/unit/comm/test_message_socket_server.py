@@ -196,6 +196,7 @@ def test_the_gate_is_asked_before_hold_too(clients: Clients, manager: Manager) -
     assert asked == manager.acted == [Hold()]
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     text=st.text(max_size=200)

@@ -61,6 +61,7 @@ async def test_an_armed_drone_may_fly_until_it_is_disarmed(daemon: Daemon, tmp_p
     assert not may_fly(await state_after_a_look(daemon, run))
 
 
+@pytest.mark.slow
 async def test_the_state_is_written_with_the_publication_that_arms(daemon: Daemon, tmp_path: Path) -> None:
     """Without waiting for the next look: a version is never switched in between."""
     assert not may_fly(await state_after_a_look(daemon, tmp_path / "run"))

@@ -110,6 +110,7 @@ async def test_crashes_in_a_flight_count_on_disk_and_in_memory(computer: Compute
     assert rules == [ADOPT, RETURN_HOME, STAY_AWAY, STAY_AWAY]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the wall clock steps by 31 minutes or 3 days in the air, forward or back",
     "crash count, flight, map and arm place stay",

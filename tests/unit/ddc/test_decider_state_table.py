@@ -25,6 +25,7 @@ def test_the_page_is_what_the_program_does(outcomes: Outcomes) -> None:
     assert DOCUMENT.read_text() == document(outcomes), "write it again: .venv/bin/python -m tests.unit.ddc.state_table"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "column", "following"),
     [

@@ -77,6 +77,7 @@ async def test_armed_by_another_station_without_failsafes_it_does_not_take_off(u
     assert unsafe.autopilot.count("takeoff") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "armed by another station, no fence in the autopilot",
     "fence compared, uploaded and read back (0.4 + 0.6 s on the real one), then Takeoff is accepted",
@@ -127,6 +128,7 @@ async def test_a_fence_that_was_replaced_since_the_last_flight_is_uploaded_again
     assert rig.autopilot.held_fence == rig.fence
 
 
+@pytest.mark.slow
 async def test_the_takeoff_after_our_own_arm_uploads_nothing_twice(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(0.5)
@@ -226,6 +228,7 @@ async def test_under_a_pilot_nothing_is_written_and_resume_needs_the_failsafes(u
     unsafe.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "another station changes what was right while a pilot flies",
     "reported; Resume is accepted, and it is put back before any task",
@@ -248,6 +251,7 @@ async def test_what_is_put_back_once_no_pilot_flies_keeps_nobody_from_taking_the
     holding.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+@pytest.mark.slow
 async def test_a_fence_that_is_switched_off_under_a_pilot_keeps_nobody_from_taking_the_drone(holding: Rig) -> None:
     await holding.run(2)
     holding.autopilot.change_mode(CopterMode.LOITER)
@@ -274,6 +278,7 @@ async def flown_once(rig: Rig) -> None:
     rig.expect(S.IDLE)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "armed at B with A's fence in force, by us or by another station",
     "B's fence in force, uploaded and read back",
@@ -298,6 +303,7 @@ async def test_armed_at_b_the_fence_is_never_that_of_a(rig: Rig, ours: bool) -> 
     rig.order(Takeoff())
 
 
+@pytest.mark.slow
 @pytest.mark.fault("another station clears or replaces the fence in flight, by as many corners")
 @pytest.mark.parametrize("held", ["cleared", "replaced"])
 async def test_a_fence_that_another_station_clears_in_flight_is_put_back(flying: Rig, held: str) -> None:

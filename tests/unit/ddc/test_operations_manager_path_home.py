@@ -31,6 +31,7 @@ def from_home(rig: Rig) -> float:
     return math.hypot(rig.autopilot.north, rig.autopilot.east)
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a rally point is set in flight, the operator returns", "cleared before RTL is asked for")
 async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) -> None:
     await away(flying)
@@ -80,6 +81,7 @@ async def test_led_home_it_returns_by_rtl_as_soon_as_the_return_is_right(flying:
     await flying.until(S.IDLE, 90)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the autopilot's own failsafe begins RTL to a rally point",
     "cleared, BRAKE, RTL again; led home where it cannot be cleared",

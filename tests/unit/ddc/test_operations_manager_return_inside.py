@@ -598,6 +598,7 @@ async def test_the_end_of_the_program_asks_for_rtl_before_it_ends(led: Rig) -> N
     assert led.log[-1] == "The program ends. Returning home."
 
 
+@pytest.mark.slow
 async def test_failed_ticks_on_the_path_ask_for_rtl(led: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     def boom(*_: object) -> None:
         raise RuntimeError("boom")

@@ -174,6 +174,7 @@ async def test_facts_come_back_equal_from_the_recording(tmp_path: Path) -> None:
     assert [moment.facts for moment in moments(recorded(rig))] == gathered
 
 
+@pytest.mark.slow
 async def test_a_reader_may_begin_anywhere(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     await rig.run(5)

@@ -313,6 +313,7 @@ class TestPosition:
 
 
 class TestBattery:
+    @pytest.mark.slow
     def test_on_the_ground(self, bench: Bench) -> None:
         facts = bench.run(1.0).battery
         assert facts.info is not None
@@ -379,6 +380,7 @@ class TestBattery:
         bench.autopilot.battery = 50.0
         assert bench.run(3.0).battery.reserve == before
 
+    @pytest.mark.slow
     def test_the_drain_of_one_flight_is_not_that_of_the_next(self, bench: Bench) -> None:
         bench.fly()
         for _ in range(60):
@@ -441,6 +443,7 @@ class TestBattery:
         assert facts.battery.reserve is not None
         assert facts.battery.survey is None
 
+    @pytest.mark.slow
     def test_the_survey_is_given_what_was_seen(self, bench: Bench) -> None:
         assert bench.run(1.0).battery.survey is not None
         bench.fly()
@@ -457,6 +460,7 @@ class TestBattery:
 
 
 class TestWind:
+    @pytest.mark.slow
     def test_a_strong_wind_is_timed_and_forgotten_on_the_ground(self, bench: Bench) -> None:
         bench.fly()
         bench.autopilot.tilt = (0.0, -0.3)
@@ -472,6 +476,7 @@ class TestWind:
         facts = bench.tick()
         assert (facts.wind.estimate, facts.wind.strong_s) == (None, None)
 
+    @pytest.mark.slow
     def test_calm_air_is_no_strong_wind(self, bench: Bench) -> None:
         bench.fly()
         facts = bench.run(60.0)

@@ -66,6 +66,7 @@ STATUS = DroneStatus(
 )
 
 
+@pytest.mark.slow
 def test_the_page_is_what_the_command_writes() -> None:
     assert protocol_page.page() == PAGE, "run: python packaging/protocol_page.py"
 

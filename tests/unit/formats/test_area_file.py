@@ -248,6 +248,7 @@ json_values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(json_values)
 def test_any_json_gives_areas_or_words(content: Any) -> None:
     with contextlib.suppress(AreaError):

@@ -25,6 +25,7 @@ def arm_place(north: float = 0.0, east: float = 0.0, ekf: tuple[float, float, fl
     return ArmPlace(place.latitude, place.longitude, 104.0, *ekf)
 
 
+@pytest.mark.slow
 @given(metres, metres, st.floats(-100, 100))
 def test_a_place_and_its_offset_are_each_others_reverse(north: float, east: float, up: float) -> None:
     found = offset_ned(place_at(north, east, DATUM, up), DATUM)

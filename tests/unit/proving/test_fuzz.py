@@ -37,6 +37,7 @@ async def test_some_thousand_fuzzed_messages_find_nothing(tmp_path: Path) -> Non
     assert len(result.reasons) > 50
 
 
+@pytest.mark.slow
 async def test_a_defect_behind_a_command_is_found(tmp_path: Path) -> None:
     def broken(client: ClientId, command: Command) -> Outgoing:
         raise RuntimeError("a defect")

@@ -176,6 +176,7 @@ def test_a_failed_step_gives_status_1(monkeypatch: pytest.MonkeyPatch, capsys: p
     assert "newcomer: a bare Debian root needs root" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_clone_is_of_this_commit(tmp_path: Path) -> None:
     (tmp_path / "root").mkdir()
     newcomer.fetch_sources(BareRoot(tmp_path))

@@ -173,6 +173,7 @@ def test_leaving_writes_its_words_and_ends_with_the_status(caplog: pytest.LogCap
     assert "two calls hang" in caplog.text
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "stderr blocked, a thread and an exit handler hang when the program ends for hanging calls",
     "the process ends all the same, 0.2 s later at most",

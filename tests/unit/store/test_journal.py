@@ -341,6 +341,7 @@ class Disk:
         return Segment()  # type: ignore[return-value]
 
 
+@pytest.mark.slow
 async def test_a_full_disk_is_reported_and_nothing_is_lost_when_there_is_room_again(make: Make, tmp_path: Path) -> None:
     disk = Disk()
     journal = make(opener=disk.open)
@@ -358,6 +359,7 @@ async def test_a_full_disk_is_reported_and_nothing_is_lost_when_there_is_room_ag
     assert read_journal(folder(tmp_path)).map_parts == {"a": b"1" * 100, "b": b"2" * 100, "c": b"3" * 100}
 
 
+@pytest.mark.slow
 async def test_after_a_wait_for_the_disk_the_journal_is_healthy(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     disk = Disk()
     journal = make(opener=disk.open)
@@ -377,6 +379,7 @@ async def test_after_a_wait_for_the_disk_the_journal_is_healthy(make: Make, monk
     assert healthy == [True]
 
 
+@pytest.mark.slow
 async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_path: Path) -> None:
     disk = Disk()
     journal = make(opener=disk.open)

@@ -13,6 +13,7 @@ def packed(items: list[tuple[str, bytes]]) -> bytes:
     return b"".join(pack(key, value) for key, value in items)
 
 
+@pytest.mark.slow
 @given(entries)
 def test_what_was_packed_is_read_back(items: list[tuple[str, bytes]]) -> None:
     assert read_records(packed(items)) == (items, 0)

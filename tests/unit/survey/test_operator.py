@@ -383,6 +383,7 @@ async def test_a_drone_that_does_not_come_down_is_reported() -> None:
     assert not outcome.landed
 
 
+@pytest.mark.slow
 async def test_a_drone_that_stays_armed_on_the_ground_has_landed() -> None:
     outcome = await fly(FakeDrone(climbs=False, refusals={"Return To Launch": "No home."}))
     assert outcome.status is SurveyStatus.FAILED

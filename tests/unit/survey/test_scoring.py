@@ -144,6 +144,7 @@ def test_masks_are_compared() -> None:
     assert mask_iou(mask < 4, mask >= 2) == pytest.approx(2 / 6)
 
 
+@pytest.mark.slow
 @given(st.floats(0, math.pi))
 @settings(max_examples=40)
 def test_touching_neighbours_are_never_matched(angle: float) -> None:

@@ -125,6 +125,7 @@ def test_samples_come_in_every_direction_both_mirrored_and_not() -> None:
     assert 0.25 < np.mean(mirrored) < 0.75
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(*SCALE), st.sampled_from([96, 192]))
 def test_a_crop_is_inside_its_scene_and_of_its_scale(seed: int, scale: float, side: int) -> None:
     placed = augment._placement(np.random.default_rng(seed), (400, 500), scale, side)

@@ -68,6 +68,7 @@ def test_a_shed_of_felt_often_has_a_pale_rim() -> None:
     assert 8 < sum(pale) < 28
 
 
+@pytest.mark.slow
 def test_all_of_a_streets_houses_have_such_roofs_and_can_be_drawn() -> None:
     painters: set[RoofPainter | None] = set()
     for seed in range(4):

@@ -50,6 +50,7 @@ def test_premises_have_something_on_them_and_no_stall(kind: str) -> None:
         assert all(v > 0 for v in middles), "on the far side of the edge"
 
 
+@pytest.mark.slow
 def test_all_premises_come_and_can_be_drawn() -> None:
     pictures = []
     for seed in range(12):
@@ -61,6 +62,7 @@ def test_all_premises_come_and_can_be_drawn() -> None:
     assert len({round(float(picture.std()), 3) for picture in pictures}) == 12
 
 
+@pytest.mark.slow
 def test_a_crowded_roof_has_many_edges() -> None:
     plain = Building(EAST, 30.0, 20.0, 5.0, PALE)
     edges = {None: 0.0, draw_crowd: 0.0}

@@ -28,6 +28,7 @@ def _broken(plan: SitePlan, seed: int) -> shapely.Geometry | None:
     return shapely.unary_union(gone) if gone else None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_a_break_takes_stalls_side_by_side_with_their_cars_and_lines(
     monkeypatch: pytest.MonkeyPatch, share: float

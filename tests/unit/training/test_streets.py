@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import shapely
 
 from hawk.worlds.cars import LONG_KINDS, footprint_m
@@ -25,6 +26,7 @@ def area_of(stall: PlannedStall) -> shapely.Polygon:
     return shapely.Polygon(stall.corners)
 
 
+@pytest.mark.slow
 def test_streets_have_parallel_and_square_stalls_that_do_not_overlap() -> None:
     kinds: set[str] = set()
     for plan in streets(12):
@@ -35,6 +37,7 @@ def test_streets_have_parallel_and_square_stalls_that_do_not_overlap() -> None:
     assert {"parallel", "perpendicular"} <= kinds
 
 
+@pytest.mark.slow
 def test_taken_stalls_of_a_street_have_a_vehicle_and_free_ones_have_none() -> None:
     for plan in streets(8):
         places = [shapely.Point(one.x, one.y) for one in plan.vehicles]
@@ -59,6 +62,7 @@ def test_some_lots_without_paint_have_no_mark_at_all_and_some_have_stones() -> N
         assert is_unmarked or any(stroke.colour == 0 for stroke in plan.strokes)
 
 
+@pytest.mark.slow
 def test_some_bays_are_the_aisles_stones_with_moss_between_them() -> None:
     mossy = 0
     for plan in paved(40):

@@ -115,6 +115,7 @@ def test_a_version_that_was_cut_off_while_it_was_prepared_is_not_kept_and_prepar
     assert versions.kept == ["0.3.0"]
 
 
+@pytest.mark.slow
 def test_only_the_version_in_force_and_the_one_before_are_kept(tmp_path: Path) -> None:
     versions = Versions(tmp_path / "hawk")
     put(versions, tmp_path, "0.1.0")

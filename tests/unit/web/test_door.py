@@ -95,6 +95,7 @@ async def join(server: WebServer, session: aiohttp.ClientSession) -> Visitor:
 # -- waiting ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 async def test_a_crowd_of_half_sent_requests_is_bounded_and_a_page_gets_in(
     server: WebServer, strangers: list[Stranger]
 ) -> None:
@@ -220,6 +221,7 @@ async def test_when_too_much_is_asked_only_the_operator_in_control_is_answered(s
         assert await page_status(server, other) == 200
 
 
+@pytest.mark.slow
 @pytest.mark.fault("all places of pages and viewers are taken", "the operator in control gets in at once")
 async def test_a_full_house_has_places_for_the_operator_in_control(server: WebServer) -> None:
     async with browser() as session, browser() as other:
@@ -235,6 +237,7 @@ async def test_a_full_house_has_places_for_the_operator_in_control(server: WebSe
             await join(server, session)
 
 
+@pytest.mark.slow
 async def test_the_place_is_kept_for_one_whose_lease_ran_out_until_control_is_taken(
     rig: Rig, server: WebServer
 ) -> None:
@@ -309,6 +312,7 @@ async def test_without_descriptors_it_waits_and_accepts_when_there_are_some(
     assert len(caplog.records) <= LINES
 
 
+@pytest.mark.slow
 @pytest.mark.fault("malformed requests", "ten log lines a minute, without content and traceback")
 async def test_malformed_requests_are_logged_a_few_times_without_their_content(
     server: WebServer, strangers: list[Stranger], caplog: pytest.LogCaptureFixture

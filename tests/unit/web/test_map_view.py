@@ -91,6 +91,7 @@ def assert_same(client: ClientMap, server: OccupancyMap) -> None:
         assert client.tiles[key].tobytes() == zlib.decompress(encoded.data)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(steps=STEPS, resync_at=st.integers(0, 60))
 def test_whatever_changes_and_however_slow_the_client_ends_with_the_servers_map(
@@ -186,6 +187,7 @@ def test_without_a_place_of_the_drone_the_map_goes_out_all_the_same(drone: MapPo
     assert len(MapView().update(OccupancyMap({(0, 0): tile(1, 1)}), drone).tiles) == 1
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(steps=STEPS)
 def test_a_large_map_is_taken_in_by_and_by(steps: list[tuple[str, int, int, bool]]) -> None:

@@ -219,6 +219,7 @@ async def guess(rig: Rig, number: int) -> int:
     return await status_of(rig, headers={"Authorization": f"Bearer guess-number-{number:08d}"})
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "someone guesses the token",
     "after five guesses 429 for 1, 2, 4 … 30 s; known pages and the operator in control are not held up",

@@ -48,6 +48,7 @@ def car_mask(one: World) -> np.ndarray:
     return mask
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 4])
 def test_a_taken_stall_shows_a_car_and_a_free_one_none(seed: int) -> None:
     one, right = world(seed), []
@@ -123,6 +124,7 @@ def test_a_drawn_row_is_photographed_where_it_was_planned() -> None:
     assert np.median(differences[True]) > 20, "a car"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 5])
 def test_the_truth_of_a_world_lies_in_its_picture(seed: int) -> None:
     one = world(seed)

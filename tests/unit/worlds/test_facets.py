@@ -42,6 +42,7 @@ def test_from_straight_above_height_makes_no_difference(x: float, y: float, z: f
     assert projected(NORTH_UP, x, y, z) == pytest.approx((x / 0.1 - 0.5, y / 0.1 - 0.5), abs=1e-6)
 
 
+@pytest.mark.slow
 @given(COORDINATE, COORDINATE, st.floats(0, 15), COORDINATE, COORDINATE, st.floats(20, 80))
 def test_seen_from_a_viewer_things_lean_away_by_their_height(
     x: float, y: float, z: float, vx: float, vy: float, height: float

@@ -16,6 +16,7 @@ def _world(seed: int) -> World:
     return generate_world(seed, COARSE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_minima_of_a_generated_world(seed: int) -> None:
     world = _world(seed)
@@ -64,6 +65,7 @@ def test_start_lies_just_inside_the_lot(seed: int) -> None:
     assert lot.boundary.distance(start) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_same_seed_same_world() -> None:
     again = generate_world(1, COARSE)
     assert np.array_equal(again.ground, _world(1).ground)

@@ -34,6 +34,7 @@ def aisles(plan: SitePlan, depth: float) -> list[float]:
     return [strip.bounds[3] - strip.bounds[1] for strip in strips if strip.bounds[3] - strip.bounds[1] > 0.01]
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(SEEDS, st.booleans(), st.floats(16, 90), st.floats(12, 70))
 def test_stalls_of_a_section_do_not_overlap_and_stay_inside(seed: int, calm: bool, width: float, depth: float) -> None:
@@ -43,6 +44,7 @@ def test_stalls_of_a_section_do_not_overlap_and_stay_inside(seed: int, calm: boo
     assert all(inside.contains(area) for area in areas_of(plan.stalls))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(SEEDS, st.floats(17, 80))
 def test_every_aisle_is_at_least_as_wide_as_the_style_s(seed: int, depth: float) -> None:
@@ -82,6 +84,7 @@ def test_without_medians_the_rows_of_a_double_row_touch() -> None:
     assert min(np.diff(heads)) > 1.0, "rows share their heads' line or are an aisle apart"
 
 
+@pytest.mark.slow
 def test_rows_across_close_the_ends_of_wide_sections() -> None:
     sideways = 0
     for seed in range(12):
@@ -174,6 +177,7 @@ def test_nothing_of_the_surroundings_stands_on_the_lot() -> None:
         assert all(lot.intersection(house).area < 0.35 * house.area for house in houses)
 
 
+@pytest.mark.slow
 def test_shade_from_outside_falls_on_some_lots_to_train_on_and_on_no_calm_one() -> None:
     wild = [plan_any_lot_site(generator(seed), (0.0, 0.0), SIZE).shades for seed in range(30)]
     calm = [plan_lot_site(generator(seed), (0.0, 0.0), SIZE).shades for seed in range(10)]

@@ -24,6 +24,7 @@ def _truth_file(path: Path, **fields: object) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_truth_survives_saving(tmp_path: Path) -> None:
     world = generate_world(2, WorldOptions(metres_per_pixel=0.25))
     path = tmp_path / "truth.json"

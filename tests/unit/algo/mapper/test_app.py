@@ -108,6 +108,7 @@ def test_the_spread_of_the_count_is_that_of_the_published_stalls_through_a_fligh
     assert rig.map.counts.free_variance > 0
 
 
+@pytest.mark.slow
 def test_the_map_shows_lot_and_stalls_where_they_are(flown: Rig) -> None:
     cells = np.concatenate([np.frombuffer(zlib.decompress(t.data), np.uint8) for t in flown.map.tiles.values()])
     free = int((~flown.truth.taken).sum()) * 2.6 * 5.2
@@ -136,6 +137,7 @@ def test_the_index_is_immutable_and_published_ones_do_not_change(flown: Rig) -> 
         before.stalls[1] = next(iter(stalls.values()))  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_versions_do_not_rise_while_nothing_changes() -> None:
     rig = Rig()
     rig.fly([0.0] * 40)
@@ -144,6 +146,7 @@ def test_versions_do_not_rise_while_nothing_changes() -> None:
     assert {key: tile.version for key, tile in rig.map.tiles.items()} == tiles
 
 
+@pytest.mark.slow
 def test_a_changed_stall_carries_the_version_of_the_map_that_first_shows_it() -> None:
     rig = Rig()
     seen: dict[int, Stall] = {}
@@ -173,6 +176,7 @@ def test_a_pose_that_drifts_by_more_than_half_a_pitch_does_not_double_stalls(aft
     assert rig.map.counts.total == len(rig.truth.stalls)
 
 
+@pytest.mark.slow
 def test_without_a_pose_the_map_stays_and_is_healthy(after_20: Rig) -> None:
     rig = after_20
     before = rig.map.stalls
@@ -249,6 +253,7 @@ def test_a_map_restored_from_its_deltas_goes_on_with_the_same_ids() -> None:
     assert again.map.version > killed.version
 
 
+@pytest.mark.slow
 def test_a_delta_holds_only_what_changed(after_pass: Rig) -> None:
     rig = after_pass
     version = rig.mapper.changes_since(0).version

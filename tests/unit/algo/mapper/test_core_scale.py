@@ -103,6 +103,7 @@ def test_a_place_at_a_corner_belongs_to_four_squares() -> None:
     assert squares_about(32.0, 32.0, 1.0) == [(0, 0)]
 
 
+@pytest.mark.slow
 @given(st.lists(PLACE, min_size=1, max_size=20), st.lists(PLACE, min_size=1, max_size=6))
 def test_wherever_the_drone_goes_what_is_near_is_at_hand(
     places: list[tuple[float, float]], path: list[tuple[float, float]]

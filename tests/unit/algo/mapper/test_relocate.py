@@ -57,6 +57,7 @@ def test_taken_stalls_distinguish_a_row_from_the_same_row_a_pitch_farther(error:
     assert step == pytest.approx(-np.array(error), abs=0.02)
 
 
+@pytest.mark.slow
 def test_equal_stalls_without_an_end_in_sight_are_left_where_they_are() -> None:
     known, found = row(30, np.ones(30)), row(10, np.ones(10), start=10 * PITCH)
     relocation = Relocation()

@@ -246,6 +246,7 @@ def test_cars_beside_a_lot_are_suggested_and_counted_apart(core: MapCore) -> Non
     assert counts.taken == sum(stall.state is StallState.TAKEN for stall in core.index.stalls.values())
 
 
+@pytest.mark.slow
 def test_suggestions_are_no_stalls_for_others(core: MapCore) -> None:
     assert core.stalls_near(48.0, 0.0, 8.0) == []
     assert all(stall.state is not StallState.SUGGESTED for stall in core.published.unclear.values())

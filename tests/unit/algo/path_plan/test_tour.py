@@ -216,6 +216,7 @@ def test_over_wide_ground_a_course_finds_lanes() -> None:
     assert tour.cost < 1000.0
 
 
+@pytest.mark.slow
 def test_a_lane_s_end_where_no_waypoint_may_be_is_left_out() -> None:
     terms = Terms(FOOTPRINT, 60.0, allowed=lambda places: places[:, 1] < 150)
     course, wanted = Course(PathPlanSettings()), ground((0, 150, 0, 200))

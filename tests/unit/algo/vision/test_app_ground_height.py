@@ -103,6 +103,7 @@ def test_with_the_ground_known_stalls_come_out_in_size_and_place(app: VisionApp,
     assert in_place(found) >= 0.9 * len(stalls())
 
 
+@pytest.mark.slow
 def test_without_it_they_do_not(app: VisionApp, frame: FrameInput) -> None:
     assert in_place(seen(app, frame)) <= 0.1 * len(stalls())
 

@@ -217,6 +217,7 @@ def test_a_camera_that_sits_right_is_healthy(world: World) -> None:
     assert abs(math.degrees(check.finding.angle)) < 5
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the camera sits turned (40°, 90°, upside down)",
     "camera unhealthy after four comparisons, within 18 m of flight; the message names camera.mount_yaw_deg "
@@ -275,6 +276,7 @@ def test_the_same_picture_while_the_drone_turns_is_a_frozen_camera(world: World)
     assert [health.is_healthy for health in Flight(world).check(poses, same=True)[1]] == [True, True, False, False]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the picture stands still under a running clock",
     "camera unhealthy after three comparisons, 1.3 s to 3.2 s of flight",

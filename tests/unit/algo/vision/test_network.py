@@ -94,6 +94,7 @@ def test_maps_cover_a_picture_of_any_size(network: StallNetwork, size: tuple[int
         assert (values <= 1).all()
 
 
+@pytest.mark.slow
 def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork, lot: Scene) -> None:
     image = lot.image
     valid = np.ones(image.shape[:2], np.bool_)

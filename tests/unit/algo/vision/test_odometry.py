@@ -195,6 +195,7 @@ def test_nothing_is_measured_without_a_pose_to_measure_by(eye: Eye, reported: Ma
     assert eye.look(1.2, STILL, STILL) is not None
 
 
+@pytest.mark.slow
 def test_a_leap_of_the_report_is_no_motion(eye: Eye) -> None:
     leapt = replace(STILL, north=25.0)
     assert eye.look(0.0, STILL, STILL) is None

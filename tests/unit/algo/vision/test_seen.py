@@ -30,6 +30,7 @@ def seen(app: VisionApp, frame: FrameInput) -> Seen:
     return app.see(frame)
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the barometer drifts by 0.05 m/s, too slowly for the camera's minute")
 @pytest.mark.parametrize("share", [0.7, 0.85, 1.0, 1.15, 1.4])
 def test_a_height_that_is_reported_too_great_makes_stalls_as_many_times_too_large(

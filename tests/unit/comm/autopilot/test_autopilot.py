@@ -347,12 +347,14 @@ class TestCommands:
         with pytest.raises(AutopilotError, match="PreArm: GPS 1: Bad fix"):
             await arming
 
+    @pytest.mark.slow
     async def test_without_words_the_result_is_reported(self, rig: Rig) -> None:
         await rig.connect()
         rig.link.results[176] = 4
         with pytest.raises(AutopilotError, match="Mode RTL refused: failed"):
             await rig.autopilot.set_mode(CopterMode.RTL)
 
+    @pytest.mark.slow
     async def test_words_on_an_earlier_command_are_no_reason(self, rig: Rig) -> None:
         await rig.connect()
         await rig.say(rig.said.text("Arm: Throttle too high"))
@@ -651,6 +653,7 @@ class TestFence:
         enables = [each for each in rig.link.named("PARAM_SET") if each["param_id"] == "FENCE_ENABLE"]
         assert [each["param_value"] for each in enables] == ([1.0] if armed else [0.0, 1.0])
 
+    @pytest.mark.slow
     async def test_it_is_shown_before_the_upload_ends(self, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("hawk.comm.autopilot.autopilot._FENCE_NOTICED_S", 0.0)
         rig.memory.values |= {"FENCE_ENABLE": (1, 2), "FENCE_TYPE": (7, 2)}

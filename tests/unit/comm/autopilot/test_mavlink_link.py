@@ -291,6 +291,7 @@ def test_a_port_that_another_program_has_is_named_with_its_owner() -> None:
             link.close()
 
 
+@pytest.mark.slow
 def test_opened_again_the_link_goes_on_and_its_subscriptions_too(link: Link, peer: Peer, heard: Heard) -> None:
     link.reopen()
     before = len([one for one in heard.messages if one.name == "HEARTBEAT"])
@@ -332,6 +333,7 @@ def test_closed_twice_it_stays_closed(port: int) -> None:
     assert not link.find(0.1)
 
 
+@pytest.mark.slow
 def test_a_second_sender_is_neither_heard_nor_spoken_to(link: Link, peer: Peer, heard: Heard) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as forger:
         forger.bind(("127.0.0.1", 0))

@@ -209,6 +209,7 @@ def test_two_copters_of_one_router_are_two() -> None:
     assert named.admit(AUTOPILOT, beat(1) + beat(3), 0.0)
 
 
+@pytest.mark.slow
 def test_a_flood_of_forged_copters_is_kept_short() -> None:
     keeper = PeerKeeper(Expected(wait_s=2.0))
     for port in range(2000):

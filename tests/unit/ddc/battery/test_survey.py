@@ -239,6 +239,7 @@ async def test_a_battery_that_will_not_last_is_reported_once_and_it_explores_on(
     rig.expect(StateName.AUTONOMOUS_EXPLORE)
 
 
+@pytest.mark.slow
 async def test_it_is_not_reported_before_it_is_certain(make: Make) -> None:
     assert await short(make(), 20) == 0  # the drain of this flight is not measured yet
 

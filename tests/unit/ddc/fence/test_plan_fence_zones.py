@@ -297,6 +297,7 @@ async def test_a_drone_that_the_wind_carries_into_a_zone_is_led_out_at_the_neare
     assert "In zone 1 or its margin: going out of it." in aloft.log
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the wind carries the drone into a zone")
 async def test_a_drone_that_cannot_leave_a_zone_returns_home(aloft: Rig) -> None:
     for _ in range(11 * 20):

@@ -407,6 +407,7 @@ def test_the_true_cells_are_among_the_possible_ones(count: int, each: float) -> 
 # -- Set Failsafes ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(st.sampled_from(sorted(RIGHT)), st.integers(-1, 63).map(float)),
     st.sampled_from(["MAV_GCS_SYSID", "SYSID_MYGCS"]),

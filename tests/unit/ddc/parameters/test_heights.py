@@ -63,6 +63,7 @@ def test_no_file_means_the_defaults_without_a_word(tmp_path: Path) -> None:
     assert store(tmp_path).read() == (DEFAULTS, "")
 
 
+@pytest.mark.slow
 @given(st.tuples(*[st.floats(0.5, 97)] * 3).map(sorted))
 def test_what_is_written_is_read_again(tmp_path_factory: pytest.TempPathFactory, heights: list[float]) -> None:
     folder = tmp_path_factory.mktemp("heights")

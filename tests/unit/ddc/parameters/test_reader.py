@@ -229,6 +229,7 @@ async def test_a_change_in_flight_is_reported_and_put_back_and_refuses_new_tasks
     flying.order(CompulsiveMove(x=0.0, y=0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "another station sets BATT_FS_LOW_ACT 5 (or another failsafe, threshold, RTL_ALT, RTL_*, FENCE_*) to the "
     "worse in flight, with or without a PARAM_VALUE to all"
@@ -350,6 +351,7 @@ async def test_a_switch_that_turns_the_fence_off_is_seen_though_no_parameter_cha
     flying.order(CompulsiveMove(x=0.0, y=0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.fault("deciding parameters are not answered for a minute in flight", "new tasks are refused")
 async def test_deciding_parameters_that_are_not_answered_for_a_minute_refuse_new_tasks(flying: Rig) -> None:
     await flying.run(2)

@@ -58,11 +58,13 @@ class TestTheLandedStateStopsAfterArm:
         await up.run(1.0)
         assert up.autopilot.mode == CopterMode.RTL
 
+    @pytest.mark.slow
     async def test_the_guard_acts(self, up: Rig) -> None:
         up.desk.present = False
         await up.run(0.2)
         up.expect(S.COMMUNICATION_LOST)
 
+    @pytest.mark.slow
     @pytest.mark.fault(
         "Disarm is asked for in the air while the landed state is old or wrong",
         "It is refused and never sent",
@@ -75,6 +77,7 @@ class TestTheLandedStateStopsAfterArm:
         await up.run(1.0)
         assert up.autopilot.count("disarm") == 0
 
+    @pytest.mark.slow
     async def test_it_is_shown_and_the_flight_goes_on(self, up: Rig) -> None:
         shown = [text for text in up.log if text.endswith("It counts as in the air.")]
         assert len(shown) == 1
@@ -146,6 +149,7 @@ class TestInTheAir:
         assert facts.is_airborne
         assert facts.ground.landed_age == pytest.approx(5.0, abs=0.1)
 
+    @pytest.mark.slow
     @pytest.mark.fault(
         "EXTENDED_SYS_STATE stops in flight",
         'The flight goes on, "in the air"; shown after 3 s; the landing ends 5 s after HEARTBEAT says "disarmed"',
@@ -159,6 +163,7 @@ class TestInTheAir:
         await flying.run(1.0)
         flying.expect(S.IDLE)
 
+    @pytest.mark.slow
     async def test_a_landing_is_believed_at_once(self, flying: Rig) -> None:
         flying.order(Land())
         await flying.until(S.IDLE)
@@ -167,6 +172,7 @@ class TestInTheAir:
 
 
 class TestOnTheGround:
+    @pytest.mark.slow
     @pytest.mark.fault(
         "Height drifts by metres on the ground",
         "State Arm stays; no doubt below 3 m above the arm place",
@@ -188,6 +194,7 @@ class TestOnTheGround:
         fresh.expect(S.HOVER)
         assert fresh.command(ReturnToLaunch()).accepted
 
+    @pytest.mark.slow
     async def test_a_hill_is_no_air(self, fresh: Rig) -> None:
         """Armed a second time 10 m higher: the height above the first arm place counts for nothing."""
         await fresh.enter(S.ARM)
@@ -225,6 +232,7 @@ class TestOnTheGround:
         await fresh.tick()
         fresh.expect(S.HOVER)
 
+    @pytest.mark.slow
     async def test_a_take_off_that_the_landed_state_denies_is_seen_by_its_height(self, fresh: Rig) -> None:
         await fresh.enter(S.ARM)
         fresh.autopilot.landed_flows = False
@@ -415,6 +423,7 @@ def test_no_order_of_datagrams_lands_a_drone_that_flies(
         assert believed.landed is not GROUND
 
 
+@pytest.mark.slow
 @given(
     heights=st.lists(st.floats(-8.0, 2.9), min_size=5, max_size=40),
     climbs=st.lists(st.floats(-0.9, 0.9), min_size=40, max_size=40),

@@ -175,6 +175,7 @@ def test_min_itself_may_be_flown() -> None:
 # -- the whole room ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a task flies closer over something than the least clearance",
     "within 0.5 s of readings the task ends by Hover, Min above it",
@@ -191,6 +192,7 @@ async def test_a_move_towards_a_roof_ends_above_it(flying: Rig) -> None:
     flying.expect(S.HOVER)
 
 
+@pytest.mark.slow
 async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=60.0, y=0.0))
     await flying.run(9.0)
@@ -216,6 +218,7 @@ async def test_takeoff_climbs_through_the_first_metres(fresh: Rig) -> None:
     assert not any("above what is below" in text for text in fresh.log)
 
 
+@pytest.mark.slow
 async def test_a_landing_goes_down_to_the_ground(flying: Rig) -> None:
     flying.autopilot.below = lambda _north, _east: 0.0
     flying.autopilot.change_mode(9)

@@ -459,6 +459,7 @@ async def fall_down(rig: Rig) -> None:
 
 
 class TestOnTheRealManager:
+    @pytest.mark.slow
     async def test_motors_that_somebody_cut_in_the_air_are_shown_as_cut(
         self, flying: Rig, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -478,6 +479,7 @@ class TestOnTheRealManager:
             False,
         )
 
+    @pytest.mark.slow
     @pytest.mark.fault(
         "the motors go off in the air, by another station, a switch, the crash check: at 1.6 to 60 m, "
         "climbing, sinking, landing, at any moment between two HEARTBEATs"
@@ -525,6 +527,7 @@ class TestOnTheRealManager:
         assert rig.command(Arm()).accepted
         await rig.close()
 
+    @pytest.mark.slow
     async def test_a_landing_locks_nothing(self, flying: Rig) -> None:
         flying.autopilot.change_mode(CopterMode.LAND)
         await flying.until(StateName.IDLE)

@@ -57,6 +57,7 @@ def away(rig: Rig) -> float:
 # -- set back -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "another station moves home in flight (300 m, or up or down)",
     'reported, set back at once (repeated each second), "again at the arm place" after it held 3 s',
@@ -92,6 +93,7 @@ async def test_a_home_within_the_tolerance_is_left_alone(flying: Rig) -> None:
     assert not any("Home" in line for line in flying.log)
 
 
+@pytest.mark.slow
 async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_reported_after_three(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -107,6 +109,7 @@ async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_reported_after
     assert sum("was moved" in line for line in flying.log) == 1
 
 
+@pytest.mark.slow
 async def test_a_station_that_moves_it_again_and_again_does_not_fill_the_log(flying: Rig) -> None:
     await flying.run(1)
     for _ in range(10):
@@ -116,6 +119,7 @@ async def test_a_station_that_moves_it_again_and_again_does_not_fill_the_log(fly
     assert sum("was moved" in line for line in flying.log) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.fault("home moved while a pilot flies", "reported, nothing sent; set back at Resume")
 async def test_while_a_pilot_flies_home_is_only_reported(fresh: Rig) -> None:
     await fresh.enter(S.MANUAL)
@@ -129,12 +133,14 @@ async def test_while_a_pilot_flies_home_is_only_reported(fresh: Rig) -> None:
     assert away(fresh) < 0.01
 
 
+@pytest.mark.slow
 async def test_on_the_ground_disarmed_nothing_is_set(rig: Rig) -> None:
     move_home(rig)
     await rig.run(5)
     assert rig.autopilot.count("set_home") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.fault("home set by another station before Arm (locked: arming does not move it)")
 async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) -> None:
     """A home that another station set stays at the arming (ArduCopter locks it)."""
@@ -155,6 +161,7 @@ async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) 
 # -- return ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault("home is moved and not set back for 10 s", "new tasks are refused at once, then the flight ends")
 async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying: Rig) -> None:
     await flying.run(1)
@@ -169,6 +176,7 @@ async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying:
     assert any("it cannot be put back: its home" in text for text in flying.log)
 
 
+@pytest.mark.slow
 async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -183,6 +191,7 @@ async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:
     assert flying.autopilot.mode == CopterMode.RTL
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "home cannot be set back and lies outside the fence; the drone returns by itself",
     "reported after 3 s; led home by targets 3 s after the return began, Land there",
@@ -240,6 +249,7 @@ async def test_where_it_cannot_be_led_the_operators_return_holds(flying: Rig) ->
     assert flying.autopilot.mode == CopterMode.LAND
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the autopilot's RTL began with a moved home, home is back",
     "BRAKE, then RTL again: home as it is at the begin of RTL counts",
@@ -260,6 +270,7 @@ async def test_an_rtl_of_the_autopilot_that_began_with_a_moved_home_begins_again
     assert abs(flying.autopilot.north) < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "home cannot be set back and lies outside the fence; the autopilot's own RTL",
     "led home after 3 s, Land there",

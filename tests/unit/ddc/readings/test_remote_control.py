@@ -226,6 +226,7 @@ def no_hand_flown(rig: Rig) -> None:
         rig.autopilot.report(name, CopterMode.GUIDED)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "no remote control: RC_CHANNELS missing or old, receiver lost, no mode switch, its pulse not valid, its "
     "parameters not read"
@@ -251,6 +252,7 @@ async def test_a_switch_that_was_not_read_refuses_arm(tmp_path: Path) -> None:
     await rig.close()
 
 
+@pytest.mark.slow
 async def test_flown_without_a_remote_control_where_none_is_required(tmp_path: Path) -> None:
     settings = DdcSettings(remote_control=RemoteControlSettings(required=False))
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, "FS_THR_ENABLE": 0, "FS_GCS_ENABLE": 0}, settings=settings)
@@ -277,6 +279,7 @@ async def test_a_remote_control_whose_failsafe_is_off_is_refused_where_it_is_req
     await rig.close()
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the remote control is lost in flight",
     "health and one message; the flight goes on, the autopilot's failsafe decides",

@@ -140,6 +140,7 @@ async def test_a_step_that_fails_every_second_tick_is_a_fault_too(flying: Rig, m
     assert CopterMode.RTL in modes(flying)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("breaks", VITAL, ids=lambda each: each.__name__)
 @pytest.mark.parametrize("mode", [CopterMode.LOITER, CopterMode.STABILIZE, CopterMode.LAND, CopterMode.RTL])
 async def test_a_pilot_and_the_autopilot_itself_are_left_alone(
@@ -151,6 +152,7 @@ async def test_a_pilot_and_the_autopilot_itself_are_left_alone(
     assert modes(flying) == []
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a tick fails all the time on the ground",
     "Arm and Takeoff are refused; the fault is shown for 10 s, then the watchdog starts the program again",

@@ -337,6 +337,7 @@ async def test_after_a_lost_link_what_the_autopilot_did_is_taken_up(fresh: Rig) 
     assert "by itself" in fresh.command(Hold()).reason
 
 
+@pytest.mark.slow
 async def test_a_return_that_was_asked_for_is_asked_for_again_after_a_lost_link(flying: Rig) -> None:
     flying.autopilot.battery = 21.0
     await flying.run(2.9)

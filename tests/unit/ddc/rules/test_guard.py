@@ -36,6 +36,7 @@ def test_the_order_of_rank() -> None:
 # -- battery ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", GUARDED)
 async def test_the_battery_reserve_brings_it_home(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -100,6 +101,7 @@ async def test_a_battery_that_is_not_known_for_thirty_seconds_brings_it_home(fre
 # -- operator ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [S.HOVER, *TASKS])
 async def test_a_lost_operator_makes_it_hold(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -149,6 +151,7 @@ async def test_a_holding_state_goes_back_inside_itself(fresh: Rig, state: StateN
     assert fresh.autopilot.east == pytest.approx(-143, abs=0.4)
 
 
+@pytest.mark.slow
 async def test_above_our_ceiling_it_goes_two_metres_below(flying: Rig) -> None:
     flying.autopilot.height = 98.5
     await flying.run(4)
@@ -257,6 +260,7 @@ async def test_a_position_that_the_autopilot_distrusts_makes_it_hold(fresh: Rig,
     assert fresh.log[-1] == "The position was lost. Holding."
 
 
+@pytest.mark.slow
 async def test_a_jump_while_holding_holds_where_it_is_by_the_new_position(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=10, y=0))
     await flying.until(S.HOVER)
@@ -286,6 +290,7 @@ async def test_a_jump_of_the_estimate_ends_a_task_at_the_new_place(fresh: Rig, s
     assert all(abs(target.north - here) < 8.0 for target in fresh.autopilot.targets[sent:])  # the distance to stop
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "local and global position jump together by 25 m (EKF reset after a GPS glitch) while the drone holds "
     "(Hover, CommunicationLost)"
@@ -308,6 +313,7 @@ async def test_a_held_drone_is_not_dragged_by_a_jump_of_the_estimate(fresh: Rig,
     assert all(abs(target.north - here) < 0.5 for target in fresh.autopilot.targets[sent:])
 
 
+@pytest.mark.slow
 async def test_a_jump_while_it_goes_back_into_the_fence_forms_the_path_back_again(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.wanted = 148.0, None
     await flying.run(0.3)
@@ -372,6 +378,7 @@ async def test_the_autopilots_own_return_is_never_countermanded(fresh: Rig) -> N
     assert len(fresh.autopilot.asked("set_mode")) == asked
 
 
+@pytest.mark.slow
 async def test_a_landing_that_nobody_asked_for_is_followed(fresh: Rig) -> None:
     await fresh.enter(S.RETURN_TO_LAUNCH)
     fresh.autopilot.change_mode(CopterMode.LAND)
@@ -381,6 +388,7 @@ async def test_a_landing_that_nobody_asked_for_is_followed(fresh: Rig) -> None:
     await fresh.until(S.IDLE)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "under load 3.25 V a cell in flight",
     "the task ends, the drone returns within 4 s; the log has voltage, counter and time flown",
@@ -401,6 +409,7 @@ async def test_a_voltage_that_sags_brings_it_home(fresh: Rig, state: StateName) 
     assert not fresh.command(Hold()).accepted, "a battery that sagged once sags again"
 
 
+@pytest.mark.slow
 @pytest.mark.fault("under load 3.1 V a cell in flight, during a return too", "it lands within 4 s")
 @pytest.mark.parametrize("state", [*GUARDED, S.RETURN_TO_LAUNCH, S.COMMUNICATION_LOST])
 async def test_a_voltage_that_is_nearly_gone_lands_it(fresh: Rig, state: StateName) -> None:
@@ -415,6 +424,7 @@ async def test_a_voltage_that_is_nearly_gone_lands_it(fresh: Rig, state: StateNa
     assert "The battery's voltage is nearly gone. Landing." in fresh.log
 
 
+@pytest.mark.slow
 async def test_a_pilot_and_the_autopilots_own_failsafe_are_left_alone(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.run(1.0)
@@ -426,6 +436,7 @@ async def test_a_pilot_and_the_autopilots_own_failsafe_are_left_alone(flying: Ri
     flying.expect(S.RETURN_TO_LAUNCH)
 
 
+@pytest.mark.slow
 async def test_on_the_ground_a_voltage_sends_nothing(fresh: Rig) -> None:
     await fresh.enter(S.ARM)
     fresh.autopilot.volts = 3.0 * 3
@@ -433,6 +444,7 @@ async def test_on_the_ground_a_voltage_sends_nothing(fresh: Rig) -> None:
     fresh.expect(S.ARM)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the counter stands still in flight, creeps, begins again, or says more than the voltage under load allows",
     "reported once; the charge is counted by time and voltage from there, and the reserve brings it home",
@@ -454,6 +466,7 @@ async def test_a_counter_that_stands_still_is_reported_once_and_the_time_flown_c
     assert len([text for text in flying.log if "not believed" in text]) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the counter says 100 % at 11.0 V of three cells, or 30 to 100 % at 3.2 to 3.85 V a cell at rest")
 @pytest.mark.parametrize(("volts", "words"), [(11.0, "at rest is 29 % at most"), (3.53 * 3, "at rest is 6 % at most")])
 async def test_arm_is_refused_with_a_counter_that_the_voltage_contradicts(rig: Rig, volts: float, words: str) -> None:
@@ -470,6 +483,7 @@ async def test_arm_is_refused_with_a_counter_that_the_voltage_contradicts(rig: R
     assert rig.command(Arm()).accepted
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the counter says 100 % at 11.0 V of three cells, or 30 to 100 % at 3.2 to 3.85 V a cell at rest")
 async def test_arm_is_refused_with_less_than_the_voltage_needs(rig: Rig) -> None:
     rig.autopilot.battery, rig.autopilot.volts = 31.0, 3.6 * 3
@@ -477,6 +491,7 @@ async def test_arm_is_refused_with_less_than_the_voltage_needs(rig: Rig) -> None
     assert "13 % at most" in rig.command(Arm()).reason
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the autopilot measures no voltage (none, 0.01 V), or more than the cells can have",
     "Arm is refused with the setting",
@@ -488,6 +503,7 @@ async def test_arm_is_refused_without_a_voltage(rig: Rig, volts: float | None) -
     assert "voltage not known" in rig.command(Arm()).reason
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the autopilot measures no voltage (none, 0.01 V), or more than the cells can have")
 async def test_arm_is_refused_with_more_volts_than_its_cells_hold(tmp_path: Path) -> None:
     settings = DdcSettings(FlightSettings(battery_cells=3), FenceSettings(), OperatorSettings(), HeightSettings(), 245)

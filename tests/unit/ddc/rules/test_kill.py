@@ -214,6 +214,7 @@ async def test_nothing_else_is_sent_while_it_is_being_sent(flying: Rig) -> None:
     assert flying.autopilot.count("set_mode") == 0
 
 
+@pytest.mark.slow
 async def test_not_confirmed_it_takes_the_state_from_the_autopilot_and_wants_a_new_confirmation(flying: Rig) -> None:
     flying.autopilot.refuse["kill"] = "denied"
     flying.manager.handle_now("ana", Kill(token=token_of(flying)))

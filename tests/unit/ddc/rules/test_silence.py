@@ -56,6 +56,7 @@ def reported(acts: Acts) -> list[CopterMode]:
 # -- by itself --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "downlink dead, uplink alive, in the air",
     "Return To Launch is sent without an answer after 3 s (real ArduCopter: RTL 2.9 s after the cut), 6 "
@@ -109,6 +110,7 @@ async def test_what_the_autopilot_began_itself_is_left_to_it(flying: Rig) -> Non
     assert flying.autopilot.count("send_mode") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.fault("downlink dead in the climb, landed state late", "Return To Launch is sent after 3 s")
 async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> None:
     await rig.enter(StateName.TAKEOFF)
@@ -119,6 +121,7 @@ async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> 
     assert CopterMode.RTL in rig.autopilot.asked("send_mode")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [StateName.IDLE, StateName.ARM])
 async def test_on_the_ground_nothing_is_reported_and_heartbeats_go_on(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -228,6 +231,7 @@ def test_each_state_of_one_silence_sends_its_own_mode_at_once() -> None:
 # -- the operator's commands ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "downlink dead, the operator gives Return To Launch or Land",
     "sent at once in every armed state, without an answer, 6 times; also 20 s after we fell silent (real "
@@ -258,6 +262,7 @@ async def test_return_and_land_are_sent_in_every_state_that_is_armed(
     assert fresh.autopilot.mode == mode
 
 
+@pytest.mark.slow
 @pytest.mark.fault("downlink dead, the operator gives Return To Launch or Land")
 async def test_they_are_sent_after_we_fell_silent_too_and_as_often_as_they_are_given(flying: Rig) -> None:
     flying.autopilot.uplink = False
@@ -270,6 +275,7 @@ async def test_they_are_sent_after_we_fell_silent_too_and_as_often_as_they_are_g
     assert flying.autopilot.asked("set_voice") == [False]
 
 
+@pytest.mark.slow
 async def test_disarmed_by_the_last_word_they_are_refused(rig: Rig) -> None:
     await lose_downlink(rig)
     assert not rig.command(ReturnToLaunch()).accepted

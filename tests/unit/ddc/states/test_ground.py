@@ -189,6 +189,7 @@ async def test_takeoff_waits_for_armed(rig: Rig) -> None:
 # -- Takeoff ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 async def test_takeoff_ends_in_hover_at_95_percent(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     await fresh.until(S.HOVER)
@@ -209,6 +210,7 @@ async def test_a_refused_takeoff_leads_back_to_the_ground(fresh: Rig, armed: boo
         assert fresh.manager.log.entries[-1].details == "Mode change failed"
 
 
+@pytest.mark.slow
 async def test_still_on_the_ground_after_eight_seconds(fresh: Rig) -> None:
     await fresh.enter(S.ARM)
     fresh.autopilot.stuck = True
@@ -219,6 +221,7 @@ async def test_still_on_the_ground_after_eight_seconds(fresh: Rig) -> None:
     fresh.expect(S.ARM)
 
 
+@pytest.mark.slow
 async def test_a_climb_that_stops_for_five_seconds_leads_to_hover(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     await fresh.run(8.0)
@@ -243,6 +246,7 @@ async def test_hold_below_min_brakes_at_the_present_height(fresh: Rig) -> None:
     fresh.expect(S.HOVER)
 
 
+@pytest.mark.slow
 async def test_the_move_after_a_low_hold_climbs_to_min_first(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     await fresh.run(2.0)
@@ -256,6 +260,7 @@ async def test_the_move_after_a_low_hold_climbs_to_min_first(fresh: Rig) -> None
     assert sent[-1].height == pytest.approx(15)
 
 
+@pytest.mark.slow
 async def test_an_operator_lost_while_it_climbs_lets_the_climb_end(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     fresh.desk.present = False

@@ -82,6 +82,7 @@ async def test_explore_without_a_lot_stays_in_hover_with_user_error_2(flying: Ri
     assert flying.manager.outcomes.user_error_text == ""
 
 
+@pytest.mark.slow
 async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> None:
     flying.target_plan(25, -10, height=40)
     flying.order(AutonomousExplore())
@@ -104,6 +105,7 @@ async def test_the_plans_height_is_bounded(flying: Rig, height: float | None, fl
     assert flying.autopilot.height == pytest.approx(flown, abs=0.2)
 
 
+@pytest.mark.slow
 async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: Rig) -> None:
     flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=1.0)
     flying.order(AutonomousExplore())
@@ -126,6 +128,7 @@ async def test_no_plan_makes_the_drone_faster_than_travel_speed(flying: Rig, spe
     assert not any("Slower" in text for text in flying.log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("inf")), (300.0, 0.0)])
 async def test_a_plan_to_nowhere_or_outside_the_fence_is_not_flown(flying: Rig, place: tuple[float, float]) -> None:
     flying.order(AutonomousExplore())
@@ -157,6 +160,7 @@ async def test_a_done_of_before_the_state_began_does_not_count(flying: Rig) -> N
     flying.expect(S.AUTONOMOUS_EXPLORE)
 
 
+@pytest.mark.slow
 async def test_no_lot_in_sight_for_too_long_is_user_error_2(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.target_plan(100, 0)
@@ -180,6 +184,7 @@ async def test_explored_without_a_lot_is_user_error_2(fresh: Rig) -> None:
     assert fresh.manager.outcomes.user_error_text == "No lot was found here."
 
 
+@pytest.mark.slow
 async def test_explore_says_where_it_goes_next(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.target_plan(0, -40)

@@ -19,6 +19,7 @@ from tests.unit.ddc.fakes import Rig
 S = StateName
 
 
+@pytest.mark.slow
 async def test_a_relative_move_starts_where_the_drone_is_when_it_is_accepted(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.east = 10, 20
     await flying.tick()
@@ -29,6 +30,7 @@ async def test_a_relative_move_starts_where_the_drone_is_when_it_is_accepted(fly
     assert "There. Holding." in flying.log
 
 
+@pytest.mark.slow
 async def test_a_map_move_goes_to_coordinates(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.east = 10, 20
     await flying.tick()
@@ -76,6 +78,7 @@ async def test_a_path_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     fresh.expect(S.HOVER)
 
 
+@pytest.mark.slow
 async def test_a_new_target_is_taken_in_flight(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     await fresh.run(2)
@@ -87,6 +90,7 @@ async def test_a_new_target_is_taken_in_flight(fresh: Rig) -> None:
     assert (fresh.autopilot.north, fresh.autopilot.east) == pytest.approx((0, 30), abs=0.2)
 
 
+@pytest.mark.slow
 async def test_no_progress_for_ten_seconds_holds_with_the_reason(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     fresh.autopilot.stuck = True
@@ -97,6 +101,7 @@ async def test_no_progress_for_ten_seconds_holds_with_the_reason(fresh: Rig) -> 
     assert fresh.log[-1] == "No progress for 10 s. Holding."
 
 
+@pytest.mark.slow
 async def test_a_compulsive_move_needs_no_perception(flying: Rig) -> None:
     flying.sight.healthy = flying.sight.flows = False
     flying.sight.lot = None
@@ -117,6 +122,7 @@ async def autonomous(rig: Rig, x: float, y: float) -> Ack:
     return answer
 
 
+@pytest.mark.slow
 async def test_an_autonomous_move_inside_the_lot_is_flown(flying: Rig) -> None:
     assert (await autonomous(flying, x=20, y=5)).accepted
     flying.expect(S.AUTONOMOUS_MOVE)
@@ -169,6 +175,7 @@ async def test_a_verdict_older_than_a_second_is_not_inbound(fresh: Rig, verdict:
     assert fresh.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 
 
+@pytest.mark.slow
 async def test_a_refused_new_target_lets_the_move_go_on(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_MOVE)
     fresh.sight.inbound = Inbound.OUTSIDE

@@ -157,6 +157,7 @@ def test_the_guard_ends_a_task_while_the_heading_is_doubted() -> None:
     assert not doubt.misleads_home
 
 
+@pytest.mark.slow
 async def test_a_drone_whose_heading_is_doubted_goes_on_holding(fresh: Rig) -> None:
     await fresh.enter(StateName.HOVER)
     for _ in range(30):
@@ -169,6 +170,7 @@ async def test_a_drone_whose_heading_is_doubted_goes_on_holding(fresh: Rig) -> N
     assert "heading" in answer.reason
 
 
+@pytest.mark.slow
 @pytest.mark.fault("all compasses turn by 25° and more within 30 s, all flags good")
 async def test_the_camera_ends_a_task_and_nothing_is_mapped(fresh: Rig) -> None:
     await fresh.enter(StateName.AUTONOMOUS_EXPLORE)

@@ -48,6 +48,7 @@ def test_a_fault_has_one_end(tmp_path: Path, second: str, problem: str) -> None:
         shown_by_tests(tmp_path)
 
 
+@pytest.mark.slow
 def test_every_fault_that_a_test_shows_has_one_end() -> None:
     faults = shown_by_tests(TESTS)
     assert len(faults) > 200

@@ -33,6 +33,7 @@ def hovering(height: float = 10.0, **changes: Any) -> Autopilot:
     return run(unit, 14.0)
 
 
+@pytest.mark.slow
 def test_the_same_seed_flies_the_same_flight() -> None:
     flights = [run(hovering(gnss_sigma=0.5, wind=4.0), 5.0) for _ in range(2)]
     assert flights[0].body == flights[1].body
@@ -56,6 +57,7 @@ def test_ekf_local_starts_at_the_first_position_and_global_agrees() -> None:
     assert tuple(difference) == pytest.approx(unit.ekf_origin)
 
 
+@pytest.mark.slow
 def test_drift_moves_the_true_vehicle_not_the_estimate() -> None:
     unit = run(hovering(gnss_sigma=5.0), 60.0)
     held = math.dist(unit.estimate.position[:2], (0.0, 0.0))

@@ -235,6 +235,7 @@ class TestHold:
         flying.run(10.0)
         assert flying.autopilot.body.height == pytest.approx(12.0, abs=0.3)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("mode", [LOITER, POSHOLD])
     @pytest.mark.parametrize("radio", [True, False])
     def test_loiter_and_poshold_sink_with_the_stick_low_or_no_radio(self, flying: Any, mode: int, radio: bool) -> None:
@@ -282,6 +283,7 @@ class TestReposition:
         station.listen()
         return int(station.last("COMMAND_ACK").result)
 
+    @pytest.mark.slow
     def test_takes_an_altitude_above_the_sea_and_ignores_the_yaw(self, flying: Any) -> None:
         assert self.send(flying, 10.0, yaw=math.pi) == ACCEPTED
         flying.run(20.0)
@@ -329,6 +331,7 @@ class TestReturnAltitude:
         value = station.last("PARAM_VALUE")
         assert (value.param_id, value.param_value, value.param_type) == ("RTL_ALT", 2500.0, 6)
 
+    @pytest.mark.slow
     def test_rtl_climbs_to_it_comes_home_and_disarms_by_itself(self, flying: Any) -> None:
         flying.set_parameter("RTL_ALT", 2000, 6)
         x, y, z = flying.local()
@@ -347,6 +350,7 @@ class TestReturnAltitude:
         assert math.hypot(*flying.local()[:2]) < 0.5
         assert flying.autopilot.body.on_ground
 
+    @pytest.mark.slow
     def test_land_disarms_by_itself(self, flying: Any) -> None:
         flying.mode(LAND)
         # 2 m at 1.5 m/s, then 10 m at 0.5 m/s, then the landing is noticed
@@ -390,6 +394,7 @@ class TestFence:
         station.listen()
         assert station.last("MISSION_ACK").type == mavlink.MAV_MISSION_ACCEPTED
 
+    @pytest.mark.slow
     def test_the_upload_does_not_enable_it(self, flying: Any) -> None:
         self.upload(flying, 20.0)
         assert flying.autopilot.parameters["FENCE_ENABLE"] == 0
@@ -397,6 +402,7 @@ class TestFence:
         flying.run(10.0)
         assert flying.local()[0] > 29.0
 
+    @pytest.mark.slow
     def test_a_target_outside_is_ignored_silently_once_it_is_enabled(self, flying: Any) -> None:
         self.upload(flying, 20.0)
         flying.set_parameter("FENCE_ENABLE", 1)
@@ -446,6 +452,7 @@ class TestLinkCut:
 
 
 class TestGroundStationFailsafe:
+    @pytest.mark.slow
     @pytest.mark.parametrize(("naming", "name"), [("old", "SYSID_MYGCS"), ("new", "MAV_GCS_SYSID")])
     def test_it_watches_one_id_only(self, make_station: Any, naming: str, name: str) -> None:
         station = make_station(gcs_parameter=naming)
@@ -456,6 +463,7 @@ class TestGroundStationFailsafe:
         station.run(15.0)
         assert station.autopilot.mode.number == GUIDED
 
+    @pytest.mark.slow
     def test_off_by_default(self, make_station: Any) -> None:
         station = make_station(system=255)
         station.run(2.0, heartbeat=True)
@@ -477,6 +485,7 @@ class TestGroundStationFailsafe:
         assert station.run(10.0, until=lambda: station.autopilot.mode.number == RTL) == pytest.approx(4.5, abs=0.3)
         assert "GCS Failsafe" in station.texts()
 
+    @pytest.mark.slow
     def test_real_heartbeats_are_counted_in_real_seconds(self, make_station: Any) -> None:
         station = make_station(real_time_factor=4.0)
         station.set_parameter("FS_GCS_ENABLE", 1)

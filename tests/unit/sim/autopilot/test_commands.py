@@ -119,6 +119,7 @@ def set_home(station: Any, north: float, up: float = 0.0) -> None:
     station.listen()
 
 
+@pytest.mark.slow
 def test_a_home_that_is_moved_is_reported_at_once_and_rtl_flies_there(flying: Any) -> None:
     flying.heard.clear()
     set_home(flying, 60.0)
@@ -128,6 +129,7 @@ def test_a_home_that_is_moved_is_reported_at_once_and_rtl_flies_there(flying: An
     assert flying.autopilot.body.position[0] == pytest.approx(60.0, abs=1.0)
 
 
+@pytest.mark.slow
 def test_rtl_flies_to_home_as_it_was_when_rtl_began(flying: Any) -> None:
     """As on a real ArduCopter: 60 m north, set back during RTL, landed 60 m north."""
     set_home(flying, 60.0)

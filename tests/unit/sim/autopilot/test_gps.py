@@ -20,6 +20,7 @@ def errors(sigma: float, steps: int, dt: float, seed: int = 1) -> np.ndarray:
     return np.array([np.subtract(unit.step(BODY, dt).position, BODY.position) for _ in range(steps)])
 
 
+@pytest.mark.slow
 def test_the_error_starts_at_zero_and_reaches_its_sigma() -> None:
     assert np.abs(errors(1.0, 5, 0.01)).max() < 0.05
     walks = np.concatenate([errors(1.0, 2000, 3.0, seed)[200:] for seed in range(4)])
@@ -27,11 +28,13 @@ def test_the_error_starts_at_zero_and_reaches_its_sigma() -> None:
     assert walks[:, 2].std() == pytest.approx(0.4, rel=0.25)
 
 
+@pytest.mark.slow
 def test_the_error_moves_slowly() -> None:
     walk = errors(1.0, 20_000, 0.01)
     assert np.abs(np.diff(walk, axis=0)).max() / 0.01 < 0.2
 
 
+@pytest.mark.slow
 def test_the_velocity_agrees_with_the_drifting_position() -> None:
     unit = estimator(3.0)
     estimates = [unit.step(BODY, 0.01) for _ in range(20_000)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from tests.unit.sim.test_faults import put
@@ -38,6 +39,7 @@ def test_a_drone_that_is_sent_nothing_of_it_says_nothing(flying: Any) -> None:
     assert not flying.all("OPEN_DRONE_ID_ARM_STATUS")
 
 
+@pytest.mark.slow
 def test_it_says_what_is_missing_and_good_when_nothing_is(flying: Any) -> None:
     flying.send(operator())
     assert word(flying) == (1, "missing SYS")

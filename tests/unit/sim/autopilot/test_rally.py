@@ -76,6 +76,7 @@ def test_a_fence_stays_when_rally_points_are_cleared(station: Any) -> None:
     assert station.autopilot.fence.items == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rally", "parameters", "goal"),
     [
@@ -97,6 +98,7 @@ def test_rtl_goes_to_the_nearest(
     assert landed_at(flying) == pytest.approx(goal, abs=1.5)
 
 
+@pytest.mark.slow
 def test_a_point_outside_the_fence_does_not_count(flying: Any) -> None:
     flying.local_target(15.0, 15.0, -12.0)
     flying.run(12.0)
@@ -109,6 +111,7 @@ def test_a_point_outside_the_fence_does_not_count(flying: Any) -> None:
     assert math.hypot(*landed_at(flying)) < 1.5
 
 
+@pytest.mark.slow
 def test_it_returns_at_the_point_s_height_where_that_is_higher(flying: Any) -> None:
     flying.local_target(0.0, 0.0, -12.0)
     flying.run(3.0)

@@ -21,6 +21,7 @@ def true_place(autopilot: Autopilot) -> tuple[float, float]:
 
 
 class TestWalk:
+    @pytest.mark.slow
     def test_the_drone_leaves_its_true_place_and_shows_the_old_one(self, flying: Any) -> None:
         """Flown: 20.4 m in 30 s, 0.43 m shown, -0.43 m/s shown and -0.70 m/s true, position variance 0.30."""
         flying.stream(LOCAL, RAW, EKF)
@@ -105,6 +106,7 @@ def test_a_boot_takes_the_pressure_at_hand_as_that_of_the_ground(station: Any) -
 
 
 class TestHeading:
+    @pytest.mark.slow
     def test_all_compasses_fail_and_it_flies_on(self, flying: Any) -> None:
         """Flown: SYS_STATUS alone shows it; the heading drifts by 0.03 degrees a second."""
         flying.stream(STATUS, EKF)
@@ -127,6 +129,7 @@ class TestHeading:
         put(station, compass="ok")
         assert station.arm() == 0
 
+    @pytest.mark.slow
     def test_compasses_that_turn_make_it_circle_until_the_filter_takes_its_heading_from_the_motion(
         self, flying: Any
     ) -> None:
@@ -152,6 +155,7 @@ class TestHeading:
         assert not any(heading.step(compasses, 0.1) for _ in range(200))
         assert heading.error == pytest.approx(-RESET_ERROR)
 
+    @pytest.mark.slow
     def test_a_small_error_stays(self, flying: Any) -> None:
         put(flying, compass_error_deg=15.0)
         flying.run(30.0)

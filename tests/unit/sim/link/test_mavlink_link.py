@@ -135,6 +135,7 @@ class TestTargets:
         flying.run(6.0)
         assert flying.local() == pytest.approx((5.0, 0.0, -12.0), abs=0.4)
 
+    @pytest.mark.slow
     def test_body_frames_turn_with_the_nose(self, flying: Any) -> None:
         flying.command(mavlink.MAV_CMD_CONDITION_YAW, 90)
         flying.run(6.0)
@@ -142,6 +143,7 @@ class TestTargets:
         flying.run(6.0)
         assert flying.local() == pytest.approx((0.0, 4.0, -12.0), abs=0.4)
 
+    @pytest.mark.slow
     def test_velocities_in_body_frame(self, flying: Any) -> None:
         flying.command(mavlink.MAV_CMD_CONDITION_YAW, 90)
         flying.run(6.0)

@@ -98,6 +98,7 @@ async def test_a_slow_link_receives_fresh_pictures_over_the_stream(rig: Rig) -> 
     assert max(ages[1:]) < OLD_S, ages  # the first shows how slow the link is
 
 
+@pytest.mark.slow
 async def test_a_quick_link_receives_whole_pictures_after_the_first(rig: Rig) -> None:
     server = await rig.start()
     sizes: list[int] = []

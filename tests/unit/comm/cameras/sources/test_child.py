@@ -24,6 +24,7 @@ async def test_output_is_read_to_its_end() -> None:
         assert await child.read() == b""
 
 
+@pytest.mark.slow
 async def test_a_child_that_ignores_the_request_to_end_is_killed() -> None:
     async with Child(python(STUBBORN), SHORT) as child:
         assert await child.read() == b"1"
@@ -55,6 +56,7 @@ async def test_it_runs_in_a_session_of_its_own() -> None:
         assert os.getpgid(child.pid) != os.getpgid(0)
 
 
+@pytest.mark.slow
 async def test_silence_is_an_error_that_names_the_first_error() -> None:
     lines = (
         "import os, sys, time; sys.stderr.write('ERROR: first\\nERROR: second\\n'); os.write(1, b'1'); time.sleep(600)"
@@ -79,6 +81,7 @@ async def test_a_program_that_is_not_there_is_an_error() -> None:
             pass
 
 
+@pytest.mark.slow
 async def test_a_child_of_a_cancelled_task_ends() -> None:
     started: asyncio.Future[int] = asyncio.get_running_loop().create_future()
 

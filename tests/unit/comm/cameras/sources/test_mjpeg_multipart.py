@@ -87,6 +87,7 @@ def test_it_does_not_matter_how_the_network_cuts(cuts: list[int], with_length: b
     assert parser.torn == 0
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=200), max_size=20))
 def test_rubbish_never_breaks_it_and_the_next_whole_picture_is_found(rubbish: list[bytes]) -> None:
     parser = MultipartParser(MARK, max_part=10_000)

@@ -24,6 +24,7 @@ URL = 'rtsp://me:w"ord@127.0.0.1:1/main.264?channel=1&stream=0'
 JPEG = picture(64, 48, 100)
 
 
+@pytest.mark.slow
 async def test_the_address_is_one_word_of_the_pipeline(tmp_path: Path) -> None:
     lines = "open(os.path.join(folder, 'arguments'), 'w').write('|'.join(arguments))\npicture()\nhang()"
     source = RtspSource(URL, ManualClock(4.0), program(tmp_path, JPEG, lines), SHORT)
