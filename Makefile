@@ -9,8 +9,9 @@ PAGE_SOURCES := $(shell find hawk/web/page -type f -not -path '*/node_modules/*'
 ARGS ?=
 # Quick kinds first, so that a mistake shows early; those that fly and see in real programs have the machine to themselves.
 PYTEST := $(BIN)/python -m pytest -q
-# A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py).
-UNIT := $(PYTEST) --numprocesses auto --dist loadscope --no-loadscope-reorder tests/unit
+# A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py). Some
+# wait: three processes keep two cores at work.
+UNIT := $(PYTEST) --numprocesses 3 --dist loadscope --no-loadscope-reorder tests/unit
 REAL := $(PYTEST) --dist loadscope --no-loadscope-reorder
 FAST := -m 'not flight and not slow'
 COVERED := -m 'not flight'
@@ -107,7 +108,8 @@ programs: $(STAMP)
 	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
 
 e2e: setup page-check browser
-	$(PYTEST) --numprocesses 2 --dist worksteal tests/e2e $(ARGS)
+	$(PYTEST) -m alone tests/e2e $(ARGS)
+	$(PYTEST) --numprocesses 2 --dist worksteal -m 'not alone' tests/e2e $(ARGS)
 
 # Every fault on the real programs: 45 minutes, on a quiet machine. What was measured is kept in docs/results/faults.json
 # and docs/faults.md; `python -m proving.faults --table` prints it beside what must be seen.

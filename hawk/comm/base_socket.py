@@ -9,7 +9,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hmac
+import socket
 import ssl
+from asyncio.trsock import TransportSocket
 from typing import Final
 
 import aiohttp
@@ -21,6 +23,7 @@ PING_INTERVAL_S: Final = 5.0
 """Real seconds between pings: a dead link shows after one and a half of them."""
 CLOSE_TIMEOUT_S: Final = 1.0
 """Longest wait for the other side's end of a connection, real seconds; then it is cut off."""
+_CLOSED_POLL_S: Final = 0.005
 LOOPBACK: Final = ("127.0.0.1", "::1", "localhost")
 
 
@@ -106,17 +109,30 @@ class BaseSocket:
 
     async def close(self) -> None:
         """End the connection and forget the cookies."""
+        opened = None if self._socket is None else self._socket.get_extra_info("socket")
         await self._drop()
         if self._session is not None:
             await self._session.close()
             self._session = None
+        if opened is not None:
+            await _closed(opened)
 
     async def _drop(self) -> None:
         if self._socket is not None:
-            socket, self._socket = self._socket, None
+            left, self._socket = self._socket, None
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(CLOSE_TIMEOUT_S):
-                    await socket.close()
+                    await left.close()
+
+
+async def _closed(opened: TransportSocket) -> None:
+    """Wait until asyncio has closed a socket: TLS ends by a handshake, which a loop that stops now would leave open."""
+    with contextlib.suppress(OSError):
+        opened.shutdown(socket.SHUT_RDWR)
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(CLOSE_TIMEOUT_S):
+            while opened.fileno() >= 0:  # noqa: ASYNC110 - a transport reports its end to nobody else
+                await asyncio.sleep(_CLOSED_POLL_S)
 
 
 class ServerBaseSocket:

@@ -294,6 +294,9 @@ def test_server_and_operator_speak_https(tmp_path: Path) -> None:
         operator.init()
         operator.send_message_sync("secret")
         assert await_message(server) == "secret"
+        opened = operator._base._socket.get_extra_info("socket")  # type: ignore[union-attr]
+        operator.close()
+        assert opened.fileno() == -1, "TLS ends by a handshake of its own: nothing is left open"
     finally:
         operator.close()
         server.close()
