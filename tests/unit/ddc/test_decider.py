@@ -63,6 +63,7 @@ from hawk.ddc.rules.kill import KillSwitch, KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
+from hawk.ddc.states.hover import HoverState
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Route
 from hawk.model.poses import MapPoint
@@ -538,6 +539,28 @@ def test_a_command_that_fails_is_refused_with_the_fault(monkeypatch: pytest.Monk
     assert not decision.answer.accepted
     assert decision.answer.reason == "Fault in the program: RuntimeError: boom."
     assert program.state.identity is S.HOVER, "a state that is no task goes on"
+
+
+def test_a_command_whose_order_the_state_fails_on_is_refused_with_the_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr(type(program.state), "transition_next_state", _broken)
+    decision = program.command(flying(0.5), "ana", ReturnToLaunch())
+    assert isinstance(decision.answer, Ack)
+    assert not decision.answer.accepted
+    assert "boom" in decision.answer.reason
+    assert not decision.is_sound
+    assert program.state.identity is S.HOVER
+
+
+def test_a_state_that_fails_as_it_begins_stays_the_active_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    monkeypatch.setattr(HoverState, "enter", _broken)
+    decision = program.command(flying(0.5), "ana", Hold())
+    assert isinstance(decision.answer, Ack)
+    assert not decision.answer.accepted
+    assert not decision.is_sound
+    assert program.state.identity is S.HOVER, "the drone is not led on by the state that was left"
+    assert [act.name for act in of_kind(decision.acts, EnterState) if isinstance(act, EnterState)] == [S.HOVER]
 
 
 def test_a_route_and_a_waiting_command_that_fail_leave_the_tick_sound(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -214,3 +214,10 @@ class TestVerdict:
         facts = self.judged(verdict)
         assert (facts.verdict(7) is not None) is known
         assert facts.is_confirmed_inside(7) is inside
+
+
+def test_a_loss_is_put_into_words_and_none_into_none() -> None:
+    assert KeptFacts().lost_words == ""
+    assert KeptFacts(lost="its home").lost_words == (
+        "Somebody changes the autopilot, and it cannot be put back: its home."
+    )
