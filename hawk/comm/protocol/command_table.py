@@ -12,36 +12,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
+from hawk.comm.protocol import commands
 from hawk.comm.protocol.authority import Sender
-from hawk.comm.protocol.commands import (
-    Arm,
-    AutonomousExplore,
-    AutonomousMove,
-    CheckFence,
-    ClearFence,
-    ClearKill,
-    ClearOutline,
-    Command,
-    CompulsiveMove,
-    Configure,
-    Control,
-    Disarm,
-    Hold,
-    Kill,
-    KillRequest,
-    Land,
-    MapResync,
-    NewSurvey,
-    OperatorHeartbeat,
-    OperatorName,
-    Resume,
-    ReturnToLaunch,
-    RouteRequest,
-    SetFailsafes,
-    SetFence,
-    SetOutline,
-    Takeoff,
-)
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.model.operation import GROUND_STATES
 from hawk.model.operation import StateName as S
@@ -109,7 +81,7 @@ TAKEN: Final = ""
 class CommandRow:
     """One command."""
 
-    example: Command
+    example: commands.Command
     """It stands in the protocol's reference. Its class has type, fields and help text."""
     sender: Sender
     states: States = field(default_factory=dict)
@@ -210,13 +182,13 @@ _HOLE: Final = [
 
 _ROWS: Final = (
     CommandRow(
-        example=Configure(min=15, des=35, max=60),
+        example=commands.Configure(min=15, des=35, max=60),
         sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         button="change-heights",
     ),
     CommandRow(
-        example=Arm(),
+        example=commands.Arm(),
         sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.ARM: say("Already armed, or arming."), **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.NO_FALL, Need.NOT_CUT, Need.CHECKS),
@@ -225,7 +197,7 @@ _ROWS: Final = (
         begins_flight=True,
     ),
     CommandRow(
-        example=Takeoff(),
+        example=commands.Takeoff(),
         sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.IDLE: say("Arm first."), S.ARM: TAKEN, **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.ARMED, *TO_BEGIN_A_TASK),
@@ -234,7 +206,7 @@ _ROWS: Final = (
         begins_flight=True,
     ),
     CommandRow(
-        example=AutonomousExplore(),
+        example=commands.AutonomousExplore(),
         sender=Sender.CONTROL,
         states={**IN_FLIGHT, **every(TASKS, MOVING), S.AUTONOMOUS_EXPLORE: say("Already exploring.")},
         needs=(*TO_MOVE_IN_THE_LOT, Need.UNSEEN, Need.LOT),
@@ -242,7 +214,7 @@ _ROWS: Final = (
         button="explore",
     ),
     CommandRow(
-        example=AutonomousMove(x=42.5, y=-17, frame="Map"),
+        example=commands.AutonomousMove(x=42.5, y=-17, frame="Map"),
         sender=Sender.CONTROL,
         states=IN_FLIGHT,
         needs=TO_MOVE_IN_THE_LOT,
@@ -250,7 +222,7 @@ _ROWS: Final = (
         button="move",
     ),
     CommandRow(
-        example=CompulsiveMove(x=10, y=-5, frame="Relative", height=30),
+        example=commands.CompulsiveMove(x=10, y=-5, frame="Relative", height=30),
         sender=Sender.CONTROL,
         states=IN_FLIGHT,
         needs=TO_MOVE,
@@ -258,7 +230,7 @@ _ROWS: Final = (
         button="move",
     ),
     CommandRow(
-        example=Hold(),
+        example=commands.Hold(),
         sender=Sender.OPERATORS_UNLESS_HOMING,
         states={
             **every(GROUND_STATES, ON_GROUND),
@@ -271,7 +243,7 @@ _ROWS: Final = (
         button="hold",
     ),
     CommandRow(
-        example=ReturnToLaunch(confirmed=False),
+        example=commands.ReturnToLaunch(confirmed=False),
         sender=Sender.CONTROL_OR_FREE,
         states={
             **ALWAYS,
@@ -286,7 +258,7 @@ _ROWS: Final = (
         sent_unheard=True,
     ),
     CommandRow(
-        example=Land(confirmed=True),
+        example=commands.Land(confirmed=True),
         sender=Sender.CONTROL_OR_FREE,
         states={**ALWAYS, **every(GROUND_STATES, ON_GROUND), S.LAND: say("Already landing.")},
         needs=(Need.LINK, Need.NOT_AUTOPILOTS, Need.AIR),
@@ -296,7 +268,7 @@ _ROWS: Final = (
         sent_unheard=True,
     ),
     CommandRow(
-        example=Disarm(),
+        example=commands.Disarm(),
         sender=Sender.CONTROL,
         states={
             S.IDLE: MOTORS_OFF,
@@ -310,7 +282,7 @@ _ROWS: Final = (
         button="disarm",
     ),
     CommandRow(
-        example=Resume(confirmed=True),
+        example=commands.Resume(confirmed=True),
         sender=Sender.CONTROL,
         states={**every(S, say("Nobody else flies.")), S.MANUAL: TAKEN},
         needs=(Need.LINK, Need.SWITCH_RESTS, Need.AIR, Need.HOLDABLE, Need.OTHER_FAILSAFES),
@@ -318,7 +290,7 @@ _ROWS: Final = (
         button="resume",
     ),
     CommandRow(
-        example=KillRequest(),
+        example=commands.KillRequest(),
         sender=Sender.CONTROL_OR_FREE,
         states=ALWAYS,
         urgency=Urgency.URGENT,
@@ -327,7 +299,7 @@ _ROWS: Final = (
         taken_while_cutting=True,
     ),
     CommandRow(
-        example=Kill(token="3f6c0b8f5a1e4d7c9b2a8e6d4c0f1a2b"),  # noqa: S106 - an example
+        example=commands.Kill(token="3f6c0b8f5a1e4d7c9b2a8e6d4c0f1a2b"),  # noqa: S106 - an example
         sender=Sender.CONTROL_OR_FREE,
         states=ALWAYS,
         confirm=Confirm.TWO_STEPS,
@@ -337,48 +309,48 @@ _ROWS: Final = (
         taken_while_cutting=True,
     ),
     CommandRow(
-        example=ClearKill(),
+        example=commands.ClearKill(),
         sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, **every(IN_AIR, IS_IN_AIR)},
         needs=(Need.CUT,),
         button="remedy-kill",
     ),
     CommandRow(
-        example=SetFailsafes(),
+        example=commands.SetFailsafes(),
         sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.ARM: BEFORE_FLIGHT_ONLY, **every(IN_AIR, BEFORE_FLIGHT_ONLY)},
         needs=(Need.LINK, Need.NOT_SETTING),
         button="remedy-failsafes",
     ),
     CommandRow(
-        example=SetFence(corners=_AREA, ceiling=60, zones=[_HOLE]),
+        example=commands.SetFence(corners=_AREA, ceiling=60, zones=[_HOLE]),
         sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK,),
         button="save-fence",
     ),
     CommandRow(
-        example=ClearFence(),
+        example=commands.ClearFence(),
         sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DRAWN_FENCE),
         button="set-aside-label",
     ),
     CommandRow(
-        example=SetOutline(polygons=[_AREA], holes=[_HOLE]),
+        example=commands.SetOutline(polygons=[_AREA], holes=[_HOLE]),
         sender=Sender.CONTROL,
         states=UNLESS_IT_EXPLORES,
         button="set-outline",
     ),
     CommandRow(
-        example=ClearOutline(),
+        example=commands.ClearOutline(),
         sender=Sender.CONTROL,
         states=UNLESS_IT_EXPLORES,
         needs=(Need.OUTLINE,),
         button="remove-outline",
     ),
     CommandRow(
-        example=NewSurvey(),
+        example=commands.NewSurvey(),
         sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DISARMED, Need.MAP),
@@ -386,36 +358,36 @@ _ROWS: Final = (
         button="new-survey",
     ),
     CommandRow(
-        example=RouteRequest(id="route-1", x=42.5, y=-17, frame="Map"),
+        example=commands.RouteRequest(id="route-1", x=42.5, y=-17, frame="Map"),
         sender=Sender.OPERATORS,
         only_asks=True,
     ),
     CommandRow(
-        example=CheckFence(corners=_AREA, ceiling=60),
+        example=commands.CheckFence(corners=_AREA, ceiling=60),
         sender=Sender.OPERATORS,
         only_asks=True,
     ),
     CommandRow(
-        example=OperatorName(name="Anna"),
+        example=commands.OperatorName(name="Anna"),
         sender=Sender.OPERATORS,
         button="save",
         answered_by_web_server=True,
         sent_by_itself=True,
     ),
     CommandRow(
-        example=Control(action="Request"),
+        example=commands.Control(action="Request"),
         sender=Sender.OPERATORS,
         button="take-control",
         answered_by_web_server=True,
     ),
     CommandRow(
-        example=OperatorHeartbeat(),
+        example=commands.OperatorHeartbeat(),
         sender=Sender.EVERYBODY,
         answered_by_web_server=True,
         sent_by_itself=True,
     ),
     CommandRow(
-        example=MapResync(),
+        example=commands.MapResync(),
         sender=Sender.EVERYBODY,
         answered_by_web_server=True,
         sent_by_itself=True,
