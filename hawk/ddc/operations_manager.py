@@ -131,7 +131,18 @@ class OperationsManager:
 
     def handle(self, client: ClientId, command: Command) -> Outgoing | None:
         """Decide on a command, act on it, and return the answer; None: the answer follows through the socket."""
-        return self._command(client, command)
+        try:
+            facts = self._senses.look()
+        except Exception as error:
+            self._note_fault(error)
+            return Ack(id=command.id, accepted=False, reason=sentence(self.own_health.reason))
+        if COMMAND_TABLE[command.type].begins_flight and self._failing.is_failing:
+            reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
+            return Ack(id=command.id, accepted=False, reason=reason)
+        decision = self._decider.command(facts, client, command)
+        self._guarded(lambda: self._recorder.command(facts, client, command, decision))
+        self._perform(decision)
+        return decision.answer
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
         """Act at once on a command that passes every queue: Hold, Return To Launch, Land, Kill Request, Kill.
@@ -139,7 +150,7 @@ class OperationsManager:
         Raises:
             ValueError: The command is another one.
         """
-        answer = self._command(client, command)
+        answer = self.handle(client, command)
         if answer is None:
             raise ValueError(f"{command.type} is not a command that passes the queue")
         return answer
@@ -193,7 +204,7 @@ class OperationsManager:
 
     def _take_commands(self) -> None:
         for client, command in self._socket.receive():
-            answer = self._command(client, command)
+            answer = self.handle(client, command)
             if answer is not None:
                 self._socket.reply(client, answer)
 
@@ -214,20 +225,6 @@ class OperationsManager:
             return False
         self._guarded(lambda: self._recorder.tick(facts, decision))
         return self._perform(decision) and decision.is_sound
-
-    def _command(self, client: ClientId, command: Command) -> Outgoing | None:
-        try:
-            facts = self._senses.look()
-        except Exception as error:
-            self._note_fault(error)
-            return Ack(id=command.id, accepted=False, reason=sentence(self.own_health.reason))
-        if COMMAND_TABLE[command.type].begins_flight and self._failing.is_failing:
-            reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
-            return Ack(id=command.id, accepted=False, reason=reason)
-        decision = self._decider.command(facts, client, command)
-        self._guarded(lambda: self._recorder.command(facts, client, command, decision))
-        self._perform(decision)
-        return decision.answer
 
     def _perform(self, decision: Decision) -> bool:
         """Act; return False when the autopilot did not hear of an act."""

@@ -15,7 +15,6 @@ from pydantic import BaseModel, TypeAdapter
 
 from hawk.comm.protocol.commands import Command, Kill, parse_command
 from hawk.comm.protocol.heartbeat import ClientId
-from hawk.ddc.acts import Act
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.rules.kill import KillTokens
@@ -60,11 +59,8 @@ class Recorder:
 
 def plain(decision: Decision) -> dict[str, Any]:
     """Return a decision as the recording keeps it: the acts with their names."""
-    return {"acts": [_plain_act(act) for act in decision.acts], "fault": decision.fault}
-
-
-def _plain_act(act: Act) -> dict[str, Any]:
-    return {"act": type(act).__name__, **{item.name: _plain(getattr(act, item.name)) for item in fields(act)}}
+    acts = [{"act": type(act).__name__, **_plain(act)} for act in decision.acts]
+    return {"acts": acts, "fault": decision.fault}
 
 
 def _plain(value: Any) -> Any:

@@ -80,10 +80,6 @@ def _view(camera: sections.CameraSettings) -> float:
     return model.width / model.fx
 
 
-def _no_record(kind: str, payload: dict[str, Any]) -> None:
-    """Record nothing."""
-
-
 @dataclass(frozen=True, slots=True)
 class ManagerSetup:
     """Everything outside the operations manager, passed in by the composition root."""
@@ -94,7 +90,7 @@ class ManagerSetup:
     """Folder of the parameter file and the fence file."""
     settings: DdcSettings = field(default_factory=DdcSettings)
     utc: Callable[[], datetime] = field(default=lambda: datetime.now(UTC))
-    record: Callable[[str, dict[str, Any]], None] = field(default=_no_record)
+    record: Callable[[str, dict[str, Any]], None] = field(default=lambda _kind, _payload: None)
     """Receives every tick's facts, every command, answer, request and decision."""
     count_start: Callable[[], int] = field(default=lambda: 1)
     """Journals a start in the air; returns the number of starts in the last 60 s, this one included."""

@@ -34,6 +34,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_get(ALIVE, alive)
     app.router.add_get("/api/performance", performance)
     app.router.add_get("/metrics", metrics)
+    app.router.add_get(ADDRESS, register)
     app.cleanup_ctx.append(reader)
 
 
@@ -161,11 +162,6 @@ class Registration:
     """The page refuses to stand in a frame of another page; BlueOS opens it at its own port."""
     works_in_relative_paths: bool = False
     """The page's addresses begin at the root of its own port, so BlueOS's proxy (/extensionv2/) cannot serve it."""
-
-
-def add_route(app: web.Application) -> None:
-    """Add the route of this module."""
-    app.router.add_get(ADDRESS, register)
 
 
 def is_for_everybody_here(request: web.BaseRequest) -> bool:

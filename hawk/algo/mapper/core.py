@@ -259,7 +259,7 @@ class MapCore:
     def _fly_on(self, pose: MapPose) -> None:
         last, self._last_pose = self._last_pose, pose
         if last is not None:
-            self._flown_m += math.dist((pose.north, pose.east, pose.height), (last.north, last.east, last.height))
+            self._flown_m += pose.distance(last)
 
     def _attend(self, seen: SeenGround) -> None:
         """Load the stalls about the picture."""
@@ -442,4 +442,4 @@ def _corrected(seen: SeenGround, correction: NDArray[np.float64]) -> SeenGround:
 
 
 def _is_farther(last: MapPose | None, pose: MapPose, step: float) -> bool:
-    return last is None or math.dist((last.north, last.east, last.height), (pose.north, pose.east, pose.height)) >= step
+    return last is None or last.distance(pose) >= step

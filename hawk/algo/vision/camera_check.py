@@ -195,7 +195,7 @@ class CameraCheck:
         if same is None or same.frame is frame:
             return None
         if frame.state not in GROUND_STATES and same.pose is not None and frame.pose is not None:
-            moved = math.dist(_place(same.pose), _place(frame.pose))
+            moved = same.pose.distance(frame.pose)
             if moved > SAME_MOVE_M or abs(_turn(same.pose, frame.pose)) > _SAME_TURN:
                 return _FROZEN
         seconds = frame.captured - same.frame.captured
@@ -262,10 +262,6 @@ def _agreement(pairs: Sequence[tuple[complex, complex]]) -> complex:
     if expected == 0 or measured == 0:
         return 0j
     return sum((m * e.conjugate() for e, m in pairs), 0j) / (expected * measured)
-
-
-def _place(pose: MapPose) -> tuple[float, float, float]:
-    return pose.north, pose.east, pose.height
 
 
 def _turn(before: MapPose, now: MapPose) -> float:

@@ -83,7 +83,7 @@ class CommandRow:
 
     example: commands.Command
     """It stands in the protocol's reference. Its class has type, fields and help text."""
-    sender: Sender
+    sender: Sender = Sender.CONTROL
     states: States = field(default_factory=dict)
     """Every state; empty for a command on which no state bears: it only asks, or the web server answers it."""
     needs: tuple[Need, ...] = ()
@@ -183,13 +183,11 @@ _HOLE: Final = [
 _ROWS: Final = (
     CommandRow(
         example=commands.Configure(min=15, des=35, max=60),
-        sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         button="change-heights",
     ),
     CommandRow(
         example=commands.Arm(),
-        sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.ARM: say("Already armed, or arming."), **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.NO_FALL, Need.NOT_CUT, Need.CHECKS),
         confirm=Confirm.SLIDE,
@@ -198,7 +196,6 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.Takeoff(),
-        sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.IDLE: say("Arm first."), S.ARM: TAKEN, **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.ARMED, *TO_BEGIN_A_TASK),
         confirm=Confirm.SLIDE,
@@ -207,7 +204,6 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.AutonomousExplore(),
-        sender=Sender.CONTROL,
         states={**IN_FLIGHT, **every(TASKS, MOVING), S.AUTONOMOUS_EXPLORE: say("Already exploring.")},
         needs=(*TO_MOVE_IN_THE_LOT, Need.UNSEEN, Need.LOT),
         confirm=Confirm.SLIDE,
@@ -215,7 +211,6 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.AutonomousMove(x=42.5, y=-17, frame="Map"),
-        sender=Sender.CONTROL,
         states=IN_FLIGHT,
         needs=TO_MOVE_IN_THE_LOT,
         confirm=Confirm.SLIDE,
@@ -223,7 +218,6 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.CompulsiveMove(x=10, y=-5, frame="Relative", height=30),
-        sender=Sender.CONTROL,
         states=IN_FLIGHT,
         needs=TO_MOVE,
         confirm=Confirm.SLIDE,
@@ -269,7 +263,6 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.Disarm(),
-        sender=Sender.CONTROL,
         states={
             S.IDLE: MOTORS_OFF,
             S.CONFIGURE: MOTORS_OFF,
@@ -283,7 +276,6 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.Resume(confirmed=True),
-        sender=Sender.CONTROL,
         states={**every(S, say("Nobody else flies.")), S.MANUAL: TAKEN},
         needs=(Need.LINK, Need.SWITCH_RESTS, Need.AIR, Need.HOLDABLE, Need.OTHER_FAILSAFES),
         confirm=Confirm.OVERRULING,
@@ -310,48 +302,41 @@ _ROWS: Final = (
     ),
     CommandRow(
         example=commands.ClearKill(),
-        sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, **every(IN_AIR, IS_IN_AIR)},
         needs=(Need.CUT,),
         button="remedy-kill",
     ),
     CommandRow(
         example=commands.SetFailsafes(),
-        sender=Sender.CONTROL,
         states={**BEFORE_FLIGHT, S.ARM: BEFORE_FLIGHT_ONLY, **every(IN_AIR, BEFORE_FLIGHT_ONLY)},
         needs=(Need.LINK, Need.NOT_SETTING),
         button="remedy-failsafes",
     ),
     CommandRow(
         example=commands.SetFence(corners=_AREA, ceiling=60, zones=[_HOLE]),
-        sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK,),
         button="save-fence",
     ),
     CommandRow(
         example=commands.ClearFence(),
-        sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DRAWN_FENCE),
         button="set-aside-label",
     ),
     CommandRow(
         example=commands.SetOutline(polygons=[_AREA], holes=[_HOLE]),
-        sender=Sender.CONTROL,
         states=UNLESS_IT_EXPLORES,
         button="set-outline",
     ),
     CommandRow(
         example=commands.ClearOutline(),
-        sender=Sender.CONTROL,
         states=UNLESS_IT_EXPLORES,
         needs=(Need.OUTLINE,),
         button="remove-outline",
     ),
     CommandRow(
         example=commands.NewSurvey(),
-        sender=Sender.CONTROL,
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DISARMED, Need.MAP),
         confirm=Confirm.SLIDE,

@@ -46,15 +46,11 @@ def check_rings(outline: Outline) -> float:
     Raises:
         OutlineError: Names the polygon or hole, the fault and the remedy.
     """
-    origin = _origin(outline)
+    origin = GlobalPose(*outline.polygons[0][0], 0.0)
     rings = geometry.converted((*outline.polygons, *outline.holes), lambda ring: geometry.ring_to_map(origin, ring))
-    for number, ring in enumerate(rings):
-        is_hole = number >= len(outline.polygons)
-        name = (
-            say("Hole {number}", number=number - len(outline.polygons) + 1)
-            if is_hole
-            else say("Polygon {number}", number=number + 1)
-        )
+    names = [say("Polygon {number}", number=number) for number, _ in enumerate(outline.polygons, 1)]
+    names += [say("Hole {number}", number=number) for number, _ in enumerate(outline.holes, 1)]
+    for name, ring in zip(names, rings, strict=True):
         _check(name, Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring)), ring)
     south, west, north, east = shapely.total_bounds([Polygon(ring) for ring in rings])
     widest = max(north - south, east - west)
@@ -95,21 +91,19 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
 def size_words(area: float, outside: float = 0.0) -> str:
     """Return the size of an outline in words, and what of it the fence leaves out."""
     words = area_words(area)
-    return (
-        words
-        if outside < 1.0
-        else say("{size}; {outside} outside the fence are left out", size=words, outside=area_words(outside))
-    )
-
-
-def area_words(area: float) -> str:
-    """Return an area in m², from a hectare on in hectares."""
-    return say("{area:.1f} ha", area=area / 1e4) if area >= 1e4 else say("{area:.0f} m²", area=area)
+    if outside < 1.0:
+        return words
+    return say("{size}; {outside} outside the fence are left out", size=words, outside=area_words(outside))
 
 
 def corners_of(rings: Sequence[geometry.Ring]) -> list[list[FenceCorner]]:
     """Return rings as the messages have them."""
     return [[FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring] for ring in rings]
+
+
+def area_words(area: float) -> str:
+    """Return an area in m², from a hectare on in hectares."""
+    return say("{area:.1f} ha", area=area / 1e4) if area >= 1e4 else say("{area:.0f} m²", area=area)
 
 
 def _check(name: str, polygon: Polygon, ring: geometry.Ring) -> None:
@@ -137,10 +131,6 @@ def _shape(outline: Outline, datum: GlobalPose) -> shapely.Geometry:
     polygons = [Polygon(ring) for ring in rings]
     count = len(outline.polygons)
     return shapely.difference(shapely.union_all(polygons[:count]), shapely.union_all(polygons[count:]))
-
-
-def _origin(outline: Outline) -> GlobalPose:
-    return GlobalPose(*outline.polygons[0][0], 0.0)
 
 
 def _rings(rings: Sequence[Sequence[FenceCorner]]) -> tuple[geometry.Ring, ...]:

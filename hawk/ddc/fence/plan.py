@@ -247,12 +247,7 @@ def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> li
     fence = plan.on_map(datum, settings.fence)
     home = geometry.to_map(datum, place.latitude, place.longitude)
     if not geometry.contains(fence, home):
-        return [
-            say(
-                "The drone stands {where}: it could not be armed there.",
-                where=where_outside(fence, home),
-            )
-        ]
+        return [say("The drone stands {where}: it could not be armed there.", where=where_outside(fence, home))]
     notes = [] if geometry.sees_all(fence, home) else [blind_home(fence)]
     altitude = standpoint.return_height
     if altitude is not None and altitude > fence.ceiling:
@@ -268,11 +263,9 @@ def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> li
 def where_outside(fence: Fence, place: MapPoint) -> str:
     """Return in words where a place outside our fence lies: beyond its edge, or in a zone."""
     away, zone = metres(max(1.0, geometry.outside_by(fence, place))), geometry.zone_of(fence, place)
-    return (
-        say("{away} outside the dotted line", away=away)
-        if zone is None
-        else say("{away} inside the dotted line of zone {zone}", away=away, zone=zone)
-    )
+    if zone is None:
+        return say("{away} outside the dotted line", away=away)
+    return say("{away} inside the dotted line of zone {zone}", away=away, zone=zone)
 
 
 def blind_home(fence: Fence) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from hawk.comm.protocol import commands
 from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.comm.protocol.heartbeat import ClientId, Point
+from hawk.ddc import orders
 from hawk.ddc.acts import (
     Acts,
     AskPlace,
@@ -25,17 +26,6 @@ from hawk.ddc.acts import (
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.outline import check_rings, ground_of, outline_of, size_words
 from hawk.ddc.fence.plan import Standpoint, plan_of
-from hawk.ddc.orders import (
-    ArmOrder,
-    ConfigureOrder,
-    FenceOrder,
-    MoveOrder,
-    Order,
-    SafetyOrder,
-    ToLand,
-    ToReturn,
-    Transition,
-)
 from hawk.ddc.parameters.failsafes import return_altitude
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.readings.operator import SOME_OPERATOR
@@ -162,15 +152,15 @@ class Ruling:
 
     answer: commands.Outgoing | None = None
     acts: Acts = ()
-    order: Order | None = None
-    transition: Transition | None = None
+    order: orders.Order | None = None
+    transition: orders.Transition | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class _AskedMove:
     client: ClientId
     command: commands.AutonomousMove
-    order: MoveOrder
+    order: orders.MoveOrder
     since: float
 
 
@@ -188,7 +178,7 @@ class LotCheck:
         """True while the planner's answer is awaited."""
         return self._open is not None
 
-    def open(self, client: ClientId, command: commands.AutonomousMove, order: MoveOrder, facts: Facts) -> Acts:
+    def open(self, client: ClientId, command: commands.AutonomousMove, order: orders.MoveOrder, facts: Facts) -> Acts:
         """Ask about the order's place; an older Move ends refused."""
         acts = self.supersede()
         number = facts.sight.desired_count + 1
@@ -306,7 +296,9 @@ class CommandDesk:
         answer = commands.Ack(id=command.id, accepted=True, reason=UNHEARD)
         by = facts.operator.name(client)
         straight = say("the autopilot is not heard")
-        following = ToLand(by=by) if isinstance(command, commands.Land) else ToReturn(straight=straight, by=by)
+        following = (
+            orders.ToLand(by=by) if isinstance(command, commands.Land) else orders.ToReturn(straight=straight, by=by)
+        )
         return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
     def _begin(self) -> Acts:
@@ -323,30 +315,30 @@ class CommandDesk:
         return Ruling(commands.Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 
-def _order(client: ClientId, command: commands.Command, situation: Situation) -> Order:
+def _order(client: ClientId, command: commands.Command, situation: Situation) -> orders.Order:
     match command:
         case commands.Hold() | commands.Land() | commands.ReturnToLaunch():
-            return SafetyOrder(command, situation.facts.operator.name(client))
+            return orders.SafetyOrder(command, situation.facts.operator.name(client))
         case commands.Arm():
-            return ArmOrder(len(situation.checks), situation.facts.operator.name(client))
+            return orders.ArmOrder(len(situation.checks), situation.facts.operator.name(client))
         case commands.CompulsiveMove():
             return _move_order(command, situation.facts)
         case commands.Configure():
-            return ConfigureOrder(HeightParameters(command.min, command.des, command.max))
+            return orders.ConfigureOrder(HeightParameters(command.min, command.des, command.max))
         case commands.SetFence():
-            return FenceOrder(plan_of(command))
+            return orders.FenceOrder(plan_of(command))
         case commands.ClearFence():
-            return FenceOrder(None)
+            return orders.FenceOrder(None)
     return command
 
 
-def _move_order(command: commands.AutonomousMove | commands.CompulsiveMove, facts: Facts) -> MoveOrder:
+def _move_order(command: commands.AutonomousMove | commands.CompulsiveMove, facts: Facts) -> orders.MoveOrder:
     place, here = place_of(command, facts), facts.place
     assert place is not None  # noqa: S101 - no move is accepted without a position
     assert here is not None  # noqa: S101
     wanted = command.height if isinstance(command, commands.CompulsiveMove) else None
     height = facts.limits.heights.bounded(wanted or here.height)
-    return MoveOrder(place, height, here.yaw, isinstance(command, commands.AutonomousMove), number=0)
+    return orders.MoveOrder(place, height, here.yaw, isinstance(command, commands.AutonomousMove), number=0)
 
 
 def _judge_fence(client: ClientId, command: commands.CheckFence, situation: Situation) -> JudgeFence:

@@ -15,7 +15,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError, contains, path_is_inside, path_words, place_words
 from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline_of
 from hawk.ddc.fence.plan import fence_refusal
-from hawk.ddc.parameters.heights import ParameterError, check_heights
+from hawk.ddc.parameters.heights import heights_problem
 from hawk.ddc.rules.needs import POSITION_UNKNOWN, Refusal, Situation, unmet
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName, UserError
@@ -83,7 +83,8 @@ def _content(situation: Situation, command: commands.Command) -> Refusal | None:
     reason = ""
     match command:
         case commands.Configure():
-            reason = _heights_refusal(command, facts.ceiling(situation.state.on_ground), settings.floor)
+            wanted = HeightParameters(command.min, command.des, command.max)
+            reason = heights_problem(wanted, facts.ceiling(situation.state.on_ground), settings.floor)
         case commands.SetFence():
             reason = fence_refusal(command, settings, facts.limits.heights)
         case commands.SetOutline():
@@ -93,14 +94,6 @@ def _content(situation: Situation, command: commands.Command) -> Refusal | None:
         case commands.CompulsiveMove():
             return _travel_height(command, facts.limits.heights) or _placed(facts, command)
     return Refusal(reason) if reason else None
-
-
-def _heights_refusal(command: commands.Configure, ceiling: float, floor: float) -> str:
-    try:
-        check_heights(HeightParameters(command.min, command.des, command.max), ceiling, floor)
-    except ParameterError as error:
-        return words_of(error)
-    return ""
 
 
 def _outline_refusal(command: commands.SetOutline, facts: Facts, settings: DdcSettings) -> str:

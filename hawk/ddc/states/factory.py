@@ -31,7 +31,9 @@ def _make(transition: orders.Transition, facts: Facts, settings: DdcSettings) ->
         case orders.ToIdle(reason):
             return IdleState(now, reason), ()
         case orders.ToConfigure(order):
-            return _configure(order, now, settings), ()
+            if isinstance(order, orders.FenceOrder):
+                return ConfigureFenceState(now, order.plan), ()
+            return ConfigureState(now, order.heights, settings), ()
         case orders.ToArm(armed, reason, checks):
             return ArmState(now, settings, armed, reason, checks), ()
         case orders.ToTakeoff():
@@ -46,11 +48,10 @@ def _make(transition: orders.Transition, facts: Facts, settings: DdcSettings) ->
             return kind(now, move, settings), _move_messages(move, facts)
         case orders.ToReturn(cause, by_autopilot, straight):
             state = ReturnToLaunchState(now, settings, cause, by_autopilot, straight)
-            asked = say("Returning home, asked by {by}.", by=transition.by) if transition.by else say("Returning home.")
-            return _home(state, asked, say("The autopilot returns home by itself."))
+            return _home(state, transition.by, say("The autopilot returns home by itself."))
         case orders.ToLand(cause, by_autopilot):
-            asked = say("Landing, asked by {by}.", by=transition.by) if transition.by else say("Landing.")
-            return _home(LandState(now, cause, by_autopilot), asked, say("The autopilot lands by itself."))
+            land = LandState(now, cause, by_autopilot)
+            return _home(land, transition.by, say("The autopilot lands by itself."))
         case orders.ToCommunicationLost(passive, given_back_by):
             lost = CommunicationLostState(now, settings, passive, given_back_by)
             hold = seconds(settings.operator.operator_hold_s)
@@ -59,12 +60,6 @@ def _make(transition: orders.Transition, facts: Facts, settings: DdcSettings) ->
         case orders.ToManual():  # pragma: no branch - the last kind of transition
             text = say("Someone else flies, in {mode}.", mode=facts.vehicle.mode or say("an unknown mode"))
             return ManualState(now), (Log("warning", text, facts.link.words),)
-
-
-def _configure(order: orders.ConfigureOrder | orders.FenceOrder, now: float, settings: DdcSettings) -> State:
-    if isinstance(order, orders.FenceOrder):
-        return ConfigureFenceState(now, order.plan)
-    return ConfigureState(now, order.heights, settings)
 
 
 def adopted(name: StateName, facts: Facts) -> orders.Transition:
@@ -90,8 +85,8 @@ def adopted(name: StateName, facts: Facts) -> orders.Transition:
             return orders.ToIdle()
 
 
-def _home(state: HomingState, text: str, by_itself: str) -> tuple[State, Acts]:
-    cause = state.cause
+def _home(state: HomingState, by: str, by_itself: str) -> tuple[State, Acts]:
+    cause, text = state.cause, state.doing.asked(by) if by else state.doing.plain
     if state.by_autopilot:
         return state, (Log("warning", by_itself, "" if cause is None else cause.details),)
     if cause is None:

@@ -143,12 +143,8 @@ class ConfigureFenceState(State):
         if failed := self._storing.failure(facts):
             return _to_idle(Log("error", say("The fence was not saved."), failed.reason))
         if self._storing.is_done(facts):
-            saved = (
-                say("The fence is saved.")
-                if self._plan
-                else say("The drawn fence was removed; the standard one is used.")
-            )
-            return _to_idle(Log("ok", saved))
+            gone = say("The drawn fence was removed; the standard one is used.")
+            return _to_idle(Log("ok", say("The fence is saved.") if self._plan else gone))
         if self.age(facts) > SAVE_FENCE_TIMEOUT_S:
             return _to_idle(Log("error", say("Saving the fence took too long.")))
         return STAY
