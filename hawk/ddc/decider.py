@@ -1,8 +1,8 @@
 """Decider: judges commands, reacts and decides. It sees facts, returns acts, and does nothing itself.
 
 A tick is a row of steps. Each sees facts and the active state, and returns what it decided. One driver guards each step
-and makes the state that follows the active one. The same facts and commands give the same decisions:
-`hawk.ddc.replay` decides a recorded flight again.
+and makes the state that follows the active one. The same facts and commands give the same decisions: those that
+`hawk.ddc.recorder` records are decided again by its tests.
 """
 
 from __future__ import annotations

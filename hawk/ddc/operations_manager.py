@@ -25,7 +25,7 @@ from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.replay import Recorder
+from hawk.ddc.recorder import Recorder
 from hawk.ddc.requests.flight_log import FlightLog, Trail
 from hawk.ddc.requests.requests import FenceChecks, Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed

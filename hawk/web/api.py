@@ -110,7 +110,9 @@ async def metrics(request: web.Request) -> web.StreamResponse:
     """Prometheus text format."""
     services = request.app[SERVICES]
     computer = await figures(request.app, services.folder)
-    text = metrics_text(services, request.app[COUNTERS], _access(request.app), computer)
+    door, guesses = request.app[DOOR], request.app[GUESSES]
+    access = Access(door.waiting, door.answered, door.closed, guesses.total)
+    text = metrics_text(services, request.app[COUNTERS], access, computer)
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 
 
@@ -135,11 +137,6 @@ def _report(services: WebServices) -> dict[str, Any]:
         "flight_time_s": None if status is None else status.travel.flight_time,
         "distance_flown_m": None if status is None else status.travel.distance_flown,
     }
-
-
-def _access(app: web.Application) -> Access:
-    door, guesses = app[DOOR], app[GUESSES]
-    return Access(door.waiting, door.answered, door.closed, guesses.total)
 
 
 ADDRESS: Final = "/register_service"

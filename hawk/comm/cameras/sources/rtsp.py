@@ -48,10 +48,9 @@ class GStreamerSource(CameraSource):
         if shutil.which(self._program) is None:
             raise CameraError(f"{self._name}: needs {self._program}, which is not installed: {self._packages}")
         command = (self._program, "--quiet", *self._elements(), *_TAIL)
+        words = Words(lambda line: line.startswith("ERROR") or "erroneous pipeline" in line)
         try:
-            async with Child(
-                command, self._timeouts, Words(lambda line: line.startswith("ERROR") or "erroneous pipeline" in line)
-            ) as child:
+            async with Child(command, self._timeouts, words) as child:
                 parser, torn_before = MultipartParser(_BOUNDARY.encode()), self.torn
                 while data := await child.read():
                     parts = parser.feed(data, self._clock())
