@@ -158,10 +158,6 @@ class Decider:
             return None
         return self._at_once(facts, lambda now, _: Step(returning(now, cause)))
 
-    def follow(self, facts: Facts, transition: Transition) -> Decision:
-        """Make the state of a transition the active one, whatever the present one is."""
-        return self._at_once(facts, lambda *_: Step(transition))
-
     # -- the driver ----------------------------------------------------------------------------------------------
 
     def _fold(self, steps: Iterable[TickStep]) -> Outcome:

@@ -37,7 +37,7 @@ from hawk.ddc.rules.needs import Situation
 from hawk.ddc.senses import Senses, Sources
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
-from hawk.ddc.status import Reporter, Setups
+from hawk.ddc.status import Reporter
 from hawk.ddc.words import fault_words
 from hawk.model.operation import FlightSoFar, Health, StateName
 from hawk.model.plans import HeightParameters
@@ -87,7 +87,9 @@ class OperationsManager:
         """Ticks that are progress for the watchdog: see `hawk.ddc.rules.failing`."""
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
-        self._reporter = Reporter(self.log, self._trail, self.outcomes, self._setups, self.status)
+        self._reporter = Reporter(
+            self.log, self._trail, self.outcomes, lambda: (self.fences.setup, self.outlines.setup), self.status
+        )
         self._survey = SurveyReading(setup.settings, setup.survey, continues_survey=setup.continues_survey)
         self._senses = Senses(self._sources())
         tokens = KillTokens(setup.new_token)
@@ -317,10 +319,6 @@ class OperationsManager:
             survey=self._survey,
             fall=self._setup.fall,
         )
-
-    def _setups(self) -> Setups:
-        """Return the planned fence and the outline as operators see them."""
-        return Setups(self.fences.setup, self.outlines.setup)
 
     def _begin_in_air(self) -> int:
         known = flight_goes_on(self._setup.flight, self._setup.moment(), self._setup.speed)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
 
@@ -24,14 +23,6 @@ HEARTBEAT_S = 0.2
 """Interval of the statuses: 5 Hz."""
 
 
-@dataclass(frozen=True, slots=True)
-class Setups:
-    """Planned fence and outline as operators see them; each the same object until it changes."""
-
-    fence: heartbeat.FenceSetup
-    outline: heartbeat.OutlineSetup
-
-
 class Reporter:
     """Publishes statuses. Home and the trail follow every tick."""
 
@@ -40,10 +31,10 @@ class Reporter:
         log: FlightLog,
         trail: Trail,
         outcomes: Outcomes,
-        setups: Callable[[], Setups],
+        setups: Callable[[], tuple[heartbeat.FenceSetup, heartbeat.OutlineSetup]],
         topic: Topic[heartbeat.DroneStatus],
     ) -> None:
-        """``setups`` returns what an operator planned."""
+        """``setups`` returns planned fence and outline as operators see them; each the same object until it changes."""
         self._log = log
         self._trail = trail
         self._outcomes = outcomes
@@ -69,7 +60,7 @@ class Reporter:
         self._topic.publish(self._status(situation, own))
 
     def _status(self, situation: Situation, own: Health) -> heartbeat.DroneStatus:
-        facts, setups = situation.facts, self._setups()
+        facts, (fence, outline) = situation.facts, self._setups()
         self._sequence += 1
         utc = datetime.fromtimestamp(facts.utc, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         return heartbeat.DroneStatus(
@@ -81,8 +72,8 @@ class Reporter:
             travel=self._travel(situation),
             perception=perception_status(facts),
             parts=parts_status(facts, own),
-            fence_setup=setups.fence,
-            outline_setup=setups.outline,
+            fence_setup=fence,
+            outline_setup=outline,
             log=self._log.entries,
             trail=self._trail.points,
             trail_id=self._trail.identity,

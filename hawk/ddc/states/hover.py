@@ -13,6 +13,7 @@ from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, sto
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand, ToReturn
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper, cause_here
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.words import metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.plans import Fence
@@ -86,7 +87,7 @@ class Holding:
         self._off, self._rise = NOT_OFF, 0.0
         self._led_at: float | None = None
         self._held: Goal | None = None
-        self._strays_since: float | None = None
+        self._strays = Stopwatch()
         self.is_recovering = False
         """True while the drone returns into the fence."""
         self.is_by_camera = False
@@ -94,7 +95,7 @@ class Holding:
 
     def strays_s(self, facts: Facts) -> float:
         """Return for how long the position has been doubted while the camera could not hold the drone, seconds."""
-        return 0.0 if self._strays_since is None else facts.now - self._strays_since
+        return self._strays.read(facts.now) or 0.0
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -158,10 +159,7 @@ class Holding:
         self._passive = self._passive and not is_doubted
         is_kept = self._goal is not None and self._kept(facts, self._goal) is not None
         self.is_by_camera = is_kept and facts.witness.place.is_doubted and not self.is_recovering
-        if is_kept or self.is_recovering or not is_doubted:
-            self._strays_since = None
-        elif self._strays_since is None:
-            self._strays_since = facts.now
+        self._strays.update(is_doubted and not (is_kept or self.is_recovering), facts.now)
 
     def _keep_inside(self, facts: Facts) -> None:
         if not facts.is_breached:
