@@ -48,11 +48,9 @@ class FrameInput:
     @property
     def over_ground(self) -> MapPose | None:
         """``pose`` with its height above the ground below: the scale of the picture."""
-        return (
-            self.pose
-            if self.pose is None or not self.ground
-            else replace(self.pose, height=self.pose.height - self.ground)
-        )
+        if self.pose is None or not self.ground:
+            return self.pose
+        return replace(self.pose, height=self.pose.height - self.ground)
 
 
 @dataclass(frozen=True, slots=True)

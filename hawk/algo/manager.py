@@ -63,21 +63,17 @@ class AlgorithmManagerApp:
         """Take the parts and initialise them."""
         self._topic_interface = algo_topic_interface
         self._vision_app = vision_app
-        self._mapper_app = mapper_app
+        self.mapper_app = mapper_app
+        """The mapper, for journal and restart. To be used on the worker thread only."""
         self._path_plan_app = path_plan_app
         algo_topic_interface.init()
         vision_app.init(drone_camera, algo_topic_interface)
         mapper_app.init(vision_app, algo_topic_interface)
         path_plan_app.init(mapper_app, algo_topic_interface)
 
-    @property
-    def mapper_app(self) -> MapperApp:
-        """The mapper, for journal and restart. To be used on the worker thread only."""
-        return self._mapper_app
-
     def begin_survey(self, map_id: str) -> None:
         """Begin an empty map under another id. To be used on the worker thread only."""
-        self._mapper_app.begin(map_id)
+        self.mapper_app.begin(map_id)
         self._path_plan_app.begin()
 
     def process(self) -> None:
@@ -88,7 +84,7 @@ class AlgorithmManagerApp:
         """
         steps = _Steps(self._timer)
         self._work(self._topic_interface.frame, steps)
-        for app in (self._vision_app, self._mapper_app, self._path_plan_app):
+        for app in (self._vision_app, self.mapper_app, self._path_plan_app):
             app.publish()
         if steps.failures:
             raise AlgoError("; ".join(steps.failures))
@@ -121,7 +117,7 @@ class AlgorithmManagerApp:
         )
 
     def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health, GroundStep | None]:
-        vision, mapper, planner = self._vision_app, self._mapper_app, self._path_plan_app
+        vision, mapper, planner = self._vision_app, self.mapper_app, self._path_plan_app
         seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
         camera = steps.do("camera", lambda: self._camera_check.look(frame, seen.image), Health.bad)
         step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), _nothing)
@@ -143,7 +139,7 @@ class AlgorithmManagerApp:
         if seen.ground is None:
             return annotate(seen.image, frame.camera, None, style=self._style)
         pose = seen.ground.pose
-        stalls = self._mapper_app.stalls_near(pose.north, pose.east, _DRAWN_M)
+        stalls = self.mapper_app.stalls_near(pose.north, pose.east, _DRAWN_M)
         return annotate(seen.image, frame.camera, fused.shift.applied(pose), stalls, style=self._style)
 
 

@@ -22,7 +22,7 @@ from hawk.store.replay import RecordingError, read_metadata, read_recording
 Floats = NDArray[np.float64]
 
 TICK: Final = "tick"
-"""Topic of the facts of a tick (`hawk.ddc.replay`), 20 a second: they hold the pose."""
+"""Topic of the facts of a tick (`hawk.ddc.recorder`), 20 a second: they hold the pose."""
 LONGEST_GAP_S: Final = 0.35
 """The track is interpolated over no longer time without a pose."""
 _LAGS_S: Final = np.arange(-0.1, 0.1005, 0.001)

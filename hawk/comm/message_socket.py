@@ -107,14 +107,14 @@ class MessageSocket:
         with self._room:
             self._received.clear()
             self._initialised = True
-        self._open()
+        self._open(self._connect)
 
     def send_message_sync(self, x: str) -> None:
         """Send and block until it is sent; connect first when not connected. Raises FailedToSend."""
         with self._opening:
             if self._initialised and self._thread is None:
                 try:
-                    self._open()
+                    self._open(self._connect)
                 except ConnectionTimeout as error:
                     raise FailedToSend(str(error)) from error
         thread, socket = self._running()
@@ -128,7 +128,7 @@ class MessageSocket:
         """
         with self._opening:
             if self._initialised and self._thread is None:
-                self._begin()
+                self._open(self._connect_later)
         thread, socket = self._running()
         thread.call(_post(socket, x))
 
@@ -152,20 +152,14 @@ class MessageSocket:
             self._room.notify_all()
         self._stop()
 
-    def _open(self) -> None:
+    def _open(self, connect: Callable[[], Coroutine[None, None, AsyncMessageSocket]]) -> None:
         """Start the thread and connect. Raises ConnectionTimeout, and leaves no thread behind then."""
         self._thread = LoopThread("message-socket")
         try:
-            self._socket = self._thread.call(self._connect())
+            self._socket = self._thread.call(connect())
         except BaseException:
             self._stop()
             raise
-        self._pump = self._thread.begin(self._forward(self._socket))
-
-    def _begin(self) -> None:
-        """Start the thread, and connect in the background."""
-        self._thread = LoopThread("message-socket")
-        self._socket = self._thread.call(self._connect_later())
         self._pump = self._thread.begin(self._forward(self._socket))
 
     def _stop(self) -> None:

@@ -1,8 +1,8 @@
 """Decider: judges commands, reacts and decides. It sees facts, returns acts, and does nothing itself.
 
 A tick is a row of steps. Each sees facts and the active state, and returns what it decided. One driver guards each step
-and makes the state that follows the active one. The same facts and commands give the same decisions:
-`hawk.ddc.replay` decides a recorded flight again.
+and makes the state that follows the active one. The same facts and commands give the same decisions: those that
+`hawk.ddc.recorder` records are decided again by its tests.
 """
 
 from __future__ import annotations
@@ -157,10 +157,6 @@ class Decider:
         if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
             return None
         return self._at_once(facts, lambda now, _: Step(returning(now, cause)))
-
-    def follow(self, facts: Facts, transition: Transition) -> Decision:
-        """Make the state of a transition the active one, whatever the present one is."""
-        return self._at_once(facts, lambda *_: Step(transition))
 
     # -- the driver ----------------------------------------------------------------------------------------------
 

@@ -154,13 +154,9 @@ class Roaming:
 
     def is_stuck(self, pose: MapPose, now: float) -> bool:
         """Take the pose of this tick; return True after too long within a metre (``now`` in seconds)."""
-        if self._anchor is None or _moved(self._anchor, pose) >= PROGRESS_M:
+        if self._anchor is None or self._anchor.distance(pose) >= PROGRESS_M:
             self._anchor, self._since = pose, now
         return now - self._since >= PROGRESS_S
-
-
-def _moved(a: MapPose, b: MapPose) -> float:
-    return math.dist((a.north, a.east, a.height), (b.north, b.east, b.height))
 
 
 _ON_LEG_M = 1.0

@@ -25,7 +25,7 @@ from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
-from hawk.ddc.replay import Recorder
+from hawk.ddc.recorder import Recorder
 from hawk.ddc.requests.flight_log import FlightLog, Trail
 from hawk.ddc.requests.requests import FenceChecks, Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed
@@ -37,7 +37,7 @@ from hawk.ddc.rules.needs import Situation
 from hawk.ddc.senses import Senses, Sources
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
-from hawk.ddc.status import Reporter, Setups
+from hawk.ddc.status import Reporter
 from hawk.ddc.words import fault_words
 from hawk.model.operation import FlightSoFar, Health, StateName
 from hawk.model.plans import HeightParameters
@@ -87,7 +87,9 @@ class OperationsManager:
         """Ticks that are progress for the watchdog: see `hawk.ddc.rules.failing`."""
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
-        self._reporter = Reporter(self.log, self._trail, self.outcomes, self._setups, self.status)
+        self._reporter = Reporter(
+            self.log, self._trail, self.outcomes, lambda: (self.fences.setup, self.outlines.setup), self.status
+        )
         self._survey = SurveyReading(setup.settings, setup.survey, continues_survey=setup.continues_survey)
         self._senses = Senses(self._sources())
         tokens = KillTokens(setup.new_token)
@@ -131,7 +133,18 @@ class OperationsManager:
 
     def handle(self, client: ClientId, command: Command) -> Outgoing | None:
         """Decide on a command, act on it, and return the answer; None: the answer follows through the socket."""
-        return self._command(client, command)
+        try:
+            facts = self._senses.look()
+        except Exception as error:
+            self._note_fault(error)
+            return Ack(id=command.id, accepted=False, reason=sentence(self.own_health.reason))
+        if COMMAND_TABLE[command.type].begins_flight and self._failing.is_failing:
+            reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
+            return Ack(id=command.id, accepted=False, reason=reason)
+        decision = self._decider.command(facts, client, command)
+        self._guarded(lambda: self._recorder.command(facts, client, command, decision))
+        self._perform(decision)
+        return decision.answer
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
         """Act at once on a command that passes every queue: Hold, Return To Launch, Land, Kill Request, Kill.
@@ -139,7 +152,7 @@ class OperationsManager:
         Raises:
             ValueError: The command is another one.
         """
-        answer = self._command(client, command)
+        answer = self.handle(client, command)
         if answer is None:
             raise ValueError(f"{command.type} is not a command that passes the queue")
         return answer
@@ -193,7 +206,7 @@ class OperationsManager:
 
     def _take_commands(self) -> None:
         for client, command in self._socket.receive():
-            answer = self._command(client, command)
+            answer = self.handle(client, command)
             if answer is not None:
                 self._socket.reply(client, answer)
 
@@ -214,20 +227,6 @@ class OperationsManager:
             return False
         self._guarded(lambda: self._recorder.tick(facts, decision))
         return self._perform(decision) and decision.is_sound
-
-    def _command(self, client: ClientId, command: Command) -> Outgoing | None:
-        try:
-            facts = self._senses.look()
-        except Exception as error:
-            self._note_fault(error)
-            return Ack(id=command.id, accepted=False, reason=sentence(self.own_health.reason))
-        if COMMAND_TABLE[command.type].begins_flight and self._failing.is_failing:
-            reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
-            return Ack(id=command.id, accepted=False, reason=reason)
-        decision = self._decider.command(facts, client, command)
-        self._guarded(lambda: self._recorder.command(facts, client, command, decision))
-        self._perform(decision)
-        return decision.answer
 
     def _perform(self, decision: Decision) -> bool:
         """Act; return False when the autopilot did not hear of an act."""
@@ -320,10 +319,6 @@ class OperationsManager:
             survey=self._survey,
             fall=self._setup.fall,
         )
-
-    def _setups(self) -> Setups:
-        """Return the planned fence and the outline as operators see them."""
-        return Setups(self.fences.setup, self.outlines.setup)
 
     def _begin_in_air(self) -> int:
         known = flight_goes_on(self._setup.flight, self._setup.moment(), self._setup.speed)

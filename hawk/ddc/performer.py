@@ -9,46 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hawk.comm.protocol.heartbeat import CommandSocket
-from hawk.ddc.acts import (
-    Act,
-    Acts,
-    Ask,
-    AskPlace,
-    BeginSurvey,
-    CompareFence,
-    CountStart,
-    CutMotors,
-    Desire,
-    EnableFence,
-    EnterState,
-    ForgetAskedModes,
-    ForgetHeldFence,
-    JudgeFence,
-    KeepFall,
-    Log,
-    PutBack,
-    PutFenceInForce,
-    ReadParameter,
-    Record,
-    Reply,
-    Request,
-    SendMode,
-    SendTarget,
-    SetArmed,
-    SetDatum,
-    SetHome,
-    SetMode,
-    SetParameters,
-    SetReturnAltitude,
-    SettleMode,
-    SetVoice,
-    ShowUserError,
-    StoreHeights,
-    TakeOff,
-    UploadFence,
-    UseHeights,
-    UseOutline,
-)
+from hawk.ddc import acts as actions
 from hawk.ddc.fence import path as fence_path
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
@@ -85,7 +46,7 @@ class Tools:
     outcomes: Outcomes = field(default_factory=Outcomes)
 
 
-VITAL = (Ask, SendTarget, EnterState)
+VITAL = (actions.Ask, actions.SendTarget, actions.EnterState)
 """Acts that reach the autopilot, or that say what may."""
 
 
@@ -106,7 +67,7 @@ class Performer:
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hawk-parameters")
         self._is_closed = False
 
-    def perform(self, acts: Acts) -> list[Fault]:
+    def perform(self, acts: actions.Acts) -> list[Fault]:
         """Perform the acts; return the faults of those that failed."""
         faults: list[Fault] = []
         for act in acts:
@@ -125,62 +86,62 @@ class Performer:
         await asyncio.get_running_loop().run_in_executor(self._executor, int)  # its one thread is done with the files
         self._executor.shutdown(wait=False)
 
-    def _perform(self, act: Act) -> None:
+    def _perform(self, act: actions.Act) -> None:
         tools = self._tools
         match act:
-            case Ask(request):
+            case actions.Ask(request):
                 tools.requests.start(act, lambda: self._call(request))
-            case SendTarget(goal):
+            case actions.SendTarget(goal):
                 self._send(goal)
-            case EnterState(name, may_send_targets, holds):
+            case actions.EnterState(name, may_send_targets, holds):
                 self._sender = Sender(name, may_send_targets, holds)
                 tools.topics.curr_state_pub.publish(name)
                 if name is StateName.IDLE:
                     tools.service.forget_held_fence()  # each arming looks at the autopilot's fence again
-            case Log(level, text, details):
+            case actions.Log(level, text, details):
                 tools.log.add(level, text, details)
-            case Reply(client, message):
+            case actions.Reply(client, message):
                 tools.socket.reply(client, message)
-            case JudgeFence():
+            case actions.JudgeFence():
                 tools.fence_checks.ask(act)
-            case Record(kind, payload):
+            case actions.Record(kind, payload):
                 tools.record(kind, dict(payload))
-            case ShowUserError(error, text):
+            case actions.ShowUserError(error, text):
                 tools.outcomes.user_error, tools.outcomes.user_error_text = error, text
             case _:
                 self._publish(act)
 
-    def _publish(self, act: Act) -> None:
+    def _publish(self, act: actions.Act) -> None:
         tools = self._tools
         match act:
-            case Desire(pose):
+            case actions.Desire(pose):
                 tools.topics.des_pose_pub.publish(pose)
                 if pose is not None:
                     tools.outcomes.desired_count = max(tools.outcomes.desired_count, pose.number)
-            case AskPlace(pose):
+            case actions.AskPlace(pose):
                 tools.topics.asked_place_pub.publish(pose)
-            case UseHeights(heights):
+            case actions.UseHeights(heights):
                 tools.topics.heights_pub.publish(heights)
-            case UseOutline(outline):
+            case actions.UseOutline(outline):
                 tools.outlines.use(outline)
-            case PutFenceInForce(fence):
+            case actions.PutFenceInForce(fence):
                 tools.topics.fence_pub.publish(fence)
                 self._executor.submit(fence_path.prepare, fence)  # before the first path is asked for, in the air
-            case SetDatum(datum):
+            case actions.SetDatum(datum):
                 tools.service.set_datum(datum)
-            case BeginSurvey():
+            case actions.BeginSurvey():
                 tools.begin_survey()
-            case ForgetAskedModes():
+            case actions.ForgetAskedModes():
                 tools.service.forget_asked_modes()
-            case SettleMode(mode):
+            case actions.SettleMode(mode):
                 tools.service.settle_mode(mode)
-            case ForgetHeldFence():
+            case actions.ForgetHeldFence():
                 tools.service.forget_held_fence()
-            case SetVoice(speaks):
+            case actions.SetVoice(speaks):
                 tools.service.set_voice(speaks)
-            case CountStart():
+            case actions.CountStart():
                 tools.outcomes.starts_in_air = tools.count_start()
-            case KeepFall(fall):
+            case actions.KeepFall(fall):
                 tools.keep_fall(fall)
             case _:
                 raise TypeError(f"{type(act).__name__} is not known")
@@ -199,36 +160,36 @@ class Performer:
             sent = {"north": goal.north, "east": goal.east, "height": goal.height, "yaw": goal.yaw}
             self._tools.record("target", sent)
 
-    def _call(self, request: Request) -> Coroutine[Any, Any, Any]:
+    def _call(self, request: actions.Request) -> Coroutine[Any, Any, Any]:
         service = self._tools.service
         match request:
-            case SetArmed(armed):
+            case actions.SetArmed(armed):
                 return service.set_arm(armed)
-            case SetMode(mode):
+            case actions.SetMode(mode):
                 return service.set_mode(mode)
-            case SendMode(mode):
+            case actions.SendMode(mode):
                 return service.send_mode(mode)
-            case TakeOff(height):
+            case actions.TakeOff(height):
                 return service.send_takeoff_cmd(height)
-            case SetReturnAltitude(altitude):
+            case actions.SetReturnAltitude(altitude):
                 return service.set_rtl_alt(altitude)
-            case UploadFence(fence):
+            case actions.UploadFence(fence):
                 return service.upload_fence(fence)
-            case CompareFence(fence):
+            case actions.CompareFence(fence):
                 return service.compare_fence(fence)
-            case SetHome(place):
+            case actions.SetHome(place):
                 return service.set_home(place)
-            case CutMotors():
+            case actions.CutMotors():
                 return service.kill()
-            case ReadParameter(name):
+            case actions.ReadParameter(name):
                 return service.get_parameter(name)
-            case SetParameters(values):
+            case actions.SetParameters(values):
                 return service.set_failsafes(dict(values))
-            case PutBack(parameter, value):
+            case actions.PutBack(parameter, value):
                 return service.put_back(parameter, value)
-            case EnableFence():
+            case actions.EnableFence():
                 return service.enable_fence()
-            case StoreHeights(heights):
+            case actions.StoreHeights(heights):
                 return self._store_heights(heights)
         return self._store_fence(request.plan)
 

@@ -7,7 +7,7 @@ Each reading keeps its own memory and returns its own facts (`hawk.ddc.readings`
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TypeVar
@@ -146,6 +146,7 @@ class Senses:
     def _gather(self, instant: Instant) -> Facts:
         """Return what the readings know. What a tick's update found stands in their memories."""
         outcomes, home, witness = self._from.outcomes, self._home.facts(), self._witness.facts(instant)
+        read = instant.parameters
         return Facts(
             now=instant.now,
             utc=instant.utc,
@@ -165,7 +166,7 @@ class Senses:
             parts=self._parts(instant, witness),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
-            parameters=_deciding(instant.parameters),
+            parameters=tuple((name, float(read[name])) for name in ALL_NAMES if name in read),
             fall=self._fall.facts(),
             starts_in_air=outcomes.starts_in_air,
         )
@@ -177,7 +178,3 @@ class Senses:
         ground = ground_health(instant.belief.ground, is_linked=instant.is_linked)
         known = [part for reading in self._readings for part in reading.parts(instant)]
         return ("link", link), ("position", position), ("ground", ground), *parts.items(), *known
-
-
-def _deciding(parameters: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-    return tuple((name, float(parameters[name])) for name in ALL_NAMES if name in parameters)

@@ -11,16 +11,7 @@ from typing import Any
 
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.comm.protocol.authority import OperatorDesk
-from hawk.config.sections import (
-    CameraSettings,
-    Config,
-    FenceSettings,
-    FlightSettings,
-    HeightSettings,
-    OperatorSettings,
-    RemoteControlSettings,
-    RemoteIdSettings,
-)
+from hawk.config import sections
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
 from hawk.model.plans import Outline
@@ -47,19 +38,19 @@ class SurveyMemory:
 class DdcSettings:
     """Settings of operations manager and states. ``system_id`` is our MAVLink id, which the autopilot must watch."""
 
-    flight: FlightSettings = field(default_factory=FlightSettings)
-    fence: FenceSettings = field(default_factory=FenceSettings)
-    operator: OperatorSettings = field(default_factory=OperatorSettings)
-    heights: HeightSettings = field(default_factory=HeightSettings)
+    flight: sections.FlightSettings = field(default_factory=sections.FlightSettings)
+    fence: sections.FenceSettings = field(default_factory=sections.FenceSettings)
+    operator: sections.OperatorSettings = field(default_factory=sections.OperatorSettings)
+    heights: sections.HeightSettings = field(default_factory=sections.HeightSettings)
     system_id: int = 245
     set_rtl_altitude: bool = True
-    remote_control: RemoteControlSettings = field(default_factory=RemoteControlSettings)
-    remote_id: RemoteIdSettings = field(default_factory=RemoteIdSettings)
-    view: float = 2 * math.tan(math.radians(CameraSettings().horizontal_fov_deg) / 2)
+    remote_control: sections.RemoteControlSettings = field(default_factory=sections.RemoteControlSettings)
+    remote_id: sections.RemoteIdSettings = field(default_factory=sections.RemoteIdSettings)
+    view: float = 2 * math.tan(math.radians(sections.CameraSettings().horizontal_fov_deg) / 2)
     """Width of the camera's picture on the ground, metres from a height of one metre."""
 
     @classmethod
-    def from_config(cls, config: Config) -> DdcSettings:
+    def from_config(cls, config: sections.Config) -> DdcSettings:
         """Take what concerns this room out of the whole configuration. Raises ConfigError for a bad calibration."""
         return cls(
             flight=config.flight,
@@ -84,13 +75,9 @@ class DdcSettings:
         return self.heights.ceiling_m - self.fence.ceiling_margin_m
 
 
-def _view(camera: CameraSettings) -> float:
+def _view(camera: sections.CameraSettings) -> float:
     model = load_calibration(camera).for_size(1280, 720)  # the ratio is that of every size
     return model.width / model.fx
-
-
-def _no_record(kind: str, payload: dict[str, Any]) -> None:
-    """Record nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +90,7 @@ class ManagerSetup:
     """Folder of the parameter file and the fence file."""
     settings: DdcSettings = field(default_factory=DdcSettings)
     utc: Callable[[], datetime] = field(default=lambda: datetime.now(UTC))
-    record: Callable[[str, dict[str, Any]], None] = field(default=_no_record)
+    record: Callable[[str, dict[str, Any]], None] = field(default=lambda _kind, _payload: None)
     """Receives every tick's facts, every command, answer, request and decision."""
     count_start: Callable[[], int] = field(default=lambda: 1)
     """Journals a start in the air; returns the number of starts in the last 60 s, this one included."""

@@ -4,25 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
 
-from hawk.comm.protocol.heartbeat import (
-    DroneStatus,
-    FenceSetup,
-    HealthItem,
-    OperationStatus,
-    OutlineSetup,
-    PartsStatus,
-    PerceptionStatus,
-    Point,
-    PoseStatus,
-    SiteStatus,
-    StatusStamp,
-    TravelStatus,
-    VehicleStatus,
-)
+from hawk.comm.protocol import heartbeat
 from hawk.comm.topic import Topic
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import Ring
@@ -38,14 +23,6 @@ HEARTBEAT_S = 0.2
 """Interval of the statuses: 5 Hz."""
 
 
-@dataclass(frozen=True, slots=True)
-class Setups:
-    """Planned fence and outline as operators see them; each the same object until it changes."""
-
-    fence: FenceSetup
-    outline: OutlineSetup
-
-
 class Reporter:
     """Publishes statuses. Home and the trail follow every tick."""
 
@@ -54,10 +31,10 @@ class Reporter:
         log: FlightLog,
         trail: Trail,
         outcomes: Outcomes,
-        setups: Callable[[], Setups],
-        topic: Topic[DroneStatus],
+        setups: Callable[[], tuple[heartbeat.FenceSetup, heartbeat.OutlineSetup]],
+        topic: Topic[heartbeat.DroneStatus],
     ) -> None:
-        """``setups`` returns what an operator planned."""
+        """``setups`` returns planned fence and outline as operators see them; each the same object until it changes."""
         self._log = log
         self._trail = trail
         self._outcomes = outcomes
@@ -82,12 +59,12 @@ class Reporter:
         """Publish a status; ``own`` is the manager's health."""
         self._topic.publish(self._status(situation, own))
 
-    def _status(self, situation: Situation, own: Health) -> DroneStatus:
-        facts, setups = situation.facts, self._setups()
+    def _status(self, situation: Situation, own: Health) -> heartbeat.DroneStatus:
+        facts, (fence, outline) = situation.facts, self._setups()
         self._sequence += 1
         utc = datetime.fromtimestamp(facts.utc, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-        return DroneStatus(
-            stamp=StatusStamp(sequence=self._sequence, time=facts.now, utc=utc),
+        return heartbeat.DroneStatus(
+            stamp=heartbeat.StatusStamp(sequence=self._sequence, time=facts.now, utc=utc),
             operation=self._operation(situation),
             vehicle=vehicle_status(facts),
             pose=pose_status(facts),
@@ -95,16 +72,16 @@ class Reporter:
             travel=self._travel(situation),
             perception=perception_status(facts),
             parts=parts_status(facts, own),
-            fence_setup=setups.fence,
-            outline_setup=setups.outline,
+            fence_setup=fence,
+            outline_setup=outline,
             log=self._log.entries,
             trail=self._trail.points,
             trail_id=self._trail.identity,
         )
 
-    def _operation(self, situation: Situation) -> OperationStatus:
+    def _operation(self, situation: Situation) -> heartbeat.OperationStatus:
         state, facts, locks = situation.state, situation.facts, situation.interlocks
-        return OperationStatus(
+        return heartbeat.OperationStatus(
             state=state.identity,
             detail=state.detail(facts),
             asked_by=state.asked_by or None,
@@ -118,22 +95,22 @@ class Reporter:
             return_in=state.return_in(facts),
         )
 
-    def _travel(self, situation: Situation) -> TravelStatus:
+    def _travel(self, situation: Situation) -> heartbeat.TravelStatus:
         facts, goal = situation.facts, situation.state.goal
-        return TravelStatus(
-            target=None if goal is None else Point.of(goal.point),
+        return heartbeat.TravelStatus(
+            target=None if goal is None else heartbeat.Point.of(goal.point),
             route=_points(situation.state.route(facts)),
             flight_time=self._trail.flight_time(facts.now),
             distance_flown=self._trail.distance,
         )
 
 
-def vehicle_status(facts: Facts) -> VehicleStatus:
+def vehicle_status(facts: Facts) -> heartbeat.VehicleStatus:
     """Return autopilot, link and battery."""
     vehicle, battery, reserve = facts.vehicle, facts.battery.info, facts.battery.reserve
     heard, survey = math.isfinite(vehicle.time), facts.battery.survey
     home = survey.home if survey is not None else None
-    return VehicleStatus(
+    return heartbeat.VehicleStatus(
         ardupilot_state=vehicle.mode,
         armed=vehicle.armed if heard else None,
         connected=facts.link.is_up,
@@ -152,13 +129,13 @@ def vehicle_status(facts: Facts) -> VehicleStatus:
     )
 
 
-def pose_status(facts: Facts) -> PoseStatus:
+def pose_status(facts: Facts) -> heartbeat.PoseStatus:
     """Return pose and velocity."""
     pose = facts.position.pose
     if pose is None:
-        return PoseStatus()
+        return heartbeat.PoseStatus()
     (north, east, down), wind = pose.velocity, facts.wind.estimate
-    return PoseStatus(
+    return heartbeat.PoseStatus(
         relative_altitude=pose.relative_altitude,
         latitude=pose.global_.latitude,
         longitude=pose.global_.longitude,
@@ -178,12 +155,12 @@ def pose_status(facts: Facts) -> PoseStatus:
     )
 
 
-def site_status(situation: Situation) -> SiteStatus:
+def site_status(situation: Situation) -> heartbeat.SiteStatus:
     """Return home, map origin and the limits of the flight."""
     limits, position = situation.facts.limits, situation.facts.position
     fence, datum, heights, outline = limits.fence, position.datum, limits.heights, limits.outline
-    return SiteStatus(
-        home=None if position.home is None else Point.of(position.home),
+    return heartbeat.SiteStatus(
+        home=None if position.home is None else heartbeat.Point.of(position.home),
         datum=None if datum is None else (datum.latitude, datum.longitude),
         fence=() if fence is None else _ring(fence.polygon),
         fence_limit=() if fence is None else _ring(fence.autopilot_polygon),
@@ -196,10 +173,10 @@ def site_status(situation: Situation) -> SiteStatus:
     )
 
 
-def perception_status(facts: Facts) -> PerceptionStatus:
+def perception_status(facts: Facts) -> heartbeat.PerceptionStatus:
     """Return the results of vision, mapper and planner."""
     sight, plan = facts.sight, facts.sight.plan
-    return PerceptionStatus(
+    return heartbeat.PerceptionStatus(
         vision_rate=sight.vision_rate,
         camera_age=sight.camera_age,
         footprint=_points(sight.footprint),
@@ -217,19 +194,19 @@ def perception_status(facts: Facts) -> PerceptionStatus:
     )
 
 
-def parts_status(facts: Facts, own: Health) -> PartsStatus:
+def parts_status(facts: Facts, own: Health) -> heartbeat.PartsStatus:
     """Return the health of each part; a fault of the manager itself is shown as that of the loop."""
     shown = tuple((name, own if name == "loop" and not own.is_healthy else health) for name, health in facts.parts)
-    items = tuple(HealthItem(name=name, healthy=h.is_healthy, reason=h.reason) for name, h in shown)
+    items = tuple(heartbeat.HealthItem(name=name, healthy=h.is_healthy, reason=h.reason) for name, h in shown)
     well = own.is_healthy and all(item.healthy for item in items if item.name != "loop")
-    return PartsStatus(health=items, health_status=HealthStatus.HEALTHY if well else HealthStatus.UNHEALTHY)
+    return heartbeat.PartsStatus(health=items, health_status=HealthStatus.HEALTHY if well else HealthStatus.UNHEALTHY)
 
 
-def _points(places: tuple[MapPoint, ...]) -> tuple[Point, ...]:
-    return tuple(map(Point.of, places))
+def _points(places: tuple[MapPoint, ...]) -> tuple[heartbeat.Point, ...]:
+    return tuple(map(heartbeat.Point.of, places))
 
 
 @lru_cache(maxsize=4)
-def _ring(corners: Ring) -> tuple[Point, ...]:
+def _ring(corners: Ring) -> tuple[heartbeat.Point, ...]:
     """Return corners to the centimetre: they are sent five times a second."""
-    return tuple(Point(north=round(north, 2), east=round(east, 2)) for north, east in corners)
+    return tuple(heartbeat.Point(north=round(north, 2), east=round(east, 2)) for north, east in corners)

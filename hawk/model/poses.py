@@ -67,6 +67,10 @@ class MapPose:
         """The place on the ground below."""
         return MapPoint(self.north, self.east)
 
+    def distance(self, other: MapPose) -> float:
+        """Return the distance in space, metres."""
+        return math.dist((self.north, self.east, self.height), (other.north, other.east, other.height))
+
     def is_finite(self) -> bool:
         """Return True when every number is finite."""
         return all(math.isfinite(v) for v in (self.north, self.east, self.height, self.roll, self.pitch, self.yaw))

@@ -34,6 +34,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_get(ALIVE, alive)
     app.router.add_get("/api/performance", performance)
     app.router.add_get("/metrics", metrics)
+    app.router.add_get(ADDRESS, register)
     app.cleanup_ctx.append(reader)
 
 
@@ -109,7 +110,9 @@ async def metrics(request: web.Request) -> web.StreamResponse:
     """Prometheus text format."""
     services = request.app[SERVICES]
     computer = await figures(request.app, services.folder)
-    text = metrics_text(services, request.app[COUNTERS], _access(request.app), computer)
+    door, guesses = request.app[DOOR], request.app[GUESSES]
+    access = Access(door.waiting, door.answered, door.closed, guesses.total)
+    text = metrics_text(services, request.app[COUNTERS], access, computer)
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 
 
@@ -136,11 +139,6 @@ def _report(services: WebServices) -> dict[str, Any]:
     }
 
 
-def _access(app: web.Application) -> Access:
-    door, guesses = app[DOOR], app[GUESSES]
-    return Access(door.waiting, door.answered, door.closed, guesses.total)
-
-
 ADDRESS: Final = "/register_service"
 
 
@@ -161,11 +159,6 @@ class Registration:
     """The page refuses to stand in a frame of another page; BlueOS opens it at its own port."""
     works_in_relative_paths: bool = False
     """The page's addresses begin at the root of its own port, so BlueOS's proxy (/extensionv2/) cannot serve it."""
-
-
-def add_route(app: web.Application) -> None:
-    """Add the route of this module."""
-    app.router.add_get(ADDRESS, register)
 
 
 def is_for_everybody_here(request: web.BaseRequest) -> bool:

@@ -110,7 +110,6 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     login_page.add_routes(app)
     background.add_routes(app)
     area_file.add_routes(app)
-    api.add_route(app)
     (documentation or Documentation.load()).add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)
     return app

@@ -48,8 +48,8 @@ class ClientView:
             messages=self._next_log(status),
             trail=trail,
             trail_start=start,
-            fence_setup=self._next_fence(status),
-            outline_setup=self._next_outline(status),
+            fence_setup=None if status.fence_setup is self._fence else status.fence_setup,
+            outline_setup=None if status.outline_setup is self._outline else status.outline_setup,
             controller=control.controller,
             controller_lost=control.controller_lost,
             in_control=control.in_control,
@@ -59,6 +59,7 @@ class ClientView:
             control_free_in=control.free_in,
             control_kept=control.kept,
         )
+        self._fence, self._outline = status.fence_setup, status.outline_setup
         return own.join(status.shared_json)
 
     def _next_log(self, status: DroneStatus) -> list[LogEntry]:
@@ -66,18 +67,6 @@ class ClientView:
         if entries:
             self._log = entries[-1].number
         return entries
-
-    def _next_fence(self, status: DroneStatus) -> FenceSetup | None:
-        if status.fence_setup is self._fence:
-            return None
-        self._fence = status.fence_setup
-        return self._fence
-
-    def _next_outline(self, status: DroneStatus) -> OutlineSetup | None:
-        if status.outline_setup is self._outline:
-            return None
-        self._outline = status.outline_setup
-        return self._outline
 
     def _next_trail(self, status: DroneStatus) -> tuple[bool, list[Point]]:
         start = status.trail_id != self._trail_id or len(status.trail) < self._trail

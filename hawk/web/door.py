@@ -67,7 +67,7 @@ class WebConnection(asyncio.Protocol):
         self._inner = inner
         self._transport: asyncio.Transport | None = None
         self._unsent = 0
-        self._abandon: Callable[[], None] | None = None
+        self._abandon: Callable[[], object] | None = None
         self.address = ""
         self.since = 0.0
         """Time at which it began to wait."""
@@ -77,7 +77,7 @@ class WebConnection(asyncio.Protocol):
         self.tap: Callable[[bytes], bool] | None = None
         """Sees what is received before aiohttp does; returns True for what aiohttp need not see."""
 
-    def arrive(self, host: str | None, abandon: Callable[[], None]) -> None:
+    def arrive(self, host: str | None, abandon: Callable[[], object]) -> None:
         """Come in before the TLS handshake, which ``abandon`` ends."""
         self.address = network_of(host)
         self._abandon = abandon

@@ -118,7 +118,7 @@ class Listener:
                 accepted.close()
 
         task.add_done_callback(ended)
-        connection.arrive(peer[0], lambda: _cancel(task))
+        connection.arrive(peer[0], task.cancel)
 
     async def _shake_hands(self, connection: WebConnection, accepted: socket.socket, tls: ssl.SSLContext) -> bool:
         """Begin TLS; return False for a connection that fails, stalls or speaks no TLS."""
@@ -152,10 +152,6 @@ class Listener:
         while True:
             await asyncio.sleep(SWEEP_S)
             self._door.sweep()
-
-
-def _cancel(task: asyncio.Task[bool]) -> None:
-    task.cancel()
 
 
 def _short(error: OSError) -> str:

@@ -139,14 +139,7 @@ def _session_gate(desk: ControlDesk, hub: ClientHub) -> Gate:
 
 
 def _control(desk: ControlDesk, client: ClientId, command: Control) -> str | None:
-    match command.action:
-        case "Request":
-            return desk.request(client)
-        case "Release":
-            return desk.release(client)
-        case "Ask":
-            return desk.ask(client)
-        case "Withdraw":
-            return desk.withdraw(client)
-        case "Give" | "Keep":  # pragma: no branch - the last actions
-            return desk.answer(client, gives=command.action == "Give")
+    if command.action in ("Give", "Keep"):
+        return desk.answer(client, gives=command.action == "Give")
+    acts = {"Request": desk.request, "Release": desk.release, "Ask": desk.ask, "Withdraw": desk.withdraw}
+    return acts[command.action](client)

@@ -133,7 +133,7 @@ ALL_MODULES: Final = tuple(module for modules in GROUPS.values() for module in m
 LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
     "it reports: no state and no reaction reads it": (
         "hawk/ddc/requests/flight_log.py",
-        "hawk/ddc/replay.py",
+        "hawk/ddc/recorder.py",
         "hawk/ddc/status.py",
         "hawk/ddc/settings.py",
         "hawk/ddc/battery/survey.py",

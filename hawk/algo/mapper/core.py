@@ -117,7 +117,7 @@ class MapCore:
             self._outline,
             self._complete_rows,
             self._picture,
-            self._evict,
+            lambda *_: self.grid.evict() > 0,
             self._suggest,
         ]
         self.index = OccupancyMap(map_id=map_id)
@@ -259,7 +259,7 @@ class MapCore:
     def _fly_on(self, pose: MapPose) -> None:
         last, self._last_pose = self._last_pose, pose
         if last is not None:
-            self._flown_m += math.dist((pose.north, pose.east, pose.height), (last.north, last.east, last.height))
+            self._flown_m += pose.distance(last)
 
     def _attend(self, seen: SeenGround) -> None:
         """Load the stalls about the picture."""
@@ -327,15 +327,8 @@ class MapCore:
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
         middle, radius = extent(seen.lot)
-        look = Look(
-            found,
-            weight,
-            seen.captured,
-            evidence.in_picture,
-            self._version,
-            self._flown_m,
-            self._settings.still_weight,
-        )
+        still = self._settings.still_weight
+        look = Look(found, weight, seen.captured, evidence.in_picture, self._version, self._flown_m, still)
         self.tracker.fuse(look, self.tracker.near(*middle, radius + _REACH_M))
 
     def _show_stalls(self) -> None:
@@ -410,9 +403,6 @@ class MapCore:
                 self.grid.summarise(key)
                 self._touched.discard(key)
 
-    def _evict(self, _: CellEvidence, __: SeenGround) -> bool:
-        return self.grid.evict() > 0
-
     def _picture(self, _: CellEvidence, seen: SeenGround) -> bool:
         if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
             return False
@@ -442,4 +432,4 @@ def _corrected(seen: SeenGround, correction: NDArray[np.float64]) -> SeenGround:
 
 
 def _is_farther(last: MapPose | None, pose: MapPose, step: float) -> bool:
-    return last is None or math.dist((last.north, last.east, last.height), (pose.north, pose.east, pose.height)) >= step
+    return last is None or last.distance(pose) >= step

@@ -223,6 +223,5 @@ class Novelty:
         self._from, self._reached, self._still = pose, 0.0, 0.0
 
     def _apart(self, first: MapPose, second: MapPose) -> float:
-        places = ((one.north, one.east, one.height) for one in (first, second))
         turn = abs(math.remainder(second.yaw - first.yaw, math.tau))
-        return math.dist(*places) / self._look_m + turn / TURN
+        return first.distance(second) / self._look_m + turn / TURN

@@ -51,11 +51,6 @@ class EvidenceTile:
             self._layers = EvidenceLayers.from_bytes(self._packed)
         return self._layers
 
-    @property
-    def is_evicted(self) -> bool:
-        """True when only the bytes are kept."""
-        return self._layers is None
-
     def to_bytes(self) -> bytes:
         """Return the layers as bytes; made once for each change."""
         if self._packed is None:

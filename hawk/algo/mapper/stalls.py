@@ -15,21 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from hawk.algo.mapper import table
 from hawk.algo.mapper.delta import Recent
-from hawk.algo.mapper.table import (
-    FREE,
-    SQUARE_M,
-    STALL_DTYPE,
-    TAKEN,
-    UNKNOWN,
-    Detections,
-    FarStalls,
-    Rows,
-    columns_of,
-    corners_of,
-    geometry_of,
-    pair,
-)
 from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
@@ -67,7 +54,7 @@ class Look:
     map's version, the metres flown so far, and the weight of a car that came or left while nothing else was new.
     """
 
-    found: Detections
+    found: table.Detections
     weight: float
     time: float
     in_picture: InPicture
@@ -80,19 +67,19 @@ class StallTracker:
     """The known stalls. ``rows`` are those about the drone (`attend`); the others are kept by squares of ground."""
 
     def __init__(self) -> None:
-        self.rows: Rows = np.zeros(0, STALL_DTYPE)
+        self.rows: table.Rows = np.zeros(0, table.STALL_DTYPE)
         self.next_id = 1
         self.gone: Recent[int] = Recent()
         """Stalls that counted and do no more, by the map version at which they went."""
         self._just_gone: list[int] = []
-        self._far = FarStalls()
+        self._far = table.FarStalls()
         self._attended: tuple[float, float, float] | None = None
 
     @property
-    def confirmed(self) -> Rows:
+    def confirmed(self) -> table.Rows:
         """A copy of all valid rows."""
         rows = np.concatenate([self.rows, self._far.all()])
-        confirmed: Rows = rows[rows["confirmed"]]
+        confirmed: table.Rows = rows[rows["confirmed"]]
         return confirmed
 
     def attend(self, north: float, east: float, reach: float) -> None:
@@ -107,17 +94,17 @@ class StallTracker:
         wide = reach + _ATTEND_STEP_M
         self._attended = (north, east, wide)
         distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
-        far = distance > wide + SQUARE_M
+        far = distance > wide + table.SQUARE_M
         self._far.put(self.rows[far])
         self.rows = np.concatenate([self.rows[~far], self._far.take(north, east, wide)])
 
-    def about(self, north: float, east: float, reach: float) -> Rows:
+    def about(self, north: float, east: float, reach: float) -> table.Rows:
         """Return a copy of the valid rows within reach (metres) of a place, and perhaps a few more."""
         rows = np.concatenate([self.rows[self.near(north, east, reach)], self._far.about(north, east, reach)])
-        confirmed: Rows = rows[rows["confirmed"]]
+        confirmed: table.Rows = rows[rows["confirmed"]]
         return confirmed
 
-    def touched_since(self, version: int) -> Iterator[Rows]:
+    def touched_since(self, version: int) -> Iterator[table.Rows]:
         """Yield the valid rows that were touched after a version."""
         for rows in (self.rows, *self._far.since(version)):
             yield rows[rows["confirmed"] & (rows["touched"] > version)]
@@ -130,7 +117,7 @@ class StallTracker:
     def fuse(self, look: Look, local: NDArray[np.intp]) -> None:
         """Fuse one frame. ``local`` are the rows that may be in the picture."""
         before = self.rows[local].copy()
-        k, f = pair(geometry_of(before), (look.found.north, look.found.east, look.found.angle))
+        k, f = table.pair(table.geometry_of(before), (look.found.north, look.found.east, look.found.angle))
         self._hit(local[k], look.found.take(f), look)
         self._miss(np.delete(local, k), look)
         if look.weight > 0:
@@ -155,10 +142,10 @@ class StallTracker:
         gone, self._just_gone = self._just_gone, []
         return gone
 
-    def restore(self, rows: Rows, next_id: int) -> None:
+    def restore(self, rows: table.Rows, next_id: int) -> None:
         """Restore the stalls of an earlier run."""
         self.rows = rows
-        self._far, self._attended = FarStalls(), None
+        self._far, self._attended = table.FarStalls(), None
         self.next_id = max(next_id, int(rows["id"].max(initial=0)) + 1)
 
     def move_younger(self, flown_m: float, step: Floats, version: int) -> NDArray[np.intp]:
@@ -167,14 +154,14 @@ class StallTracker:
         All rows are loaded until `attend` is called. Returns the indices of those that were moved.
         """
         self.rows = np.concatenate([self.rows, self._far.all()])
-        self._far, self._attended = FarStalls(), None
+        self._far, self._attended = table.FarStalls(), None
         index = np.flatnonzero((self.rows["born"] > flown_m) & ~self.rows["inferred"])
         for name, metres in zip(("north", "east"), step, strict=True):
             self.rows[name][index] += metres
         self.rows["touched"][index] = version
         return index
 
-    def _hit(self, index: NDArray[np.intp], found: Detections, look: Look) -> None:
+    def _hit(self, index: NDArray[np.intp], found: table.Detections, look: Look) -> None:
         if len(index) == 0:
             return
         rows = self.rows[index]
@@ -198,7 +185,7 @@ class StallTracker:
     def _miss(self, index: NDArray[np.intp], look: Look) -> None:
         if len(index) == 0:
             return
-        corners = corners_of(self.rows[index])
+        corners = table.corners_of(self.rows[index])
         inside = look.in_picture(corners.reshape(-1, 2)).reshape(-1, 4).all(1)
         index = index[inside & ~self.rows["inferred"][index]]
         rows = self.rows[index]
@@ -208,11 +195,11 @@ class StallTracker:
         rows["touched"] = look.version
         self.rows[index] = rows
 
-    def _birth(self, found: Detections, look: Look) -> None:
+    def _birth(self, found: table.Detections, look: Look) -> None:
         if len(found) == 0:
             return
-        rows = np.zeros(len(found), STALL_DTYPE)
-        for name, value in columns_of(found):
+        rows = np.zeros(len(found), table.STALL_DTYPE)
+        for name, value in table.columns_of(found):
             rows[name] = value
         rows["solidity"] = np.maximum(_geometry_weight(found), 1e-3)
         rows["exists"] = _SCORE_GAIN * (found.score - _SCORE_ZERO)
@@ -226,7 +213,7 @@ class StallTracker:
         bad = (self.rows["exists"] < _DROP) & ~self.rows["inferred"]
         self.remove(np.flatnonzero(bad), version)
 
-    def add(self, rows: Rows) -> None:
+    def add(self, rows: table.Rows) -> None:
         """Put rows into the table under ids of their own."""
         rows["id"] = self.next_id + np.arange(len(rows))
         self.next_id += len(rows)
@@ -258,7 +245,9 @@ class StallTracker:
         if len(pairs) == 0:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
-        overlap = quads.overlap_more(corners_of(self.rows[pairs[:, 0]]), corners_of(self.rows[pairs[:, 1]]), _OVERLAP)
+        overlap = quads.overlap_more(
+            table.corners_of(self.rows[pairs[:, 0]]), table.corners_of(self.rows[pairs[:, 1]]), _OVERLAP
+        )
         losers: set[int] = set()
         for first, second in pairs[overlap]:
             if first not in losers and second not in losers:
@@ -270,14 +259,14 @@ class StallTracker:
         return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
 
 
-def _shows_change(rows: Rows, found: Detections) -> NDArray[np.bool_]:
+def _shows_change(rows: table.Rows, found: table.Detections) -> NDArray[np.bool_]:
     """Return True (N,) for the stalls that a look shows clearly in another state than the called one."""
-    came = (rows["state"] != TAKEN) & (found.taken >= _CHANGED)
-    left = (rows["state"] != FREE) & (found.taken <= 1 - _CHANGED)
+    came = (rows["state"] != table.TAKEN) & (found.taken >= _CHANGED)
+    left = (rows["state"] != table.FREE) & (found.taken <= 1 - _CHANGED)
     return np.asarray(came | left)
 
 
-def note_leans(rows: Rows, leans: NDArray[np.float64]) -> None:
+def note_leans(rows: table.Rows, leans: NDArray[np.float64]) -> None:
     """Add a measured lean (share of the drone's movement, see `Slip`) to each of the stalls (N,); NaN: not measured."""
     is_known = np.isfinite(leans)
     rows["lean_looks"] = np.minimum(rows["lean_looks"] + is_known, _MOST_LEAN_LOOKS)
@@ -288,11 +277,11 @@ def note_leans(rows: Rows, leans: NDArray[np.float64]) -> None:
 
 def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the states of log-odds ``taken``, with hysteresis about the states before."""
-    keep_taken = (before == TAKEN) & (taken > _KEEP)
-    keep_free = (before == FREE) & (taken < -_KEEP)
+    keep_taken = (before == table.TAKEN) & (taken > _KEEP)
+    keep_free = (before == table.FREE) & (taken < -_KEEP)
     is_taken = (taken >= _CALL) | keep_taken
     is_free = (taken <= -_CALL) | keep_free
-    return np.where(is_taken, TAKEN, np.where(is_free, FREE, UNKNOWN)).astype(np.int64)
+    return np.where(is_taken, table.TAKEN, np.where(is_free, table.FREE, table.UNKNOWN)).astype(np.int64)
 
 
 def others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -304,16 +293,16 @@ def _novelty(looks: Floats, weight: float) -> Floats:
     return np.clip(1 - looks, weight, 1)
 
 
-def _geometry_weight(found: Detections) -> Floats:
+def _geometry_weight(found: table.Detections) -> Floats:
     """Return the weights (N,): stalls cut by the picture's edge determine little of their centre and length."""
     return np.clip(found.score, 0.05, 1) * np.where(found.visible >= _WHOLE, 1.0, 0.05)
 
 
-def _fuse_geometry(rows: Rows, found: Detections, weight: Floats) -> None:
+def _fuse_geometry(rows: table.Rows, found: table.Detections, weight: Floats) -> None:
     weight = weight * _geometry_weight(found)
     total = rows["solidity"] + weight
     rate = weight / np.maximum(total, 1e-9)
-    for name, value in columns_of(found):
+    for name, value in table.columns_of(found):
         rows[name] += (value - rows[name]) * rate
     norm = np.maximum(np.hypot(rows["cos2"], rows["sin2"]), 1e-9)
     rows["cos2"] /= norm

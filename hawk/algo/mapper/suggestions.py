@@ -203,7 +203,9 @@ class Suggestions:
     def look(self, sight: Sight, middle: tuple[float, float], reach: float, next_id: int) -> int:
         """Take one look in at the ground within reach (metres) of a place; return the next free id."""
         here = self._about(*middle, reach)
-        cars = sight.cars.take(_within(sight.in_picture, _quads(sight.cars)))
+        boxes = sight.cars
+        outlines = quads.corners(boxes.north, boxes.east, boxes.angle, boxes.width, boxes.length)
+        cars = boxes.take(_within(sight.in_picture, outlines))
         cars = cars.take(~on_stalls(_places(cars), cars.angle, cars.length, sight.stalls))
         seen, fresh = _pairs(here, cars)
         for one, car in seen:
@@ -254,10 +256,6 @@ class Suggestions:
         one = self.known.pop(number)
         self._squares[square_of(one.north, one.east)].discard(number)
         self.recent.note(number, version)
-
-
-def _quads(cars: CarBoxes) -> Floats:
-    return quads.corners(cars.north, cars.east, cars.angle, cars.width, cars.length)
 
 
 def _within(in_picture: InPicture, corners: Floats) -> NDArray[np.bool_]:

@@ -78,7 +78,7 @@ _MOST_SHIFTS: Final = 12
 _STEPS_M: Final = (6.0, 2.0, 0.7)
 _WARM_M: Final = 3.0
 """A challenger that begins with lanes is good by itself, and heated no more than this."""
-_LANES_FROM: Final = 16.0  # pictures' areas of wanted ground
+_LANES_FROM: Final = 16.0  # pictures' areas of wanted ground: it fills many pictures
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,8 @@ class Course:
     def _challenged(self, outlook: Outlook) -> Tour | None:
         """Cool the challenger by one frame; return it when it is cold, and begin another with the next frame."""
         if self._challenger is None:
-            self._has_lanes = _is_wide(outlook)
+            footprint = outlook.terms.footprint
+            self._has_lanes = outlook.wanted.total > _LANES_FROM * footprint.width * footprint.depth
             self._challenger, self._cooled = self._laned(outlook) if self._has_lanes else self._begun(outlook), 0
         else:
             self._meet(self._challenger, outlook)
@@ -167,9 +168,3 @@ class Course:
         for number in range(_SWEEPS):
             step = _STEPS_M[(self._frame + number) % len(_STEPS_M)] if heat < 1.0 else _STEPS_M[0]
             tour.sweep(step, heat, _MOST_SHIFTS)
-
-
-def _is_wide(outlook: Outlook) -> bool:
-    """Return True when the wanted ground fills many pictures."""
-    footprint = outlook.terms.footprint
-    return outlook.wanted.total > _LANES_FROM * footprint.width * footprint.depth

@@ -195,8 +195,8 @@ class CameraCheck:
         if same is None or same.frame is frame:
             return None
         if frame.state not in GROUND_STATES and same.pose is not None and frame.pose is not None:
-            moved = math.dist(_place(same.pose), _place(frame.pose))
-            if moved > SAME_MOVE_M or abs(_turn(same.pose, frame.pose)) > _SAME_TURN:
+            turned = abs(math.remainder(frame.pose.yaw - same.pose.yaw, math.tau))
+            if same.pose.distance(frame.pose) > SAME_MOVE_M or turned > _SAME_TURN:
                 return _FROZEN
         seconds = frame.captured - same.frame.captured
         if seconds <= _SAME_WORD_S:
@@ -262,14 +262,6 @@ def _agreement(pairs: Sequence[tuple[complex, complex]]) -> complex:
     if expected == 0 or measured == 0:
         return 0j
     return sum((m * e.conjugate() for e, m in pairs), 0j) / (expected * measured)
-
-
-def _place(pose: MapPose) -> tuple[float, float, float]:
-    return pose.north, pose.east, pose.height
-
-
-def _turn(before: MapPose, now: MapPose) -> float:
-    return math.remainder(now.yaw - before.yaw, math.tau)
 
 
 def _about(angle: float) -> int:

@@ -87,7 +87,6 @@ class MavsdkAutopilot:
         make_link: Callable[[str, int, Clock, OnMessage, Expected], Link] = Link,
         parameter_answer_s: float = 0.5,
         supervisor: Supervisor | None = None,
-        calls: Calls | None = None,
         *,
         has_gimbal: bool = False,
         flown_id: int | None = None,
@@ -103,7 +102,6 @@ class MavsdkAutopilot:
             make_link: Makes the link.
             parameter_answer_s: Real seconds until a request for a parameter is repeated (four times).
             supervisor: Keeps the tasks running.
-            calls: Runs the calls into MAVSDK.
             has_gimbal: Ask for the attitude of the camera's gimbal.
             flown_id: MAVLink system id of the vehicle whose flight goes on.
             in_flight: A flight may be under way: the first copter is taken at once.
@@ -116,7 +114,7 @@ class MavsdkAutopilot:
         expected = expected_autopilot(settings, flown_id, in_flight=in_flight)
         self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected)
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, moment, self._on_reboot)
-        self.calls = calls or Calls("autopilot")
+        self.calls = Calls("autopilot")
         """The calls into MAVSDK, and those that hang."""
         self._supervisor = supervisor or Supervisor()
         self._targets = self._make_sender()

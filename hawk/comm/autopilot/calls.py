@@ -6,6 +6,7 @@ One that hangs delays no other, nor the exit.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import logging
 import time
@@ -111,13 +112,9 @@ class Calls:
 
     async def finish(self, wait_s: float) -> bool:
         """Wait until no call is under way, real seconds at most; return False when some are."""
-        if self._idle.is_set():
-            return True
-        try:
+        with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._idle.wait(), wait_s)
-        except TimeoutError:
-            return False
-        return True
+        return self._idle.is_set()
 
     def note_overdue(self, name: str) -> None:
         """Count a call of another thread that does not return, for ever."""

@@ -74,7 +74,9 @@ class RemoteIdSender:
         fixed = fixed_place(self._settings)
         if fixed is not None or self._settings.operator_place == "fixed":
             return fixed
-        here = self._armed_at() if is_armed else self._stands_at()
+        pose = self._topics.pose.fresh(PLACE_AGE_S)
+        stands_at = None if pose is None else pose.global_
+        here = self._armed_at() if is_armed else stands_at
         if here is not None:
             report = self._topics.remote_id.value or RemoteIdReport()
             self._takeoff = takeoff_place(here, report.geoid_m)
@@ -88,7 +90,3 @@ class RemoteIdSender:
         if arm is not None:
             return GlobalPose(arm.latitude, arm.longitude, arm.altitude)
         return self._topics.home.value
-
-    def _stands_at(self) -> GlobalPose | None:
-        pose = self._topics.pose.fresh(PLACE_AGE_S)
-        return None if pose is None else pose.global_

@@ -38,13 +38,7 @@ _OTHERS: Final = {
     16: say("flapping wing"),
     17: say("kite"),
     18: say("companion computer"),
-    19: say("VTOL"),
-    20: say("VTOL"),
-    21: say("VTOL"),
-    22: say("VTOL"),
-    23: say("VTOL"),
-    24: say("VTOL"),
-    25: say("VTOL"),
+    **dict.fromkeys(range(19, 26), say("VTOL")),
     26: say("gimbal"),
     27: say("ADS-B receiver"),
     28: say("parafoil"),
@@ -84,7 +78,7 @@ _SYSTEM: Final = {_V1: 3, _V2: 5}
 """Place of the system id in a frame; the component id follows it."""
 _HEARTBEAT: Final = 0  # message id
 _FIELDS: Final = struct.Struct("<IBBBBB")  # custom_mode, type, autopilot, base_mode, system_status, mavlink_version
-_CRC_EXTRA: Final = b"\x32"  # of HEARTBEAT
+_CRC_EXTRA: Final = 0x32  # of HEARTBEAT
 _NOT_AN_AUTOPILOT: Final = NO_AUTOPILOT
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 
@@ -122,24 +116,6 @@ class Heartbeat:
         return self.is_of_a_copter and not self.base_mode & _ARMED
 
 
-def heartbeats(datagram: bytes) -> Iterator[Heartbeat]:
-    """Yield the whole HEARTBEATs (MAVLink 1 and 2) of a datagram; other bytes are skipped."""
-    for start, magic in enumerate(datagram):
-        header = _HEADER.get(magic)
-        if header is None or start + header > len(datagram):
-            continue
-        end = start + header + datagram[start + 1] + 2
-        frame = datagram[start:end]
-        message = frame[5] if magic == _V1 else int.from_bytes(frame[7:10], "little")
-        payload = frame[header:-2]
-        if message != _HEARTBEAT or end > len(datagram) or len(payload) > _FIELDS.size:
-            continue
-        if _checksum(frame[1:-2] + _CRC_EXTRA) == int.from_bytes(frame[-2:], "little"):
-            _, kind, autopilot, base_mode, _, _ = _FIELDS.unpack(payload.ljust(_FIELDS.size, b"\0"))  # v2 cuts 0s
-            system, component = frame[_SYSTEM[magic]], frame[_SYSTEM[magic] + 1]
-            yield Heartbeat(system, component, kind, autopilot, base_mode)
-
-
 @dataclass(frozen=True, slots=True)
 class Frame:
     """A frame: its sender's ids, its message's id and payload; ``signed`` is what the checksum is made of."""
@@ -156,30 +132,46 @@ class Frame:
         return _checksum(self.signed + bytes((crc_extra,))) == int.from_bytes(self.checksum, "little")
 
 
+def _frame_at(datagram: bytes, start: int) -> Frame | None:
+    """Return the frame (MAVLink 1 or 2) that begins there; None where none does, and where its end is missing."""
+    magic = datagram[start]
+    header = _HEADER.get(magic)
+    if header is None or start + header > len(datagram):
+        return None
+    end = start + header + datagram[start + 1]
+    if end + 2 > len(datagram):
+        return None
+    frame = datagram[start:end]
+    message = frame[5] if magic == _V1 else int.from_bytes(frame[7:10], "little")
+    system, component = frame[_SYSTEM[magic]], frame[_SYSTEM[magic] + 1]
+    return Frame(system, component, message, frame[header:], frame[1:], datagram[end : end + 2])
+
+
+def heartbeats(datagram: bytes) -> Iterator[Heartbeat]:
+    """Yield the whole HEARTBEATs (MAVLink 1 and 2) of a datagram; other bytes are skipped."""
+    for start, magic in enumerate(datagram):
+        frame = _frame_at(datagram, start) if magic in _HEADER else None
+        if frame is None or frame.message != _HEARTBEAT or len(frame.payload) > _FIELDS.size:
+            continue
+        if frame.is_sound(_CRC_EXTRA):
+            _, kind, autopilot, base_mode, _, _ = _FIELDS.unpack(frame.payload.ljust(_FIELDS.size, b"\0"))  # v2 cuts 0s
+            yield Heartbeat(frame.system, frame.component, kind, autopilot, base_mode)
+
+
 def frames(datagram: bytes) -> Iterator[Frame]:
     """Yield the frames of a datagram, one behind the other; what follows bytes that are none is left out."""
     start = 0
-    while start < len(datagram):
-        magic = datagram[start]
-        header = _HEADER.get(magic)
-        if header is None or start + header > len(datagram):
-            return
-        end = start + header + datagram[start + 1]
-        if end + 2 > len(datagram):
-            return
-        frame = datagram[start:end]
-        message = frame[5] if magic == _V1 else int.from_bytes(frame[7:10], "little")
-        system, component = frame[_SYSTEM[magic]], frame[_SYSTEM[magic] + 1]
-        yield Frame(system, component, message, frame[header:], frame[1:], datagram[end : end + 2])
-        signature = _SIGNATURE if magic == _V2 and frame[2] & 1 else 0
-        start = end + 2 + signature
+    while start < len(datagram) and (frame := _frame_at(datagram, start)) is not None:
+        yield frame
+        signature = _SIGNATURE if datagram[start] == _V2 and datagram[start + 2] & 1 else 0
+        start += 1 + len(frame.signed) + 2 + signature
 
 
 def ground_station_heartbeat(system: int, component: int) -> bytes:
     """Return a ground station's HEARTBEAT as one MAVLink 2 frame, sequence 0."""
     payload = _FIELDS.pack(0, GROUND_STATION, _NOT_AN_AUTOPILOT, 0, _ACTIVE, _MAVLINK_2)
     frame = bytes((len(payload), 0, 0, 0, system, component)) + _HEARTBEAT.to_bytes(3, "little") + payload
-    return bytes((_V2,)) + frame + _checksum(frame + _CRC_EXTRA).to_bytes(2, "little")
+    return bytes((_V2,)) + frame + _checksum(frame + bytes((_CRC_EXTRA,))).to_bytes(2, "little")
 
 
 def is_heartbeat(frame: bytes) -> bool:

@@ -12,36 +12,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
+from hawk.comm.protocol import commands
 from hawk.comm.protocol.authority import Sender
-from hawk.comm.protocol.commands import (
-    Arm,
-    AutonomousExplore,
-    AutonomousMove,
-    CheckFence,
-    ClearFence,
-    ClearKill,
-    ClearOutline,
-    Command,
-    CompulsiveMove,
-    Configure,
-    Control,
-    Disarm,
-    Hold,
-    Kill,
-    KillRequest,
-    Land,
-    MapResync,
-    NewSurvey,
-    OperatorHeartbeat,
-    OperatorName,
-    Resume,
-    ReturnToLaunch,
-    RouteRequest,
-    SetFailsafes,
-    SetFence,
-    SetOutline,
-    Takeoff,
-)
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.model.operation import GROUND_STATES
 from hawk.model.operation import StateName as S
@@ -109,9 +81,9 @@ TAKEN: Final = ""
 class CommandRow:
     """One command."""
 
-    example: Command
+    example: commands.Command
     """It stands in the protocol's reference. Its class has type, fields and help text."""
-    sender: Sender
+    sender: Sender = Sender.CONTROL
     states: States = field(default_factory=dict)
     """Every state; empty for a command on which no state bears: it only asks, or the web server answers it."""
     needs: tuple[Need, ...] = ()
@@ -210,14 +182,12 @@ _HOLE: Final = [
 
 _ROWS: Final = (
     CommandRow(
-        example=Configure(min=15, des=35, max=60),
-        sender=Sender.CONTROL,
+        example=commands.Configure(min=15, des=35, max=60),
         states=BEFORE_FLIGHT,
         button="change-heights",
     ),
     CommandRow(
-        example=Arm(),
-        sender=Sender.CONTROL,
+        example=commands.Arm(),
         states={**BEFORE_FLIGHT, S.ARM: say("Already armed, or arming."), **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.NO_FALL, Need.NOT_CUT, Need.CHECKS),
         confirm=Confirm.SLIDE,
@@ -225,8 +195,7 @@ _ROWS: Final = (
         begins_flight=True,
     ),
     CommandRow(
-        example=Takeoff(),
-        sender=Sender.CONTROL,
+        example=commands.Takeoff(),
         states={**BEFORE_FLIGHT, S.IDLE: say("Arm first."), S.ARM: TAKEN, **every(IN_AIR, FLYING)},
         needs=(Need.LINK, Need.ARMED, *TO_BEGIN_A_TASK),
         confirm=Confirm.SLIDE,
@@ -234,31 +203,28 @@ _ROWS: Final = (
         begins_flight=True,
     ),
     CommandRow(
-        example=AutonomousExplore(),
-        sender=Sender.CONTROL,
+        example=commands.AutonomousExplore(),
         states={**IN_FLIGHT, **every(TASKS, MOVING), S.AUTONOMOUS_EXPLORE: say("Already exploring.")},
         needs=(*TO_MOVE_IN_THE_LOT, Need.UNSEEN, Need.LOT),
         confirm=Confirm.SLIDE,
         button="explore",
     ),
     CommandRow(
-        example=AutonomousMove(x=42.5, y=-17, frame="Map"),
-        sender=Sender.CONTROL,
+        example=commands.AutonomousMove(x=42.5, y=-17, frame="Map"),
         states=IN_FLIGHT,
         needs=TO_MOVE_IN_THE_LOT,
         confirm=Confirm.SLIDE,
         button="move",
     ),
     CommandRow(
-        example=CompulsiveMove(x=10, y=-5, frame="Relative", height=30),
-        sender=Sender.CONTROL,
+        example=commands.CompulsiveMove(x=10, y=-5, frame="Relative", height=30),
         states=IN_FLIGHT,
         needs=TO_MOVE,
         confirm=Confirm.SLIDE,
         button="move",
     ),
     CommandRow(
-        example=Hold(),
+        example=commands.Hold(),
         sender=Sender.OPERATORS_UNLESS_HOMING,
         states={
             **every(GROUND_STATES, ON_GROUND),
@@ -271,7 +237,7 @@ _ROWS: Final = (
         button="hold",
     ),
     CommandRow(
-        example=ReturnToLaunch(confirmed=False),
+        example=commands.ReturnToLaunch(confirmed=False),
         sender=Sender.CONTROL_OR_FREE,
         states={
             **ALWAYS,
@@ -286,7 +252,7 @@ _ROWS: Final = (
         sent_unheard=True,
     ),
     CommandRow(
-        example=Land(confirmed=True),
+        example=commands.Land(confirmed=True),
         sender=Sender.CONTROL_OR_FREE,
         states={**ALWAYS, **every(GROUND_STATES, ON_GROUND), S.LAND: say("Already landing.")},
         needs=(Need.LINK, Need.NOT_AUTOPILOTS, Need.AIR),
@@ -296,8 +262,7 @@ _ROWS: Final = (
         sent_unheard=True,
     ),
     CommandRow(
-        example=Disarm(),
-        sender=Sender.CONTROL,
+        example=commands.Disarm(),
         states={
             S.IDLE: MOTORS_OFF,
             S.CONFIGURE: MOTORS_OFF,
@@ -310,15 +275,14 @@ _ROWS: Final = (
         button="disarm",
     ),
     CommandRow(
-        example=Resume(confirmed=True),
-        sender=Sender.CONTROL,
+        example=commands.Resume(confirmed=True),
         states={**every(S, say("Nobody else flies.")), S.MANUAL: TAKEN},
         needs=(Need.LINK, Need.SWITCH_RESTS, Need.AIR, Need.HOLDABLE, Need.OTHER_FAILSAFES),
         confirm=Confirm.OVERRULING,
         button="resume",
     ),
     CommandRow(
-        example=KillRequest(),
+        example=commands.KillRequest(),
         sender=Sender.CONTROL_OR_FREE,
         states=ALWAYS,
         urgency=Urgency.URGENT,
@@ -327,7 +291,7 @@ _ROWS: Final = (
         taken_while_cutting=True,
     ),
     CommandRow(
-        example=Kill(token="3f6c0b8f5a1e4d7c9b2a8e6d4c0f1a2b"),  # noqa: S106 - an example
+        example=commands.Kill(token="3f6c0b8f5a1e4d7c9b2a8e6d4c0f1a2b"),  # noqa: S106 - an example
         sender=Sender.CONTROL_OR_FREE,
         states=ALWAYS,
         confirm=Confirm.TWO_STEPS,
@@ -337,85 +301,78 @@ _ROWS: Final = (
         taken_while_cutting=True,
     ),
     CommandRow(
-        example=ClearKill(),
-        sender=Sender.CONTROL,
+        example=commands.ClearKill(),
         states={**BEFORE_FLIGHT, **every(IN_AIR, IS_IN_AIR)},
         needs=(Need.CUT,),
         button="remedy-kill",
     ),
     CommandRow(
-        example=SetFailsafes(),
-        sender=Sender.CONTROL,
+        example=commands.SetFailsafes(),
         states={**BEFORE_FLIGHT, S.ARM: BEFORE_FLIGHT_ONLY, **every(IN_AIR, BEFORE_FLIGHT_ONLY)},
         needs=(Need.LINK, Need.NOT_SETTING),
         button="remedy-failsafes",
     ),
     CommandRow(
-        example=SetFence(corners=_AREA, ceiling=60, zones=[_HOLE]),
-        sender=Sender.CONTROL,
+        example=commands.SetFence(corners=_AREA, ceiling=60, zones=[_HOLE]),
         states=BEFORE_FLIGHT,
         needs=(Need.LINK,),
         button="save-fence",
     ),
     CommandRow(
-        example=ClearFence(),
-        sender=Sender.CONTROL,
+        example=commands.ClearFence(),
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DRAWN_FENCE),
         button="set-aside-label",
     ),
     CommandRow(
-        example=SetOutline(polygons=[_AREA], holes=[_HOLE]),
-        sender=Sender.CONTROL,
+        example=commands.SetOutline(polygons=[_AREA], holes=[_HOLE]),
         states=UNLESS_IT_EXPLORES,
         button="set-outline",
     ),
     CommandRow(
-        example=ClearOutline(),
-        sender=Sender.CONTROL,
+        example=commands.ClearOutline(),
         states=UNLESS_IT_EXPLORES,
         needs=(Need.OUTLINE,),
         button="remove-outline",
     ),
     CommandRow(
-        example=NewSurvey(),
-        sender=Sender.CONTROL,
+        example=commands.NewSurvey(),
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DISARMED, Need.MAP),
         confirm=Confirm.SLIDE,
         button="new-survey",
     ),
     CommandRow(
-        example=RouteRequest(id="route-1", x=42.5, y=-17, frame="Map"),
+        example=commands.RouteRequest(id="route-1", x=42.5, y=-17, frame="Map"),
         sender=Sender.OPERATORS,
         only_asks=True,
     ),
     CommandRow(
-        example=CheckFence(corners=_AREA, ceiling=60),
+        example=commands.CheckFence(corners=_AREA, ceiling=60),
         sender=Sender.OPERATORS,
         only_asks=True,
     ),
     CommandRow(
-        example=OperatorName(name="Anna"),
+        example=commands.OperatorName(name="Anna"),
         sender=Sender.OPERATORS,
         button="save",
         answered_by_web_server=True,
         sent_by_itself=True,
     ),
     CommandRow(
-        example=Control(action="Request"),
+        example=commands.Control(action="Request"),
         sender=Sender.OPERATORS,
         button="take-control",
         answered_by_web_server=True,
     ),
     CommandRow(
-        example=OperatorHeartbeat(),
+        example=commands.OperatorHeartbeat(),
         sender=Sender.EVERYBODY,
         answered_by_web_server=True,
         sent_by_itself=True,
     ),
     CommandRow(
-        example=MapResync(),
+        example=commands.MapResync(),
         sender=Sender.EVERYBODY,
         answered_by_web_server=True,
         sent_by_itself=True,

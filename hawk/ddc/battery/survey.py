@@ -12,16 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from hawk.ddc.battery.energy import (
-    ASSUMED_DRAIN,
-    CLIMB_M_S,
-    KEPT_FLIGHTS,
-    SAFETY_FACTOR,
-    DrainMeter,
-    Reserve,
-    known_drain,
-    seconds_home,
-)
+from hawk.ddc.battery import energy
 from hawk.ddc.settings import DdcSettings, SurveyMemory
 from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.operation import SurveyLeft
@@ -143,14 +134,14 @@ def need_on_ground(
     """
     travel, top = heights
     seconds = sweep.seconds(distance)
-    climb = travel / CLIMB_M_S if seconds > 0.0 else 0.0
-    back = seconds_home(_middle_distance(area), travel, top, sweep.speed)
+    climb = travel / energy.CLIMB_M_S if seconds > 0.0 else 0.0
+    back = energy.seconds_home(_middle_distance(area), travel, top, sweep.speed)
     return SurveyNeed(
         basis=basis,
         area=area,
         seconds=seconds,
         percent=(climb + seconds) * battery.drain,
-        home=battery.reserve + SAFETY_FACTOR * back * battery.drain,
+        home=battery.reserve + energy.SAFETY_FACTOR * back * battery.drain,
         charge=battery.charge,
         is_measured=battery.is_measured,
     )
@@ -232,7 +223,7 @@ class Sighting:
     exploring: bool
     charge: float | None
     """Percent; None while unknown."""
-    reserve: Reserve | None
+    reserve: energy.Reserve | None
     """Of this flight; None on the ground."""
     drain: float | None
     """As measured in this flight, percent a second."""
@@ -256,7 +247,7 @@ class SurveyReading:
         self._continues = continues_survey
         self._left = memory.left
         self._drains = memory.drains
-        self._meter = DrainMeter()
+        self._meter = energy.DrainMeter()
         self._short = Stopwatch()
         self._has_failed = False
         self._looked = self._kept = self._explored_until = -math.inf
@@ -295,7 +286,7 @@ class SurveyReading:
     def _measure(self, seen: Sighting) -> None:
         flight = self._meter.update(seen.charge, seen.now, seen.utc, airborne=seen.airborne, armed=seen.armed)
         if flight is not None:
-            self._drains = (*self._drains, flight)[-KEPT_FLIGHTS:]
+            self._drains = (*self._drains, flight)[-energy.KEPT_FLIGHTS :]
             self._memory.keep_drains(self._drains)
 
     def _follow(self, seen: Sighting) -> None:
@@ -358,8 +349,8 @@ class SurveyReading:
 
     def _battery(self, seen: Sighting, charge: float) -> Battery:
         """Return the battery with the drain of this flight, else of the last ones, else the assumed one."""
-        known = seen.drain if seen.airborne and seen.drain is not None else known_drain(self._drains, seen.utc)
-        drain = ASSUMED_DRAIN if known is None else max(known, ASSUMED_DRAIN / 3)
+        known = seen.drain if seen.airborne and seen.drain is not None else energy.known_drain(self._drains, seen.utc)
+        drain = energy.ASSUMED_DRAIN if known is None else max(known, energy.ASSUMED_DRAIN / 3)
         return Battery(charge, self._settings.flight.battery_reserve_percent, drain, known is not None)
 
 

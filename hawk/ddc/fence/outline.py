@@ -14,16 +14,7 @@ from shapely import Polygon
 
 from hawk.comm.protocol.commands import SetOutline
 from hawk.comm.protocol.heartbeat import FenceCorner
-from hawk.ddc.fence.geometry import (
-    MOST_EXTENT_M,
-    FenceError,
-    Ring,
-    autopilot_fence,
-    converted,
-    crossing,
-    ring_to_map,
-    shape,
-)
+from hawk.ddc.fence import geometry
 from hawk.model.plans import AskedGround, Fence, Outline
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
@@ -32,7 +23,7 @@ LEAST_OUTLINE_M2 = 50.0
 """Some four stalls: a smaller polygon is a slip of the hand, m²."""
 
 
-class OutlineError(FenceError):
+class OutlineError(geometry.FenceError):
     """An outline that cannot be used; the text names the polygon, what is wrong and the remedy."""
 
 
@@ -55,24 +46,20 @@ def check_rings(outline: Outline) -> float:
     Raises:
         OutlineError: Names the polygon or hole, the fault and the remedy.
     """
-    origin = _origin(outline)
-    rings = converted((*outline.polygons, *outline.holes), lambda ring: ring_to_map(origin, ring))
-    for number, ring in enumerate(rings):
-        is_hole = number >= len(outline.polygons)
-        name = (
-            say("Hole {number}", number=number - len(outline.polygons) + 1)
-            if is_hole
-            else say("Polygon {number}", number=number + 1)
-        )
+    origin = GlobalPose(*outline.polygons[0][0], 0.0)
+    rings = geometry.converted((*outline.polygons, *outline.holes), lambda ring: geometry.ring_to_map(origin, ring))
+    names = [say("Polygon {number}", number=number) for number, _ in enumerate(outline.polygons, 1)]
+    names += [say("Hole {number}", number=number) for number, _ in enumerate(outline.holes, 1)]
+    for name, ring in zip(names, rings, strict=True):
         _check(name, Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring)), ring)
     south, west, north, east = shapely.total_bounds([Polygon(ring) for ring in rings])
     widest = max(north - south, east - west)
-    if widest > MOST_EXTENT_M:
+    if widest > geometry.MOST_EXTENT_M:
         raise OutlineError(
             say(
                 "Polygons: the outline is {widest:.0f} m wide: draw it at most {most:.0f} m wide.",
                 widest=widest,
-                most=MOST_EXTENT_M,
+                most=geometry.MOST_EXTENT_M,
             )
         )
     whole = shapely.union_all([Polygon(ring) for ring in rings[: len(outline.polygons)]])
@@ -94,7 +81,7 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
     The drone itself stays inside our own limit, by the margin within; from there its pictures show ground beyond.
     """
     whole = _shape(outline, datum)
-    inside = shapely.intersection(whole, shape(autopilot_fence(fence)))
+    inside = shapely.intersection(whole, geometry.shape(geometry.autopilot_fence(fence)))
     parts = [part for part in shapely.get_parts(inside) if isinstance(part, Polygon) and not part.is_empty]
     pieces = tuple(tuple(_open(ring) for ring in (part.exterior, *part.interiors)) for part in parts)
     area = float(sum(part.area for part in parts))
@@ -104,11 +91,14 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
 def size_words(area: float, outside: float = 0.0) -> str:
     """Return the size of an outline in words, and what of it the fence leaves out."""
     words = area_words(area)
-    return (
-        words
-        if outside < 1.0
-        else say("{size}; {outside} outside the fence are left out", size=words, outside=area_words(outside))
-    )
+    if outside < 1.0:
+        return words
+    return say("{size}; {outside} outside the fence are left out", size=words, outside=area_words(outside))
+
+
+def corners_of(rings: Sequence[geometry.Ring]) -> list[list[FenceCorner]]:
+    """Return rings as the messages have them."""
+    return [[FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring] for ring in rings]
 
 
 def area_words(area: float) -> str:
@@ -116,16 +106,13 @@ def area_words(area: float) -> str:
     return say("{area:.1f} ha", area=area / 1e4) if area >= 1e4 else say("{area:.0f} m²", area=area)
 
 
-def corners_of(rings: Sequence[Ring]) -> list[list[FenceCorner]]:
-    """Return rings as the messages have them."""
-    return [[FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring] for ring in rings]
-
-
-def _check(name: str, polygon: Polygon, ring: Ring) -> None:
+def _check(name: str, polygon: Polygon, ring: geometry.Ring) -> None:
     if not polygon.is_valid:
         raise OutlineError(
             say(
-                "{name}: {crossing}: move a corner so that no side crosses another.", name=name, crossing=crossing(ring)
+                "{name}: {crossing}: move a corner so that no side crosses another.",
+                name=name,
+                crossing=geometry.crossing(ring),
             )
         )
     if name.startswith("Polygon") and polygon.area < LEAST_OUTLINE_M2:
@@ -140,19 +127,15 @@ def _check(name: str, polygon: Polygon, ring: Ring) -> None:
 
 
 def _shape(outline: Outline, datum: GlobalPose) -> shapely.Geometry:
-    rings = converted((*outline.polygons, *outline.holes), lambda ring: ring_to_map(datum, ring))
+    rings = geometry.converted((*outline.polygons, *outline.holes), lambda ring: geometry.ring_to_map(datum, ring))
     polygons = [Polygon(ring) for ring in rings]
     count = len(outline.polygons)
     return shapely.difference(shapely.union_all(polygons[:count]), shapely.union_all(polygons[count:]))
 
 
-def _origin(outline: Outline) -> GlobalPose:
-    return GlobalPose(*outline.polygons[0][0], 0.0)
-
-
-def _rings(rings: Sequence[Sequence[FenceCorner]]) -> tuple[Ring, ...]:
+def _rings(rings: Sequence[Sequence[FenceCorner]]) -> tuple[geometry.Ring, ...]:
     return tuple(tuple((each.latitude, each.longitude) for each in ring) for ring in rings)
 
 
-def _open(ring: shapely.LinearRing) -> Ring:
+def _open(ring: shapely.LinearRing) -> geometry.Ring:
     return tuple((float(north), float(east)) for north, east in ring.coords[:-1])

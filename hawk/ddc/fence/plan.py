@@ -15,26 +15,7 @@ from shapely import Polygon
 from hawk.comm.protocol.commands import CheckFence, FenceCheck, SetFence
 from hawk.comm.protocol.heartbeat import FenceCorner, FenceSetup
 from hawk.config.sections import FenceSettings
-from hawk.ddc.fence.geometry import (
-    LEAST_SIDE_M,
-    FenceError,
-    Ring,
-    area,
-    autopilot_fence,
-    check_fence_ring,
-    circle,
-    contains,
-    converted,
-    crossing,
-    extent,
-    outside_by,
-    polygon_fence,
-    ring_from_map,
-    ring_to_map,
-    sees_all,
-    to_map,
-    zone_of,
-)
+from hawk.ddc.fence import geometry
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
 from hawk.model.plans import Fence, HeightParameters
@@ -47,7 +28,7 @@ LEAST_ZONE_M2 = 1.0
 """A zone around a mast; a smaller one is a slip of the hand, m²."""
 
 
-def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
+def check_zones(outer: geometry.Ring, zones: Sequence[geometry.Ring]) -> None:
     """Check zones (rings of metres) in the fence ``outer``: sides, area, inside the fence, apart from each other.
 
     Raises:
@@ -60,7 +41,7 @@ def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
     for number, shape in enumerate(shapes, 1):
         if not fence.covers(shape):
             where = say("crosses the fence's edge") if fence.intersects(shape) else say("lies outside the fence")
-            raise FenceError(
+            raise geometry.FenceError(
                 say("Zone {number}: {where}: move its corners inside the fence.", number=number, where=where)
             )
     first, second = np.triu_indices(len(shapes), 1)
@@ -69,26 +50,28 @@ def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
     if crossed.size:
         pair = int(second[crossed[0]]) + 1, int(first[crossed[0]]) + 1
         remedy = say("move one of them, or draw one zone around both")
-        raise FenceError(
+        raise geometry.FenceError(
             say("Zone {one}: it crosses or holds zone {other}: {remedy}.", one=pair[0], other=pair[1], remedy=remedy)
         )
 
 
-def _checked(name: str, ring: Ring) -> Polygon:
+def _checked(name: str, ring: geometry.Ring) -> Polygon:
     """Return a zone's polygon. Raises FenceError when it is no polygon, or too small."""
     for number, (here, there) in enumerate(zip(ring, (*ring[1:], ring[0]), strict=True), start=1):
-        if math.dist(here, there) < LEAST_SIDE_M:
+        if math.dist(here, there) < geometry.LEAST_SIDE_M:
             pair = say("corners {number} and {other}", number=number, other=number % len(ring) + 1)
-            raise FenceError(say("{name}: {pair} lie at one place: remove one of them.", name=name, pair=pair))
+            raise geometry.FenceError(say("{name}: {pair} lie at one place: remove one of them.", name=name, pair=pair))
     shape = Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring))
     if not shape.is_valid:
-        raise FenceError(
+        raise geometry.FenceError(
             say(
-                "{name}: {crossing}: move a corner so that no side crosses another.", name=name, crossing=crossing(ring)
+                "{name}: {crossing}: move a corner so that no side crosses another.",
+                name=name,
+                crossing=geometry.crossing(ring),
             )
         )
     if shape.area < LEAST_ZONE_M2:
-        raise FenceError(
+        raise geometry.FenceError(
             say(
                 "{name}: it holds {area:.1f} m², too little to be meant: draw it wider, or remove it.",
                 name=name,
@@ -107,9 +90,9 @@ class FencePlan:
     """
 
     source: Literal["drawn", "file", "circle"]
-    ring: Ring
+    ring: geometry.Ring
     ceiling: float
-    zones: tuple[Ring, ...] = ()
+    zones: tuple[geometry.Ring, ...] = ()
 
     @property
     def origin(self) -> GlobalPose:
@@ -122,8 +105,8 @@ class FencePlan:
         Raises:
             FenceError: Nothing whole is left inside the margin.
         """
-        outer, *zones = converted((self.ring, *self.zones), lambda ring: ring_to_map(datum, ring))
-        return polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m, zones)
+        outer, *zones = geometry.converted((self.ring, *self.zones), lambda ring: geometry.ring_to_map(datum, ring))
+        return geometry.polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m, zones)
 
     def around(self, datum: GlobalPose, place: GlobalPose, settings: FenceSettings) -> Fence:
         """Return the fence in the map frame for a drone that is armed at a place.
@@ -133,8 +116,8 @@ class FencePlan:
         """
         if self.ring:
             return self.on_map(datum, settings)
-        outer = circle(to_map(datum, place.latitude, place.longitude), settings.radius_m)
-        return polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m)
+        outer = geometry.circle(geometry.to_map(datum, place.latitude, place.longitude), settings.radius_m)
+        return geometry.polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +127,8 @@ class Measures:
     ``inner_zones`` are the zones with our margin around them. The area is without zones.
     """
 
-    inner: Ring
-    inner_zones: tuple[Ring, ...]
+    inner: geometry.Ring
+    inner_zones: tuple[geometry.Ring, ...]
     north_south: float
     east_west: float
     area: float
@@ -158,14 +141,16 @@ def check_plan(plan: FencePlan, settings: DdcSettings, heights: HeightParameters
         FenceError: Names the field, the fault and the remedy.
     """
     origin = plan.origin
-    outer, *zones = converted((plan.ring, *plan.zones), lambda ring: ring_to_map(origin, ring))
-    check_fence_ring(outer)
+    outer, *zones = geometry.converted((plan.ring, *plan.zones), lambda ring: geometry.ring_to_map(origin, ring))
+    geometry.check_fence_ring(outer)
     check_zones(outer, zones)
     _check_ceiling(plan.ceiling, settings, heights)
     fence = plan.on_map(origin, settings.fence)
-    inner, *inner_zones = converted((fence.polygon, *fence.zones), lambda ring: ring_from_map(origin, ring))
-    whole = autopilot_fence(fence)
-    return Measures(inner, tuple(inner_zones), *extent(whole), area(whole))
+    inner, *inner_zones = geometry.converted(
+        (fence.polygon, *fence.zones), lambda ring: geometry.ring_from_map(origin, ring)
+    )
+    whole = geometry.autopilot_fence(fence)
+    return Measures(inner, tuple(inner_zones), *geometry.extent(whole), geometry.area(whole))
 
 
 def plan_of(command: SetFence | CheckFence) -> FencePlan:
@@ -178,7 +163,7 @@ def fence_refusal(command: SetFence, settings: DdcSettings, heights: HeightParam
     """Return the reason why the fence of a command cannot be stored; empty when it can."""
     try:
         check_plan(plan_of(command), settings, heights)
-    except FenceError as error:
+    except geometry.FenceError as error:
         return words_of(error)
     return ""
 
@@ -199,7 +184,7 @@ def check_answer(
     plan = plan_of(command)
     try:
         found = check_plan(plan, settings, heights)
-    except FenceError as error:
+    except geometry.FenceError as error:
         return FenceCheck(
             id=command.id,
             problem=words_of(error),
@@ -224,10 +209,10 @@ def check_answer(
 
 def fence_setup(plan: FencePlan, settings: DdcSettings, problem: str) -> FenceSetup:
     """Return the planned fence as operators see it."""
-    inner: Ring = ()
-    zones: tuple[Ring, ...] = ()
+    inner: geometry.Ring = ()
+    zones: tuple[geometry.Ring, ...] = ()
     if plan.ring:
-        with suppress(FenceError):  # a configured file that is too narrow: the preflight check reports it
+        with suppress(geometry.FenceError):  # a configured file that is too narrow: the preflight check reports it
             found = check_plan(plan, settings, HeightParameters(0.0, 0.0, 0.0))
             inner, zones = found.inner, found.inner_zones
     return FenceSetup(
@@ -245,12 +230,12 @@ def fence_setup(plan: FencePlan, settings: DdcSettings, problem: str) -> FenceSe
     )
 
 
-def corners(ring: Ring) -> list[FenceCorner]:
+def corners(ring: geometry.Ring) -> list[FenceCorner]:
     """Return (latitude, longitude) corners as the messages have them."""
     return [FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring]
 
 
-def _ring(places: Sequence[FenceCorner]) -> Ring:
+def _ring(places: Sequence[FenceCorner]) -> geometry.Ring:
     return tuple((each.latitude, each.longitude) for each in places)
 
 
@@ -260,15 +245,10 @@ def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> li
         return [say("Where the drone is, is not known yet.")]
     datum = standpoint.datum or place
     fence = plan.on_map(datum, settings.fence)
-    home = to_map(datum, place.latitude, place.longitude)
-    if not contains(fence, home):
-        return [
-            say(
-                "The drone stands {where}: it could not be armed there.",
-                where=where_outside(fence, home),
-            )
-        ]
-    notes = [] if sees_all(fence, home) else [blind_home(fence)]
+    home = geometry.to_map(datum, place.latitude, place.longitude)
+    if not geometry.contains(fence, home):
+        return [say("The drone stands {where}: it could not be armed there.", where=where_outside(fence, home))]
+    notes = [] if geometry.sees_all(fence, home) else [blind_home(fence)]
     altitude = standpoint.return_height
     if altitude is not None and altitude > fence.ceiling:
         high = say(
@@ -282,12 +262,10 @@ def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> li
 
 def where_outside(fence: Fence, place: MapPoint) -> str:
     """Return in words where a place outside our fence lies: beyond its edge, or in a zone."""
-    away, zone = metres(max(1.0, outside_by(fence, place))), zone_of(fence, place)
-    return (
-        say("{away} outside the dotted line", away=away)
-        if zone is None
-        else say("{away} inside the dotted line of zone {zone}", away=away, zone=zone)
-    )
+    away, zone = metres(max(1.0, geometry.outside_by(fence, place))), geometry.zone_of(fence, place)
+    if zone is None:
+        return say("{away} outside the dotted line", away=away)
+    return say("{away} inside the dotted line of zone {zone}", away=away, zone=zone)
 
 
 def blind_home(fence: Fence) -> str:
@@ -302,7 +280,7 @@ def blind_home(fence: Fence) -> str:
 def _check_ceiling(ceiling: float, settings: DdcSettings, heights: HeightParameters) -> None:
     highest, margin = settings.heights.ceiling_m, settings.fence.ceiling_margin_m
     if ceiling > highest:
-        raise FenceError(
+        raise geometry.FenceError(
             say(
                 "Ceiling: {ceiling} is above the highest allowed, {highest}: lower it.",
                 ceiling=metres(ceiling),
@@ -311,7 +289,7 @@ def _check_ceiling(ceiling: float, settings: DdcSettings, heights: HeightParamet
         )
     needed = heights.maximum + margin
     if ceiling < needed:
-        raise FenceError(
+        raise geometry.FenceError(
             say(
                 "Ceiling: {ceiling} is too low for flying up to {maximum:g} m, which needs {needed:g} m: raise it, or "
                 "lower Max first.",

@@ -20,6 +20,7 @@ from hawk.ddc.parameters.failsafes import CORNERS_NAME, FENCE_ENABLE
 from hawk.ddc.parameters.values import Values
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.words import seconds, sentence
 from hawk.model.operation import StateName
 from hawk.model.plans import Fence
@@ -67,7 +68,7 @@ class KeptFence:
         self._first_upload = Effort(math.inf, RETRY_S, tries=None)
         self._upload = Effort(PATIENCE_S, RETRY_S)
         self._was_on = False
-        self._off_since: float | None = None
+        self._off = Stopwatch()
         self._switch = Effort(SWITCH_PATIENCE_S)
         self.problem: str = _WAIT
         """Reason why the autopilot is not known to hold the fence of this flight; empty when it is known to."""
@@ -193,17 +194,14 @@ class KeptFence:
         is_on = facts.diagnostics.fence_on
         self._was_on |= is_on is True
         is_off = is_on is False and values.get(FENCE_ENABLE.name) == 1 and facts.limits.held == self._fence
-        if not is_off:
-            self._off_since = None
-        elif self._off_since is None:
-            self._off_since = facts.now
-        lasts = self._off_since is not None and facts.now - self._off_since >= SWITCH_CONFIRM_S
-        if not lasts or not may_write or not is_inside(facts):
+        off_s = self._off.update(is_off, facts.now)
+        if off_s is None or off_s < SWITCH_CONFIRM_S or not may_write or not is_inside(facts):
             self._switch.rest(facts)
             return ()
         acts = self._switch.put_back(EnableFence(), facts)
         if acts:
-            self._off_since = facts.now  # SYS_STATUS must be given time to show it, else one change takes every try
+            self._off = Stopwatch()  # SYS_STATUS must be given time to show it, else one change takes every try
+            self._off.update(True, facts.now)
         if self._switch.is_given_up and self._was_on and not self.lost:
             self.lost = (say("the fence's switch"),)
             acts += (Log("error", say("The fence in the autopilot cannot be switched on again."), self._switch.reason),)

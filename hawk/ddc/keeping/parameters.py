@@ -147,11 +147,9 @@ def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *,
     who, is_put_back = changed_by(facts, tuple(wanted)), bool(wanted) or check.is_switched_off
     remedy = joined(say("It is being put back.") if may_write else LATER, who.details)
     text = joined(named(check.name, check.value), who.message, say("No new task until it is right."))
-    return Log("warning", text, joined(sentence(check.consequence), remedy if is_put_back else _remedy(check)))
-
-
-def _remedy(check: FailsafeCheck) -> str:
-    return say("Return or land, then Set failsafes.") if check.can_be_set else check.remedy
+    if not is_put_back:
+        remedy = say("Return or land, then Set failsafes.") if check.can_be_set else check.remedy
+    return Log("warning", text, joined(sentence(check.consequence), remedy))
 
 
 def _given_up(name: str, value: float, reason: str) -> Log:

@@ -257,6 +257,11 @@ def _settable(name: str, problem: str, consequence: str) -> FailsafeCheck:
     return FailsafeCheck(name, False, problem, consequence, say("Set failsafes."), can_be_set=True)
 
 
+def _judged(name: str, problem: str, consequence: str, right: str) -> FailsafeCheck:
+    """Return the check of parameters with a problem, else with the words of those that are right."""
+    return _settable(name, problem, consequence) if problem else FailsafeCheck(name, True, right)
+
+
 def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
     name = GROUND_STATION
     consequence = say("If this computer stops in flight, the drone stays in the air until the battery is empty.")
@@ -268,53 +273,34 @@ def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
         return _settable(name, problem, consequence)
     highest = values.get(HIGHEST_ID_NAME) or 0.0
     if highest > watches:
-        found = say(
+        problem = say(
             "watches every station from {watches:.0f} to {highest:.0f}: any of them keeps it quiet",
             watches=watches,
             highest=highest,
         )
-        return _settable(name, found, consequence)
-    if watches != system_id:
-        return _settable(
-            name,
-            say("watches station {watches:.0f}, this is {system_id}", watches=watches, system_id=system_id),
-            consequence,
-        )
-    return FailsafeCheck(
-        name,
-        True,
-        say("{does}, watches this station ({system_id})", does=_words(GCS_ACTION, values), system_id=system_id),
-    )
+    elif watches != system_id:
+        problem = say("watches station {watches:.0f}, this is {system_id}", watches=watches, system_id=system_id)
+    right = say("{does}, watches this station ({system_id})", does=_words(GCS_ACTION, values), system_id=system_id)
+    return _judged(name, problem, consequence, right)
 
 
 def _spares_pilot(values: Values) -> FailsafeCheck:
-    name, options = PILOT, values.get("FS_OPTIONS")
+    options = values.get("FS_OPTIONS")
     consequence = say("If this computer stops while a pilot flies, the drone is taken from the pilot's hands.")
-    if options is None:
-        return _settable(name, NOT_READ, consequence)
-    return (
-        FailsafeCheck(name, True, say("yes"))
-        if int(options) & SPARE_PILOT_BIT
-        else _settable(name, say("no"), consequence)
-    )
+    problem = NOT_READ if options is None else "" if int(options) & SPARE_PILOT_BIT else say("no")
+    return _judged(PILOT, problem, consequence, say("yes"))
 
 
 def _remote_control(values: Values, *, is_needed: bool) -> FailsafeCheck:
-    name, problem = REMOTE_CONTROL, problem_of(values, RADIO_ACTION)
     if values.get(RADIO_ACTION.name) == 0 and not is_needed:
-        return FailsafeCheck(name, True, say("off, no remote control is required"))
-    if problem:
-        return _settable(
-            name, problem, say("If the remote control is lost while a pilot flies, nobody flies the drone.")
-        )
-    return FailsafeCheck(name, True, _words(RADIO_ACTION, values))
+        return FailsafeCheck(REMOTE_CONTROL, True, say("off, no remote control is required"))
+    consequence = say("If the remote control is lost while a pilot flies, nobody flies the drone.")
+    return _judged(REMOTE_CONTROL, problem_of(values, RADIO_ACTION), consequence, _words(RADIO_ACTION, values))
 
 
 def _position(values: Values) -> FailsafeCheck:
-    name, problem = POSITION, problem_of(values, EKF_ACTION, EKF_THRESHOLD)
-    if problem:
-        return _settable(name, problem, say("When the autopilot loses its position, the drone drifts away."))
-    return FailsafeCheck(name, True, _words(EKF_ACTION, values))
+    consequence = say("When the autopilot loses its position, the drone drifts away.")
+    return _judged(POSITION, problem_of(values, EKF_ACTION, EKF_THRESHOLD), consequence, _words(EKF_ACTION, values))
 
 
 def _fence(values: Values, view: AutopilotView) -> FailsafeCheck:
@@ -349,22 +335,18 @@ def _ceiling_problem(values: Values, limits: FlightLimits) -> str:
 
 
 def _return_height(values: Values, limits: FlightLimits) -> FailsafeCheck:
-    name, consequence = RETURN_HEIGHT, say("On its return the drone would leave the fence.")
-    found = return_altitude(values)
+    found, problem = return_altitude(values), ""
+    consequence = say("On its return the drone would leave the fence.")
     if found is None:
-        return _settable(name, NOT_READ, consequence)
+        return _settable(RETURN_HEIGHT, NOT_READ, consequence)
     if not 0.0 <= found <= limits.ceiling:
-        return _settable(
-            name, say("{found:g} m, must be at most {ceiling:g} m", found=found, ceiling=limits.ceiling), consequence
-        )
-    return FailsafeCheck(name, True, say("{found:g} m", found=found))
+        problem = say("{found:g} m, must be at most {ceiling:g} m", found=found, ceiling=limits.ceiling)
+    return _judged(RETURN_HEIGHT, problem, consequence, say("{found:g} m", found=found))
 
 
 def _battery(values: Values) -> FailsafeCheck:
-    name, problem = BATTERY, problem_of(values, LOW_ACTION, CRITICAL_ACTION)
-    if problem:
-        return _settable(name, problem, say("With an empty battery the drone falls."))
-    return FailsafeCheck(name, True, _words(LOW_ACTION, values))
+    consequence = say("With an empty battery the drone falls.")
+    return _judged(BATTERY, problem_of(values, LOW_ACTION, CRITICAL_ACTION), consequence, _words(LOW_ACTION, values))
 
 
 def _thresholds(values: Values, cells: tuple[int, ...], chemistry: Chemistry) -> FailsafeCheck:

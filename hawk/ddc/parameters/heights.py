@@ -17,7 +17,7 @@ PARAMETER_FILE = "params.json"
 
 
 class ParameterError(ValueError):
-    """Heights that cannot be used, or a file that cannot be written; the text names the field and the remedy."""
+    """A file that cannot be written; the text names it and the fault."""
 
 
 class _StoredHeights(BaseModel):
@@ -27,42 +27,28 @@ class _StoredHeights(BaseModel):
     maximum: float = Field(alias="Max", gt=0)
 
 
-def check_heights(heights: HeightParameters, ceiling: float, floor: float = 0.0) -> None:
-    """Check 0 < Min, floor <= Min <= Des <= Max <= ceiling (metres above the arm place). Raises ParameterError."""
-    if not heights.minimum > 0:
-        raise ParameterError(say("Min: must be above 0 m, not {minimum:g} m.", minimum=heights.minimum))
-    if heights.minimum < floor:
-        raise ParameterError(
-            say(
-                "Min: {minimum:g} m is too low over the highest obstacle: raise Min to {floor:g} m.",
-                minimum=heights.minimum,
-                floor=floor,
-            )
+def heights_problem(heights: HeightParameters, ceiling: float, floor: float = 0.0) -> str:
+    """Return why it is not 0 < Min, floor <= Min <= Des <= Max <= ceiling (metres above the arm place); else empty."""
+    low, travel, high = heights.minimum, heights.desired, heights.maximum
+    if not low > 0:
+        return say("Min: must be above 0 m, not {minimum:g} m.", minimum=low)
+    if low < floor:
+        return say(
+            "Min: {minimum:g} m is too low over the highest obstacle: raise Min to {floor:g} m.",
+            minimum=low,
+            floor=floor,
         )
-    if not heights.desired >= heights.minimum:
-        raise ParameterError(
-            say(
-                "Des: {desired:g} m is below Min, {minimum:g} m: raise Des or lower Min.",
-                desired=heights.desired,
-                minimum=heights.minimum,
-            )
+    if not travel >= low:
+        return say(
+            "Des: {desired:g} m is below Min, {minimum:g} m: raise Des or lower Min.", desired=travel, minimum=low
         )
-    if not heights.maximum >= heights.desired:
-        raise ParameterError(
-            say(
-                "Max: {maximum:g} m is below Des, {desired:g} m: raise Max or lower Des.",
-                maximum=heights.maximum,
-                desired=heights.desired,
-            )
+    if not high >= travel:
+        return say(
+            "Max: {maximum:g} m is below Des, {desired:g} m: raise Max or lower Des.", maximum=high, desired=travel
         )
-    if not heights.maximum <= ceiling:
-        raise ParameterError(
-            say(
-                "Max: {maximum:g} m is above the ceiling, {ceiling:g} m: lower Max.",
-                maximum=heights.maximum,
-                ceiling=ceiling,
-            )
-        )
+    if not high <= ceiling:
+        return say("Max: {maximum:g} m is above the ceiling, {ceiling:g} m: lower Max.", maximum=high, ceiling=ceiling)
+    return ""
 
 
 class ParameterStore:
@@ -88,14 +74,12 @@ class ParameterStore:
             return self._defaults, self._set_aside(words_of(error))
         try:
             stored = _StoredHeights.model_validate_json(text)
-            heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
-            check_heights(heights, self._ceiling, self._floor)
         except ValidationError as error:
-            problem = error.errors(include_url=False)[0]
-            return self._defaults, self._set_aside(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}")
-        except ParameterError as error:
-            return self._defaults, self._set_aside(words_of(error))
-        return heights, ""
+            found = error.errors(include_url=False)[0]
+            return self._defaults, self._set_aside(f"{'.'.join(map(str, found['loc']))}: {found['msg']}")
+        heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
+        problem = heights_problem(heights, self._ceiling, self._floor)
+        return (self._defaults, self._set_aside(problem)) if problem else (heights, "")
 
     def write(self, heights: HeightParameters) -> None:
         """Store the heights durably. Blocks on the disk: call it off the loop. Raises ParameterError."""

@@ -230,7 +230,7 @@ def threshold_problem(
         if charge <= 0:
             return Problem(say("off: BATT_LOW_VOLT and BATT_LOW_MAH are 0"), remedy)
         return Problem(say("no voltage: BATT_LOW_VOLT is 0, and BATT_LOW_MAH believes the counter"), remedy)
-    if charge > 0 and _charge_share(charge, capacity) > LOW_SHARE:
+    if charge > 0 and capacity > 0 and charge / capacity > LOW_SHARE:
         value = say(
             "BATT_LOW_MAH is {charge:g} of BATT_CAPACITY {capacity:g}: it would return at once",
             charge=charge,
@@ -248,10 +248,6 @@ def threshold_words(values: Mapping[str, float], cells: tuple[int, ...]) -> str:
         each = volts / cells[0]
         by_voltage = say("below {volts:g} V ({each:.2f} V a cell) for {timer:g} s", volts=volts, each=each, timer=timer)
     return say("{time} or below {charge:g} mAh", time=by_voltage, charge=charge) if charge > 0 else by_voltage
-
-
-def _charge_share(charge: float, capacity: float) -> float:
-    return charge / capacity if capacity > 0 else 0.0
 
 
 def _voltage_problem(volts: float, timer: float, cells: tuple[int, ...], chemistry: Chemistry) -> Problem | None:

@@ -112,7 +112,8 @@ class FallReading(Reading):
             return
         unseen = 0.0 if last is None else now - last.time
         dropped = _drop(last, sample)
-        fell_unseen = unseen > POSE_TIMEOUT_S and dropped > AIR_HEIGHT_M and _is_fall(dropped / unseen)
+        is_unseen = unseen > POSE_TIMEOUT_S and dropped > AIR_HEIGHT_M
+        fell_unseen = is_unseen and UNSEEN_M_S < dropped / unseen <= FASTEST_FALL_M_S
         if motion.is_fall or fell_unseen:
             self._fell_at = now
         elif self._fell_at is not None and now - self._fell_at > RECOVERED_S and not self._is_off_said:
@@ -180,7 +181,3 @@ def _drop(before: _Sample | None, after: _Sample) -> float:
     if before is None or before.height is None or after.height is None:
         return 0.0
     return before.height - after.height
-
-
-def _is_fall(metres_a_second: float) -> bool:
-    return UNSEEN_M_S < metres_a_second <= FASTEST_FALL_M_S

@@ -6,7 +6,7 @@ A reading keeps its own memory and returns its own facts, by a method ``facts``;
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from hawk.comm.topic import Stamped
@@ -83,6 +83,9 @@ class Instant:
 class Reading:
     """Base of the readings. `update` alone changes the memory: a look between two ticks calls ``facts`` and `parts`."""
 
+    _stops: tuple[Callable[[], None], ...] = ()
+    """Each ends the listening to one topic."""
+
     def update(self, instant: Instant) -> None:
         """Take the instant of a tick."""
 
@@ -92,3 +95,5 @@ class Reading:
 
     def close(self) -> None:
         """Stop listening."""
+        for stop in self._stops:
+            stop()

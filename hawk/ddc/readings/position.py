@@ -65,11 +65,6 @@ class PositionReading(Reading):
             topics.vehicle.estimate_jump.listen(self._estimate_jumps.note),
         )
 
-    def close(self) -> None:
-        """Stop listening."""
-        for stop in self._stops:
-            stop()
-
     def update(self, instant: Instant) -> None:
         """Look whether the autopilot trusts its position."""
         if self._topics.get_diagnostics().global_position_ok:

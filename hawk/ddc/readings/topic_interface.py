@@ -81,34 +81,15 @@ class DdcInputs:
     @classmethod
     def create(cls, clock: Callable[[], float]) -> DdcInputs:
         """Make a set of empty topics."""
-        return cls(
-            park_lot_detected=Topic("park_lot_detected", clock),
-            verdict=Topic("des_loc_inbound", clock),
-            path_plan=Topic("local_pos", clock),
-            occupancy_map=Topic("occupancy_map", clock),
-            footprint=Topic("footprint", clock),
-            vision_health=Topic("vision_app_health", clock),
-            mapper_health=Topic("mapper_app_health", clock),
-            path_plan_health=Topic("path_plan_app_health", clock),
-            camera_health=Topic("camera_health", clock),
-            camera_check=Topic("camera_check", clock),
-            ground_step=Topic("ground_step", clock),
-            stall_size=Topic("stall_size", clock),
-            recording_health=Topic("recording_health", clock),
-            requests_health=Topic("requests_health", clock),
-            tasks_health=Topic("tasks_health", clock),
-            camera_time=Topic("camera_time", clock),
-            vision_rate=Topic("vision_rate", clock),
-            loop_lag=Topic("loop_lag", clock),
-            second_sender=Topic("second_sender", clock),
-        )
+        return cls(**{name: Topic(name, clock) for name in cls.__slots__})
 
 
 class DdcTopicInterface:
     """Reads the latest values; publishes desired pose, state, fence, heights and home for the algorithms."""
 
     def __init__(self, vehicle: VehicleTopics, inputs: DdcInputs, clock: Callable[[], float]) -> None:
-        self._vehicle = vehicle
+        self.vehicle = vehicle
+        """The autopilot's topics, for those that must hear every message."""
         self._inputs = inputs
         self._clock = clock
         self.des_pose_pub: Topic[DesiredPose | None] = Topic("des_pose", clock)
@@ -127,11 +108,6 @@ class DdcTopicInterface:
         self.asked_place_pub.publish(None)
 
     @property
-    def vehicle(self) -> VehicleTopics:
-        """The autopilot's topics, for those that must hear every message."""
-        return self._vehicle
-
-    @property
     def ground_step(self) -> Topic[GroundStep]:
         """The drone's motion over ground by the camera, for those that must hear every message."""
         return self._inputs.ground_step
@@ -145,30 +121,30 @@ class DdcTopicInterface:
 
     def get_state(self) -> VehicleState:
         """Return the autopilot's state; a disconnected one before its first heartbeat."""
-        return self._vehicle.state.value or VehicleState()
+        return self.vehicle.state.value or VehicleState()
 
     def get_global_pose(self) -> GlobalPose | None:
         """Return the pose in WGS-84 degrees and metres above sea level, None before the first one."""
-        pose = self._vehicle.pose.value
+        pose = self.vehicle.pose.value
         return None if pose is None else pose.global_
 
     def get_local_pose(self) -> LocalPose | None:
         """Return the pose about the arm place, None before the first arm."""
-        pose = self._vehicle.pose.value
+        pose = self.vehicle.pose.value
         return None if pose is None else pose.local
 
     def get_rel_alt(self) -> float | None:
         """Return metres above the arm place, None before the first arm."""
-        pose = self._vehicle.pose.value
+        pose = self.vehicle.pose.value
         return None if pose is None else pose.relative_altitude
 
     def get_diagnostics(self) -> Diagnostics:
         """Return the autopilot's summary of its sensors; everything bad when it is old or never came."""
-        return self._vehicle.diagnostics.fresh(DIAGNOSTICS_TIMEOUT_S) or Diagnostics()
+        return self.vehicle.diagnostics.fresh(DIAGNOSTICS_TIMEOUT_S) or Diagnostics()
 
     def get_battery_info(self) -> BatteryInfo | None:
         """Return the battery; None when its charge is unknown or older than 5 s."""
-        battery = self._vehicle.battery.fresh(BATTERY_TIMEOUT_S)
+        battery = self.vehicle.battery.fresh(BATTERY_TIMEOUT_S)
         if battery is None or battery.percentage is None or not math.isfinite(battery.percentage):
             return None
         return battery
@@ -226,7 +202,7 @@ class DdcTopicInterface:
 
     def get_link_health(self) -> Health:
         """Health of the link to the autopilot: whether it is heard."""
-        state = self._vehicle.state.value
+        state = self.vehicle.state.value
         if state is None:
             return Health.bad(say("No autopilot found yet."))
         if not state.connected or self.get_link_age() > LINK_TIMEOUT_S:
@@ -261,25 +237,25 @@ class DdcTopicInterface:
 
     def get_link_age(self) -> float:
         """Return seconds since the autopilot's last heartbeat, infinite before the first."""
-        state = self._vehicle.state.value
+        state = self.vehicle.state.value
         return math.inf if state is None else max(0.0, self._clock() - state.time)
 
     def get_pose(self) -> VehiclePose | None:
         """Return the latest pose however old it is; ask `get_pose_age`."""
-        return self._vehicle.pose.value
+        return self.vehicle.pose.value
 
     def get_fresh_pose(self) -> VehiclePose | None:
         """Return the pose if it is young and whole enough to send a target on (0.5 s, finite map pose)."""
-        return usable_pose(self._vehicle.pose.value, self.get_pose_age())
+        return usable_pose(self.vehicle.pose.value, self.get_pose_age())
 
     def get_pose_age(self) -> float:
         """Return seconds since the moment of the latest pose, infinite when there is none."""
-        pose = self._vehicle.pose.value
+        pose = self.vehicle.pose.value
         return math.inf if pose is None else max(0.0, self._clock() - pose.time)
 
     def get_battery_age(self) -> float:
         """Return seconds since the last battery reading, infinite when there was none."""
-        return self._vehicle.battery.age
+        return self.vehicle.battery.age
 
     def get_fresh_verdict(self) -> Verdict | None:
         """Return the verdict on the desired pose if it is no older than 1 s."""

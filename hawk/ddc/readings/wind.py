@@ -195,18 +195,17 @@ def _improved(found: FloatArray, velocity: FloatArray, drag: FloatArray) -> Floa
     return step
 
 
-def ground_speed(speed: float, track: float, wind: Wind | None, largest_lean: float = LARGEST_LEAN) -> float:
+def ground_speed(speed: float, track: float, wind: Wind | None) -> float:
     """Return the ground speed that the drone reaches along a track against the wind, m/s.
 
     Args:
         speed: Travel speed, m/s over ground.
         track: Direction of the flight, radians clockwise from north.
         wind: The wind; None: no wind.
-        largest_lean: Lean that it may use against the air, radians.
     """
     if wind is None:
         return speed
-    air = wind.airspeed(largest_lean)
+    air = wind.airspeed(LARGEST_LEAN)
     along = wind.north * math.cos(track) + wind.east * math.sin(track)
     across = wind.east * math.cos(track) - wind.north * math.sin(track)
     if abs(across) >= air:

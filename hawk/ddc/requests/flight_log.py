@@ -34,14 +34,10 @@ class FlightLog:
         self._utc = utc
         self._number = 0
         self._entries: deque[LogEntry] = deque(maxlen=KEPT_ENTRIES)
-        self._snapshot: tuple[LogEntry, ...] = ()
+        self.entries: tuple[LogEntry, ...] = ()
+        """The last entries, oldest first."""
         self._heard: dict[str, float] = {}
         self._warning: tuple[float, str] | None = None
-
-    @property
-    def entries(self) -> tuple[LogEntry, ...]:
-        """The last entries, oldest first."""
-        return self._snapshot
 
     def add(self, level: Level, text: str, details: str = "") -> LogEntry:
         """Append one entry."""
@@ -49,7 +45,7 @@ class FlightLog:
         time = self._utc().astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         entry = listed(LogEntry(number=self._number, time=time, level=level, text=text, details=details))
         self._entries.append(entry)
-        self._snapshot = tuple(self._entries)
+        self.entries = tuple(self._entries)
         return entry
 
     def hear(self, message: StatusText) -> None:
@@ -85,18 +81,14 @@ class Trail:
         self._keep = keep
         self._next_keep = -math.inf
         self._points: list[MapPoint] = []
-        self._snapshot: tuple[MapPoint, ...] = ()
+        self.points: tuple[MapPoint, ...] = ()
+        """All points, oldest first."""
         self._took_off: float | None = None
         self._last: MapPose | None = None
         self.identity = 0
         """Changes when the points do not continue the former ones."""
         self.distance = 0.0
         """Metres flown since take-off, across the ground."""
-
-    @property
-    def points(self) -> tuple[MapPoint, ...]:
-        """All points, oldest first."""
-        return self._snapshot
 
     def flight_time(self, now: float) -> float | None:
         """Return seconds since take-off, None on the ground."""
@@ -137,4 +129,4 @@ class Trail:
         if len(self._points) > MAXIMUM_POINTS:
             self._points = self._points[::2]
             self.identity += 1
-        self._snapshot = tuple(self._points)
+        self.points = tuple(self._points)

@@ -77,11 +77,9 @@ def _height_refusal(target: Goal, pose: MapPose, limits: Limits) -> str:
         return say("the target is above the ceiling of {ceiling:g} m", ceiling=ceiling)
     if target.height < lowest and not (straight and target.height >= pose.height):
         return say("the target is below Min, {lowest:g} m", lowest=lowest)
-    return (
-        say("the target is above Max, {highest:g} m", highest=highest)
-        if target.height > highest and not descends
-        else ""
-    )
+    if target.height > highest and not descends:
+        return say("the target is above Max, {highest:g} m", highest=highest)
+    return ""
 
 
 def _distance_refusal(target: Goal, pose: MapPose, limits: Limits, away: float) -> str:

@@ -7,34 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from hawk.comm.protocol import commands
 from hawk.comm.protocol.command_table import COMMAND_TABLE
-from hawk.comm.protocol.commands import (
-    Ack,
-    Arm,
-    AutonomousMove,
-    CheckFence,
-    ClearFence,
-    ClearKill,
-    ClearOutline,
-    Command,
-    CompulsiveMove,
-    Configure,
-    Hold,
-    Kill,
-    KillRequest,
-    KillToken,
-    Land,
-    NewSurvey,
-    OperatorHeartbeat,
-    Outgoing,
-    ReturnToLaunch,
-    RouteAnswer,
-    RouteRequest,
-    SetFailsafes,
-    SetFence,
-    SetOutline,
-)
 from hawk.comm.protocol.heartbeat import ClientId, Point
+from hawk.ddc import orders
 from hawk.ddc.acts import (
     Acts,
     AskPlace,
@@ -50,17 +26,6 @@ from hawk.ddc.acts import (
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.outline import check_rings, ground_of, outline_of, size_words
 from hawk.ddc.fence.plan import Standpoint, plan_of
-from hawk.ddc.orders import (
-    ArmOrder,
-    ConfigureOrder,
-    FenceOrder,
-    MoveOrder,
-    Order,
-    SafetyOrder,
-    ToLand,
-    ToReturn,
-    Transition,
-)
 from hawk.ddc.parameters.failsafes import return_altitude
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.readings.operator import SOME_OPERATOR
@@ -98,7 +63,7 @@ def verdict_refusal(verdict: Verdict) -> str:
 @dataclass(frozen=True, slots=True)
 class _Question:
     client: ClientId
-    request: RouteRequest
+    request: commands.RouteRequest
     number: int = 0
     asked: float = 0.0
 
@@ -114,7 +79,7 @@ class RouteRequests:
         self._open: _Question | None = None
         self._number = 0
 
-    def ask(self, client: ClientId, request: RouteRequest) -> Acts:
+    def ask(self, client: ClientId, request: commands.RouteRequest) -> Acts:
         """Accept a question; the answer goes to the client within a second of its turn."""
         acts: Acts = ()
         older = self._waiting.pop(client, None)
@@ -160,12 +125,12 @@ class RouteRequests:
 def _answer(question: _Question, verdict: Verdict) -> Acts:
     points = [_point(place) for place in verdict.route.points]
     length = round(verdict.route.length_m, 1)
-    answer = RouteAnswer(id=question.request.id, points=points, length=length, refused=None)
+    answer = commands.RouteAnswer(id=question.request.id, points=points, length=length, refused=None)
     return (Reply(question.client, answer),)
 
 
 def _refuse(question: _Question, reason: str) -> Acts:
-    answer = RouteAnswer(id=question.request.id, points=[], length=None, refused=reason)
+    answer = commands.RouteAnswer(id=question.request.id, points=[], length=None, refused=reason)
     return (Reply(question.client, answer),)
 
 
@@ -185,17 +150,17 @@ class Ruling:
     ``transition``: the state changes whatever the active one makes of the order.
     """
 
-    answer: Outgoing | None = None
+    answer: commands.Outgoing | None = None
     acts: Acts = ()
-    order: Order | None = None
-    transition: Transition | None = None
+    order: orders.Order | None = None
+    transition: orders.Transition | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class _AskedMove:
     client: ClientId
-    command: AutonomousMove
-    order: MoveOrder
+    command: commands.AutonomousMove
+    order: orders.MoveOrder
     since: float
 
 
@@ -213,7 +178,7 @@ class LotCheck:
         """True while the planner's answer is awaited."""
         return self._open is not None
 
-    def open(self, client: ClientId, command: AutonomousMove, order: MoveOrder, facts: Facts) -> Acts:
+    def open(self, client: ClientId, command: commands.AutonomousMove, order: orders.MoveOrder, facts: Facts) -> Acts:
         """Ask about the order's place; an older Move ends refused."""
         acts = self.supersede()
         number = facts.sight.desired_count + 1
@@ -242,31 +207,31 @@ class LotCheck:
         if refused is not None:
             return Ruling(acts=self._refuse(asked, refused))
         self._open = None
-        answer = Ack(id=asked.command.id, accepted=True)
+        answer = commands.Ack(id=asked.command.id, accepted=True)
         acts = (NO_USER_ERROR, *_reply(asked.client, asked.command, answer))
         return Ruling(acts=acts, order=replace(asked.order, route=verdict.route))
 
     def _refuse(self, asked: _AskedMove, refused: Refusal) -> Acts:
         self._open = None
         ruling = refuse(asked.command, refused)
-        assert isinstance(ruling.answer, Ack)  # noqa: S101 - a refusal is an Ack
+        assert isinstance(ruling.answer, commands.Ack)  # noqa: S101 - a refusal is an Ack
         return (Desire(None), *ruling.acts, *_reply(asked.client, asked.command, ruling.answer))
 
 
-def refuse(command: Command, refused: Refusal) -> Ruling:
+def refuse(command: commands.Command, refused: Refusal) -> Ruling:
     """Return the refusing answer, and the User Error that the command caused."""
-    answer = Ack(id=command.id, accepted=False, reason=refused.reason)
+    answer = commands.Ack(id=command.id, accepted=False, reason=refused.reason)
     shown = refused.error is not UserError.NONE
     return Ruling(answer, (ShowUserError(refused.error, refused.reason),) if shown else ())
 
 
-def answer_record(client: ClientId, command: Command, answer: Ack) -> Record:
+def answer_record(client: ClientId, command: commands.Command, answer: commands.Ack) -> Record:
     """Return the record of an answer."""
     entries = (("client", client), ("command", command.type), ("accepted", answer.accepted))
     return Record("answer to operator", (*entries, ("reason", answer.reason)))
 
 
-def _reply(client: ClientId, command: Command, answer: Ack) -> Acts:
+def _reply(client: ClientId, command: commands.Command, answer: commands.Ack) -> Acts:
     return answer_record(client, command, answer), Reply(client, answer)
 
 
@@ -280,101 +245,103 @@ class CommandDesk:
         self.lot_check = LotCheck()
         self.routes = RouteRequests()
 
-    def rule(self, client: ClientId, command: Command, situation: Situation) -> Ruling:
+    def rule(self, client: ClientId, command: commands.Command, situation: Situation) -> Ruling:
         """Return the outcome of a command."""
         match command:
-            case OperatorHeartbeat():
-                return Ruling(Ack(id=command.id, accepted=True))
-            case CheckFence():
+            case commands.OperatorHeartbeat():
+                return Ruling(commands.Ack(id=command.id, accepted=True))
+            case commands.CheckFence():
                 return Ruling(acts=(_judge_fence(client, command, situation),))
-            case RouteRequest():
+            case commands.RouteRequest():
                 return Ruling(acts=self.routes.ask(client, command))
         if COMMAND_TABLE[command.type].answered_by_web_server:
             return refuse(command, Refusal(say("{type}: is answered by the web server.", type=command.type)))
         refused = refusal(situation, client, command)
         return self._accept(client, command, situation) if refused is None else refuse(command, refused)
 
-    def _accept(self, client: ClientId, command: Command, situation: Situation) -> Ruling:
-        facts, accepted = situation.facts, Ack(id=command.id, accepted=True)
+    def _accept(self, client: ClientId, command: commands.Command, situation: Situation) -> Ruling:
+        facts, accepted = situation.facts, commands.Ack(id=command.id, accepted=True)
         match command:
-            case KillRequest():
+            case commands.KillRequest():
                 token = self._tokens.issue(client, facts.now)
-                return Ruling(KillToken(id=command.id, token=token, valid_for=TOKEN_VALID_S))
-            case Kill():
+                return Ruling(commands.KillToken(id=command.id, token=token, valid_for=TOKEN_VALID_S))
+            case commands.Kill():
                 return self._kill(client, command, facts)
-            case ClearKill():
+            case commands.ClearKill():
                 forgotten = self._kill_switch.clear()
                 cleared = Log("info", say("The cut of the motors was cleared."))
                 return Ruling(accepted, (NO_USER_ERROR, *forgotten, cleared))
-            case NewSurvey():
+            case commands.NewSurvey():
                 words = Log("info", say("A new survey begins."), say("The earlier one stays stored."))
                 return Ruling(accepted, (*self._begin(), BeginSurvey(), words))
-            case SetFailsafes():
+            case commands.SetFailsafes():
                 self._reader.set_failsafes()
                 return Ruling(accepted, (NO_USER_ERROR,))
-            case SetOutline():
+            case commands.SetOutline():
                 outline = outline_of(command)
                 taken = Log("ok", _taken_words(outline, facts, situation.settings))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
-            case ClearOutline():
+            case commands.ClearOutline():
                 gone = Log("ok", say("The outline was removed; Explore finds the lot by looking."))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
-            case AutonomousMove():
+            case commands.AutonomousMove():
                 return Ruling(acts=self.lot_check.open(client, command, _move_order(command, facts), facts))
         if is_sent_unheard(facts, COMMAND_TABLE[command.type]):
             return self._send_unheard(client, command, facts)
         return Ruling(accepted, self._begin(), _order(client, command, situation))
 
-    def _send_unheard(self, client: ClientId, command: Command, facts: Facts) -> Ruling:
+    def _send_unheard(self, client: ClientId, command: commands.Command, facts: Facts) -> Ruling:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.rules.silence` sends its mode."""
         words = say("{command} is sent without an answer: no word from the autopilot.", command=command.type)
-        answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
+        answer = commands.Ack(id=command.id, accepted=True, reason=UNHEARD)
         by = facts.operator.name(client)
         straight = say("the autopilot is not heard")
-        following = ToLand(by=by) if isinstance(command, Land) else ToReturn(straight=straight, by=by)
+        following = (
+            orders.ToLand(by=by) if isinstance(command, commands.Land) else orders.ToReturn(straight=straight, by=by)
+        )
         return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
     def _begin(self) -> Acts:
         """An accepted command clears the User Error of an earlier one, and replaces a Move that is still judged."""
         return (NO_USER_ERROR, *self.lot_check.supersede())
 
-    def _kill(self, client: ClientId, command: Kill, facts: Facts) -> Ruling:
+    def _kill(self, client: ClientId, command: commands.Kill, facts: Facts) -> Ruling:
         problem = self._tokens.redeem(client, command.token, facts.now)
         record = Record("kill token", (("problem", problem),))
         if problem:
-            return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
+            return Ruling(commands.Ack(id=command.id, accepted=False, reason=problem), (record,))
         cut, by = self._kill_switch.begin(facts), facts.operator.name(client) or SOME_OPERATOR
         acts = (record, *cut, *self._begin(), Log("error", say("Motors are being cut by {by}.", by=by)))
-        return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
+        return Ruling(commands.Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 
-def _order(client: ClientId, command: Command, situation: Situation) -> Order:
+def _order(client: ClientId, command: commands.Command, situation: Situation) -> orders.Order:
     match command:
-        case Hold() | Land() | ReturnToLaunch():
-            return SafetyOrder(command, situation.facts.operator.name(client))
-        case Arm():
-            return ArmOrder(len(situation.checks), situation.facts.operator.name(client))
-        case CompulsiveMove():
+        case commands.Hold() | commands.Land() | commands.ReturnToLaunch():
+            return orders.SafetyOrder(command, situation.facts.operator.name(client))
+        case commands.Arm():
+            return orders.ArmOrder(len(situation.checks), situation.facts.operator.name(client))
+        case commands.CompulsiveMove():
             return _move_order(command, situation.facts)
-        case Configure():
-            return ConfigureOrder(HeightParameters(command.min, command.des, command.max))
-        case SetFence():
-            return FenceOrder(plan_of(command))
-        case ClearFence():
-            return FenceOrder(None)
+        case commands.Configure():
+            return orders.ConfigureOrder(HeightParameters(command.min, command.des, command.max))
+        case commands.SetFence():
+            return orders.FenceOrder(plan_of(command))
+        case commands.ClearFence():
+            return orders.FenceOrder(None)
     return command
 
 
-def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveOrder:
+def _move_order(command: commands.AutonomousMove | commands.CompulsiveMove, facts: Facts) -> orders.MoveOrder:
     place, here = place_of(command, facts), facts.place
     assert place is not None  # noqa: S101 - no move is accepted without a position
     assert here is not None  # noqa: S101
-    wanted = command.height if isinstance(command, CompulsiveMove) else None
+    wanted = command.height if isinstance(command, commands.CompulsiveMove) else None
     height = facts.limits.heights.bounded(wanted or here.height)
-    return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)
+    return orders.MoveOrder(place, height, here.yaw, isinstance(command, commands.AutonomousMove), number=0)
 
 
-def _judge_fence(client: ClientId, command: CheckFence, situation: Situation) -> JudgeFence:
+def _judge_fence(client: ClientId, command: commands.CheckFence, situation: Situation) -> JudgeFence:
     facts = situation.facts
     place = facts.global_place
     standpoint = Standpoint(place, facts.position.datum or place, return_altitude(situation.values))

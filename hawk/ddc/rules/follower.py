@@ -203,7 +203,8 @@ class VehicleFollower:
             if not state.on_ground:
                 return _down(facts)
             return Step(ToIdle()) if at_start else STAY
-        if keeps_rank and (name is current or _outranks_hover(state, name)):
+        outranks = name is StateName.HOVER and Rank.COMMUNICATION_LOST <= state.rank <= Rank.LAND
+        if keeps_rank and (name is current or outranks):
             return Step(restarts=state.holds or state.is_homing)
         if current is StateName.ARM and name is StateName.ARM:
             return STAY
@@ -252,10 +253,6 @@ def _down(facts: Facts) -> Step:
 
 def _before(*acts: Act, step: Step) -> Step:
     return Step(step.transition, (*acts, *step.acts), step.restarts)
-
-
-def _outranks_hover(state: State, name: StateName) -> bool:
-    return name is StateName.HOVER and Rank.COMMUNICATION_LOST <= state.rank <= Rank.LAND
 
 
 def _restart(starts: int, state: State) -> Step:

@@ -75,7 +75,8 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     low_s = facts.position.below.low_s
     if state.is_task and low_s is not None and low_s >= LOW_S:
         found.append(Reaction(Rank.FENCE, _climb(facts)))
-    if state.is_task and _position_is_lost(facts):
+    is_lost = facts.position.distrusted_s >= POSITION_CONFIRM_S or facts.position.age > POSE_TIMEOUT_S
+    if state.is_task and is_lost:
         found.append(Reaction(Rank.PERCEPTION, ToHover(_position_words(facts), level="warning")))
     if state.is_task and facts.witness.doubt:
         found.append(Reaction(Rank.PERCEPTION, ToHover(facts.witness.doubt, level="warning")))
@@ -97,10 +98,6 @@ def _climb(facts: Facts) -> ToHover:
         height=metres(height),
     )
     return ToHover(text, Goal(here.north, here.east, height, here.yaw), level="warning")
-
-
-def _position_is_lost(facts: Facts) -> bool:
-    return facts.position.distrusted_s >= POSITION_CONFIRM_S or facts.position.age > POSE_TIMEOUT_S
 
 
 def _position_words(facts: Facts) -> str:

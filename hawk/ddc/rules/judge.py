@@ -7,24 +7,15 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from hawk.comm.protocol import commands
 from hawk.comm.protocol.authority import authority_refusal
 from hawk.comm.protocol.command_table import COMMAND_TABLE, CommandRow, Confirm, sender_of
-from hawk.comm.protocol.commands import (
-    AutonomousMove,
-    Command,
-    CompulsiveMove,
-    Configure,
-    Confirmable,
-    RouteRequest,
-    SetFence,
-    SetOutline,
-)
 from hawk.comm.protocol.heartbeat import ClientId, CommandOption
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError, contains, path_is_inside, path_words, place_words
 from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline_of
 from hawk.ddc.fence.plan import fence_refusal
-from hawk.ddc.parameters.heights import ParameterError, check_heights
+from hawk.ddc.parameters.heights import heights_problem
 from hawk.ddc.rules.needs import POSITION_UNKNOWN, Refusal, Situation, unmet
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName, UserError
@@ -46,7 +37,7 @@ def options(situation: Situation) -> tuple[CommandOption, ...]:
     return tuple(found)
 
 
-def refusal(situation: Situation, client: ClientId, command: Command) -> Refusal | None:
+def refusal(situation: Situation, client: ClientId, command: commands.Command) -> Refusal | None:
     """Return the reason why a command of this client is refused; None when it is accepted."""
     operator = situation.facts.operator
     unauthorised = authority_refusal(
@@ -80,39 +71,32 @@ def _impossible(situation: Situation, row: CommandRow) -> Refusal | None:
     return next((refused for need in row.needs if (refused := unmet(need, situation)) is not None), None)
 
 
-def _unconfirmed(situation: Situation, row: CommandRow, command: Command) -> Refusal | None:
+def _unconfirmed(situation: Situation, row: CommandRow, command: commands.Command) -> Refusal | None:
     if row.confirm is not Confirm.OVERRULING or situation.state.identity is not StateName.MANUAL:
         return None
-    is_confirmed = isinstance(command, Confirmable) and command.confirmed
+    is_confirmed = isinstance(command, commands.Confirmable) and command.confirmed
     return None if is_confirmed else Refusal(say("Confirmed: someone else flies; send it confirmed."))
 
 
-def _content(situation: Situation, command: Command) -> Refusal | None:
+def _content(situation: Situation, command: commands.Command) -> Refusal | None:
     facts, settings = situation.facts, situation.settings
     reason = ""
     match command:
-        case Configure():
-            reason = _heights_refusal(command, facts.ceiling(situation.state.on_ground), settings.floor)
-        case SetFence():
+        case commands.Configure():
+            wanted = HeightParameters(command.min, command.des, command.max)
+            reason = heights_problem(wanted, facts.ceiling(situation.state.on_ground), settings.floor)
+        case commands.SetFence():
             reason = fence_refusal(command, settings, facts.limits.heights)
-        case SetOutline():
+        case commands.SetOutline():
             reason = _outline_refusal(command, facts, settings)
-        case AutonomousMove():
+        case commands.AutonomousMove():
             return _placed(facts, command)
-        case CompulsiveMove():
+        case commands.CompulsiveMove():
             return _travel_height(command, facts.limits.heights) or _placed(facts, command)
     return Refusal(reason) if reason else None
 
 
-def _heights_refusal(command: Configure, ceiling: float, floor: float) -> str:
-    try:
-        check_heights(HeightParameters(command.min, command.des, command.max), ceiling, floor)
-    except ParameterError as error:
-        return words_of(error)
-    return ""
-
-
-def _outline_refusal(command: SetOutline, facts: Facts, settings: DdcSettings) -> str:
+def _outline_refusal(command: commands.SetOutline, facts: Facts, settings: DdcSettings) -> str:
     """While no fence is known an outline is judged by the fence when Explore is asked for."""
     outline, ahead = outline_of(command), fence_ahead(facts, settings)
     try:
@@ -124,23 +108,25 @@ def _outline_refusal(command: SetOutline, facts: Facts, settings: DdcSettings) -
     return ""
 
 
-def _travel_height(command: CompulsiveMove, heights: HeightParameters) -> Refusal | None:
+def _travel_height(command: commands.CompulsiveMove, heights: HeightParameters) -> Refusal | None:
     low, high = heights.minimum, heights.maximum
     if command.height is None or low <= command.height <= high:
         return None
     return Refusal(say("Height: must lie between Min {low:g} m and Max {high:g} m.", low=low, high=high))
 
 
-def _placed(facts: Facts, command: AutonomousMove | CompulsiveMove) -> Refusal | None:
+def _placed(facts: Facts, command: commands.AutonomousMove | commands.CompulsiveMove) -> Refusal | None:
     place = place_of(command, facts)
-    reachable = place_refusal if isinstance(command, AutonomousMove) else move_refusal
+    reachable = place_refusal if isinstance(command, commands.AutonomousMove) else move_refusal
     return POSITION_UNKNOWN if place is None else reachable(facts, place)
 
 
 # -- places, routes and the fence -------------------------------------------------------------------------------------
 
 
-def place_of(command: AutonomousMove | CompulsiveMove | RouteRequest, facts: Facts) -> MapPoint | None:
+def place_of(
+    command: commands.AutonomousMove | commands.CompulsiveMove | commands.RouteRequest, facts: Facts
+) -> MapPoint | None:
     """Return the place (map frame) of a Move or Route Request; None while the position is unknown."""
     if command.frame == "Map":
         return MapPoint(command.x, command.y)

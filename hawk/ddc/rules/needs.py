@@ -1,4 +1,4 @@
-"""The situation that commands are judged on, and one function for each `Need` of the table of commands."""
+"""The situation that commands are judged on, and what each `Need` of the table of commands asks of it."""
 
 from __future__ import annotations
 
@@ -89,46 +89,11 @@ def unmet(need: Need, situation: Situation) -> Refusal | None:
     return _NEEDS[need](situation)
 
 
-# -- link, motors, ground and air --------------------------------------------------------------------------------------
-
-
-def _link(situation: Situation) -> Refusal | None:
-    return None if situation.facts.link.is_up else Refusal(say("No link to the autopilot: wait until it is found."))
-
-
-def _no_fall(situation: Situation) -> Refusal | None:
-    if situation.interlocks.fall is None:
-        return None
-    return Refusal(say("The motors went off in the air: look at the drone, then clear it."))
-
-
-def _not_cut(situation: Situation) -> Refusal | None:
-    return Refusal(say("The motors were cut: clear it first.")) if situation.interlocks.is_killed else None
-
-
-def _cut(situation: Situation) -> Refusal | None:
-    return None if situation.interlocks.is_killed else Refusal(say("The motors were not cut."))
-
-
 def _checks(situation: Situation) -> Refusal | None:
     failed = next((item for item in situation.checks if not item.passed), None)
     if failed is None:
         return None
     return Refusal(joined(named(failed.name, failed.value), sentence(failed.remedy)))
-
-
-def _armed(situation: Situation) -> Refusal | None:
-    return None if situation.state.may_take_off else Refusal(say("Arming: wait until it is armed."))
-
-
-def _disarmed(situation: Situation) -> Refusal | None:
-    return Refusal(DISARM_FIRST) if situation.facts.vehicle.armed else None
-
-
-def _air(situation: Situation) -> Refusal | None:
-    if situation.state.identity is StateName.TAKEOFF:
-        return None  # "on the ground" is up to a second old while it takes off
-    return Refusal(ON_GROUND) if situation.facts.is_on_ground else None
 
 
 def _ground(situation: Situation) -> Refusal | None:
@@ -137,14 +102,6 @@ def _ground(situation: Situation) -> Refusal | None:
     if facts.is_on_ground or (not facts.vehicle.armed and situation.state.on_ground):
         return None
     return Refusal(facts.ground.doubt or say("In the air: wait until it is on the ground."))
-
-
-# -- before any task, whichever station armed --------------------------------------------------------------------------
-
-
-def _kept(situation: Situation) -> Refusal | None:
-    kept = situation.facts.kept
-    return Refusal(kept.lost_words) if kept.lost else None
 
 
 def _home(situation: Situation) -> Refusal | None:
@@ -169,45 +126,12 @@ def _failsafes(situation: Situation, but: Collection[str] = ()) -> Refusal | Non
     return Refusal(joined(named(failed.name, failed.value), remedy))
 
 
-def _other_failsafes(situation: Situation) -> Refusal | None:
-    """Hover brings our fence to the autopilot, and what was right back into it, before any task."""
-    return _failsafes(situation, but=situation.facts.kept.known)
-
-
-def _fence(situation: Situation) -> Refusal | None:
-    problem = situation.interlocks.fence_problem
-    return Refusal(problem) if problem else None
-
-
-# -- the place, and what is seen ---------------------------------------------------------------------------------------
-
-
-def _position(situation: Situation) -> Refusal | None:
-    facts = situation.facts
-    return POSITION_UNKNOWN if facts.pose is None or facts.limits.fence is None else None
-
-
-def _no_doubt(situation: Situation) -> Refusal | None:
-    doubt = situation.facts.witness.doubt
-    return Refusal(doubt) if doubt else None
-
-
-def _inside(situation: Situation) -> Refusal | None:
-    return Refusal(say("Outside the fence: wait until it is back inside.")) if situation.facts.is_breached else None
-
-
 def _holdable(situation: Situation) -> Refusal | None:
     """Refuse to take a drone from the pilot that Hover could not hold, and would land."""
     place = situation.facts.witness.place
     if not place.is_doubted or place.is_followed:
         return None
     return Refusal(joined(place.words, say("It could not be held: land it, or fly by hand.")))
-
-
-def _perception(situation: Situation) -> Refusal | None:
-    sight = situation.facts.sight
-    lasts = sight.fault_s >= FAULT_CONFIRM_S  # one bad picture refuses no task, as it ends none
-    return Refusal(sight.fault) if sight.fault and lasts else None
 
 
 def _unseen(situation: Situation) -> Refusal | None:
@@ -226,74 +150,70 @@ def _lot(situation: Situation) -> Refusal | None:
     return Refusal(say("No lot in sight: move over the lot first."), UserError.NO_LOT_DETECTED)
 
 
-# -- who flies ---------------------------------------------------------------------------------------------------------
-
-
-def _no_cause(situation: Situation) -> Refusal | None:
-    reason = situation.state.hold_refusal(situation.facts)
-    return Refusal(reason) if reason else None
-
-
-def _not_autopilots(situation: Situation) -> Refusal | None:
-    state = situation.state
-    return Refusal(state.hold_refusal(situation.facts)) if state.rank is Rank.AUTOPILOT else None
-
-
 def _switch_rests(situation: Situation) -> Refusal | None:
     left = RESUME_WAIT_S - (situation.facts.now - situation.facts.link.mode_changed_at)
     return Refusal(say("The mode changed just now: wait {left}.", left=seconds(left))) if left > 0 else None
 
 
-# -- what is set, drawn and stored -------------------------------------------------------------------------------------
+def _holds(is_met: Callable[[Situation], bool], reason: str) -> Callable[[Situation], Refusal | None]:
+    """Return the function of a need that is met, or refused for always the same reason."""
+    refused = Refusal(reason)
+    return lambda now: None if is_met(now) else refused
 
 
-def _not_setting(situation: Situation) -> Refusal | None:
-    return Refusal(say("Being set: wait a moment.")) if situation.interlocks.is_setting else None
-
-
-def _drawn_fence(situation: Situation) -> Refusal | None:
-    limits = situation.facts.limits
-    is_drawn = limits.plan.source == "drawn" or limits.plan_problem != ""
-    return None if is_drawn else Refusal(say("No fence is drawn: the standard one is used."))
-
-
-def _outline(situation: Situation) -> Refusal | None:
-    return None if situation.facts.limits.outline is not None else Refusal(say("No outline is set."))
-
-
-def _map(situation: Situation) -> Refusal | None:
-    sight = situation.facts.sight
-    is_empty = sight.lot_area <= 0.0 and sight.counts.total == 0
-    return Refusal(say("The map is empty: the next flight begins it.")) if is_empty else None
+def _unless(reason: Callable[[Situation], str]) -> Callable[[Situation], Refusal | None]:
+    """Return the function of a need that is met while there is no reason against it."""
+    return lambda now: Refusal(words) if (words := reason(now)) else None
 
 
 _NEEDS: Final[Mapping[Need, Callable[[Situation], Refusal | None]]] = {
-    Need.LINK: _link,
-    Need.NO_FALL: _no_fall,
-    Need.NOT_CUT: _not_cut,
+    # -- link, motors, ground and air
+    Need.LINK: _holds(lambda now: now.facts.link.is_up, say("No link to the autopilot: wait until it is found.")),
+    Need.NO_FALL: _holds(
+        lambda now: now.interlocks.fall is None,
+        say("The motors went off in the air: look at the drone, then clear it."),
+    ),
+    Need.NOT_CUT: _holds(lambda now: not now.interlocks.is_killed, say("The motors were cut: clear it first.")),
+    Need.CUT: _holds(lambda now: now.interlocks.is_killed, say("The motors were not cut.")),
     Need.CHECKS: _checks,
-    Need.ARMED: _armed,
-    Need.KEPT: _kept,
+    Need.ARMED: _holds(lambda now: now.state.may_take_off, say("Arming: wait until it is armed.")),
+    Need.DISARMED: _holds(lambda now: not now.facts.vehicle.armed, DISARM_FIRST),
+    # "on the ground" is up to a second old while it takes off
+    Need.AIR: _holds(lambda now: now.state.identity is StateName.TAKEOFF or not now.facts.is_on_ground, ON_GROUND),
+    Need.GROUND: _ground,
+    # -- before any task, whichever station armed
+    Need.KEPT: _unless(lambda now: now.facts.kept.lost_words),
     Need.HOME: _home,
     Need.FAILSAFES: _failsafes,
-    Need.FENCE: _fence,
-    Need.POSITION: _position,
-    Need.NO_DOUBT: _no_doubt,
-    Need.INSIDE: _inside,
-    Need.PERCEPTION: _perception,
+    # Hover brings our fence to the autopilot, and what was right back into it, before any task
+    Need.OTHER_FAILSAFES: lambda now: _failsafes(now, but=now.facts.kept.known),
+    Need.FENCE: _unless(lambda now: now.interlocks.fence_problem),
+    # -- the place, and what is seen
+    Need.POSITION: _holds(
+        lambda now: now.facts.pose is not None and now.facts.limits.fence is not None, POSITION_UNKNOWN.reason
+    ),
+    Need.NO_DOUBT: _unless(lambda now: now.facts.witness.doubt),
+    Need.INSIDE: _holds(lambda now: not now.facts.is_breached, say("Outside the fence: wait until it is back inside.")),
+    Need.HOLDABLE: _holdable,
+    # one bad picture refuses no task, as it ends none
+    Need.PERCEPTION: _unless(lambda now: now.facts.sight.fault if now.facts.sight.fault_s >= FAULT_CONFIRM_S else ""),
     Need.UNSEEN: _unseen,
     Need.LOT: _lot,
-    Need.AIR: _air,
-    Need.GROUND: _ground,
-    Need.NO_CAUSE: _no_cause,
-    Need.NOT_AUTOPILOTS: _not_autopilots,
+    # -- who flies
+    Need.NO_CAUSE: _unless(lambda now: now.state.hold_refusal(now.facts)),
+    Need.NOT_AUTOPILOTS: _unless(
+        lambda now: now.state.hold_refusal(now.facts) if now.state.rank is Rank.AUTOPILOT else ""
+    ),
     Need.SWITCH_RESTS: _switch_rests,
-    Need.HOLDABLE: _holdable,
-    Need.OTHER_FAILSAFES: _other_failsafes,
-    Need.CUT: _cut,
-    Need.NOT_SETTING: _not_setting,
-    Need.DRAWN_FENCE: _drawn_fence,
-    Need.OUTLINE: _outline,
-    Need.DISARMED: _disarmed,
-    Need.MAP: _map,
+    # -- what is set, drawn and stored
+    Need.NOT_SETTING: _holds(lambda now: not now.interlocks.is_setting, say("Being set: wait a moment.")),
+    Need.DRAWN_FENCE: _holds(
+        lambda now: now.facts.limits.plan.source == "drawn" or now.facts.limits.plan_problem != "",
+        say("No fence is drawn: the standard one is used."),
+    ),
+    Need.OUTLINE: _holds(lambda now: now.facts.limits.outline is not None, say("No outline is set.")),
+    Need.MAP: _holds(
+        lambda now: not (now.facts.sight.lot_area <= 0.0 and now.facts.sight.counts.total == 0),
+        say("The map is empty: the next flight begins it."),
+    ),
 }

@@ -14,7 +14,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError, contains, extent, sees_all, to_map
 from hawk.ddc.fence.plan import where_outside
 from hawk.ddc.parameters.failsafes import AutopilotView, FlightLimits, check_failsafes, return_altitude
-from hawk.ddc.parameters.heights import ParameterError, check_heights
+from hawk.ddc.parameters.heights import heights_problem
 from hawk.ddc.parameters.values import NOT_READ, RETURN_HEIGHT, FailsafeCheck, Values
 from hawk.ddc.readings.clearance import slope_words
 from hawk.ddc.readings.fall import fall_words
@@ -232,11 +232,8 @@ def _heights(facts: Facts, settings: HeightSettings) -> CheckItem:
         maximum=heights.maximum,
         declared=declared,
     )
-    try:
-        check_heights(heights, facts.ceiling(on_ground=True), settings.floor_m)
-    except ParameterError as error:
-        return _failed(HEIGHTS, text, words_of(error), say("Change the heights."))
-    return _passed(HEIGHTS, text)
+    problem = heights_problem(heights, facts.ceiling(on_ground=True), settings.floor_m)
+    return _failed(HEIGHTS, text, problem, say("Change the heights.")) if problem else _passed(HEIGHTS, text)
 
 
 def _slope(facts: Facts, settings: HeightSettings, plan: _Plan | CheckItem) -> tuple[CheckItem, ...]:

@@ -2,27 +2,9 @@
 
 from __future__ import annotations
 
+from hawk.ddc import orders
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.facts import Facts
-from hawk.ddc.orders import (
-    Cause,
-    CauseKind,
-    ConfigureOrder,
-    FenceOrder,
-    MoveOrder,
-    ToArm,
-    ToCommunicationLost,
-    ToConfigure,
-    ToExplore,
-    ToHover,
-    ToIdle,
-    ToLand,
-    ToManual,
-    ToMove,
-    ToReturn,
-    ToTakeoff,
-    Transition,
-)
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.explore import AutonomousExploreState
@@ -35,79 +17,76 @@ from hawk.model.operation import StateName
 from hawk.model.sentences import joined, say
 
 
-def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
+def make_state(transition: orders.Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
     """Return the state that a transition leads to, and the messages for the operator."""
     state, acts = _make(transition, facts, settings)
-    if isinstance(transition, ToArm | ToHover | ToReturn | ToLand):
+    if isinstance(transition, orders.ToArm | orders.ToHover | orders.ToReturn | orders.ToLand):
         state.asked_by = transition.by
     return state, acts
 
 
-def _make(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
+def _make(transition: orders.Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
     now = facts.now
     match transition:
-        case ToIdle(reason):
+        case orders.ToIdle(reason):
             return IdleState(now, reason), ()
-        case ToConfigure(order):
-            return _configure(order, now, settings), ()
-        case ToArm(armed, reason, checks):
+        case orders.ToConfigure(order):
+            if isinstance(order, orders.FenceOrder):
+                return ConfigureFenceState(now, order.plan), ()
+            return ConfigureState(now, order.heights, settings), ()
+        case orders.ToArm(armed, reason, checks):
             return ArmState(now, settings, armed, reason, checks), ()
-        case ToTakeoff():
+        case orders.ToTakeoff():
             return TakeoffState(now), ()
-        case ToHover(reason, goal, passive, level):
+        case orders.ToHover(reason, goal, passive, level):
             return HoverState(now, settings, reason, goal, passive), (Log(level, joined(reason, say("Holding."))),)
-        case ToExplore():
+        case orders.ToExplore():
             begun = say("Lot found. Exploring.") if facts.limits.outline is None else say("Exploring the outline.")
             return AutonomousExploreState(now, settings), (Log("info", begun),)
-        case ToMove(move):
+        case orders.ToMove(move):
             kind = AutonomousMoveState if move.autonomous else CompulsiveMoveState
             return kind(now, move, settings), _move_messages(move, facts)
-        case ToReturn(cause, by_autopilot, straight):
+        case orders.ToReturn(cause, by_autopilot, straight):
             state = ReturnToLaunchState(now, settings, cause, by_autopilot, straight)
-            asked = say("Returning home, asked by {by}.", by=transition.by) if transition.by else say("Returning home.")
-            return _home(state, asked, say("The autopilot returns home by itself."))
-        case ToLand(cause, by_autopilot):
-            asked = say("Landing, asked by {by}.", by=transition.by) if transition.by else say("Landing.")
-            return _home(LandState(now, cause, by_autopilot), asked, say("The autopilot lands by itself."))
-        case ToCommunicationLost(passive, given_back_by):
+            return _home(state, transition.by, say("The autopilot returns home by itself."))
+        case orders.ToLand(cause, by_autopilot):
+            land = LandState(now, cause, by_autopilot)
+            return _home(land, transition.by, say("The autopilot lands by itself."))
+        case orders.ToCommunicationLost(passive, given_back_by):
             lost = CommunicationLostState(now, settings, passive, given_back_by)
             hold = seconds(settings.operator.operator_hold_s)
             then = say("Holds for {hold}, then returns home.", hold=hold)
             return lost, (Log("warning", joined(lost.reason, then)),)
-        case ToManual():  # pragma: no branch - the last kind of transition
+        case orders.ToManual():  # pragma: no branch - the last kind of transition
             text = say("Someone else flies, in {mode}.", mode=facts.vehicle.mode or say("an unknown mode"))
             return ManualState(now), (Log("warning", text, facts.link.words),)
 
 
-def _configure(order: ConfigureOrder | FenceOrder, now: float, settings: DdcSettings) -> State:
-    if isinstance(order, FenceOrder):
-        return ConfigureFenceState(now, order.plan)
-    return ConfigureState(now, order.heights, settings)
-
-
-def adopted(name: StateName, facts: Facts) -> Transition:
+def adopted(name: StateName, facts: Facts) -> orders.Transition:
     """Return the transition to the state that stands for the autopilot's activity: adopting it sends nothing."""
-    own = Cause("", CauseKind.ALWAYS, facts.link.words)
+    own = orders.Cause("", orders.CauseKind.ALWAYS, facts.link.words)
     match name:
         case StateName.RETURN_TO_LAUNCH:
-            return ToReturn(own, by_autopilot=True)
+            return orders.ToReturn(own, by_autopilot=True)
         case StateName.LAND:
-            return ToLand(own, by_autopilot=True)
+            return orders.ToLand(own, by_autopilot=True)
         case StateName.MANUAL:
-            return ToManual()
+            return orders.ToManual()
         case StateName.HOVER:
             mode = facts.vehicle.mode or say("an unknown mode")
-            return ToHover(say("The autopilot went to {mode} by itself.", mode=mode), passive=True, level="warning")
+            return orders.ToHover(
+                say("The autopilot went to {mode} by itself.", mode=mode), passive=True, level="warning"
+            )
         case StateName.COMMUNICATION_LOST:
-            return ToCommunicationLost(passive=True)
+            return orders.ToCommunicationLost(passive=True)
         case StateName.ARM:
-            return ToArm(armed=True)
+            return orders.ToArm(armed=True)
         case _:
-            return ToIdle()
+            return orders.ToIdle()
 
 
-def _home(state: HomingState, text: str, by_itself: str) -> tuple[State, Acts]:
-    cause = state.cause
+def _home(state: HomingState, by: str, by_itself: str) -> tuple[State, Acts]:
+    cause, text = state.cause, state.doing.asked(by) if by else state.doing.plain
     if state.by_autopilot:
         return state, (Log("warning", by_itself, "" if cause is None else cause.details),)
     if cause is None:
@@ -115,7 +94,7 @@ def _home(state: HomingState, text: str, by_itself: str) -> tuple[State, Acts]:
     return state, (Log("warning", joined(cause.text, text)),)
 
 
-def _move_messages(order: MoveOrder, facts: Facts) -> Acts:
+def _move_messages(order: orders.MoveOrder, facts: Facts) -> Acts:
     place = facts.last_place
     if place is None:
         return ()

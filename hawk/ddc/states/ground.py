@@ -6,6 +6,7 @@ import math
 from enum import Enum, auto
 
 from hawk.comm.protocol.commands import Disarm, Takeoff
+from hawk.ddc import orders
 from hawk.ddc.acts import (
     STAY,
     Acts,
@@ -25,19 +26,6 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.motion import Goal
-from hawk.ddc.orders import (
-    ArmOrder,
-    ConfigureOrder,
-    FenceOrder,
-    Order,
-    ToArm,
-    ToCommunicationLost,
-    ToConfigure,
-    ToHover,
-    ToIdle,
-    ToManual,
-    ToTakeoff,
-)
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper, PendingRequest, State
@@ -72,13 +60,13 @@ class IdleState(State):
         """Return the reason for the state, else that the drone is on the ground."""
         return self._reason or say("On the ground.")
 
-    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+    def transition_next_state(self, facts: Facts, order: orders.Order | None = None) -> Step:
         """Follow Configure, a fence or Arm."""
         match order:
-            case ConfigureOrder() | FenceOrder():
-                return Step(ToConfigure(order))
-            case ArmOrder(checks, by):
-                return Step(ToArm(checks=checks, by=by))
+            case orders.ConfigureOrder() | orders.FenceOrder():
+                return Step(orders.ToConfigure(order))
+            case orders.ArmOrder(checks, by):
+                return Step(orders.ToArm(checks=checks, by=by))
             case _:
                 return STAY
 
@@ -113,7 +101,7 @@ class ConfigureState(State):
         altitude = self._return_altitude.ask(SetReturnAltitude(self._heights.maximum), facts)
         return UseHeights(self._heights), altitude
 
-    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+    def transition_next_state(self, facts: Facts, order: orders.Order | None = None) -> Step:
         """Return to Idle when it is done, failed, or takes too long."""
         if failed := self._storing.failure(facts):
             return _to_idle(Log("error", say("The heights were not saved."), failed.reason))
@@ -150,24 +138,20 @@ class ConfigureFenceState(State):
         """Begin to store."""
         return (self._storing.ask(StoreFence(self._plan), facts),)
 
-    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+    def transition_next_state(self, facts: Facts, order: orders.Order | None = None) -> Step:
         """Return to Idle when it is stored, failed, or takes too long."""
         if failed := self._storing.failure(facts):
             return _to_idle(Log("error", say("The fence was not saved."), failed.reason))
         if self._storing.is_done(facts):
-            saved = (
-                say("The fence is saved.")
-                if self._plan
-                else say("The drawn fence was removed; the standard one is used.")
-            )
-            return _to_idle(Log("ok", saved))
+            gone = say("The drawn fence was removed; the standard one is used.")
+            return _to_idle(Log("ok", say("The fence is saved.") if self._plan else gone))
         if self.age(facts) > SAVE_FENCE_TIMEOUT_S:
             return _to_idle(Log("error", say("Saving the fence took too long.")))
         return STAY
 
 
 def _to_idle(log: Log) -> Step:
-    return Step(ToIdle(log.text), (log,))
+    return Step(orders.ToIdle(log.text), (log,))
 
 
 class _ArmStep(Enum):
@@ -238,10 +222,10 @@ class ArmState(State):
             acts.append((Log("ok", say("Armed by {by}. {checks} checks passed.", by=by, checks=self._checks)),))
         return sum(acts, ())
 
-    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+    def transition_next_state(self, facts: Facts, order: orders.Order | None = None) -> Step:
         """Follow Takeoff and Disarm; give up when refused, timed out or without an operator."""
         if isinstance(order, Takeoff):
-            return Step(ToTakeoff())
+            return Step(orders.ToTakeoff())
         if isinstance(order, Disarm):
             return self._disarm(facts)
         if not facts.operator.is_present:
@@ -250,9 +234,9 @@ class ArmState(State):
 
     def _watch_armed(self, facts: Facts) -> Step:
         if not facts.vehicle.armed:
-            return Step(ToIdle(say("Motors off.")))
+            return Step(orders.ToIdle(say("Motors off.")))
         if not facts.is_guided:
-            return Step(ToManual())
+            return Step(orders.ToManual())
         if failed := self._disarming.failure(facts):
             self._disarming.clear()
             return Step(acts=(Log("error", say("Disarm was refused."), failed.reason),))
@@ -298,7 +282,7 @@ class ArmState(State):
 
 
 def _give_up(text: str, details: str = "") -> Step:
-    return Step(ToIdle(joined(text, details), gave_up_arming=True), (Log("error", text, details),))
+    return Step(orders.ToIdle(joined(text, details), gave_up_arming=True), (Log("error", text, details),))
 
 
 REACHED_SHARE = 0.95
@@ -348,10 +332,10 @@ class TakeoffState(AirborneState):
             return self._decide_on_ground(facts)
         if height is not None and height >= REACHED_SHARE * wanted:
             if not facts.operator.is_present:
-                return Step(ToCommunicationLost(given_back_by=facts.operator.given_back_by))
-            return Step(ToHover(say("At {wanted}.", wanted=metres(wanted)), _above(facts, wanted)))
+                return Step(orders.ToCommunicationLost(given_back_by=facts.operator.given_back_by))
+            return Step(orders.ToHover(say("At {wanted}.", wanted=metres(wanted)), _above(facts, wanted)))
         if facts.now - self._best_at > NO_CLIMB_S:
-            return Step(ToHover(say("The climb stopped."), level="warning"))
+            return Step(orders.ToHover(say("The climb stopped."), level="warning"))
         return STAY
 
     def _decide_on_ground(self, facts: Facts) -> Step:
@@ -363,7 +347,7 @@ class TakeoffState(AirborneState):
 
 
 def _refuse(facts: Facts, text: str, details: str) -> Step:
-    following = ToArm(armed=True, reason=text) if facts.vehicle.armed else ToIdle(text)
+    following = orders.ToArm(armed=True, reason=text) if facts.vehicle.armed else orders.ToIdle(text)
     return Step(following, (Log("error", text, details),))
 
 

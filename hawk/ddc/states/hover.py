@@ -8,20 +8,12 @@ from dataclasses import replace
 from hawk.comm.protocol.commands import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.geometry import (
-    EDGE_MARGIN_M,
-    RECOVERY_DEPTH_M,
-    autopilot_fence,
-    contains,
-    inside_point,
-    last_inside,
-    path_is_inside,
-    recovery_words,
-)
+from hawk.ddc.fence import geometry
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand, ToReturn
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper, cause_here
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.words import metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.plans import Fence
@@ -45,10 +37,10 @@ def held(facts: Facts, goal: Goal, off_then: tuple[float, float]) -> Goal | None
     if fence is None or not place.is_followed or place.off_m > FARTHEST_M:
         return None
     true = MapPoint(goal.north - off_then[0], goal.east - off_then[1])
-    if not contains(fence, true):
-        true = inside_point(fence, true)
+    if not geometry.contains(fence, true):
+        true = geometry.inside_point(fence, true)
     target = MapPoint(true.north + place.off[0], true.east + place.off[1])
-    return replace(goal, north=target.north, east=target.east) if contains(fence, target) else None
+    return replace(goal, north=target.north, east=target.east) if geometry.contains(fence, target) else None
 
 
 def raised(facts: Facts, goal: Goal, off_then: float) -> Goal | None:
@@ -95,7 +87,7 @@ class Holding:
         self._off, self._rise = NOT_OFF, 0.0
         self._led_at: float | None = None
         self._held: Goal | None = None
-        self._strays_since: float | None = None
+        self._strays = Stopwatch()
         self.is_recovering = False
         """True while the drone returns into the fence."""
         self.is_by_camera = False
@@ -103,7 +95,7 @@ class Holding:
 
     def strays_s(self, facts: Facts) -> float:
         """Return for how long the position has been doubted while the camera could not hold the drone, seconds."""
-        return 0.0 if self._strays_since is None else facts.now - self._strays_since
+        return self._strays.read(facts.now) or 0.0
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -156,7 +148,9 @@ class Holding:
             return kept  # what the position had gone before it was doubted is taken back at once
         share = min(1.0, FOLLOWS_M_S * (facts.now - led_at) / max(self._held.point.distance(kept.point), 1e-9))
         slower, off, fence = self._held.point.towards(kept.point, share), facts.witness.place.off, facts.limits.fence
-        is_inside = fence is not None and contains(fence, MapPoint(slower.north - off[0], slower.east - off[1]))
+        is_inside = fence is not None and geometry.contains(
+            fence, MapPoint(slower.north - off[0], slower.east - off[1])
+        )
         return replace(kept, north=slower.north, east=slower.east) if is_inside else kept
 
     def _look(self, facts: Facts) -> None:
@@ -165,10 +159,7 @@ class Holding:
         self._passive = self._passive and not is_doubted
         is_kept = self._goal is not None and self._kept(facts, self._goal) is not None
         self.is_by_camera = is_kept and facts.witness.place.is_doubted and not self.is_recovering
-        if is_kept or self.is_recovering or not is_doubted:
-            self._strays_since = None
-        elif self._strays_since is None:
-            self._strays_since = facts.now
+        self._strays.update(is_doubted and not (is_kept or self.is_recovering), facts.now)
 
     def _keep_inside(self, facts: Facts) -> None:
         if not facts.is_breached:
@@ -177,10 +168,10 @@ class Holding:
         here, fence = facts.place, facts.limits.fence
         if here is None or fence is None:
             return
-        place = inside_point(fence, here.point)
+        place = geometry.inside_point(fence, here.point)
         if self.is_recovering and self._goal is not None and not _is_nearer(here.point, place, self._goal.point):
             return
-        height = min(here.height, fence.ceiling - RECOVERY_DEPTH_M)
+        height = min(here.height, fence.ceiling - geometry.RECOVERY_DEPTH_M)
         self._goal = Goal(place.north, place.east, height, here.yaw)
         if self.is_recovering:
             return
@@ -213,7 +204,7 @@ def _takes_no_step(facts: Facts, here: MapPose) -> bool:
     fence = facts.limits.fence
     if fence is None or not facts.diagnostics.fence_on or here.height > fence.autopilot_ceiling:
         return False
-    return not contains(autopilot_fence(fence), here.point)
+    return not geometry.contains(geometry.autopilot_fence(fence), here.point)
 
 
 def _reachable_height(goal: Goal, here: MapPose, speed: float) -> float:
@@ -235,10 +226,10 @@ def _form_goal(facts: Facts) -> Goal | None:
 
 def _reachable(fence: Fence, start: MapPoint, stop: MapPoint) -> MapPoint:
     """Return the stopping point, or the nearest place to it inside the fence on this side of its edge."""
-    inside = stop if contains(fence, stop) else inside_point(fence, stop, EDGE_MARGIN_M)
-    if not contains(fence, start) or path_is_inside(fence, start, inside):
+    inside = stop if geometry.contains(fence, stop) else geometry.inside_point(fence, stop, geometry.EDGE_MARGIN_M)
+    if not geometry.contains(fence, start) or geometry.path_is_inside(fence, start, inside):
         return inside
-    return last_inside(fence, start, stop)
+    return geometry.last_inside(fence, start, stop)
 
 
 def _astray(facts: Facts, holding: Holding) -> Step | None:
@@ -273,7 +264,7 @@ class HoverState(AirborneState):
     def detail(self, facts: Facts) -> str:
         """Return the reason and the height."""
         if self._holding.is_recovering:
-            return recovery_words(facts.limits.fence, facts.place)
+            return geometry.recovery_words(facts.limits.fence, facts.place)
         height = facts.height
         if height is not None and self._holding.is_by_camera:
             held = say("Holding at {height} by the camera.", height=metres(height))

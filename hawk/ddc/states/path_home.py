@@ -19,6 +19,7 @@ from hawk.ddc.readings.position import POSITION_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.explore import Travelling
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.words import metres, sentence
 from hawk.model.plans import Fence, Route
 from hawk.model.poses import MapPoint, MapPose
@@ -113,7 +114,7 @@ class PathHome:
         self._travelling = Travelling(settings)
         self._progress = Progress()
         self._yaw = place.yaw
-        self._short_since: float | None = None
+        self._short = Stopwatch()
         self._needs_path = False
         self._follow(errand, place, now)
         self.end: Straight | None = None
@@ -174,11 +175,8 @@ class PathHome:
 
     def _reason(self, facts: Facts) -> str:
         """Return the reason why the path must not be flown on; empty when it may."""
-        if _lasts(facts):
-            self._short_since = None
-        elif self._short_since is None:
-            self._short_since = facts.now
-        is_short = self._short_since is not None and facts.now - self._short_since >= RESERVE_CONFIRM_S
+        short_s = self._short.update(not _lasts(facts), facts.now)
+        is_short = short_s is not None and short_s >= RESERVE_CONFIRM_S
         if facts.position.age > POSE_TIMEOUT_S:
             return POSITION_OLD
         if self._travelling.refusal:

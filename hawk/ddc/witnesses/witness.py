@@ -78,11 +78,6 @@ class WitnessReading(Reading):
             topics.vehicle.terrain.listen(self._note_range),
         )
 
-    def close(self) -> None:
-        """Stop listening."""
-        for stop in self._stops:
-            stop()
-
     def update(self, instant: Instant) -> None:
         """Judge the height; on the ground everything begins again."""
         self._flies = instant.is_airborne

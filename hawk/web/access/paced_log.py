@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, MutableMapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from aiohttp.http_exceptions import HttpProcessingError
 from aiohttp.web import RequestPayloadError
@@ -14,13 +14,8 @@ LINES: Final = 10
 PERIOD_S: Final = 60.0
 """`LINES` are logged in each period of this length, real seconds."""
 
-if TYPE_CHECKING:
-    _Adapter = logging.LoggerAdapter[logging.Logger]
-else:
-    _Adapter = logging.LoggerAdapter
 
-
-class PacedLog(_Adapter):
+class PacedLog(logging.LoggerAdapter[logging.Logger]):
     """Logger for what any client on the network can cause. Lines beyond the pace are counted."""
 
     def __init__(self, logger: logging.Logger, monotonic: Callable[[], float] = time.monotonic) -> None:

@@ -18,17 +18,7 @@ from hawk.runtime.supervision import until_first_ends
 from hawk.web.access.access import OPEN, access_of
 from hawk.web.door import WebConnection
 from hawk.web.services import COUNTERS, SERVICES
-from hawk.web.video.video_wire import (
-    BOUNDARY,
-    AckTap,
-    acknowledged_sequence,
-    chunked_part,
-    marked_sequence,
-    opening,
-    part,
-    plain_socket_frame,
-    socket_frame,
-)
+from hawk.web.video import video_wire
 from hawk.web.video.viewers import End, Viewer, Viewers
 from hawk.web.ws import NOBODY, PING_INTERVAL_S, limit_buffers, places, registered
 
@@ -58,7 +48,7 @@ async def video_socket(request: web.Request) -> web.StreamResponse:
         limit_buffers(request)
         with registered(request, response):
             if request.transport is not None:
-                wire = plain_socket_frame if is_plain else socket_frame
+                wire = video_wire.plain_socket_frame if is_plain else video_wire.socket_frame
                 viewer = Viewer(request.transport, wire, is_closed=lambda: response.closed)
                 await _serve_socket(request.app[VIEWERS], viewer, response)
     return response
@@ -72,37 +62,41 @@ async def _serve_socket(viewers: Viewers, viewer: Viewer, socket: web.WebSocketR
         await socket.close(code=_CLOSE_CODES[why], message=why.value.encode())
 
     connection = viewer.transport.get_protocol()
-    if isinstance(connection, WebConnection) and viewer.wire is socket_frame:
-        connection.tap = AckTap(lambda sequence: viewers.acknowledged(viewer, sequence))
+    if isinstance(connection, WebConnection) and viewer.wire is video_wire.socket_frame:
+        connection.tap = video_wire.AckTap(lambda sequence: viewers.acknowledged(viewer, sequence))
     with viewers.watching(viewer):
         await until_first_ends(_read(viewers, viewer, socket), end())
 
 
 async def _read(viewers: Viewers, viewer: Viewer, socket: web.WebSocketResponse) -> None:
     """Read acknowledgements: ``{"ack": sequence}``, of a plain client its pongs."""
-    is_plain = viewer.wire is plain_socket_frame
+    is_plain = viewer.wire is video_wire.plain_socket_frame
     async for message in socket:
         if message.type is WSMsgType.PING:
             await socket.pong(message.data)
         elif message.type is WSMsgType.PONG:
-            viewers.acknowledged(viewer, marked_sequence(message.data))
+            viewers.acknowledged(viewer, video_wire.marked_sequence(message.data))
         elif message.type is WSMsgType.TEXT and not is_plain:
-            viewers.acknowledged(viewer, acknowledged_sequence(message.data))
+            viewers.acknowledged(viewer, video_wire.acknowledged_sequence(message.data))
 
 
 async def stream(request: web.Request) -> web.StreamResponse:
     """Serve ``/stream.mjpg``: multipart/x-mixed-replace with X-Timestamp (daemon clock) in each part."""
     _refuse_crowd(request)
-    response = web.StreamResponse(headers={hdrs.CONTENT_TYPE: f"multipart/x-mixed-replace; boundary={BOUNDARY}"})
+    response = web.StreamResponse(
+        headers={hdrs.CONTENT_TYPE: f"multipart/x-mixed-replace; boundary={video_wire.BOUNDARY}"}
+    )
     with _counted(request.app):
         await response.prepare(request)
         if request.method == hdrs.METH_HEAD or request.transport is None:
             return response
         limit_buffers(request)
         with contextlib.suppress(ConnectionError):
-            await response.write(opening())
+            await response.write(video_wire.opening())
             is_chunked = response.headers.get(hdrs.TRANSFER_ENCODING) == "chunked"
-            viewer = Viewer(request.transport, chunked_part if is_chunked else part, is_acknowledged=False)
+            viewer = Viewer(
+                request.transport, video_wire.chunked_part if is_chunked else video_wire.part, is_acknowledged=False
+            )
             kept = request.app[OPEN].kept(access_of(request) or NOBODY, lambda: _cut(request))
             with kept, request.app[VIEWERS].watching(viewer):
                 why = await asyncio.shield(viewer.ended)

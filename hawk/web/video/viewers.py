@@ -361,7 +361,7 @@ class SmallFrames:
 
     def __init__(self) -> None:
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="web-small-frames")
-        self._maker = _Maker()
+        self._maker = FrameShrinker()
         self._of: AnnotatedFrame | None = None
         self._made: dict[int, asyncio.Future[AnnotatedFrame]] = {}
 
@@ -383,7 +383,7 @@ class SmallFrames:
         self._executor.shutdown(wait=False, cancel_futures=True)
 
 
-class _Maker:
+class FrameShrinker:
     """Decodes each frame at most once for the steps that need the same size; used by one thread."""
 
     def __init__(self) -> None:
@@ -391,6 +391,7 @@ class _Maker:
         self._pictures: dict[int, NDArray[np.uint8]] = {}
 
     def make(self, frame: AnnotatedFrame, step: int) -> AnnotatedFrame:
+        """Return the frame at a step from 1 to `STEPS`; the frame itself where it has no picture, or a small one."""
         if self._of is not frame:
             self._of, self._pictures = frame, {}
         try:
@@ -402,11 +403,6 @@ class _Maker:
         except (NoImage, ValueError):
             return frame
         return frame if size[0] >= width else _encoded(frame, self._pictures[reduction], size, QUALITIES[step])
-
-
-def shrink(frame: AnnotatedFrame, step: int = STEPS) -> AnnotatedFrame:
-    """Return the frame at a step from 1 to `STEPS`; the frame itself where it has no picture, or one small already."""
-    return _Maker().make(frame, step)
 
 
 def width_at(whole: int, step: int) -> int:

@@ -43,7 +43,7 @@ from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.rules.test_judge_commands_in_every_state import COMMANDS
-from tests.unit.ddc.written_facts import SETTINGS, flying, found, of_kind, on_ground, pose, without_link
+from tests.unit.ddc.written_facts import SETTINGS, flying, follow, found, of_kind, on_ground, pose, without_link
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "states.md"
 BEGAN = 0.0
@@ -103,7 +103,7 @@ class Program:
         self._desired: DesiredPose | None = None
         for tick in range(round(SETTLED_S / TICK_S)):
             self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
-        self._keep(self._decider.follow(column.facts(BEGAN), column.transition).acts)
+        self._keep(follow(self._decider, column.facts(BEGAN), column.transition).acts)
 
     @property
     def state(self) -> StateName:

@@ -68,7 +68,17 @@ from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Route
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
-from tests.unit.ddc.written_facts import SETTINGS, decider, flying, found, of_kind, on_ground, pose, without_link
+from tests.unit.ddc.written_facts import (
+    SETTINGS,
+    decider,
+    flying,
+    follow,
+    found,
+    of_kind,
+    on_ground,
+    pose,
+    without_link,
+)
 
 S = StateName
 ROUTE = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
@@ -98,7 +108,7 @@ def flies(name: StateName) -> Decider:
     """A program that is in a state."""
     made = decider()
     made.tick(flying(0.0))
-    made.follow(flying(0.0), TRANSITIONS[name])
+    follow(made, flying(0.0), TRANSITIONS[name])
     return made
 
 
@@ -310,9 +320,9 @@ def test_a_change_to_another_state_keeps_the_modes_that_were_asked_for_in_mind_a
     None
 ):
     program = flies(S.AUTONOMOUS_EXPLORE)
-    returns = program.follow(flying(1.0), ToReturn())
+    returns = follow(program, flying(1.0), ToReturn())
     assert ForgetAskedModes() not in returns.acts, "its own RTL would count as somebody else's"
-    assert ForgetAskedModes() in program.follow(flying(1.1, CopterMode.LOITER), ToManual()).acts
+    assert ForgetAskedModes() in follow(program, flying(1.1, CopterMode.LOITER), ToManual()).acts
 
 
 def test_a_pilot_who_takes_over_in_the_tick_in_which_a_return_is_due_is_left_alone() -> None:
@@ -349,16 +359,16 @@ def test_an_arming_that_was_asked_for_is_not_given_up_by_one_of_before() -> None
     armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
     for begins, given_up in ((True, False), (False, True)):
         program = decider()
-        program.follow(on_ground(flying(1.0)), ToIdle("Arming took too long.", gave_up_arming=True))
+        follow(program, on_ground(flying(1.0)), ToIdle("Arming took too long.", gave_up_arming=True))
         if begins:
-            program.follow(on_ground(flying(1.1)), ToArm())
-        program.follow(on_ground(flying(1.2)), ToIdle())
+            follow(program, on_ground(flying(1.1)), ToArm())
+        follow(program, on_ground(flying(1.2)), ToIdle())
         assert (SetArmed(False) in asked(program.tick(armed).acts)) is given_up
 
 
 def test_only_an_arming_that_was_given_up_is_answered_by_a_disarm() -> None:
     program = decider()
-    program.follow(on_ground(flying(1.0)), ToIdle("The heights were not saved."))
+    follow(program, on_ground(flying(1.0)), ToIdle("The heights were not saved."))
     armed = flying(2.0)
     armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
     assert SetArmed(False) not in asked(program.tick(armed).acts)
@@ -367,7 +377,7 @@ def test_only_an_arming_that_was_given_up_is_answered_by_a_disarm() -> None:
 
 def test_an_armed_that_comes_after_it_was_given_up_is_answered_by_a_disarm() -> None:
     program = decider()
-    program.follow(on_ground(flying(1.0)), ToIdle("Arming took too long.", gave_up_arming=True))
+    follow(program, on_ground(flying(1.0)), ToIdle("Arming took too long.", gave_up_arming=True))
     armed = flying(2.0)
     armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
     assert SetArmed(False) in asked(program.tick(armed).acts)
@@ -387,7 +397,7 @@ def test_take_off_is_asked_for_once_and_its_refusal_ends_it() -> None:
     program = decider()
     waiting = flying(1.0)
     waiting = replace(waiting, vehicle=replace(waiting.vehicle, landed=LandedState.ON_GROUND))
-    assert asked(program.follow(waiting, ToTakeoff()).acts) == [TakeOff(35.0)]
+    assert asked(follow(program, waiting, ToTakeoff()).acts) == [TakeOff(35.0)]
     assert asked(program.tick(replace(waiting, now=2.0)).acts) == []
     assert program.state.identity is S.ARM, "a request that nobody knows any more has failed"
 
@@ -579,12 +589,12 @@ def test_after_a_start_in_the_air_the_operator_hears_that_the_survey_goes_on(
 ) -> None:
     program = Decider(SETTINGS, KillTokens(), 0.0, continues_survey=continues)
     program.tick(found(flying(0.0) if in_air else on_ground(flying(0.0))))
-    program.follow(flying(0.1), ToCommunicationLost())
+    follow(program, flying(0.1), ToCommunicationLost())
     back = program.tick(flying(0.2))
     assert program.state.identity is S.HOVER
     texts = [act.text for act in back.acts if isinstance(act, Log)]
     assert ("Explore continues the survey." in texts) is reported
-    again = [act.text for act in program.follow(flying(0.3), ToHover()).acts if isinstance(act, Log)]
+    again = [act.text for act in follow(program, flying(0.3), ToHover()).acts if isinstance(act, Log)]
     assert "Explore continues the survey." not in again
 
 

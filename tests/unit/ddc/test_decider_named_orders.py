@@ -15,7 +15,7 @@ from hawk.ddc.readings.operator import NO_OPERATOR, OperatorFacts
 from hawk.ddc.rules.kill import KillTokens
 from hawk.model.operation import StateName as S
 from tests.unit.ddc.fakes import Rig
-from tests.unit.ddc.written_facts import SETTINGS, flying
+from tests.unit.ddc.written_facts import SETTINGS, flying, follow
 
 NAMES = (("client-1", "Ana"), ("client-2", "Eve"))
 ANA = OperatorFacts(True, True, frozenset({"client-1"}), "Ana", NAMES)
@@ -27,7 +27,7 @@ def reported(decision: Decision) -> list[str]:
 
 def exploring(facts: Facts) -> Decider:
     program = Decider(SETTINGS, KillTokens(lambda: "t" * 32), 0.0)
-    program.follow(facts, ToExplore())
+    follow(program, facts, ToExplore())
     return program
 
 
@@ -72,7 +72,7 @@ def test_a_reaction_names_nobody() -> None:
     facts = replace(flying(1.0), operator=ANA)
     program = exploring(facts)
     program.command(facts, "client-2", Hold())
-    program.follow(facts, ToHover("Outside the fence."))
+    follow(program, facts, ToHover("Outside the fence."))
     assert program.state.asked_by == ""
 
 

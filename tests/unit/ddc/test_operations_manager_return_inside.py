@@ -33,7 +33,7 @@ from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.fence.test_plan import U_SHAPE, WEST_ARM, draw, fence
-from tests.unit.ddc.written_facts import DATUM, SETTINGS, decider, flying, of_kind, pose
+from tests.unit.ddc.written_facts import DATUM, SETTINGS, decider, flying, follow, of_kind, pose
 
 BENT = polygon_fence(U_SHAPE, 5.0, 100.0, 3.0)
 """Home stands between the feet of two arms, at 0, 0."""
@@ -68,7 +68,7 @@ def returning(facts: Facts, order: ToReturn = BY_ORDER) -> Decider:
     """A program whose drone begins to return at these facts."""
     made = decider(facts.now - 1.0)
     made.tick(replace(facts, now=facts.now - 0.5))
-    made.follow(facts, order)
+    follow(made, facts, order)
     return made
 
 

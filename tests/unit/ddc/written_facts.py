@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
-from hawk.ddc.acts import Act, Acts
+from hawk.ddc.acts import Act, Acts, Step
 from hawk.ddc.battery.battery import BatteryFacts
-from hawk.ddc.decider import Decider
+from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.orders import Transition
 from hawk.ddc.readings.limits import LimitFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.readings.operator import OperatorFacts
@@ -90,6 +91,11 @@ def decider(now: float = 0.0) -> Decider:
     made = Decider(SETTINGS, KillTokens(), now)
     made.tick(found(on_ground(flying(now))))
     return made
+
+
+def follow(program: Decider, facts: Facts, transition: Transition) -> Decision:
+    """Make the state of a transition the active one, whatever the present one is."""
+    return program._at_once(facts, lambda *_: Step(transition))
 
 
 def of_kind(acts: Acts, *kinds: type[Act]) -> list[Act]:

@@ -20,18 +20,7 @@ _BOUNDARY: Final = "hawk-gstreamer"
 _PACE: Final = ("!", "identity", "sync=true", "ts-offset=-200000000")
 """A source that is not live (a file, ``videotestsrc``) is played at its own rate in place of as fast as it can. A live
 one is not slowed down: a picture passes up to 200 ms (here in nanoseconds) before its time is due."""
-_TAIL: Final = (
-    "!",
-    "videoconvert",
-    "!",
-    "jpegenc",
-    "!",
-    "multipartmux",
-    f"boundary={_BOUNDARY}",
-    "!",
-    "fdsink",
-    "fd=1",
-)
+_TAIL: Final = f"! videoconvert ! jpegenc ! multipartmux boundary={_BOUNDARY} ! fdsink fd=1".split()
 _GSTREAMER_PACKAGES: Final = "install the Debian packages gstreamer1.0-tools and gstreamer1.0-plugins-good"
 _MISSING: Final = ("no element", "missing a plug-in")
 
@@ -59,8 +48,9 @@ class GStreamerSource(CameraSource):
         if shutil.which(self._program) is None:
             raise CameraError(f"{self._name}: needs {self._program}, which is not installed: {self._packages}")
         command = (self._program, "--quiet", *self._elements(), *_TAIL)
+        words = Words(lambda line: line.startswith("ERROR") or "erroneous pipeline" in line)
         try:
-            async with Child(command, self._timeouts, Words(_is_error)) as child:
+            async with Child(command, self._timeouts, words) as child:
                 parser, torn_before = MultipartParser(_BOUNDARY.encode()), self.torn
                 while data := await child.read():
                     parts = parser.feed(data, self._clock())
@@ -85,10 +75,6 @@ class GStreamerSource(CameraSource):
 
     def _hint(self, said: str) -> str:
         return f"{said} ({self._packages})" if any(words in said for words in _MISSING) else said
-
-
-def _is_error(line: str) -> bool:
-    return line.startswith("ERROR") or "erroneous pipeline" in line
 
 
 _RTSP_PACKAGES: Final = (

@@ -52,7 +52,7 @@ def test_resting_tiles_change_next_to_nothing(flown: MapCore, monkeypatch: pytes
     awake = flown
     monkeypatch.setattr(grid_module, "LOADED", 16)
     resting = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
-    at_rest = sum(tile.is_evicted for tile in resting.grid.tiles.values())
+    at_rest = sum(tile._layers is None for tile in resting.grid.tiles.values())
     assert at_rest > 5
     assert resting.grid.lot_area_m2 == pytest.approx(awake.grid.lot_area_m2, rel=0.01)
     assert len(resting.index.stalls) == pytest.approx(len(awake.index.stalls), rel=0.01)

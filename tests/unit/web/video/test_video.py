@@ -164,7 +164,7 @@ async def test_a_writer_that_fails_ends_the_connection(rig: Rig, monkeypatch: py
     def fail(_frame: AnnotatedFrame) -> bytes:
         raise ValueError("broken")
 
-    monkeypatch.setattr("hawk.web.video.video.socket_frame", fail)
+    monkeypatch.setattr("hawk.web.video.video_wire.socket_frame", fail)
     server = await rig.start()
     async with browser() as session, session.ws_connect(server.make_url("/video")) as socket:
         rig.video.publish(frame(1))

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hawk.model.pictures import AnnotatedFrame
-from hawk.web.video.viewers import shrink
+from hawk.web.video.viewers import STEPS, FrameShrinker
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.video.slow_link import slow_link
 
@@ -114,9 +114,10 @@ async def test_a_quick_link_receives_whole_pictures_after_the_first(rig: Rig) ->
 
 def test_a_small_picture_is_the_same_moment_and_a_damaged_one_stays_as_it_is() -> None:
     frame = AnnotatedFrame(3, 1.5, picture())
-    small = shrink(frame)
+    shrink = FrameShrinker().make
+    small = shrink(frame, STEPS)
     assert (small.sequence, small.captured) == (3, 1.5)
     assert len(small.jpeg) < len(frame.jpeg) / 4
-    assert shrink(small) is small
+    assert shrink(small, STEPS) is small
     broken = AnnotatedFrame(3, 1.5, b"\xff\xd8\xff\xd9")
-    assert shrink(broken) is broken
+    assert shrink(broken, STEPS) is broken

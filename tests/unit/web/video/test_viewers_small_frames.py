@@ -13,7 +13,16 @@ import pytest
 from hawk.formats.image import decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web.video import viewers
-from hawk.web.video.viewers import LEAST_RATIO, MOST_RATIO, QUALITIES, SMALL_WIDTH, STEPS, SmallFrames, shrink, width_at
+from hawk.web.video.viewers import (
+    LEAST_RATIO,
+    MOST_RATIO,
+    QUALITIES,
+    SMALL_WIDTH,
+    STEPS,
+    FrameShrinker,
+    SmallFrames,
+    width_at,
+)
 
 
 def picture(width: int, quality: int = QUALITIES[0]) -> bytes:
@@ -35,7 +44,7 @@ def picture(width: int, quality: int = QUALITIES[0]) -> bytes:
 @pytest.mark.parametrize("width", [640, 960, 1280, 1920])
 def test_neighbouring_steps_differ_by_what_the_pace_counts_on(width: int) -> None:
     whole = AnnotatedFrame(1, 0.0, picture(width))
-    sizes = [len(whole.jpeg), *(len(shrink(whole, step).jpeg) for step in range(1, STEPS + 1))]
+    sizes = [len(whole.jpeg), *(len(FrameShrinker().make(whole, step).jpeg) for step in range(1, STEPS + 1))]
     ratios = [larger / smaller for larger, smaller in itertools.pairwise(sizes)]
     assert max(ratios) <= MOST_RATIO, ratios
     if width >= 960:  # the default
@@ -49,7 +58,7 @@ def test_widths_go_down_to_the_smallest_by_the_same_share() -> None:
 
 def test_a_smaller_form_has_the_shape_and_the_moment_of_the_whole() -> None:
     frame = AnnotatedFrame(7, 2.5, picture(960))
-    small = shrink(frame, 2)
+    small = FrameShrinker().make(frame, 2)
     assert (small.sequence, small.captured) == (7, 2.5)
     assert jpeg_size(small.jpeg) == (554, 312)
     assert decode(small.jpeg).shape == (312, 554, 3)

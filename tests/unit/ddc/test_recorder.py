@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable, Iterator
-from dataclasses import replace
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import TypeAdapter
 
 from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     AutonomousMove,
     ClearKill,
+    Command,
     CompulsiveMove,
     Configure,
     Hold,
@@ -26,15 +28,96 @@ from hawk.comm.protocol.commands import (
     RouteRequest,
     SetFailsafes,
     Takeoff,
+    parse_command,
 )
+from hawk.comm.protocol.heartbeat import ClientId
+from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.replay import Moment, decide_again, moments, plain
+from hawk.ddc.recorder import COMMAND, DECISION, TICK, plain
+from hawk.ddc.rules.kill import KillTokens
+from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
 from hawk.model.plans import Inbound
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 from hawk.store.recording import to_json
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, Rig
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One recorded moment: its facts, its command (None: a tick), and its decision as it was recorded."""
+
+    facts: Facts
+    client: ClientId = ""
+    command: Command | None = None
+    decision: Mapping[str, Any] | None = None
+    """None: nothing was done."""
+
+    @property
+    def kill_problem(self) -> str:
+        """The recorded outcome of the token of a Kill."""
+        for act in () if self.decision is None else self.decision["acts"]:
+            if act["act"] == "Record" and act["kind"] == "kill token":
+                return str(act["payload"][0][1])
+        return ""
+
+
+def moments(records: Iterable[tuple[str, Mapping[str, Any]]]) -> Iterator[Moment]:
+    """Give the recorded moments in order, from the first whole facts on.
+
+    Args:
+        records: Topic and payload (plain JSON) of each record; other topics are ignored.
+    """
+    facts_type = TypeAdapter(Facts)
+    known: dict[str, Any] = {}
+    open_: Moment | None = None
+    for kind, payload in records:
+        if kind in (TICK, COMMAND):
+            known |= payload["facts"]
+            if len(known) < len(fields(Facts)):
+                continue
+            if open_ is not None:
+                yield open_
+            open_ = _moment(kind, payload, facts_type.validate_python(known))
+        elif kind == DECISION and open_ is not None:
+            yield Moment(open_.facts, open_.client, open_.command, payload)
+            open_ = None
+    if open_ is not None:
+        yield open_
+
+
+def _moment(kind: str, payload: Mapping[str, Any], facts: Facts) -> Moment:
+    if kind == TICK:
+        return Moment(facts)
+    content = {name: value for name, value in payload.items() if name not in ("facts", "client")}
+    if content["Type"] == Kill.model_fields["type"].default:
+        content["Token"] = "token-never-recorded"  # it stands for the real one
+    return Moment(facts, payload["client"], parse_command(json.dumps(content)))
+
+
+class _RecordedTokens(KillTokens):
+    """Confirms a Kill where the recorded flight did."""
+
+    problem = ""
+
+    def redeem(self, client: ClientId, token: str, now: float) -> str:
+        """Return the recorded outcome."""
+        return self.problem
+
+
+def decide_again(flight: Iterable[Moment], settings: DdcSettings) -> Iterator[tuple[Moment, Decision]]:
+    """Give each moment of a flight, from the start of the program, with the decision that its facts cause now."""
+    tokens = _RecordedTokens()
+    decider: Decider | None = None
+    for moment in flight:
+        if decider is None:
+            decider = Decider(settings, tokens, moment.facts.now)
+        tokens.problem = moment.kill_problem
+        if moment.command is None:
+            yield moment, decider.tick(moment.facts)
+        else:
+            yield moment, decider.command(moment.facts, moment.client, moment.command)
 
 
 async def survey(rig: Rig) -> None:
