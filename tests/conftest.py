@@ -17,9 +17,6 @@ settings.load_profile("repeatable")
 LIMITS_S = {"flight": 600, "integration": 600, "contract": 600, "e2e": 900}
 """Seconds for one test with its fixtures, by kind; the limit of all others stands in pyproject.toml."""
 
-TAKE_LONG = ("flight", "long")
-"""Marks of the tests that begin first."""
-
 LOG_TAIL = 4_000
 """Characters."""
 
@@ -33,12 +30,12 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give long kinds their limits, and begin with what takes long: begun last, it would keep one core waiting."""
+    """Give long kinds their limits, and begin with flights: one that began last would keep one core waiting."""
     for item in items:
         for kind, seconds in LIMITS_S.items():
             if item.get_closest_marker(kind):
                 item.add_marker(pytest.mark.timeout(seconds))
-    items.sort(key=lambda item: not any(map(item.get_closest_marker, TAKE_LONG)))
+    items.sort(key=lambda item: item.get_closest_marker("flight") is None)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -18,7 +18,7 @@ from tests.e2e.hands import button, confirm, is_within, keep_pressed, press, sho
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import PatientStack, eventually, kill_daemon, operator, write_settings
 
-pytestmark = [pytest.mark.e2e, pytest.mark.long, pytest.mark.asyncio(loop_scope="session")]
+pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.asyncio(loop_scope="session")]
 
 SETTINGS = """
 [heights]
