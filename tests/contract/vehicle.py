@@ -333,9 +333,22 @@ class Vehicle:
             self.let_pass(3.0)
 
     def go(self, north: float, east: float, down: float) -> None:
-        """Fly to a place in EKF-local, metres, and stand there."""
-        self.pilot.target(north, east, down)
-        self.wait(lambda: math.dist(self.place, (north, east, down)) < 0.7 and math.hypot(*self.velocity) < 0.3, 90.0)
+        """Fly to a place in EKF-local, metres, and stand there.
+
+        A set-point of MAVSDK's Offboard that arrives after its end takes the place of a target: that is sent again.
+        """
+        for attempts_left in reversed(range(3)):
+            self.pilot.target(north, east, down)
+            try:
+                self.wait(lambda: self._stands_at(north, east, down), 40.0)
+            except TimeoutError:
+                if not attempts_left:
+                    raise
+            else:
+                return
+
+    def _stands_at(self, north: float, east: float, down: float) -> bool:
+        return math.dist(self.place, (north, east, down)) < 0.7 and math.hypot(*self.velocity) < 0.3
 
     # --- parameters ------------------------------------------------------------------------------------------------
 
