@@ -1,4 +1,4 @@
-"""What a network agrees on with itself over a picture that is turned, mirrored, scaled and lit anew.
+"""Labels on which a network agrees with itself over a picture that is turned, mirrored, scaled and lit otherwise.
 
 Where the views of one picture agree, the answer is a label to train on (noisy student: Xie et al. 2020,
 arXiv 1911.04252); where they differ, nothing is known. So pictures without labels serve too.

@@ -158,7 +158,7 @@ def _unlabelled(picture: NDArray[np.uint8], found: Agreed) -> TrainingScene:
     taken, unclear = states(found, quads)
     sure = found.is_stall[kept]
     seen = (labels_of(found.core, picture.shape[:2]) != UNKNOWN).astype(np.uint8)
-    for quad in quads[sure]:  # the rim of a sure stall is half way between core and none
+    for quad in quads[sure]:  # the rim of a sure stall is between core and none
         cv2.fillConvexPoly(seen, np.round(quad * 16).astype(np.int32), 1, shift=4)
     layers = _layers(found, picture.shape[:2])
     return TrainingScene(picture, layers, quads.astype(np.float32), taken, sure, unclear, seen)

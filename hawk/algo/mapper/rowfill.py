@@ -15,7 +15,7 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
-from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, geometry_of, pair
+from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
 from hawk.algo.rows.evidence import Ground
 from hawk.algo.rows.fit import Finds, row_of
 from hawk.algo.rows.lot import NO_ROW, RowStalls, complete_rows
@@ -27,6 +27,8 @@ _IMPLIED, _NOT_IMPLIED = 1.0, -1.0
 """Log-odds of one run for and against an inferred stall."""
 _REFUSED = -0.5
 """Log-odds of one run against a find that contradicts its row."""
+_NEAR_M, _OVERLAP = 6.0, 0.2
+"""A find contradicts its row where it lies on another stall of it by this intersection over union."""
 _MOST = 3.0
 _COUNTS = 1.5
 _BEYOND_M = 12.0
@@ -59,11 +61,12 @@ class RowFiller:
         if len(given) == 0:
             return
         inner = tracker.near(*middle, self._reach_m - _BEYOND_M)
-        _judge_company(tracker.rows, given, np.intersect1d(given, inner), version)
         ground = _FusedGround(grid, middle, self._reach_m + _BEYOND_M)
         completed = complete_rows(_finds(tracker.rows[given]), ground.at)
         members = completed[~completed.inferred]
-        _refuse(tracker.rows, np.setdiff1d(np.intersect1d(given, inner), given[members.source]), version)
+        _judge_company(tracker.rows, given, given[members.source[members.row != NO_ROW]], inner, version)
+        unused = np.setdiff1d(np.intersect1d(given, inner), given[members.source])
+        _refuse(tracker.rows, unused[_touch(tracker.rows[unused], completed)], version)
         tracker.settle(version)
         in_row = members[members.row != NO_ROW]
         _pull(tracker.rows, given[in_row.source], in_row, version)
@@ -85,18 +88,34 @@ def _finds(rows: Rows) -> Finds:
     return Finds(np.column_stack([north, east]), angle, width, length, score_of(rows["exists"]))
 
 
-def _judge_company(rows: Rows, given: NDArray[np.intp], judged: NDArray[np.intp], version: int) -> None:
-    """Mark those of the ``judged`` stalls that stand in no row: cars in an aisle look like stalls, but stand alone."""
+def _judge_company(
+    rows: Rows, given: NDArray[np.intp], in_row: NDArray[np.intp], judged: NDArray[np.intp], version: int
+) -> None:
+    """Mark those of the ``judged`` stalls that stand in no row: cars in an aisle look like stalls, but stand alone.
+
+    ``in_row`` are the ``given`` ones that are stalls of rows; a row of one stall is none.
+    """
     likely = given[rows["exists"][given] > 0]
     if len(likely) == 0:
         return
     group = row_of(_finds(rows[likely]))
-    lone, is_likely = np.zeros((2, len(rows)), np.bool_)
+    lone, is_judged = np.zeros((2, len(rows)), np.bool_)
     lone[likely] = np.bincount(group)[group] == 1
-    is_likely[likely] = True
-    changed = judged[(rows["lone"][judged] != lone[judged]) & is_likely[judged]]
+    lone[in_row] = False
+    is_judged[np.intersect1d(likely, judged)] = True
+    changed = np.flatnonzero(is_judged & (rows["lone"] != lone))
     rows["lone"][changed] = lone[changed]
     rows["touched"][changed] = version
+
+
+def _touch(rows: Rows, stalls: RowStalls) -> NDArray[np.bool_]:
+    """Return which rows (N,) of the table lie on one of the stalls."""
+    touching = np.zeros(len(rows), np.bool_)
+    if len(rows) and len(stalls):
+        places = np.column_stack([rows["north"], rows["east"]])
+        i, j = quads.near_pairs(places, stalls.centres, _NEAR_M)
+        touching[i[quads.overlap_more(corners_of(rows[i]), stalls.corners()[j], _OVERLAP)]] = True
+    return touching
 
 
 def _refuse(rows: Rows, refused: NDArray[np.intp], version: int) -> None:

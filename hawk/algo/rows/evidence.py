@@ -1,4 +1,4 @@
-"""How likely a stall stands at each place of a row, by all that is known of the ground there.
+"""Log-odds of a stall at each place of a row, by all that is known of the ground there.
 
 Layers of the ground are read in a strip along the row. Of a stall that begins at a step of the strip they give what the
 network says of its inside and its rims, of the lot and of cars, and what was found there, beside it and at its back. A

@@ -32,6 +32,7 @@ _ARC: Final = (6, 12.0, 0.5, 0.6)
 """A row is an arc with this many stalls over this many metres, when it is bent by this many metres, and when that takes
 this share of the distances from a line, or less, to remain.
 """
+_LEAST_TO_SPLIT: Final = 4
 _WHOLE_STEPS: Final = 6
 _LONGEST_GAP_M: Final = 14.0
 _SAME_LENGTH, _SAME_PITCH = 0.2, 0.09
@@ -112,8 +113,44 @@ def fit_rows(finds: Finds, least_score: float) -> list[Row]:
     if not len(used):
         return []
     group = row_of(finds[used])
-    rows = (fit_row(finds, used[group == k]) for k in range(int(group.max()) + 1))
+    lines = (line for k in range(int(group.max()) + 1) for line in _lines(finds, used[group == k]))
+    rows = (fit_row(finds, line) for line in lines)
     return _joined([row for row in rows if row is not None], finds)
+
+
+def _lines(finds: Finds, members: Indices) -> list[Indices]:
+    """Split neighbours into lines: angled rows that interlock are neighbours of each other.
+
+    Each line is the one through two neighbours that most of the finds lie on (Fischler and Bolles 1981), arcs included.
+    """
+    lines: list[Indices] = []
+    while len(members) >= _LEAST_TO_SPLIT:
+        row = fit_row(finds, members)
+        if row is not None and np.abs(row.place(finds.centres[members])[1]).max() < _OUT_OF_LINE_M:
+            break
+        on_it = _best_line(finds[members])
+        if len(on_it) in (0, len(members)):
+            break
+        lines.append(members[on_it])
+        members = np.delete(members, on_it)
+    return [*lines, members] if len(members) else lines
+
+
+def _best_line(finds: Finds) -> Indices:
+    """Return the finds (K,) of the line through two neighbours that has most of them, none without neighbours."""
+    pairs = cKDTree(finds.centres).query_pairs(1.7 * float(np.median(finds.width)) + 1.0, output_type="ndarray")
+    if not len(pairs):
+        return np.zeros(0, np.intp)
+    origin = finds.centres[pairs[:, 0]]
+    step = finds.centres[pairs[:, 1]] - origin
+    along = step / np.maximum(np.hypot(*step.T), 1e-6)[:, None]
+    side = np.column_stack([np.cos(finds.angle[pairs[:, 0]]), np.sin(finds.angle[pairs[:, 0]])])
+    lean = np.abs(side[:, 1] * along[:, 0] - side[:, 0] * along[:, 1])
+    offset = finds.centres[None] - origin[:, None]
+    aside = np.abs(offset[..., 1] * along[:, None, 0] - offset[..., 0] * along[:, None, 1])
+    on_it = (aside < _OUT_OF_LINE_M) & (lean >= _LEAST_LEAN)[:, None]
+    best = int((on_it * finds.score * (1 - aside / (2 * _OUT_OF_LINE_M))).sum(axis=1).argmax())
+    return np.flatnonzero(on_it[best])
 
 
 def row_of(finds: Finds) -> Indices:

@@ -14,6 +14,7 @@ from benchmarks.perception import sections
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.measures import look
 from benchmarks.perception.regions import Regions, ground_option, left_out_option, region_section
+from hawk.algo.vision.network import StallNetwork
 from tests.unit.benchmarks.test_perception_edges import STALLS, Finder, found
 
 
@@ -83,7 +84,7 @@ def test_regions_are_looked_at_by_the_network_that_was_not_trained_on_them(
     assert left_out_option(f"{fold}=estate_*") == (fold, "estate_*")
     regions = Regions(tmp_path, left_out=((fold, "estate_*"),))
     assert (regions.model("office"), regions.model("estate_a")) == (None, fold)
-    monkeypatch.setattr(sections.StallNetwork, "load", lambda path: path)
+    monkeypatch.setattr(StallNetwork, "load", lambda path: path)
     monkeypatch.setattr(sections, "NetworkEye", lambda network: Finder(STALLS[1:3] if network == fold else STALLS[1:6]))
     looked = sections.look_left_out(Finder(STALLS[1:6]), regions)
     assert {one.place.name: one.tally.matched for one in looked} == {"office": 5, "estate_a": 2}

@@ -19,7 +19,7 @@ OPTIONS = RowOptions()
 
 
 def worth(value: FloatArray, begins: list[int], options: RowOptions) -> float:
-    """What a sequence brings, counted one stall after another."""
+    """Return the worth of a sequence, counted one stall after another."""
     total = 0.0
     for k, begin in enumerate(begins):
         goes_on = k > 0 and begins[k - 1] + STEPS == begin
