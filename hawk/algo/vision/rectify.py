@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.seen import FloatArray, GroundImage
+from hawk.algo.vision.seen import CameraView, FloatArray, GroundImage
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, rotation
 from hawk.model.poses import MapPoint, MapPose
 
@@ -107,7 +107,8 @@ class Rectifier:
             maps, seen = self._undistortion(camera)
             image = np.asarray(cv2.remap(image, maps[0], maps[1], cv2.INTER_LINEAR), np.uint8)
         width, height, to_map = _layout(camera, pose)
-        to_image = ground_homography(camera, pose) @ np.vstack([to_map, [0.0, 0.0, 1.0]])
+        from_ground = ground_homography(camera, pose)
+        to_image = from_ground @ np.vstack([to_map, [0.0, 0.0, 1.0]])
         shrunk, shrink = _shrink(image, to_image, width, height)
         values = cv2.warpPerspective(
             shrunk, shrink @ to_image, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
@@ -116,7 +117,8 @@ class Rectifier:
         mask = cv2.warpPerspective(seen, to_image, (width, height), flags=flags, borderValue=(0,))
         valid = (mask > 0) & _well_seen(to_map, pose, width, height)
         values[~valid] = 0
-        return GroundImage(np.asarray(values, np.uint8), to_map, valid)
+        view = CameraView(shrunk, shrink @ from_ground)
+        return GroundImage(np.asarray(values, np.uint8), to_map, valid, view)
 
     def _undistortion(self, camera: CameraModel) -> tuple[tuple[NDArray[Any], NDArray[Any]], NDArray[np.uint8]]:
         if self._lens is None or self._lens[0] != camera:
