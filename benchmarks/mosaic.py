@@ -1,4 +1,4 @@
-"""The mosaic of drawn worlds, flown to and fro with a wrong position and changing light, beside the worlds' own picture.
+"""The mosaic of drawn worlds, flown with a wrong position and changing light, beside the worlds' own picture.
 
     python -m benchmarks.mosaic --seeds 1-5 --out DIR --json mosaic.json
 
@@ -33,9 +33,8 @@ from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, ground_footprint
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, TileKey
 from hawk.model.pictures import CameraModel
-from hawk.model.poses import MapPose
-from hawk.model.tile_picture import decode_picture
-from hawk.model.poses import GlobalPose
+from hawk.model.poses import GlobalPose, MapPose
+from hawk.model.tile_picture import decode_picture, encode_picture
 from hawk.results.survey_map import SurveyMap, map_picture
 from hawk.worlds.camera import Lens, WorldCamera
 from hawk.worlds.generate import generate_world
@@ -214,17 +213,23 @@ def _pairs(layer: NDArray[Any], axis: int, back: int, on: int) -> tuple[NDArray[
     return np.roll(layer, back, axis)[inner], np.roll(layer, -on, axis)[inner]
 
 
-def tile_seams(picture: Image, own: Image, window: Window, seen: Image) -> float:
-    """Return the same as `seams` for the borders of tiles."""
-    rows = (window.row + np.arange(window.rows)) // TILE_CELLS
-    columns = (window.column + np.arange(window.columns)) // TILE_CELLS
-    keys = rows[:, None] * 1000 + columns[None] + 1_000_000
-    return seams(picture, own, np.where(seen > 0, keys, -1).astype(np.int32))
+def tile_seams(flown: Flown, own: Image) -> float:
+    """Return the same as `seams` for the borders of tiles; the world's own picture is encoded by tiles as well."""
+    window, encoded = flown.window, np.zeros_like(own)
+    keys = np.full(window.shape, -1, np.int32)
+    for number, (_, in_tile, in_window) in enumerate(window.tiles()):
+        tile, seen = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8), np.zeros((TILE_CELLS, TILE_CELLS), np.uint8)
+        tile[in_tile], seen[in_tile] = own[in_window], flown.seen[in_window]
+        encoded[in_window] = decode_picture(encode_picture(tile, seen))[0][in_tile]
+        keys[in_window] = np.where(flown.seen[in_window] > 0, number, -1)
+    return seams(flown.picture, encoded, keys)
 
 
-def sharpness(picture: Image, own: Image, seen: Image) -> float:
-    """Return the variance of the Laplacian where the mosaic was seen, by that of the world's own picture."""
-    inner = cv2.erode(seen, np.ones((5, 5), np.uint8)) > 0
+def sharpness(flown: Flown, own: Image) -> float:
+    """Return the variance of the Laplacian by that of the world's own picture, a pixel and more from any border."""
+    picture, sources = flown.picture, flown.sources.astype(np.float32)
+    around = np.ones((5, 5), np.uint8)
+    inner = (cv2.erode(sources, around) == cv2.dilate(sources, around)) & (sources >= 0)
     one, other = (cv2.Laplacian(cv2.cvtColor(i, cv2.COLOR_BGR2GRAY), cv2.CV_32F) for i in (picture, own))
     return float(one[inner].var() / other[inner].var())
 
@@ -244,11 +249,11 @@ def figures(flights: Sequence[tuple[Flown, Image]]) -> list[Figure]:
         Figure("steps", "steps of brightness between frames",
                mean(lambda f, own: seams(f.picture, own, f.sources, _STEP_PIXELS)), "", limit=Limit(highest=1.1)),
         Figure("tile_seams", "seams between tiles",
-               mean(lambda f, own: tile_seams(f.picture, own, f.window, f.seen)), "", limit=Limit(highest=1.1)),
+               mean(tile_seams), "", limit=Limit(highest=1.1)),
         Figure("black_percent", "black or unseen of what was in view", 100 * mean(lambda f, _: black_share(f)), "%",
                limit=Limit(highest=0.1)),
         Figure("error", "mean error, of 255", mean(_error)),
-        Figure("sharpness", "sharpness by the world's own", mean(lambda f, own: sharpness(f.picture, own, f.seen))),
+        Figure("sharpness", "sharpness by the world's own", mean(sharpness)),
         Figure("frame_ms", "a frame, mean", float(costs.mean()), "ms", limit=Limit(highest=8.0)),
         Figure("frame_ms_p99", "a frame, p99", float(np.percentile(costs, 99)), "ms", limit=Limit(highest=25.0)),
         Figure("finish_s", "finished, 3 ha", finish, "s", limit=Limit(highest=20.0)),

@@ -20,13 +20,17 @@ from hawk.model.lot_map import TILE_CELLS
 MASK_MARK: Final = b"hawk seen\0"
 """What the comment segment begins with."""
 _SHAPE: Final = (TILE_CELLS, TILE_CELLS)
-_QUALITY: Final = (cv2.IMWRITE_JPEG_QUALITY, 82)
+_QUALITY: Final = (cv2.IMWRITE_JPEG_QUALITY, 88)
 _START: Final = b"\xff\xd8"
 _COMMENT: Final = b"\xff\xfe"
 _LENGTH: Final = struct.Struct(">H")
 _BLACK: Final = 12
 _CAR: Final = 1500  # pixels: what is black and smaller may be a car
 _RINGS: Final = 7  # pixels about black ground that JPEG darkens
+_SIDE: Final = 32  # blocks that colours are spread by
+_REACH: Final = 13
+_SPREADS: Final = 5  # each reaches half of it farther: over the whole tile
+_LITTLE: Final = 0.02
 
 Picture = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
@@ -84,21 +88,18 @@ def _not_black(pixels: Picture) -> Mask:
 
 def _filled(pixels: Picture, seen: Mask) -> Picture:
     """Return the picture with colours of the nearest seen ground where nothing was seen, coarsely."""
-    weight = cv2.resize(seen, (32, 32), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
-    colour = cv2.resize(cv2.copyTo(pixels, seen), (32, 32), interpolation=cv2.INTER_AREA).astype(np.float32)
-    for _ in range(5):  # each one reaches twice as far
-        weight, colour = _spread(weight, colour)
-    shown = cv2.resize(colour / np.maximum(weight, 1e-3)[..., None], _SHAPE, interpolation=cv2.INTER_LINEAR)
-    shown = np.asarray(np.clip(shown, 0, 255), np.uint8)
+    side = (_SIDE, _SIDE)
+    weight = np.asarray(cv2.resize(seen, side, interpolation=cv2.INTER_AREA), np.float32) / np.float32(255)
+    colour = np.asarray(cv2.resize(cv2.copyTo(pixels, seen), side, interpolation=cv2.INTER_AREA), np.float32)
+    for _ in range(_SPREADS):
+        wide_weight, wide_colour = _wide(weight), _wide(colour)
+        empty = weight < _LITTLE
+        weight, colour = np.where(empty, wide_weight, weight), np.where(empty[..., None], wide_colour, colour)
+    mean = colour / np.maximum(weight, np.float32(1e-3))[..., None]
+    shown = np.asarray(np.clip(cv2.resize(mean, _SHAPE, interpolation=cv2.INTER_LINEAR), 0, 255), np.uint8)
     cv2.copyTo(pixels, seen, shown)
     return shown
 
 
-def _spread(weight: NDArray[np.float32], colour: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
-    """Return both with what is empty filled by the sums over ever wider squares."""
-    wide_weight, wide_colour = (cv2.blur(layer, (13, 13), borderType=cv2.BORDER_REPLICATE) for layer in (weight, colour))
-    empty = weight < 0.02
-    return (
-        np.asarray(np.where(empty, wide_weight, weight), np.float32),
-        np.asarray(np.where(empty[..., None], wide_colour, colour), np.float32),
-    )
+def _wide(layer: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(cv2.blur(layer, (_REACH, _REACH), borderType=cv2.BORDER_REPLICATE), np.float32)

@@ -39,6 +39,7 @@ _TAKEN = (26, 122, 255)
 _TAKEN_LINE = (0, 90, 224)
 _PLATE = (28, 22, 16)
 _OUTLINE_M = 0.5
+_OUTLINE_AT, _OUTLINE_RISES = 96, 4  # of 255 seen about a place: at half of it the picture is half there
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +120,7 @@ class SurveyMap:
                     part = self._window(key, cells.north, cells.east)
                     picture[part], seen[part] = decode_picture(data)
                     filled[part] = 255
-        return picture, cv2.min(_smooth(seen), filled), cells
+        return picture, np.minimum(_smooth(seen), filled), cells
 
     @staticmethod
     def _window(key: TileKey, north: float, east: float) -> tuple[slice, slice]:
@@ -131,7 +132,7 @@ class SurveyMap:
 def _smooth(seen: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the mask with a soft outline that has no corner sharper than half a metre."""
     wide = cv2.GaussianBlur(seen, (0, 0), _OUTLINE_M / CELL_M, borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(cv2.convertScaleAbs(cv2.subtract(wide, 96), alpha=4.0), np.uint8)
+    return np.clip((np.asarray(wide, np.int16) - _OUTLINE_AT) * _OUTLINE_RISES, 0, 255).astype(np.uint8)
 
 
 def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
@@ -143,7 +144,7 @@ def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
     mosaic, opacity, cells = survey.picture()
     colours = np.array([_CELL_COLOURS.get(cell, _CELL_COLOURS[Cell.LOT]) for cell in Cell], np.uint8)
     share = (opacity / np.float32(255)).astype(np.float32)
-    picture = cv2.blendLinear(mosaic, colours[cells.values], share, 1 - share)
+    picture = np.asarray(cv2.blendLinear(mosaic, colours[cells.values], share, 1 - share), np.uint8)
     for key in sorted(survey.stalls):
         _draw(picture, cells, survey.stalls[key])
     return picture

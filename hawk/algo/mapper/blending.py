@@ -1,9 +1,9 @@
 """How a camera's picture is blended into the mosaic: its exposure, its place, and the weights.
 
-Work that covers the whole picture is done on blocks of `BLOCK` pixels a side (0.8 m). Detail is taken from one view at a
-time, with a seam of about a metre; brightness and colour change over several metres (two bands of Burt and Adelson, A
-multiresolution spline with application to image mosaics, 1983): views of the same ground from two sides differ in
-detail, and mixing them over a wide band shows everything double.
+Work that covers the whole picture is done on blocks of `BLOCK` pixels a side (0.8 m). Detail is taken from one view at
+a time, with a seam of about a metre; brightness and colour change over several metres (the method of Burt and Adelson,
+A multiresolution spline with application to image mosaics, 1983, in two bands): views of the same ground from two sides
+differ in detail, and a wide band of both shows everything double.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class View:
 
     def sampled(self, window: Window) -> Bytes:
         """Return the picture on a window's cells."""
-        size, flags = (window.columns, window.rows), cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        size, flags = (window.columns, window.rows), cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
         matrix = self.to_image @ _to_ground(window)
         return np.asarray(cv2.warpPerspective(self.image, matrix, size, flags=flags), np.uint8)
 
@@ -143,7 +143,7 @@ def view_cost(view: View, blocks: Window, covered: Bytes, below: tuple[float, fl
 
 @dataclass(frozen=True, slots=True)
 class Blend:
-    """Where a picture goes into the mosaic: ``weight`` of its detail (0..1) and True where it is ``used``, by blocks."""
+    """Where a picture goes into the mosaic, by blocks: ``weight`` of its detail (0..1), True where it is ``used``."""
 
     weight: Floats32
     used: Bools
@@ -176,10 +176,11 @@ def blend_of(known: NDArray[np.float16], known_covered: Bytes, cost: Floats32, c
     fresh = covered.astype(np.int16) - known_covered > _FRESH
     with np.errstate(invalid="ignore"):
         gain = np.where(whole, known.astype(np.float32) - cost, -np.inf)
-    takes = cv2.dilate(fresh.astype(np.uint8), np.ones((5, 5), np.uint8))
+    takes = np.asarray(cv2.dilate(fresh.astype(np.uint8), np.ones((5, 5), np.uint8))) > 0
     seen_gain = np.where(known_covered == 255, gain, -np.inf)
     if np.count_nonzero(seen_gain > _BETTER_M) >= _BETTER_BLOCKS:
-        takes |= cv2.morphologyEx((gain > 0).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        better = cv2.morphologyEx((gain > 0).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        takes |= np.asarray(better) > 0
     takes &= whole
     weight = np.clip(2 * _blurred(takes.astype(np.float32), _SEAM) - 1, 0, 1)
     used = fresh | (weight > 0)
@@ -221,7 +222,7 @@ class Exposure:
         return self._applied(view, math.exp(min(max(_GAIN_KEPT * middle, -most), most)))
 
     def _learn(self, left: Floats32, squared: Floats32) -> None:
-        """Learn the loss of light in corners from what is left of the ratios: it is the lens's, the same all the time."""
+        """Learn the loss of light in corners from what is left of the ratios: the lens has the same in all pictures."""
         beside = squared - squared.mean()
         spread = float((beside * beside).sum())
         if spread > 1e-3 * len(squared):
@@ -246,7 +247,8 @@ def _lens_gain(image: Bytes, corners: float) -> Bytes:
 
 def _corner(image: Bytes) -> float:
     """Return the squared distance of a corner from the middle, pixels."""
-    return ((image.shape[0] - 1) / 2) ** 2 + ((image.shape[1] - 1) / 2) ** 2
+    height, width = image.shape[:2]
+    return float(((height - 1) / 2) ** 2 + ((width - 1) / 2) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,23 +265,30 @@ class Alignment:
     Part of each movement is left out: the mosaic stays where the poses, on average, put it.
     """
 
-    KEPT: Final = 0.9
+    KEPT: Final = 0.5
+    LEAST_SHARE: Final = 0.75
     MOST_M: Final = 0.8
-    SIDE: Final = 24
+    SIDE: Final = 20
     """Blocks along one side of the square that is compared."""
     LEAST_RESPONSE: Final = 0.08
 
     @staticmethod
-    def place(both: Bools, blocks: Window) -> Window | None:
-        """Return the square of cells in which mosaic and picture have most in common, None where that is too little."""
+    def place(both: Bools, blocks: Window, below: tuple[float, float]) -> Window | None:
+        """Return a square of cells that mosaic and picture share, None where there is none.
+
+        It is the one nearest to straight ``below`` the camera (north, east): what stands there leans least.
+        """
         side = Alignment.SIDE
         if min(blocks.shape) < side:
             return None
         share = cv2.boxFilter(both.astype(np.float32), -1, (side, side), anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)
         share = share[: blocks.rows - side + 1, : blocks.columns - side + 1]
-        at = int(share.argmax())
-        row, column = divmod(at, share.shape[1])
-        if share[row, column] < 0.75:
+        half = (side - 1) / 2
+        north, east = blocks.centres(np.arange(share.shape[0]) + half, np.arange(share.shape[1]) + half)
+        away = np.hypot(north[:, None] - below[0], east[None] - below[1])
+        away[share < Alignment.LEAST_SHARE] = np.inf
+        row, column = divmod(int(away.argmin()), away.shape[1])
+        if not math.isfinite(away[row, column]):
             return None
         cells = side * BLOCK
         return Window((blocks.row + row) * BLOCK, (blocks.column + column) * BLOCK, cells, cells, CELL_M)

@@ -25,7 +25,8 @@ from hawk.algo.mapper.evidence import (
     quality_mask,
 )
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
+from hawk.algo.mapper.mosaic import Mosaic
+from hawk.algo.mapper.published import StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
 from hawk.algo.mapper.rowfill import RowFiller

@@ -1,8 +1,9 @@
 """The picture of the lot: tiles of pixels, put together from the camera's pictures while the drone flies.
 
-Each pixel is sampled once, from the camera's picture. Of each place the best view is shown: that from nearest to straight
-above, far from the picture's edge, from low. A better view replaces another one by areas (`hawk.algo.mapper.blending`).
-Only tiles near the drone are kept as pixels, the others as JPEG (`hawk.model.tile_picture`).
+Each pixel is sampled once, from the camera's picture. Of each place the best view is shown: from nearest to straight
+above, far from the picture's edge, from low. A better view replaces another one by areas
+(`hawk.algo.mapper.blending`). Only tiles near the drone are kept as pixels, the others as JPEG
+(`hawk.model.tile_picture`).
 """
 
 from __future__ import annotations
@@ -89,14 +90,14 @@ class Mosaic:
         self._alignment = Alignment()
 
     def add(self, picture: GroundImage, below: tuple[float, float], height: float) -> None:
-        """Add a picture. ``below`` is the place (north, east) straight below the camera, ``height`` above it, metres."""
+        """Add a picture, taken ``height`` metres above the place ``below`` (north, east)."""
         mask = quality_mask(picture.valid, picture.metres_per_pixel, EDGE_M, 1.0)
         if not mask.any():
             return
         window = Window.around(outline(picture), CELL_M).aligned(BLOCK).grown(2 * BLOCK)
         inside = np.asarray(warp(picture, np.where(mask > 0, 255, 0).astype(np.uint8), window, cv2.INTER_NEAREST))
         blocks = blocks_of(window)
-        covered = cv2.resize(inside, (blocks.columns, blocks.rows), interpolation=cv2.INTER_AREA)
+        covered = np.asarray(cv2.resize(inside, blocks.shape[::-1], interpolation=cv2.INTER_AREA), np.uint8)
         known = self._known(blocks)
         view = view_of(picture)
         cost = view_cost(view, blocks, covered, below, height)
@@ -104,7 +105,7 @@ class Mosaic:
         if blend is None:
             return
         view = self._exposure.matched(view, blocks, known.covered == 255, covered == 255, known.colour)
-        patch = self._patch(known.covered, covered, blocks)
+        patch = self._patch((known.covered == 255) & (covered == 255), blocks, below)
         if patch is not None:
             view = self._alignment.aligned(view, patch)
         change = blend.change(known.colour, view.colours(blocks), (known.covered == 255) & (covered == 255))
@@ -153,9 +154,9 @@ class Mosaic:
                 found.colour[in_window] = known.colour[in_tile]
         return found
 
-    def _patch(self, known: NDArray[np.uint8], covered: NDArray[np.uint8], blocks: Window) -> Patch | None:
+    def _patch(self, both: NDArray[np.bool_], blocks: Window, below: tuple[float, float]) -> Patch | None:
         """Return the square of the mosaic that a new picture is aligned with, None where they share none."""
-        window = Alignment.place((known == 255) & (covered == 255), blocks)
+        window = Alignment.place(both, blocks, below)
         if window is None:
             return None
         values = np.zeros((*window.shape, 3), np.uint8)

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.published import Mosaic, nearest_first
+from hawk.algo.mapper.mosaic import Mosaic
+from hawk.algo.mapper.published import nearest_first
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import TILE_CELLS, EncodedTile
 from tests.unit.algo.synthetic import ground_affine, pose_at
