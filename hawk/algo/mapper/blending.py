@@ -30,9 +30,9 @@ _EDGE_M: Final = 4.0
 _EDGE_COST: Final = 0.5  # for each metre that the picture's edge is nearer than that
 _BETTER_M: Final = 6.0
 _BETTER_BLOCKS: Final = 8
-_FRESH: Final = 26  # of 255
+_FRESH: Final = 51  # of 255
 _SEAM: Final = 1.2
-_WIDE: Final = 3.0
+_WIDE: Final = 4.0
 _MOST_CHANGE: Final = 40.0
 _GAIN_KEPT: Final = 0.95
 _MOST_GAIN: Final = 1.7
@@ -173,7 +173,7 @@ def blend_of(known: NDArray[np.float16], known_covered: Bytes, cost: Floats32, c
         covered: Share of the blocks that it shows, 0..255.
     """
     whole = covered == 255
-    fresh = covered.astype(np.int16) - known_covered > _FRESH
+    fresh = (covered.astype(np.int16) - known_covered > _FRESH) | (whole & (known_covered < 255))
     with np.errstate(invalid="ignore"):
         gain = np.where(whole, known.astype(np.float32) - cost, -np.inf)
     takes = np.asarray(cv2.dilate(fresh.astype(np.uint8), np.ones((5, 5), np.uint8))) > 0
