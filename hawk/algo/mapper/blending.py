@@ -38,6 +38,7 @@ _GAIN_KEPT: Final = 0.95
 _MOST_GAIN: Final = 1.7
 _CORNERS_STEP: Final = 0.1
 _MOST_CORNERS: Final = 0.9
+_CORNERS_NEWS: Final = 0.02
 _LEAST_BLOCKS: Final = 60
 _DARK, _BRIGHT = 12.0, 240.0
 _LENS_UNIT: Final = 128
@@ -83,12 +84,13 @@ class View:
 
     def colours(self, blocks: Window) -> Floats32:
         """Return the mean colours (rows, columns, 3) of blocks."""
-        shrink = max(1, round(_BLOCK_M / self.pixel_m))
         height, width = self.image.shape[:2]
-        size = (max(1, width // shrink), max(1, height // shrink))
-        small = cv2.resize(self.image, size, interpolation=cv2.INTER_AREA)
-        sx, sy = size[0] / width, size[1] / height
-        scale = np.array([[sx, 0.0, (sx - 1) / 2], [0.0, sy, (sy - 1) / 2], [0.0, 0.0, 1.0]])
+        shrink = min(max(1, round(_BLOCK_M / self.pixel_m)), height, width)
+        size = (width // shrink, height // shrink)
+        exact = self.image[: size[1] * shrink, : size[0] * shrink]  # means over whole pixels are four times as quick
+        small = cv2.resize(exact, size, interpolation=cv2.INTER_AREA)
+        offset = (1 / shrink - 1) / 2
+        scale = np.array([[1 / shrink, 0.0, offset], [0.0, 1 / shrink, offset], [0.0, 0.0, 1.0]])
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         matrix = scale @ self.to_image @ _to_ground(blocks)
         found = cv2.warpPerspective(
@@ -198,28 +200,29 @@ class Exposure:
         """Light that the corners lack, as a share of what they have."""
         self._lens: tuple[float, Bytes] | None = None
 
-    def matched(self, view: View, blocks: Window, known: Bools, covered: Bools, shown: Bytes) -> View:
-        """Return the view with its light corrected.
+    def matched(self, view: View, blocks: Window, both: Bools, shown: Bytes) -> tuple[View, Floats32]:
+        """Return the view with its light corrected, and its colours by blocks.
 
         Args:
             view: The camera's picture.
             blocks: The window of blocks about it.
-            known: Blocks that the mosaic has.
-            covered: Blocks that the picture shows.
-            shown: Their colours in the mosaic.
+            both: Blocks that mosaic and picture show.
+            shown: Colours of the mosaic.
         """
-        from_middle = view.from_middle(blocks)
-        here = view.colours(blocks).mean(2)
+        from_middle, colours = view.from_middle(blocks), view.colours(blocks)
+        here = colours.mean(2)
         there = shown.astype(np.float32).mean(2)
-        both = known & covered & (np.minimum(here, there) > _DARK) & (np.maximum(here, there) < _BRIGHT)
-        if np.count_nonzero(both) < _LEAST_BLOCKS:
-            return self._applied(view, 1.0)
-        squared = from_middle[both]
-        ratio = np.log(there[both] / here[both]) - np.log1p(self._corners * squared)
-        middle = float(np.median(ratio))
-        self._learn(ratio - middle, squared)
-        most = math.log(_MOST_GAIN)
-        return self._applied(view, math.exp(min(max(_GAIN_KEPT * middle, -most), most)))
+        usable = both & (np.minimum(here, there) > _DARK) & (np.maximum(here, there) < _BRIGHT)
+        gain = 1.0
+        if np.count_nonzero(usable) >= _LEAST_BLOCKS:
+            squared = from_middle[usable]
+            ratio = np.log(there[usable] / here[usable]) - np.log1p(self._corners * squared)
+            middle = float(np.median(ratio))
+            self._learn(ratio - middle, squared)
+            most = math.log(_MOST_GAIN)
+            gain = math.exp(min(max(_GAIN_KEPT * middle, -most), most))
+        lit = colours * (gain * (1 + self._corners * from_middle))[..., None]
+        return self._applied(view, gain), np.asarray(lit, np.float32)
 
     def _learn(self, left: Floats32, squared: Floats32) -> None:
         """Learn the loss of light in corners from what is left of the ratios: the lens has the same in all pictures."""
@@ -231,7 +234,7 @@ class Exposure:
 
     def _applied(self, view: View, gain: float) -> View:
         lens = self._lens
-        if lens is None or lens[1].shape != view.image.shape or abs(lens[0] - self._corners) > 0.01:
+        if lens is None or lens[1].shape != view.image.shape or abs(lens[0] - self._corners) > _CORNERS_NEWS:
             lens = self._lens = self._corners, _lens_gain(view.image, self._corners)
         image = cv2.multiply(view.image, lens[1], scale=gain / _LENS_UNIT)
         return replace(view, image=np.asarray(image, np.uint8))
@@ -239,10 +242,11 @@ class Exposure:
 
 def _lens_gain(image: Bytes, corners: float) -> Bytes:
     height, width = image.shape[:2]
-    rows = (np.arange(height) - (height - 1) / 2) ** 2
-    columns = (np.arange(width) - (width - 1) / 2) ** 2
-    gain = 1 + corners * (rows[:, None] + columns[None]) / _corner(image)
-    return np.repeat(np.round(np.minimum(gain * _LENS_UNIT, 255)).astype(np.uint8)[..., None], 3, axis=2)
+    unit = corners * _LENS_UNIT / _corner(image)
+    rows = (unit * (np.arange(height) - (height - 1) / 2) ** 2).astype(np.float32)
+    columns = (unit * (np.arange(width) - (width - 1) / 2) ** 2).astype(np.float32)
+    gain = cv2.convertScaleAbs(rows[:, None] + columns[None], alpha=1.0, beta=_LENS_UNIT)
+    return np.asarray(cv2.cvtColor(gain, cv2.COLOR_GRAY2BGR), np.uint8)
 
 
 def _corner(image: Bytes) -> float:

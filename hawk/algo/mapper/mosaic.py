@@ -104,11 +104,12 @@ class Mosaic:
         blend = blend_of(known.cost, known.covered, cost, covered)
         if blend is None:
             return
-        view = self._exposure.matched(view, blocks, known.covered == 255, covered == 255, known.colour)
-        patch = self._patch((known.covered == 255) & (covered == 255), blocks, below)
+        both = (known.covered == 255) & (covered == 255)
+        view, colours = self._exposure.matched(view, blocks, both, known.colour)
+        patch = self._patch(both, blocks, below)
         if patch is not None:
             view = self._alignment.aligned(view, patch)
-        change = blend.change(known.colour, view.colours(blocks), (known.covered == 255) & (covered == 255))
+        change = blend.change(known.colour, colours, both)
         for key, in_tile, in_window in blocks.tiles():
             self._blend_into(key, in_tile, in_window, blocks, view, inside, blend, change, cost)
 
