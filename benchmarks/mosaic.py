@@ -2,7 +2,7 @@
 
     python -m benchmarks.mosaic --seeds 1-5 --out DIR --json mosaic.json
 
-Each frame is off by 0.15 m (standard deviation, each axis, anew), its exposure by up to 15 %, and its corners lack 20 %
+Each frame is off by 0.15 m (standard deviation, along each axis), its exposure by up to 15 %, and its corners lack 20 %
 of the light. Seams: mean difference of pixels on both sides of a border between two frames, by that of neighbours
 elsewhere, and that by the same of the world's own picture; ``steps`` the same for means over 0.6 m on both sides, which
 differences of brightness stand out in. Sharpness: variance of the Laplacian by that of the world's picture.

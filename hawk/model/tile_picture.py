@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hawk.model.lot_map import TILE_CELLS
 
 MASK_MARK: Final = b"hawk seen\0"
-"""What the comment segment begins with."""
+"""Beginning of the comment segment."""
 _SHAPE: Final = (TILE_CELLS, TILE_CELLS)
 _QUALITY: Final = (cv2.IMWRITE_JPEG_QUALITY, 88)
 _START: Final = b"\xff\xd8"

@@ -1,4 +1,4 @@
-"""How a camera's picture is blended into the mosaic: its exposure, its place, and the weights.
+"""Blending of a camera's picture into the mosaic: its exposure, its place, and the weights.
 
 Work that covers the whole picture is done on blocks of `BLOCK` pixels a side (0.8 m). Detail is taken from one view at
 a time, with a seam of about a metre; brightness and colour change over several metres (the method of Burt and Adelson,
@@ -80,7 +80,8 @@ class View:
         """Return the picture on a window's cells."""
         size, flags = (window.columns, window.rows), cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
         matrix = self.to_image @ _to_ground(window)
-        return np.asarray(cv2.warpPerspective(self.image, matrix, size, flags=flags), np.uint8)
+        found = cv2.warpPerspective(self.image, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(found, np.uint8)
 
     def colours(self, blocks: Window) -> Floats32:
         """Return the mean colours (rows, columns, 3) of blocks."""
@@ -145,7 +146,7 @@ def view_cost(view: View, blocks: Window, covered: Bytes, below: tuple[float, fl
 
 @dataclass(frozen=True, slots=True)
 class Blend:
-    """Where a picture goes into the mosaic, by blocks: ``weight`` of its detail (0..1), True where it is ``used``."""
+    """Parts of a picture that go into the mosaic, by blocks: ``weight`` of its detail (0..1), True where it is ``used``."""
 
     weight: Floats32
     used: Bools
@@ -166,7 +167,7 @@ def blend_of(known: NDArray[np.float16], known_covered: Bytes, cost: Floats32, c
     """Return where a picture goes into the mosaic, None where it brings nothing new.
 
     It brings ground that was not seen, and, once it is better by far somewhere, all that it shows better: the parts of
-    two pictures then meet half-way between their places, and few pictures make up the whole.
+    two pictures then meet in the middle between their places, and few pictures make up the whole.
 
     Args:
         known: Cost of the views that are shown, by blocks.

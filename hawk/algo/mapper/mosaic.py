@@ -58,7 +58,7 @@ class Pixels:
 
 @dataclass(slots=True)
 class Blocks:
-    """What is kept of every tile, by blocks of `BLOCK` pixels a side, (32, 32).
+    """Values that are kept of every tile, by blocks of `BLOCK` pixels a side, (32, 32).
 
     ``cost`` of the view shown, infinite where the block was not seen as a whole; ``covered`` share of it that was seen,
     0..255; ``colour`` mean BGR.
