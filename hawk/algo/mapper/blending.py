@@ -146,7 +146,7 @@ def view_cost(view: View, blocks: Window, covered: Bytes, below: tuple[float, fl
 
 @dataclass(frozen=True, slots=True)
 class Blend:
-    """Parts of a picture that go into the mosaic, by blocks: ``weight`` of its detail (0..1), True where it is ``used``."""
+    """Parts of a picture that go into the mosaic, by blocks: ``weight`` of detail (0..1), True where it is ``used``."""
 
     weight: Floats32
     used: Bools
