@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.surveys import seeds_option
 from hawk.algo.ground import Slices, Window
+from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.mosaic import EDGE_M, Mosaic
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, ground_footprint
@@ -42,7 +43,8 @@ from hawk.worlds.world import World
 
 HEIGHT_M: Final = 35.0
 FRAME_M: Final = 1.2  # six metres a second, five frames a second
-STEP_M: Final = 1.5  # as the mapper has it
+STEP_M: Final = MapperSettings().mosaic_step_m
+TILES: Final = MapperSettings().mosaic_blended_tiles
 LANE_M: Final = 24.0
 OFF_M: Final = 0.15
 TILT: Final = math.radians(1.5)
@@ -119,9 +121,9 @@ def fly(world: World, mosaic: Mosaic, sources: Sources, seed: int) -> Flown:
         pose = MapPose(north + off[0], east + off[1], HEIGHT_M, roll, pitch, yaw)
         ground = rectifier.rectify(decode(jpeg), model, pose)
         started = time.thread_time()
-        if last is None or math.dist(last, (north, east)) >= STEP_M:
+        if not mosaic.go_on(TILES) and (last is None or math.dist(last, (north, east)) >= STEP_M):
             last, sources.frame = (north, east), number
-            mosaic.add(ground, (pose.north, pose.east), pose.height)
+            mosaic.add(ground, (pose.north, pose.east), pose.height, TILES)
             outlines.append(np.array([(point.north, point.east) for point in ground_footprint(model, pose)]))
         mosaic.encode(1, number)
         costs.append((time.thread_time() - started) * 1e3)
@@ -138,6 +140,7 @@ def _frame(
 
 def _finished(mosaic: Mosaic, sources: Sources, outlines: list[Floats], costs: list[float]) -> Flown:
     started = time.thread_time()
+    mosaic.go_on(None)
     while mosaic.encode(1, len(costs)):
         pass
     corners = np.vstack(outlines)

@@ -60,6 +60,8 @@ class MapperSettings:
     """Tiles encoded at most in one frame."""
     mosaic_tiles_per_frame: int = 1
     """Mosaic tiles encoded at most in one frame."""
+    mosaic_blended_tiles: int = 6
+    """Mosaic tiles into which a picture is blended at most in one frame."""
     mosaic_step_m: float = 1.5
     """Distance flown between two pictures that go into the mosaic."""
     rows_frames: int = 6
@@ -405,10 +407,13 @@ class MapCore:
                 self._touched.discard(key)
 
     def _picture(self, _: CellEvidence, seen: SeenGround) -> bool:
+        most = self._settings.mosaic_blended_tiles
+        if self._mosaic.go_on(most):
+            return True
         if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
             return False
         self._pictured = seen.pose
-        self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height)
+        self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height, most)
         return True
 
 

@@ -74,6 +74,30 @@ class Blocks:
         self.colour[:] = cv2.resize(tile.values, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA)
 
 
+@dataclass(frozen=True, slots=True)
+class Addition:
+    """A picture that is blended into the mosaic, tile by tile.
+
+    ``inside`` (255 where it may be used) covers the cells of the window of ``blocks``; ``change`` is added to its
+    colours, ``cost`` is that of `view_cost`, both by blocks.
+    """
+
+    view: View
+    blocks: Window
+    inside: Mask
+    blend: Blend
+    change: NDArray[np.float32]
+    cost: NDArray[np.float32]
+
+    def pixels(self, part: Slices) -> Picture:
+        """Return the picture on the cells of a part of the blocks."""
+        rows, columns = part
+        top, left = self.blocks.row + rows.start, self.blocks.column + columns.start
+        size = ((rows.stop - rows.start) * BLOCK, (columns.stop - columns.start) * BLOCK)
+        sampled = self.view.sampled(Window(top * BLOCK, left * BLOCK, *size, CELL_M))
+        return np.asarray(cv2.add(sampled, enlarged(self.change, part), dtype=cv2.CV_8U), np.uint8)
+
+
 class Mosaic:
     """Picture tiles of `TILE_CELLS` pixels a side."""
 
@@ -88,9 +112,15 @@ class Mosaic:
         self._dirty: dict[TileKey, None] = {}
         self._exposure = Exposure()
         self._alignment = Alignment()
+        self._addition: Addition | None = None
+        self._waiting: list[tuple[TileKey, Slices, Slices]] = []
 
-    def add(self, picture: GroundImage, below: tuple[float, float], height: float) -> None:
-        """Add a picture, taken ``height`` metres above the place ``below`` (north, east)."""
+    def add(self, picture: GroundImage, below: tuple[float, float], height: float, most: int | None = None) -> None:
+        """Add a picture, taken ``height`` metres above the place ``below`` (north, east).
+
+        ``most`` tiles are changed at once, all by default; `go_on` changes the others, and so does the next picture.
+        """
+        self.go_on(None)
         mask = quality_mask(picture.valid, picture.metres_per_pixel, EDGE_M, 1.0)
         if not mask.any():
             return
@@ -109,9 +139,18 @@ class Mosaic:
         patch = self._patch(both, blocks, below)
         if patch is not None:
             view = self._alignment.aligned(view, patch)
-        change = blend.change(known.colour, colours, both)
-        for key, in_tile, in_window in blocks.tiles():
-            self._blend_into(key, in_tile, in_window, blocks, view, inside, blend, change, cost)
+        self._waiting = list(blocks.tiles())
+        self._addition = Addition(view, blocks, inside, blend, blend.change(known.colour, colours, both), cost)
+        self.go_on(most)
+
+    def go_on(self, most: int | None) -> bool:
+        """Blend the picture that was added last into the next ``most`` of its tiles; return True when there was one."""
+        changed = 0
+        while self._addition is not None and self._waiting and (most is None or changed < most):
+            changed += self._blend_into(self._addition, *self._waiting.pop(0))
+        if not self._waiting:
+            self._addition = None
+        return changed > 0
 
     def encode(self, most: int, version: int) -> bool:
         """Encode the ``most`` longest waiting tiles; return True when there was one."""
@@ -166,47 +205,29 @@ class Mosaic:
                 values[in_window] = self._loaded(key).values[in_tile]
         return Patch(window, values)
 
-    def _blend_into(
-        self,
-        key: TileKey,
-        in_tile: Slices,
-        in_window: Slices,
-        blocks: Window,
-        view: View,
-        inside: Mask,
-        blend: Blend,
-        change: NDArray[np.float32],
-        cost: NDArray[np.float32],
-    ) -> None:
-        box = _box(blend.used[in_window])
+    def _blend_into(self, addition: Addition, key: TileKey, in_tile: Slices, in_window: Slices) -> bool:
+        """Blend a picture into one tile; return False where it changes nothing of it."""
+        box = _box(addition.blend.used[in_window])
         if box is None:
-            return
-        part = _within(in_window, box)
-        rows, columns = part
-        place = _finer(_within(in_tile, box))
-        window = Window(
-            (blocks.row + rows.start) * BLOCK,
-            (blocks.column + columns.start) * BLOCK,
-            (rows.stop - rows.start) * BLOCK,
-            (columns.stop - columns.start) * BLOCK,
-            CELL_M,
-        )
+            return False
+        part, blocks_in_tile = _within(in_window, box), _within(in_tile, box)
+        place = _finer(blocks_in_tile)
         tile = self._loaded(key)
         values, seen = tile.values[place], tile.seen[place]
-        weight = enlarged(blend.weight, part)
+        weight = enlarged(addition.blend.weight, part)
         weight[seen == 0] = 1.0
-        weight[inside[_finer(part)] == 0] = 0.0
-        fresh = cv2.add(view.sampled(window), enlarged(change, part), dtype=cv2.CV_8U)
-        values[:] = cv2.blendLinear(fresh, np.ascontiguousarray(values), weight, 1 - weight)
+        weight[addition.inside[_finer(part)] == 0] = 0.0
+        values[:] = cv2.blendLinear(addition.pixels(part), np.ascontiguousarray(values), weight, 1 - weight)
         seen[weight > 0] = 255
         known = self._blocks.setdefault(key, Blocks())
-        before = known.covered[_within(in_tile, box)] == 255
+        before = known.covered[blocks_in_tile] == 255
         known.renew(tile)
-        shown = (known.covered[_within(in_tile, box)] == 255) & ((blend.weight[part] > 0.5) | ~before)
-        known.cost[_within(in_tile, box)][shown] = cost[part][shown]
+        shown = (known.covered[blocks_in_tile] == 255) & ((addition.blend.weight[part] > 0.5) | ~before)
+        known.cost[blocks_in_tile][shown] = addition.cost[part][shown]
         self._dirty.setdefault(key)
         if self._watch is not None:
             self._watch(key, place, weight)
+        return True
 
     def _loaded(self, key: TileKey) -> Pixels:
         tile = self._pixels.pop(key, None)

@@ -187,6 +187,19 @@ def test_a_frame_that_brings_nothing_new_changes_nothing() -> None:
     assert not mosaic.encode(9, 2)
 
 
+def test_a_picture_is_blended_a_few_tiles_at_a_time_with_the_same_result() -> None:
+    at_once, by_and_by = Mosaic(), Mosaic()
+    for east in (0.0, 9.0, 18.0):
+        put(at_once, 0.0, east)
+        by_and_by.add(shot(0.0, east), (0.0, east), 35.0, 1)
+    before = whole(by_and_by)[1].sum()
+    assert before < whole(at_once)[1].sum()
+    assert by_and_by.go_on(1)
+    while by_and_by.go_on(2):
+        pass
+    assert all(np.array_equal(one, other) for one, other in zip(whole(at_once), whole(by_and_by), strict=True))
+
+
 def test_encoding_is_bounded_and_the_backlog_comes_round() -> None:
     mosaic = Mosaic()
     mosaic.add(picture(0.0, 0.0, 150), (0.0, 0.0), 35.0)
