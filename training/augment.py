@@ -3,41 +3,60 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.network import CELL_PIXELS
+from hawk.algo.vision.network import CELL_PIXELS, sun_input
 from hawk.worlds.light import shade_gain
 from training.targets import CAR, PLACE_WEIGHT, SHADE, TrainingScene, draw_targets
 
 SCALE = (0.65, 1.5)
 """Range of the random scale: for stalls of unusual sizes and heights with an error."""
 _SHADOWS_SHARE = 0.3
+_SUN_LEFT_OUT = 0.4
+"""Share of the samples whose sun the network is not given."""
 _SHADE = 0.4
 """Ground in a deeper shade than this is in the shade."""
 
 
-def sample(
-    scene: TrainingScene, rng: np.random.Generator, side: int
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return a picture (3, side, side), value / 255 - 0.5, and its targets, from a random part of a scene."""
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A training picture (3, side, side), value / 255 - 0.5, its targets, and the network's input ``sun`` (2,)."""
+
+    picture: NDArray[np.float32]
+    target: NDArray[np.float32]
+    sun: NDArray[np.float32]
+
+
+def sample(scene: TrainingScene, rng: np.random.Generator, side: int) -> Sample:
+    """Return a random part of a scene, changed at random."""
     height, width = scene.image.shape[:2]
     scale = math.exp(rng.uniform(math.log(SCALE[0]), math.log(SCALE[1])))
     to_crop = _placement(rng, (width, height), scale, side)
     method = cv2.INTER_AREA if scale < 0.8 else cv2.INTER_LINEAR
     image = cv2.warpAffine(_softened(scene.image, scale), to_crop, (side, side), flags=method)
     labels = cv2.warpAffine(scene.labels, to_crop, (side, side), flags=cv2.INTER_NEAREST)
-    known = cv2.warpAffine(np.ones((height, width), np.uint8), to_crop, (side, side), flags=cv2.INTER_NEAREST)
+    seen = np.ones((height, width), np.uint8) if scene.seen is None else scene.seen
+    known = np.asarray(cv2.warpAffine(seen, to_crop, (side, side), flags=cv2.INTER_NEAREST), np.uint8)
     stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
-    target = draw_targets(np.asarray(labels, np.uint8), np.asarray(known, np.uint8), stalls, scene.taken, scene.judged)
+    target = draw_targets(np.asarray(labels, np.uint8), known, stalls, scene.taken, scene.judged, scene.unclear)
     textured = retextured(np.asarray(image, np.float32), rng)
     cast, outside = shadow_depth(stalls[~scene.taken], (side, side), rng), outside_shade((side, side), rng)
     lit = light(in_shade(in_shade(textured, cast, rng), outside, rng), rng)
     _add_shade(target, np.maximum(cast, outside))
-    return np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5), target
+    picture = np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5)
+    return Sample(picture, target, _sun(scene, to_crop[:, :2] / scale, rng))
+
+
+def _sun(scene: TrainingScene, turn: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return the network's input for the sun of a scene that is turned and mirrored, often left out."""
+    if scene.cast is None or rng.random() < _SUN_LEFT_OUT:
+        return np.zeros(2, np.float32)
+    return sun_input(turn @ scene.cast)
 
 
 def _add_shade(target: NDArray[np.float32], depth: NDArray[np.float32]) -> None:

@@ -27,10 +27,10 @@ def export(network: StallNet, path: Path) -> float:
         warnings.simplefilter("ignore")
         torch.onnx.export(
             network,
-            (torch.zeros(1, 3, 256, 320),),
+            (torch.zeros(1, 3, 256, 320), torch.zeros(1, 2)),
             str(path),
             opset_version=OPSET,
-            input_names=["image"],
+            input_names=["image", "sun"],
             output_names=["maps"],
             dynamic_axes=axes,
             dynamo=False,
@@ -45,7 +45,9 @@ def export(network: StallNet, path: Path) -> float:
 def _difference(network: StallNet, path: Path, size: tuple[int, int]) -> float:
     picture = np.random.default_rng(0).random((1, 3, *size), np.float32) - np.float32(0.5)
     loaded = cv2.dnn.readNetFromONNX(str(path))
-    loaded.setInput(picture)
+    sun = np.array([[0.3, -0.5]], np.float32)
+    loaded.setInput(picture, "image")
+    loaded.setInput(sun, "sun")
     with torch.no_grad():
-        expected = network(torch.from_numpy(picture)).numpy()
+        expected = network(torch.from_numpy(picture), torch.from_numpy(sun)).numpy()
     return float(np.abs(loaded.forward() - expected).max())

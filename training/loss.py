@@ -6,7 +6,22 @@ import torch
 from torch import Tensor
 from torch.nn.functional import binary_cross_entropy_with_logits
 
-from training.targets import CAR, CORE, CORE_WEIGHT, LENGTH, LOT, PLACE_WEIGHT, SHADE, SINE, TAKEN
+from training.targets import (
+    CAR,
+    CAR_WEIGHT,
+    CORE,
+    CORE_WEIGHT,
+    COVER,
+    COVER_WEIGHT,
+    LENGTH,
+    LOT,
+    PLACE_WEIGHT,
+    SHADE,
+    SHADE_WEIGHT,
+    SINE,
+    TAKEN,
+    TAKEN_WEIGHT,
+)
 
 _DICE_PIXELS = 50.0
 _SHADE_SHARE = 0.3
@@ -15,23 +30,28 @@ _CAR_IN_SHADE = 3.0
 
 
 def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
-    """Return the loss of a batch, answers (B, 11, h, w) against targets (B, 13, h, w), and its parts by name."""
-    place, judged = target[:, PLACE_WEIGHT], target[:, CORE_WEIGHT]
+    """Return the loss of a batch, answers (B, 12, h, w) against targets (B, 18, h, w), and its parts by name."""
+    place, judged, cars = target[:, PLACE_WEIGHT], target[:, CORE_WEIGHT], target[:, CAR_WEIGHT]
     shade = target[:, SHADE]
-    weights = torch.stack([place, judged, place * (1 + (_CAR_IN_SHADE - 1) * shade)], 1)
+    weights = torch.stack([place, judged, cars * (1 + (_CAR_IN_SHADE - 1) * shade)], 1)
     truth, said = target[:, LOT : CAR + 1], answer[:, LOT : CAR + 1]
     crossed = (binary_cross_entropy_with_logits(said, truth, reduction="none") * weights).mean()
-    counted = torch.stack([place, judged, place], 1)
+    counted = torch.stack([place, judged, cars], 1)
     dice = _dice(torch.sigmoid(said) * counted, truth * counted)
-    dark = (binary_cross_entropy_with_logits(answer[:, SHADE], shade, reduction="none") * place).mean()
+    dark = (
+        binary_cross_entropy_with_logits(answer[:, SHADE], shade, reduction="none") * target[:, SHADE_WEIGHT]
+    ).mean()
     core = (target[:, CORE] * judged).unsqueeze(1)
     mass = core.sum() + _DICE_PIXELS
     apart = (answer[:, SINE : LENGTH + 1] - target[:, SINE : LENGTH + 1]).abs()
     geometry = (apart * core).sum((0, 2, 3)) / mass
     taken = binary_cross_entropy_with_logits(answer[:, TAKEN], target[:, TAKEN], reduction="none")
-    taken = (taken * core[:, 0]).sum() / mass
+    states = core[:, 0] * target[:, TAKEN_WEIGHT]
+    taken = (taken * states).sum() / (states.sum() + _DICE_PIXELS)
     total = crossed + 0.25 * dice[0] + 0.25 * (dice[1] + dice[2]) + 0.25 * geometry.sum() + 0.4 * taken
-    total = total + _SHADE_SHARE * dark
+    hidden = binary_cross_entropy_with_logits(answer[:, COVER], target[:, COVER], reduction="none")
+    hidden = (hidden * target[:, COVER_WEIGHT]).mean()
+    total = total + _SHADE_SHARE * (dark + hidden)
     parts = {
         "bce": crossed,
         "lot": dice[0],
@@ -40,6 +60,7 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
         "geometry": geometry.sum(),
         "taken": taken,
         "shade": dark,
+        "cover": hidden,
     }
     return total, {name: float(part.detach()) for name, part in parts.items()}
 

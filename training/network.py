@@ -11,15 +11,17 @@ from hawk.algo.vision.network import CHANNELS
 Widths = tuple[int, int, int, int, int]
 WIDTHS: Widths = (16, 32, 48, 64, 80)
 """Channels at 1/2, 1/4, 1/8, 1/16 and 1/32 of the picture's resolution."""
+EXTRA_CHANNELS = 2
+"""Shade and cover, after the channels of the answer."""
 _EXTRA = 8
+_SUN_HIDDEN = 16
 
 
 class StallNet(nn.Module):
     """U-Net (Ronneberger et al. 2015) of 3 x 3 convolutions with batch normalisation; about 540 000 parameters.
 
-    Takes (B, 3, H, W), H and W multiples of 32; gives (B, CHANNELS, H/2, W/2) as `hawk.algo.vision.network` describes.
-    While training one more channel follows, the logit of shade on the ground, and the style of the shallow maps is
-    perturbed.
+    Takes (B, 3, H, W), H and W multiples of 32, and suns (B, 2); gives (B, CHANNELS + EXTRA_CHANNELS, H/2, W/2) as
+    `hawk.algo.vision.network` describes. While training the style of the shallow maps is perturbed.
     """
 
     def __init__(self, widths: Widths = WIDTHS) -> None:
@@ -35,22 +37,36 @@ class StallNet(nn.Module):
         self.up2 = nn.Sequential(_block(c + b, b, kernel=1), _block(b, b))
         self.up1 = nn.Sequential(_block(b + a, a + _EXTRA, kernel=1), _block(a + _EXTRA, a + _EXTRA))
         self.answer = nn.Conv2d(a + _EXTRA, CHANNELS, 1)
-        self.shade = nn.Conv2d(a + _EXTRA, 1, 1)
+        self.further = nn.Conv2d(a + _EXTRA, EXTRA_CHANNELS, 1)
+        self.lit = nn.ModuleList(_Lit(width) for width in (a, b, c))
         self.perturbed = StylePerturbation()
 
-    def forward(self, picture: Tensor) -> Tensor:
-        """Return the maps of a batch of pictures."""
-        half = self.perturbed(self.down1(picture))
-        quarter = self.perturbed(self.down2(half))
-        eighth = self.down3(quarter)
+    def forward(self, picture: Tensor, sun: Tensor) -> Tensor:
+        """Return the maps of a batch of pictures under suns (B, 2)."""
+        half = self.lit[0](self.perturbed(self.down1(picture)), sun)
+        quarter = self.lit[1](self.perturbed(self.down2(half)), sun)
+        eighth = self.lit[2](self.down3(quarter), sun)
         sixteenth = self.down4(eighth)
         deepest = self.down5(sixteenth)
         sixteenth = self.up4(torch.cat([_twice(deepest), sixteenth], 1))
         eighth = self.up3(torch.cat([_twice(sixteenth), eighth], 1))
         quarter = self.up2(torch.cat([_twice(eighth), quarter], 1))
         half = self.up1(torch.cat([_twice(quarter), half], 1))
-        answer = torch.as_tensor(self.answer(half))
-        return torch.cat([answer, self.shade(half)], 1) if self.training else answer
+        return torch.cat([self.answer(half), self.further(half)], 1)
+
+
+class _Lit(nn.Module):
+    """Adds to every channel what the sun says: nothing for a sun that is not known, nor before training."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.hidden = nn.Linear(2, _SUN_HIDDEN, bias=False)
+        self.out = nn.Linear(_SUN_HIDDEN, width, bias=False)
+        nn.init.zeros_(self.out.weight)
+
+    def forward(self, maps: Tensor, sun: Tensor) -> Tensor:
+        """Return the maps (B, C, H, W) under suns (B, 2)."""
+        return maps + torch.as_tensor(self.out(functional.relu(self.hidden(sun))))[:, :, None, None]
 
 
 class StylePerturbation(nn.Module):

@@ -90,10 +90,11 @@ def training_scene(scene: Scene) -> TrainingScene:
     count = len(scene.stalls)
     return TrainingScene(
         image=scene.image,
-        labels=np.stack([scene.lot, scene.car, scene.shade], axis=-1),
+        labels=np.stack([scene.lot, scene.car, scene.shade, scene.cover], axis=-1),
         quads=np.array([s.quad for s in scene.stalls], np.float32).reshape(count, 4, 2),
         taken=np.array([s.taken for s in scene.stalls], np.bool_),
         judged=np.array([_is_judged(stall) for stall in scene.stalls], np.bool_),
+        cast=np.asarray(scene.cast, np.float64),
     )
 
 

@@ -51,8 +51,9 @@ def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
     Raises ResumeError when the file holds another network.
     """
     folded = _convolutions(path)
-    convolutions = (module for module in network.modules() if isinstance(module, nn.Conv2d))
-    modules = [module for module in convolutions if module is not network.shade]  # export leaves it out
+    modules = [module for module in network.modules() if isinstance(module, nn.Conv2d)]
+    if len(folded) < len(modules):  # an older file
+        modules.remove(network.further)
     shapes = [tuple(module.weight.shape) for module in modules]
     if [weight.shape for weight, _ in folded] != shapes:
         raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")
@@ -64,6 +65,8 @@ def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
             module.weight.copy_(torch.from_numpy(weight))
             if module.bias is not None:
                 module.bias.copy_(torch.from_numpy(bias))
+        for lit, weight in zip((m for m in network.modules() if isinstance(m, nn.Linear)), _linear(path), strict=False):
+            lit.weight.copy_(weight)
         for norm, shift in shifts.items():
             _undo(norm, torch.zeros_like(shift), torch.ones_like(shift), shift)
     return shifts
@@ -85,6 +88,16 @@ def _convolutions(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(values[node.input[1]], values[node.input[2]]) for node in graph.node if node.op_type == "Conv"]
 
 
+def _linear(path: Path) -> list[Tensor]:
+    """Return the weights by which the sun is taken in, in the order in which they are used; none of an older file."""
+    graph = onnx.load(str(path)).graph
+    values = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
+    for node in graph.node:  # weights that are alike are kept once
+        if node.op_type == "Identity" and node.input[0] in values:
+            values[node.output[0]] = values[node.input[0]]
+    return [torch.from_numpy(values[node.input[1]].T.copy()) for node in graph.node if node.op_type == "MatMul"]
+
+
 def _undo(norm: nn.BatchNorm2d, mean: Tensor, variance: Tensor, shift: Tensor) -> None:
     """Make a normalisation add ``shift`` and nothing else, for inputs of this mean and variance."""
     for kept, value in ((norm.running_mean, mean), (norm.running_var, variance)):
@@ -102,7 +115,7 @@ def _outputs(network: StallNet, norms: list[nn.BatchNorm2d], pictures: Tensor) -
         found[module] = inputs[0].mean((0, 2, 3)), inputs[0].var((0, 2, 3))
 
     hooks = [norm.register_forward_pre_hook(look) for norm in norms]
-    network(pictures)
+    network(pictures, torch.zeros(len(pictures), 2))
     for hook in hooks:
         hook.remove()
     return [found[norm] for norm in norms]

@@ -94,7 +94,8 @@ class Scene:
     """A drawn orthophoto, north of nothing: BGR uint8 (H, W, 3), with uint8 masks (H, W) of 0 and 1.
 
     ``lot`` is the lot (aisles, stalls, islands and the trees on them), ``car`` the visible part of vehicles, ``cover``
-    the ground under crowns and roofs, ``shade`` the ground in shadow that nothing hides.
+    the ground under crowns and roofs, ``shade`` the ground in shadow that nothing hides. ``cast`` (2,) is the shadow of
+    one metre of height, metres to the right and down.
     """
 
     image: Bytes
@@ -104,6 +105,7 @@ class Scene:
     shade: Bytes
     stalls: tuple[SceneStall, ...]
     metres_per_pixel: float
+    cast: Points
 
 
 def plan_any_site(rng: np.random.Generator) -> SitePlan:
@@ -151,7 +153,7 @@ def draw_scene(
     stalls = _framed(_implied([_scene_stall(canvas, stall, cover, contrast) for stall in shown], roofs))
     picture = photograph(rng, image)
     shade = as_bytes((drawn.shade > _SHADE) & (car == 0) & (cover == 0))
-    return Scene(picture, _lot_mask(canvas, plan), car, cover, shade, stalls, metres_per_pixel)
+    return Scene(picture, _lot_mask(canvas, plan), car, cover, shade, stalls, metres_per_pixel, sun.cast(1.0))
 
 
 def sample_condition(rng: np.random.Generator) -> Condition:

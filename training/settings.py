@@ -37,6 +37,8 @@ class TrainingPlan:
     painters: int = 1
     bfloat16: bool = True
     averaged: tuple[float, ...] = (0.5, 0.75, 1.0)
+    ground_share: float = 0.5
+    """Share of each batch from real ground, where there is any."""
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
@@ -64,6 +66,16 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--keep", type=Path, help="also write torch's weights here")
     parser.add_argument("--checkpoint", type=Path, help="keep the progress here, and go on from it")
     parser.add_argument(
+        "--ground", type=Path, help="folder of pictures of real ground (training.ground); without it, drawn"
+    )
+    parser.add_argument(
+        "--ground-share", type=_share, default=0.5, help="share of each batch from real ground, 0 to 1 (default 0.5)"
+    )
+    parser.add_argument(
+        "--leave-out", action="append", default=[], metavar="PATTERN", help="names of real pictures not to train on"
+    )
+    parser.add_argument("--teacher", type=Path, help="network (.onnx) that labels real ground; the package's without")
+    parser.add_argument(
         "--start-from", type=Path, help="torch weights (.pt) or an exported network (.onnx) to go on from"
     )
     return parser.parse_args(arguments)
@@ -73,6 +85,13 @@ def _above_zero(text: str) -> float:
     value = float(text)
     if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"must be a number above 0, not {text!r}")
+    return value
+
+
+def _share(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"must be from 0 to 1, not {text!r}")
     return value
 
 
@@ -109,6 +128,7 @@ def plan_of(options: argparse.Namespace) -> TrainingPlan:
         threads=options.threads,
         painters=options.painters,
         bfloat16=not options.float32,
+        ground_share=options.ground_share,
     )
 
 

@@ -14,11 +14,17 @@ from hawk.algo.vision.seen import FloatArray
 
 LOT, CORE, CAR, SINE, COSINE, OFFSET_COLUMN, OFFSET_ROW, WIDTH, LENGTH, TAKEN = range(10)
 """Channels of the network's answer and of the targets."""
-SHADE = 10
-"""A channel that only training has: ground in shadow. What is shadow is no car."""
-PLACE_WEIGHT, CORE_WEIGHT = 11, 12
-"""Further target channels: where anything is known (0/1), and where core and what hangs on it is judged (0/1)."""
-TARGET_CHANNELS = 13
+SHADE, COVER = 10, 11
+"""Further channels of the answer: ground in shadow (what is shadow is no car), and crowns and roofs, which hide it."""
+PLACE_WEIGHT, CORE_WEIGHT, CAR_WEIGHT, SHADE_WEIGHT, COVER_WEIGHT, TAKEN_WEIGHT = range(12, 18)
+"""Further target channels (0/1): where lot, core and what hangs on it, cars, shade, cover and the stalls' states are
+known.
+"""
+TARGET_CHANNELS = 18
+LABELS = 4
+"""Layers of labels: lot, car, shade, cover."""
+UNKNOWN = 2
+"""Value of a label that is not known."""
 CELL_M = 0.2
 """Side of an output cell, metres."""
 
@@ -34,13 +40,18 @@ def shape_of(quads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
     return quads.mean(axis=1), angle, np.minimum(length, width), np.maximum(length, width)
 
 
+_LAYERS = ((LOT, PLACE_WEIGHT), (CAR, CAR_WEIGHT), (SHADE, SHADE_WEIGHT), (COVER, COVER_WEIGHT))
+
+
 @dataclass(frozen=True, slots=True)
 class TrainingScene:
-    """A drawn scene as the trainer keeps it.
+    """A drawn scene, or a window of a real picture, as the trainer keeps it.
 
-    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 3): lot, car, shade; ``quads`` (N, 4, 2)
-    pixels, whole numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the picture does not show
-    a stall.
+    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, `LABELS`), each 0, 1 or `UNKNOWN`;
+    ``quads`` (N, 4, 2) pixels, whole numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the
+    picture does not show a stall. ``unclear`` (N,): states that are not known, None without any. ``seen`` (H, W): 0
+    where it is not known whether there are stalls, None without such ground. ``cast`` (2,) is the shadow of one metre
+    of height, metres along columns and rows, None where the sun is not known.
     """
 
     image: NDArray[np.uint8]
@@ -48,6 +59,9 @@ class TrainingScene:
     quads: NDArray[np.float32]
     taken: NDArray[np.bool_]
     judged: NDArray[np.bool_]
+    unclear: NDArray[np.bool_] | None = None
+    seen: NDArray[np.uint8] | None = None
+    cast: NDArray[np.float64] | None = None
 
 
 def draw_targets(
@@ -56,16 +70,20 @@ def draw_targets(
     stalls: NDArray[np.floating[Any]],
     taken: NDArray[np.bool_],
     judged: NDArray[np.bool_],
+    unclear: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float32]:
     """Return (TARGET_CHANNELS, H/2, W/2) for a crop.
 
-    ``labels`` (H, W, 3) and ``known`` (H, W) are in pixels, as are the ``stalls`` (N, 4, 2) of the crop.
+    ``labels`` (H, W, `LABELS`) and ``known`` (H, W; where it is known what stalls there are) are in pixels, as are the
+    ``stalls`` (N, 4, 2) of the crop; the rest as in `TrainingScene`.
     """
     half = labels[::CELL_PIXELS, ::CELL_PIXELS]
+    shown = known[::CELL_PIXELS, ::CELL_PIXELS]
     target = np.zeros((TARGET_CHANNELS, *half.shape[:2]), np.float32)
-    target[LOT], target[CAR], target[SHADE] = half[..., 0], half[..., 1], half[..., 2]
-    target[PLACE_WEIGHT] = known[::CELL_PIXELS, ::CELL_PIXELS]
-    target[CORE_WEIGHT] = target[PLACE_WEIGHT]
+    for layer, (channel, weight) in enumerate(_LAYERS):
+        target[channel] = half[..., layer] == 1
+        target[weight] = (half[..., layer] != UNKNOWN) & (shown > 0)
+    target[CORE_WEIGHT] = shown
     if not len(stalls):
         return target
     centre, angle, width, length = shape_of(np.asarray(stalls, np.float64) / CELL_PIXELS)
@@ -86,6 +104,7 @@ def draw_targets(
     target[WIDTH, rows, columns] = np.log(np.maximum(width[mine], 2) * CELL_M / USUAL_WIDTH_M)
     target[LENGTH, rows, columns] = np.log(np.maximum(length[mine], 4) * CELL_M / USUAL_LENGTH_M)
     target[TAKEN, rows, columns] = taken[mine]
+    target[TAKEN_WEIGHT, rows, columns] = 1 if unclear is None else ~unclear[mine]
     return target
 
 

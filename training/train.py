@@ -8,6 +8,7 @@ FILE`` the same command goes on where it was ended; it draws new scenes then.
 
 from __future__ import annotations
 
+import argparse
 import copy
 import time
 from collections.abc import Callable, Sequence
@@ -18,16 +19,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hawk.algo.vision.network import StallNetwork
 from training.augment import sample
 from training.average import average
 from training.checkpoint import CheckpointFile, Progress
 from training.export import export
+from training.ground import Ground, read_ground
 from training.loss import loss
 from training.network import WIDTHS, StallNet, set_memory_format
 from training.pool import ScenePool
 from training.resume import load_onnx, widths_of_onnx
 from training.settings import TrainingPlan, parse, plan_of, rate
 from training.widen import widen, widths_of_state
+
+Batch = tuple[Tensor, Tensor, Tensor]
 
 _TAKEN_AT_ONCE = 4
 _SCENE_OVER_CROP = 1.5
@@ -41,6 +46,7 @@ def train(
     keep: Callable[[StallNet], None] = lambda _: None,
     clock: Callable[[], float] = time.monotonic,
     checkpoint: CheckpointFile | None = None,
+    ground: Ground | None = None,
 ) -> StallNet:
     """Train as planned.
 
@@ -51,6 +57,7 @@ def train(
         keep: gets the running mean of the weights (EMA) at every report.
         clock: seconds; decides the end where the plan has no steps.
         checkpoint: where the training begins, if it holds anything; written at every report.
+        ground: real ground, from which a part of each batch is taken.
 
     Returns:
         The network with the mean of some states of that running mean.
@@ -64,7 +71,7 @@ def train(
     pool.take_until(progress.drawn + plan.first_scenes)
     start, share = clock() - progress.seconds, 0.0
     with ThreadPoolExecutor(1) as beside:  # the next batch is made while the network learns from this one
-        following = beside.submit(_batch, pool, rng, plan)
+        following = beside.submit(_batch, pool, rng, plan, ground)
         while share < 1:
             share = (clock() - start) / (60 * plan.minutes) if plan.steps is None else (step + 1) / plan.steps
             for group in optimiser.param_groups:
@@ -74,7 +81,7 @@ def train(
                 pool.take_until(step * plan.batch // plan.reuse)
             elif pool.drawn * plan.reuse < step * plan.batch:
                 pool.take(_TAKEN_AT_ONCE)
-            following = beside.submit(_batch, pool, rng, plan)
+            following = beside.submit(_batch, pool, rng, plan, ground)
             parts = _learn(network, optimiser, batch, bfloat16=plan.bfloat16)
             step += 1
             _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
@@ -110,11 +117,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         if options.start_from and not drawn:  # a checkpoint holds weights that came from them
             _start_from(network, options.start_from, pool, plan)
-        trained = train(plan, network, pool, keep, checkpoint=checkpoint)
+        trained = train(plan, network, pool, keep, checkpoint=checkpoint, ground=_ground(options))
     finally:
         pool.close()
     keep(trained)
     print(f"{options.out}: differs from torch by {export(trained, options.out):.1g}", flush=True)
+
+
+def _ground(options: argparse.Namespace) -> Ground | None:
+    """Read the real ground that the command line names."""
+    if options.ground is None:
+        print("no real ground (--ground): every picture is drawn", flush=True)
+        return None
+    ground = read_ground(options.ground, StallNetwork.load(options.teacher), options.leave_out, options.seed)
+    for region in ground.regions:
+        print(f"ground {region.name}: {len(region.scene.quads)} stalls", flush=True)
+    return ground
 
 
 def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPlan) -> None:
@@ -132,13 +150,11 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPl
     widen(given, network)
 
 
-def _learn(
-    network: StallNet, optimiser: torch.optim.Optimizer, batch: tuple[Tensor, Tensor], *, bfloat16: bool
-) -> dict[str, float]:
-    """Take one step from a batch (pictures, targets); return the parts of its loss."""
-    picture, target = batch
+def _learn(network: StallNet, optimiser: torch.optim.Optimizer, batch: Batch, *, bfloat16: bool) -> dict[str, float]:
+    """Take one step from a batch; return the parts of its loss."""
+    picture, target, sun = batch
     with torch.autocast("cpu", torch.bfloat16, enabled=bfloat16):
-        answer = network(picture)
+        answer = network(picture, sun)
     total, parts = loss(answer.float(), target)
     optimiser.zero_grad()
     torch.autograd.backward(total)
@@ -147,10 +163,16 @@ def _learn(
     return parts
 
 
-def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan) -> tuple[Tensor, Tensor]:
-    samples = [sample(pool[int(rng.integers(len(pool)))], rng, plan.side) for _ in range(plan.batch)]
-    picture = torch.from_numpy(np.stack([s[0] for s in samples])).contiguous(memory_format=torch.channels_last)
-    return picture, torch.from_numpy(np.stack([s[1] for s in samples]))
+def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan, ground: Ground | None = None) -> Batch:
+    """Return pictures, targets and suns."""
+    real = 0 if ground is None else round(plan.batch * plan.ground_share)
+    scenes = [pool[int(rng.integers(len(pool)))] for _ in range(plan.batch - real)]
+    scenes += [ground.window(rng) for _ in range(real) if ground is not None]
+    samples = [sample(scene, rng, plan.side) for scene in scenes]
+    picture, target, sun = (
+        torch.from_numpy(np.stack([getattr(s, name) for s in samples])) for name in ("picture", "target", "sun")
+    )
+    return picture.contiguous(memory_format=torch.channels_last), target, sun
 
 
 @torch.no_grad()

@@ -51,6 +51,8 @@ def widen(narrow: StallNet, wide: StallNet) -> None:
             elif isinstance(old, nn.BatchNorm2d) and isinstance(new, nn.BatchNorm2d):
                 for kept, value in zip(_of_norm(new), _of_norm(old), strict=True):
                     kept[: len(value)] = value
+            elif isinstance(old, nn.Linear) and isinstance(new, nn.Linear):
+                new.weight[: old.out_features] = old.weight
 
 
 def _joined(before: Widths, after: Widths) -> dict[str, Segments]:

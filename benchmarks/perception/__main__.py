@@ -5,7 +5,8 @@
 ``--lots``: pictures ``PLACE.jpg`` with ``PLACE.json`` (metres_per_pixel, stalls with corners_m and state, lots_m).
 ``--tiles``: ``images/*.jpg`` with ``labels/*.txt`` (class, polygon in fractions; 0 car, 1 lot, 3 stall); tiles with
 fewer than five stalls are left out. ``--regions``: as ``--lots``, without states and outlines; ``--streets PATTERN``
-names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where the files have no ``ground``.
+names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where the files have no ``ground``,
+``--left-out FILE=PATTERN`` a network that was not trained on some of them and looks at those.
 ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
 
 The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
@@ -26,7 +27,7 @@ import cv2
 
 from benchmarks.figures import print_and_write
 from benchmarks.perception.places import folder_option
-from benchmarks.perception.regions import Regions, ground_option
+from benchmarks.perception.regions import Regions, ground_option, left_out_option
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     network = StallNetwork.load(options.model)
     if options.video is not None:
         return _video(network, options.video, options.metres_per_pixel)
-    regions = Regions(options.regions, tuple(options.streets), tuple(options.ground)) if options.regions else None
+    regions = _regions(options) if options.regions else None
     material = Material(options.lots, options.tiles, options.negatives, options.negatives_scale, options.seeds, regions)
     if regions is not None:
         try:
@@ -68,6 +69,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--ground", action="append", default=[], type=_ground, metavar="KIND=PATTERN", help="ground of regions, by name"
     )
+    parser.add_argument(
+        "--left-out", action="append", default=[], type=_left_out, metavar="FILE=PATTERN",
+        help="a network that was not trained on the regions of these names looks at them",
+    )  # fmt: skip
     parser.add_argument("--negatives", type=folder_option)
     parser.add_argument(
         "--negatives-scale", type=float, default=NEGATIVES_SCALE, help="metres per pixel of the negatives (0.03)"
@@ -78,6 +83,17 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--metres-per-pixel", type=float, default=0.1, help="of the video (0.1)")
     parser.add_argument("--json", type=Path, help="write the figures here")
     return parser
+
+
+def _regions(options: argparse.Namespace) -> Regions:
+    return Regions(options.regions, tuple(options.streets), tuple(options.ground), tuple(options.left_out))
+
+
+def _left_out(text: str) -> tuple[Path, str]:
+    try:
+        return left_out_option(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _ground(text: str) -> tuple[str, str]:

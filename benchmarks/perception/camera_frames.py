@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.perception.edges import whole_labels
-from benchmarks.perception.eyes import MINIMUM_SCORE, boxes
+from benchmarks.perception.eyes import boxes
 from benchmarks.perception.places import Place, state_array
 from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
@@ -31,6 +31,7 @@ from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import World
 
 HEIGHT_M = 35.0
+MINIMUM_SCORE = 0.5
 TILT = math.radians(10.0)
 _TILT_PIXELS = 1280
 _TILT_FIELD = math.radians(60)

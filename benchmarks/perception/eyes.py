@@ -15,10 +15,12 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper.shown import lot_outline
 from hawk.algo.mapper.suggestions import WIDTH_M, car_boxes, length_about, on_stalls
 from hawk.algo.mapper.table import published_size
+from hawk.algo.rows.evidence import Ground
+from hawk.algo.rows.fit import Finds
+from hawk.algo.rows.lot import RowStalls, complete_rows
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
-from hawk.algo.vision.rows import RowStalls, complete_rows, row_stalls
+from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps, StallNetwork
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, FloatArray
@@ -27,11 +29,8 @@ GROUND_M = 0.10
 CELL_M = GROUND_M * CELL_PIXELS
 LOT_M = 2 * CELL_M
 """Side of a cell of the found lot, metres by the scale that the eye was given."""
-MINIMUM_SCORE = 0.5
 SLIVER_M2 = 2.0
 """A stall at a picture's edge with a smaller part in the picture is left out."""
-_INNER = 0.7
-_SAMPLES = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +65,7 @@ class NetworkEye:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
         maps = self._network.run(shown)
-        stalls = decode.vote(maps, CELL_M)
-        stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
+        stalls = _stalls(_rows(decode.vote(maps, CELL_M), maps))
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
 
@@ -125,38 +123,29 @@ def as_shown(corners: FloatArray, size: tuple[float, float]) -> tuple[FloatArray
     return corners[is_shown], is_shown
 
 
-def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:
+def _rows(stalls: Stalls, maps: NetworkMaps) -> RowStalls:
     """Return the stalls with their rows completed, metres."""
-    given = row_stalls(
-        stalls.column * CELL_M,
-        stalls.row * CELL_M,
+    finds = Finds(
+        np.column_stack([stalls.column, stalls.row]) * CELL_M,
         stalls.angle,
         stalls.width * CELL_M,
         stalls.length * CELL_M,
         stalls.score,
     )
-    return complete_rows(given, lambda corners: _inner_mean(core, corners))
+    return complete_rows(finds, lambda places: _ground(maps, places / CELL_M))
+
+
+def _ground(maps: NetworkMaps, places: FloatArray) -> Ground:
+    """Return the maps at (column, row) places (..., 2)."""
+    layers = (decode.sample(values, places) for values in (maps.core, maps.car, maps.lot, np.ones_like(maps.core)))
+    return Ground(*layers)
 
 
 def _stalls(rows: RowStalls) -> Stalls:
     """Return the stalls as the mapper publishes them."""
     width, length = published_size(rows.width, rows.length)
-    return Stalls(rows.north / CELL_M, rows.east / CELL_M, rows.angle, width / CELL_M, length / CELL_M, rows.score)
-
-
-def _inner_mean(values: NDArray[np.float32], corners: FloatArray) -> FloatArray:
-    """Return the mean (N,) of a map over the inner parts of quads (N, 4, 2), metres."""
-    middle = corners.mean(axis=1, keepdims=True)
-    return _mean(values, (middle + (corners - middle) * _INNER) / CELL_M)
-
-
-def _mean(core: NDArray[np.float32], corners: FloatArray) -> FloatArray:
-    """Return the mean (N,) of a map over quads (N, 4, 2) of (column, row); outside counts as 0."""
-    share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-    first = corners[:, None, 0] + (corners[:, None, 1] - corners[:, None, 0]) * share[:, None]
-    last = corners[:, None, 3] + (corners[:, None, 2] - corners[:, None, 3]) * share[:, None]
-    points = first[:, :, None] + (last - first)[:, :, None] * share[:, None]
-    return np.asarray(decode.sample(core, points).mean(axis=(1, 2)))
+    score = 1 / (1 + np.exp(-rows.log_odds))
+    return Stalls(rows.north / CELL_M, rows.east / CELL_M, rows.angle, width / CELL_M, length / CELL_M, score)
 
 
 def boxes(table: FloatArray) -> FloatArray:

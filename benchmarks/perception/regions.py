@@ -33,17 +33,19 @@ SHOWN: Final = (
 @dataclass(frozen=True, slots=True)
 class Regions:
     """A folder of regions. ``streets``: patterns of names of those that are streets, the others are lots; ``ground``:
-    pairs of a kind of ground and a pattern of names, for regions whose files do not say their ground.
+    pairs of a kind of ground and a pattern of names, for regions whose files do not say their ground; ``left_out``:
+    networks with a pattern of the names of the regions that they were not trained on.
     """
 
     folder: Path
     streets: tuple[str, ...] = ()
     ground: tuple[tuple[str, str], ...] = ()
+    left_out: tuple[tuple[Path, str], ...] = ()
 
     def read(self) -> list[Place]:
         """Return the regions with their kind of ground. Raises ValueError for a pattern that fits no region."""
         places = list(read_lots(self.folder))
-        for pattern in (*self.streets, *(pattern for _, pattern in self.ground)):
+        for pattern in (*self.streets, *(pattern for _, pattern in (*self.ground, *self.left_out))):
             if not any(fnmatchcase(place.name, pattern) for place in places):
                 raise ValueError(f"{pattern!r} fits no region of {self.folder}; name one of its files without .json")
         return [replace(place, ground=place.ground or self._ground(place.name)) for place in places]
@@ -51,6 +53,10 @@ class Regions:
     def is_street(self, name: str) -> bool:
         """Return True for a region that is streets, not a lot."""
         return any(fnmatchcase(name, pattern) for pattern in self.streets)
+
+    def model(self, name: str) -> Path | None:
+        """Return the network that was not trained on a region, None where no other is named."""
+        return next((model for model, pattern in self.left_out if fnmatchcase(name, pattern)), None)
 
     def _ground(self, name: str) -> str:
         return next((kind for kind, pattern in self.ground if fnmatchcase(name, pattern)), "")
@@ -76,6 +82,14 @@ def region_section(regions: Regions, looked: Sequence[Looked]) -> Section:
             if measured
         ]
     return Section("regions", figures)
+
+
+def left_out_option(text: str) -> tuple[Path, str]:
+    """Return network and pattern of ``FILE=PATTERN``. Raises ValueError."""
+    model, _, pattern = text.rpartition("=")
+    if not Path(model).is_file() or not pattern:
+        raise ValueError(f"{text!r} names no network; write FILE=PATTERN, as fold_a.onnx=nl_estate_*")
+    return Path(model), pattern
 
 
 def ground_option(text: str) -> tuple[str, str]:

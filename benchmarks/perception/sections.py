@@ -12,7 +12,7 @@ from benchmarks.figures import Figure, Limit, Reference, Section
 from benchmarks.perception.camera_frames import measure_tilted, measure_worlds
 from benchmarks.perception.errors import error_section
 from benchmarks.perception.eyes import Eye, NetworkEye
-from benchmarks.perception.measures import MEASURES, false_alarms, line, look, measure, pooled
+from benchmarks.perception.measures import MEASURES, Looked, false_alarms, line, look, measure, pooled
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
@@ -72,7 +72,7 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         sections.append(error_section("places", looked, "errors_lots_"))
     if material.regions:
         print("regions")
-        looked = look(eye, material.regions.read(), verbose=True)
+        looked = look_left_out(eye, material.regions)
         sections.append(region_section(material.regions, looked))
         sections.append(error_section("regions", looked, "errors_regions_"))
     sections.extend(_negatives(eye, material))
@@ -80,6 +80,14 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         sections.append(_drawn(NetworkFinder(network), material.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
+
+
+def look_left_out(eye: Eye, regions: Regions) -> list[Looked]:
+    """Look at every region by the network that was not trained on it, where one is named."""
+    places = regions.read()
+    models = {place.name: regions.model(place.name) for place in places}
+    eyes = {model: eye if model is None else NetworkEye(StallNetwork.load(model)) for model in set(models.values())}
+    return [one for place in places for one in look(eyes[models[place.name]], [place], verbose=True)]
 
 
 def _drawn(finder: NetworkFinder, seeds: Sequence[int]) -> Section:

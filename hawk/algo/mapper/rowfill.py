@@ -1,10 +1,12 @@
-"""Rows over the known map: stalls are drawn onto their row's lattice, and what cars hide is inferred from the row.
+"""Rows over the known map: stalls are aligned in their rows, and what cars and crowns hide is inferred from the row.
 
 An inferred stall is valid when the row implies it repeatedly by the fused evidence. A find of its own makes it a stall
-like any other, with the same id.
+like any other, with the same id. A find against which its row speaks is no stall.
 """
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,22 +14,33 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.stalls import StallTracker, call_state, others
-from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, geometry_of, pair, probability
+from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
+from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, geometry_of, pair
+from hawk.algo.rows.evidence import Ground
+from hawk.algo.rows.fit import Finds, row_of
+from hawk.algo.rows.lot import NO_ROW, RowStalls, complete_rows
 from hawk.algo.vision import quads
-from hawk.algo.vision.rows import RowOptions, RowStalls, complete_rows, row_of, row_stalls
 
-_OPTIONS = RowOptions(gap=0.3, end=0.55)  # planted islands stand in rows too
-_PULL = 0.4  # share of the distance to the lattice that one run takes
-_INNER = 0.7
-_SAMPLES = (9, 5)  # along, across
-_IMPLIED, _NOT_IMPLIED = 1.0, -1.0  # log-odds of one run for and against an inferred stall
+_PULL = 0.6
+"""Share of the distance to its place in the row by which one run moves a stall."""
+_IMPLIED, _NOT_IMPLIED = 1.0, -1.0
+"""Log-odds of one run for and against an inferred stall."""
+_REFUSED = -0.5
+"""Log-odds of one run against a find that contradicts its row."""
 _MOST = 3.0
 _COUNTS = 1.5
-_BEYOND_M = 12.0  # rows are cut at the reach: as far on, other stalls may lie where the cut row goes on
-_COVERED = 0.2  # share of car in a stall at which it may as well be taken
-_COVER_GAIN = 14.0
-_COVER_LIMIT = 2.2
+_BEYOND_M = 12.0
+"""Rows are cut at the reach: as far on, other stalls may lie where the cut row goes on."""
+_LOOKS = 0.5
+"""Independent looks from which a cell was seen."""
+_COVERED: Final = (0.1, 0.3)
+"""Mean car of an inferred stall up to which it is free, and from which it is taken; between them it is unclear."""
+_SURE = 2.2
+"""Log-odds of the state of an inferred stall with no car at all, or full of one."""
+_BARE = 0.35
+"""Mean core of an inferred stall from which the ground shows that it is free; below it something hides the ground."""
+_INNER = 0.7
+_SAMPLES = (9, 5)
 
 Floats = NDArray[np.float64]
 
@@ -42,16 +55,18 @@ class RowFiller:
     def run(self, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float], version: int) -> None:
         """Complete the rows about a place (north, east); everything that changes is touched with ``version``."""
         near = tracker.near(*middle, self._reach_m)
-        rows = tracker.rows[near]
-        _judge_company(tracker.rows, near, tracker.near(*middle, self._reach_m - _BEYOND_M), version)
-        tracker.settle(version)
-        real = near[tracker.rows["confirmed"][near] & ~rows["inferred"]]
-        if len(real) == 0:
+        given = near[~tracker.rows["inferred"][near] & ~tracker.rows["raised"][near]]
+        if len(given) == 0:
             return
-        layers = _Layers(grid)
-        completed = complete_rows(_as_row_stalls(tracker.rows[real]), layers.core, _OPTIONS)
+        inner = tracker.near(*middle, self._reach_m - _BEYOND_M)
+        _judge_company(tracker.rows, given, np.intersect1d(given, inner), version)
+        ground = _FusedGround(grid, middle, self._reach_m + _BEYOND_M)
+        completed = complete_rows(_finds(tracker.rows[given]), ground.at)
         members = completed[~completed.inferred]
-        _pull(tracker.rows, real[members.source], members, version)
+        _refuse(tracker.rows, np.setdiff1d(np.intersect1d(given, inner), given[members.source]), version)
+        tracker.settle(version)
+        in_row = members[members.row != NO_ROW]
+        _pull(tracker.rows, given[in_row.source], in_row, version)
         implied = completed[completed.inferred]
         around = tracker.near(*middle, self._reach_m + _BEYOND_M)
         known, found = pair(geometry_of(tracker.rows[around]), (implied.north, implied.east, implied.angle))
@@ -59,25 +74,36 @@ class RowFiller:
         fresh = implied[others(len(implied), found)]
         is_implied = np.zeros(len(tracker.rows), np.bool_)
         is_implied[around[known]] = True
-        inner = tracker.near(*middle, self._reach_m - _BEYOND_M)
         missing = inner[~is_implied[inner]]
         _judge(tracker, around[known], missing, version)
         _add(tracker, fresh, version)
-        _call(tracker.rows, layers, version)
+        _call(tracker.rows, ground, version)
 
 
-def _judge_company(rows: Rows, near: NDArray[np.intp], judged: NDArray[np.intp], version: int) -> None:
-    """Mark the stalls that stand in no row: cars in an aisle look like stalls, but they stand alone."""
-    likely = near[(rows["exists"][near] > 0) & ~rows["inferred"][near]]
+def _finds(rows: Rows) -> Finds:
+    north, east, angle, width, length = geometry_of(rows)
+    return Finds(np.column_stack([north, east]), angle, width, length, score_of(rows["exists"]))
+
+
+def _judge_company(rows: Rows, given: NDArray[np.intp], judged: NDArray[np.intp], version: int) -> None:
+    """Mark those of the ``judged`` stalls that stand in no row: cars in an aisle look like stalls, but stand alone."""
+    likely = given[rows["exists"][given] > 0]
     if len(likely) == 0:
         return
-    group = row_of(_as_row_stalls(rows[likely]))
+    group = row_of(_finds(rows[likely]))
     lone, is_likely = np.zeros((2, len(rows)), np.bool_)
     lone[likely] = np.bincount(group)[group] == 1
     is_likely[likely] = True
     changed = judged[(rows["lone"][judged] != lone[judged]) & is_likely[judged]]
     rows["lone"][changed] = lone[changed]
     rows["touched"][changed] = version
+
+
+def _refuse(rows: Rows, refused: NDArray[np.intp], version: int) -> None:
+    """Count one run against finds that contradict their row; finds of a stall outweigh it, as it stands."""
+    doubted = refused[rows["exists"][refused] > 0]
+    rows["exists"][doubted] += _REFUSED
+    rows["touched"][doubted] = version
 
 
 def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np.intp], version: int) -> None:
@@ -95,40 +121,34 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
     tracker.remove(loses[rows["exists"][loses] <= 0], version)
 
 
-class _Layers:
-    """Mean evidence in quads; of the grid only what lies about them is read."""
+class _FusedGround:
+    """The fused evidence about a place, read once for a run."""
 
-    def __init__(self, grid: EvidenceGrid) -> None:
-        self._grid = grid
+    def __init__(self, grid: EvidenceGrid, middle: tuple[float, float], reach_m: float) -> None:
+        about = np.array(middle) + np.array([[-reach_m, -reach_m], [reach_m, reach_m]])
+        self._window = Window.around(about, EVIDENCE_M)
+        core, car, lot, looks = (grid.layer(self._window, name) for name in ("core", "car", "lot", "looks"))
+        seen = looks >= _LOOKS
+        self._layers = core, car, np.where(seen, 1 / (1 + np.exp(-lot)), 0.0), seen
 
-    def core(self, corners: Floats) -> Floats:
-        """Return the mean core probability in the inner part of quads (N, 4, 2)."""
-        return self._mean("core", corners)
+    def at(self, places: Floats) -> Ground:
+        """Return the ground at places (..., 2) of (north, east)."""
+        flat = places.reshape(-1, 2)
+        values = (self._window.values_at(layer, flat).reshape(places.shape[:-1]) for layer in self._layers)
+        return Ground(*values)
 
-    def car(self, corners: Floats) -> Floats:
-        """Return the mean car probability in the inner part of quads (N, 4, 2)."""
-        return self._mean("car", corners)
-
-    def _mean(self, name: str, corners: Floats) -> Floats:
-        if len(corners) == 0:
-            return np.zeros(0)
+    def within(self, corners: Floats) -> tuple[Floats, Floats]:
+        """Return the mean core and car (N,) in the inner part of quads (N, 4, 2)."""
         a, b = (np.linspace(0.5 - _INNER / 2, 0.5 + _INNER / 2, n) for n in _SAMPLES)
         along, across = (v.ravel()[:, None] for v in np.meshgrid(a, b, indexing="ij"))
         near = corners[:, None, 0] * (1 - across) + corners[:, None, 1] * across
         far = corners[:, None, 3] * (1 - across) + corners[:, None, 2] * across
-        points = near * (1 - along) + far * along
-        window = Window.around(points.reshape(-1, 2), EVIDENCE_M, EVIDENCE_M)
-        cells = np.round(window.cells_of(points[..., 0], points[..., 1])).astype(np.intp)
-        values = self._grid.layer(window, name)[cells[..., 1], cells[..., 0]]
-        return np.asarray(values.mean(1), dtype=np.float64)
-
-
-def _as_row_stalls(rows: Rows) -> RowStalls:
-    return row_stalls(*geometry_of(rows), probability(rows["exists"]))
+        ground = self.at(near * (1 - along) + far * along)
+        return np.asarray(ground.core.mean(1), np.float64), np.asarray(ground.car.mean(1), np.float64)
 
 
 def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> None:
-    """Move stalls towards their places on the lattice."""
+    """Move stalls towards their places in the row."""
     moved = rows[index]
     for name, value in columns_of(to):
         moved[name] += _PULL * (value - moved[name])
@@ -154,11 +174,11 @@ def _add(tracker: StallTracker, implied: RowStalls, version: int) -> None:
     tracker.add(fresh)
 
 
-def _call(rows: Rows, layers: _Layers, version: int) -> None:
-    """Inferred stalls are taken or free by the cars on them."""
+def _call(rows: Rows, ground: _FusedGround, version: int) -> None:
+    """Inferred stalls are taken by the cars on them, free where their bare ground is seen, else unclear."""
     index = np.flatnonzero(rows["inferred"] & (rows["touched"] == version))
-    corners = quads.corners(*geometry_of(rows[index]))
-    cover = layers.car(corners)
-    taken = np.clip((cover - _COVERED) * _COVER_GAIN, -_COVER_LIMIT, _COVER_LIMIT)
+    core, cover = ground.within(quads.corners(*geometry_of(rows[index])))
+    taken = np.interp(cover, [0, *_COVERED, 2 * _COVERED[1]], [-_SURE, 0, 0, _SURE])
+    taken = np.where((taken < 0) & (core < _BARE), 0.0, taken)
     rows["taken"][index] = taken
     rows["state"][index] = call_state(taken, rows["state"][index])

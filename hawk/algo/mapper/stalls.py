@@ -284,6 +284,11 @@ def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(is_taken, table.TAKEN, np.where(is_free, table.FREE, table.UNKNOWN)).astype(np.int64)
 
 
+def score_of(exists: Floats) -> Floats:
+    """Return the score (0..1) with which one look would give these log-odds of a stall."""
+    return np.clip(_SCORE_ZERO + exists / _SCORE_GAIN, 0, 1)
+
+
 def others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return the indices below ``count`` that are not in ``index``."""
     return np.delete(np.arange(count), index)

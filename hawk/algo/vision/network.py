@@ -1,18 +1,20 @@
 """The network that looks for stalls: an ONNX file run by one of the engines.
 
-Input ``image``: float32 (1, 3, H, W), blue-green-red, value / 255 - 0.5, 0.1 m a pixel, H and W multiples of 32.
-Output: float32 (1, 10, H/2, W/2); cell (c, r) belongs to input pixel (2 c, 2 r). Channels: logits of lot, stall core
+Input ``image``: float32 (1, 3, H, W), blue-green-red, value / 255 - 0.5, 0.1 m a pixel, H and W multiples of 32. Input
+``sun``: float32 (1, 2), as `sun_input` gives it, 0 where the sun is not known; a network need not have it.
+Output: float32 (1, 12, H/2, W/2); cell (c, r) belongs to input pixel (2 c, 2 r). Channels: logits of lot, stall core
 (the inner 74 % of a stall) and car; sin and cos of twice the direction of the long side (atan2 of row over column);
 offset to the stall's centre, columns and rows, in units of 10 cells; logarithms of width / 2.6 m and length / 5.2 m;
-logit of taken.
+logit of taken. The last two are optional: logits of shade on the ground, and of what hides it (crowns, roofs).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
-from typing import Final, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 import cv2
 import numpy as np
@@ -24,6 +26,7 @@ Engine = Literal["opencv", "onnxruntime"]
 DEFAULT_ENGINE: Final = "opencv"
 
 Blob = NDArray[np.float32]
+Inputs = Mapping[str, Blob]
 
 _FATAL_ONLY: Final = 4
 """ONNX Runtime's log level: what goes wrong is raised, so it need not be printed."""
@@ -40,8 +43,8 @@ class MissingEngineError(EngineError):
 class Runner(Protocol):
     """One network in one engine."""
 
-    def run(self, blob: Blob) -> Blob:
-        """Return the first output for the one input. Raises EngineError."""
+    def run(self, inputs: Inputs) -> Blob:
+        """Return the first output for inputs by name. Raises EngineError."""
         ...
 
 
@@ -62,10 +65,11 @@ class _OpenCv:
         except (cv2.error, ValueError) as error:
             raise EngineError(str(error)) from error
 
-    def run(self, blob: Blob) -> Blob:
-        """Return the first output for the one input."""
+    def run(self, inputs: Inputs) -> Blob:
+        """Return the first output for inputs by name."""
         try:
-            self._net.setInput(blob)
+            for name, blob in inputs.items():
+                self._net.setInput(blob, name)
             return np.asarray(self._net.forward(), np.float32)
         except cv2.error as error:
             raise EngineError(str(error)) from error
@@ -86,12 +90,11 @@ class _OnnxRuntime:
             self._session = onnxruntime.InferenceSession(onnx, options, providers=["CPUExecutionProvider"])
         except Exception as error:  # its errors have no class in common
             raise EngineError(str(error)) from error
-        self._input = self._session.get_inputs()[0].name
 
-    def run(self, blob: Blob) -> Blob:
-        """Return the first output for the one input."""
+    def run(self, inputs: Inputs) -> Blob:
+        """Return the first output for inputs by name."""
         try:
-            return np.asarray(self._session.run(None, {self._input: blob})[0], np.float32)
+            return np.asarray(self._session.run(None, dict(inputs))[0], np.float32)
         except Exception as error:  # as above
             raise EngineError(str(error)) from error
 
@@ -109,6 +112,10 @@ USUAL_LENGTH_M = 5.2
 CORE_SHARE = 0.74
 """Side of a stall's core as a share of the stall's."""
 CHANNELS = 10
+"""Channels that every network has."""
+FURTHER_CHANNELS = 2
+_NOT_SAID = -30.0
+"""Logit of what a network does not say."""
 _MULTIPLE = 32
 _LARGEST, _OVERLAP = 576, 64
 _WEIGHTS = ("weights", "lot.onnx")
@@ -120,8 +127,9 @@ class VisionModelError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class NetworkMaps:
-    """Output of the network, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken`` are
-    probabilities, the rest as in the module's description, with offsets in cells and sizes in metres.
+    """Output of the network, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken``,
+    ``shade`` and ``cover`` are probabilities, the rest as in the module's description, with offsets in cells and sizes
+    in metres. ``shade`` and ``cover`` are 0 where the network does not say them.
     """
 
     lot: MapArray = field(repr=False)
@@ -134,6 +142,8 @@ class NetworkMaps:
     width: MapArray = field(repr=False)
     length: MapArray = field(repr=False)
     taken: MapArray = field(repr=False)
+    shade: MapArray = field(repr=False)
+    cover: MapArray = field(repr=False)
 
 
 class StallNetwork:
@@ -158,6 +168,7 @@ class StallNetwork:
             raise VisionModelError(
                 f"vision.model: {source} is not an ONNX file that {engine} can read: {error}"
             ) from error
+        self._takes_sun = self._is_asked_for_sun()
         self.run(np.zeros((64, 96, 3), np.uint8))
 
     @classmethod
@@ -170,32 +181,46 @@ class StallNetwork:
         except OSError as error:
             raise VisionModelError(f"vision.model: {path} cannot be read: {error}; name an ONNX file") from error
 
-    def run(self, picture: NDArray[np.uint8]) -> NetworkMaps:
+    def run(self, picture: NDArray[np.uint8], sun: Blob | None = None) -> NetworkMaps:
         """Return the maps of a picture, uint8 BGR (H, W, 3) at 0.1 m a pixel, each (ceil(H/2), ceil(W/2)).
+
+        ``sun`` (2,) is that of `sun_input`, None where it is not known.
 
         Raises VisionModelError when the network's answer does not have the shape that is asked for.
         """
         rows, columns = (-(-side // CELL_PIXELS) for side in picture.shape[:2])
-        output = np.empty((CHANNELS, rows, columns), np.float32)
+        output = np.full((CHANNELS + FURTHER_CHANNELS, rows, columns), _NOT_SAID, np.float32)
         for row, below in _parts(picture.shape[0]):
             for column, right in _parts(picture.shape[1]):
-                part = self._forward(picture[row.start : row.stop, column.start : column.stop])
-                output[:, below[0] : below[1], right[0] : right[1]] = part[
+                part = self._forward(picture[row.start : row.stop, column.start : column.stop], sun)
+                output[: len(part), below[0] : below[1], right[0] : right[1]] = part[
                     :, below[0] - row.start // CELL_PIXELS :, right[0] - column.start // CELL_PIXELS :
                 ][:, : below[1] - below[0], : right[1] - right[0]]
         return maps_from_output(output)
 
-    def _forward(self, picture: NDArray[np.uint8]) -> MapArray:
-        """Return the raw answer (CHANNELS, ceil(H/2), ceil(W/2)) to a small picture."""
+    def _is_asked_for_sun(self) -> bool:
+        """Return True when the network takes the sun: a file says its inputs only when it is run."""
+        inputs = {"image": np.zeros((1, 3, 64, 64), np.float32), "sun": np.zeros((1, 2), np.float32)}
+        try:
+            self._runner.run(inputs)
+        except EngineError:
+            return False
+        return True
+
+    def _forward(self, picture: NDArray[np.uint8], sun: Blob | None) -> MapArray:
+        """Return the raw answer (channels, ceil(H/2), ceil(W/2)) to a small picture."""
         rows, columns = picture.shape[:2]
         padded = cv2.copyMakeBorder(picture, 0, -rows % _MULTIPLE, 0, -columns % _MULTIPLE, cv2.BORDER_REFLECT_101)
-        blob = cv2.dnn.blobFromImage(padded, 1 / 255, mean=(127.5, 127.5, 127.5))
+        inputs = {"image": np.asarray(cv2.dnn.blobFromImage(padded, 1 / 255, mean=(127.5, 127.5, 127.5)), np.float32)}
+        if self._takes_sun:
+            inputs["sun"] = np.zeros((1, 2), np.float32) if sun is None else sun.reshape(1, 2)
         try:
-            output = self._runner.run(np.asarray(blob, np.float32))
+            output = self._runner.run(inputs)
         except EngineError as error:
             raise VisionModelError(f"vision.model: {self._source} cannot be run: {error}") from error
         expected = (1, CHANNELS, padded.shape[0] // CELL_PIXELS, padded.shape[1] // CELL_PIXELS)
-        if output.shape != expected:
+        further = (1, CHANNELS + FURTHER_CHANNELS, *expected[2:])
+        if output.shape not in (expected, further):
             raise VisionModelError(
                 f"vision.model: {self._source} answers with shape {output.shape} where {expected} is needed; "
                 "docs/model-card.md describes inputs and outputs"
@@ -203,9 +228,18 @@ class StallNetwork:
         return np.asarray(output[0, :, : -(-rows // CELL_PIXELS), : -(-columns // CELL_PIXELS)])
 
 
+def sun_input(cast: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+    """Return the network's input (2,) for the shadow (2,) of one metre of height, metres along columns and rows.
+
+    It points as the shadow does, 0 long for a sun overhead and up to 1 for one at the horizon.
+    """
+    size = float(np.hypot(*cast))
+    return np.asarray(cast * (np.tanh(size / 2) / size if size > 0 else 0.0), np.float32)
+
+
 def maps_from_output(output: MapArray) -> NetworkMaps:
-    """Turn the network's raw output (10, rows, columns) into probabilities, cells and metres."""
-    lot, core, car, sine, cosine, column, row, width, length, taken = output
+    """Turn the network's raw output (12, rows, columns) into probabilities, cells and metres."""
+    lot, core, car, sine, cosine, column, row, width, length, taken, shade, cover = output
     return NetworkMaps(
         lot=_sigmoid(lot),
         core=_sigmoid(core),
@@ -217,6 +251,8 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
         width=np.float32(USUAL_WIDTH_M) * np.exp(np.clip(width, -1, 1)),
         length=np.float32(USUAL_LENGTH_M) * np.exp(np.clip(length, -1, 1)),
         taken=_sigmoid(taken),
+        shade=_sigmoid(shade),
+        cover=_sigmoid(cover),
     )
 
 

@@ -10,9 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.perception import __main__ as command
+from benchmarks.perception import sections
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.measures import look
-from benchmarks.perception.regions import Regions, ground_option, region_section
+from benchmarks.perception.regions import Regions, ground_option, left_out_option, region_section
 from tests.unit.benchmarks.test_perception_edges import STALLS, Finder, found
 
 
@@ -70,6 +71,27 @@ def test_a_pattern_that_fits_no_region_is_refused(tmp_path: Path, capsys: pytest
     assert "write KIND=PATTERN" in capsys.readouterr().err
     assert command.main(["--regions", str(tmp_path), "--streets", "x*"]) == 2
     assert "fits no region" in capsys.readouterr().err
+
+
+def test_regions_are_looked_at_by_the_network_that_was_not_trained_on_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("office", "estate_a"):
+        write_region(tmp_path, name)
+    fold = tmp_path / "fold.onnx"
+    fold.write_bytes(b"weights")
+    assert left_out_option(f"{fold}=estate_*") == (fold, "estate_*")
+    regions = Regions(tmp_path, left_out=((fold, "estate_*"),))
+    assert (regions.model("office"), regions.model("estate_a")) == (None, fold)
+    monkeypatch.setattr(sections.StallNetwork, "load", lambda path: path)
+    monkeypatch.setattr(sections, "NetworkEye", lambda network: Finder(STALLS[1:3] if network == fold else STALLS[1:6]))
+    looked = sections.look_left_out(Finder(STALLS[1:6]), regions)
+    assert {one.place.name: one.tally.matched for one in looked} == {"office": 5, "estate_a": 2}
+    with pytest.raises(ValueError, match="fits no region"):
+        Regions(tmp_path, left_out=((fold, "x*"),)).read()
+    with pytest.raises(SystemExit):
+        command.main(["--left-out", "estate_*"])
+    assert "write FILE=PATTERN" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["lots", "tiles", "negatives"])

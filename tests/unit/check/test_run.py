@@ -162,7 +162,7 @@ def test_json_is_one_object_whatever_the_console_s_width() -> None:
 
 def maps(_picture: NDArray[np.uint8]) -> NetworkMaps:
     empty = np.zeros((1, 1), np.float32)
-    return NetworkMaps(*(empty,) * 10)
+    return NetworkMaps(*(empty,) * 12)
 
 
 @pytest.mark.parametrize(("seconds", "outcome"), [(0.2, Outcome.PASSED), (0.4, Outcome.WARNING)])

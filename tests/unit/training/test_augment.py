@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,15 +13,22 @@ from training import augment
 from training.augment import SCALE, in_shade, light, outside_shade, retextured, sample, shadow_depth
 from training.targets import (
     CAR,
+    CAR_WEIGHT,
     CORE,
     CORE_WEIGHT,
     COSINE,
+    COVER_WEIGHT,
+    LABELS,
     LOT,
     OFFSET_COLUMN,
     OFFSET_ROW,
     PLACE_WEIGHT,
+    SHADE_WEIGHT,
     SINE,
     TAKEN,
+    TAKEN_WEIGHT,
+    TARGET_CHANNELS,
+    UNKNOWN,
     TrainingScene,
 )
 
@@ -30,7 +38,7 @@ SEEDS = st.integers(0, 10_000)
 def scene(side: int = 300) -> TrainingScene:
     """A lot on the left half, a bright car in the first of two stalls in its middle."""
     image = np.full((side, side, 3), 90, np.uint8)
-    labels = np.zeros((side, side, 3), np.uint8)
+    labels = np.zeros((side, side, LABELS), np.uint8)
     labels[:, : side // 2, 0] = 1
     quads = np.array(
         [[(100, 120), (126, 120), (126, 172), (100, 172)], [(126, 120), (152, 120), (152, 172), (126, 172)]], np.float32
@@ -49,7 +57,8 @@ def level(image: float, shape: tuple[int, int] = (64, 64)) -> NDArray[np.float32
 def test_labels_stay_on_the_pixels_that_they_name(seed: int) -> None:
     given_scene = scene()
     rng = np.random.default_rng(seed)
-    picture, target = sample(given_scene, rng, 192)
+    taken = sample(given_scene, rng, 192)
+    picture, target = taken.picture, taken.target
     car = target[CAR] > 0.5
     if car.sum() < 60:
         return  # the car is outside the crop
@@ -65,7 +74,7 @@ def test_labels_stay_on_the_pixels_that_they_name(seed: int) -> None:
 @given(SEEDS)
 def test_every_core_cell_points_at_the_middle_of_a_stall(seed: int) -> None:
     given_scene = scene()
-    _, target = sample(given_scene, np.random.default_rng(seed), 192)
+    target = sample(given_scene, np.random.default_rng(seed), 192).target
     rows, columns = np.nonzero(target[CORE] > 0.5)
     centres = np.column_stack(
         [columns + 10 * target[OFFSET_COLUMN, rows, columns], rows + 10 * target[OFFSET_ROW, rows, columns]]
@@ -79,7 +88,7 @@ def test_every_core_cell_points_at_the_middle_of_a_stall(seed: int) -> None:
 @settings(max_examples=15)
 @given(SEEDS)
 def test_angles_turn_with_the_picture_and_sizes_with_its_scale(seed: int) -> None:
-    _, target = sample(scene(), np.random.default_rng(seed), 192)
+    target = sample(scene(), np.random.default_rng(seed), 192).target
     core = target[CORE] > 0.5
     if not core.any():
         return
@@ -95,9 +104,10 @@ def test_angles_turn_with_the_picture_and_sizes_with_its_scale(seed: int) -> Non
 @settings(max_examples=15)
 @given(SEEDS, st.sampled_from([64, 96, 160]))
 def test_samples_have_the_size_and_the_range_of_the_network_s_input(seed: int, side: int) -> None:
-    picture, target = sample(scene(), np.random.default_rng(seed), side)
+    taken = sample(scene(), np.random.default_rng(seed), side)
+    picture, target = taken.picture, taken.target
     assert picture.shape == (3, side, side)
-    assert target.shape == (13, side // 2, side // 2)
+    assert target.shape == (TARGET_CHANNELS, side // 2, side // 2)
     assert picture.min() >= -0.5
     assert picture.max() <= 0.5
     assert np.isfinite(target).all()
@@ -108,7 +118,8 @@ def test_samples_have_the_size_and_the_range_of_the_network_s_input(seed: int, s
 @given(SEEDS)
 def test_what_is_outside_the_scene_is_not_judged(seed: int) -> None:
     small = scene(200)
-    picture, target = sample(small, np.random.default_rng(seed), 256)
+    taken = sample(small, np.random.default_rng(seed), 256)
+    picture, target = taken.picture, taken.target
     unknown = target[PLACE_WEIGHT] == 0
     assert (target[CORE_WEIGHT][unknown] == 0).all()
     assert target[LOT][unknown].sum() <= 0.01 * unknown.size, "but for the rounding of its edge"
@@ -195,5 +206,48 @@ def test_a_scene_without_stalls_can_be_sampled() -> None:
     empty = TrainingScene(
         scene().image, scene().labels, np.zeros((0, 4, 2), np.float32), np.zeros(0, np.bool_), np.zeros(0, np.bool_)
     )
-    _, target = sample(empty, np.random.default_rng(3), 96)
+    target = sample(empty, np.random.default_rng(3), 96).target
     assert not target[CORE].any()
+
+
+def test_the_sun_turns_with_the_picture_and_is_often_left_out() -> None:
+    shadow = np.array([0.0, 1.2])
+    lit = replace(scene(), cast=shadow)
+    suns = np.array([sample(lit, np.random.default_rng(seed), 64).sun for seed in range(60)])
+    given_ = np.hypot(*suns.T) > 0
+    assert 0.4 < given_.mean() < 0.8
+    assert np.hypot(*suns[given_].T) == pytest.approx(np.tanh(0.6), abs=1e-5)
+    assert np.ptp(np.arctan2(suns[given_, 1], suns[given_, 0])) > 3
+    assert not sample(scene(), np.random.default_rng(0), 64).sun.any()
+
+
+@settings(max_examples=30)
+@given(SEEDS)
+def test_a_shadow_points_from_the_taken_stall_to_the_free_one_in_every_picture(seed: int) -> None:
+    lit = replace(scene(), cast=np.array([1.5, 0.0]))  # the free stall is on the right of the taken one
+    taken = sample(lit, np.random.default_rng(seed), 192)
+    rows, columns = np.nonzero(taken.target[CORE] > 0.5)
+    centres = np.column_stack(
+        [columns + 10 * taken.target[OFFSET_COLUMN, rows, columns], rows + 10 * taken.target[OFFSET_ROW, rows, columns]]
+    )
+    is_taken = taken.target[TAKEN, rows, columns] > 0.5
+    if not taken.sun.any() or is_taken.all() or not is_taken.any():
+        return
+    across = centres[~is_taken].mean(0) - centres[is_taken].mean(0)
+    assert across / np.hypot(*across) == pytest.approx(taken.sun / np.hypot(*taken.sun), abs=0.01)
+
+
+def test_what_is_not_known_of_real_ground_has_no_weight() -> None:
+    real = scene()
+    real.labels[:] = UNKNOWN
+    missing = np.ones(real.image.shape[:2], np.uint8)
+    missing[:, 150:] = 0
+    known = replace(real, unclear=np.array([True, False]), seen=missing)
+    for seed in range(8):
+        target = sample(known, np.random.default_rng(seed), 192).target
+        assert not target[[PLACE_WEIGHT, CAR_WEIGHT, SHADE_WEIGHT, COVER_WEIGHT]].any()
+        assert not target[[LOT, CAR]].any()
+        states = target[TAKEN_WEIGHT][target[CORE] > 0]
+        assert set(np.unique(states)) <= {0.0, 1.0}
+        taken = target[TAKEN][target[CORE] > 0]
+        assert not states[taken > 0].any(), "the taken one is the unclear one"

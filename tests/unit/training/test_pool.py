@@ -10,7 +10,7 @@ import pytest
 from training import pool as pool_module
 from training.pool import ScenePool, training_scene
 from training.scenes import Scene, SceneStall
-from training.targets import TrainingScene
+from training.targets import LABELS, TrainingScene
 
 STALL = SceneStall(np.zeros((4, 2)), False, False, False, True, 1.0, 0.0, "perpendicular")
 
@@ -26,6 +26,7 @@ def drawn(*stalls: SceneStall) -> Scene:
         np.zeros((64, 80), np.uint8),
         stalls,
         0.1,
+        np.array([0.5, -1.0]),
     )
 
 
@@ -198,8 +199,10 @@ def test_a_stall_is_judged_when_the_picture_shows_it(stall: SceneStall, judged: 
 def test_a_training_scene_has_the_masks_and_states_of_its_scene() -> None:
     quad = np.arange(8.0).reshape(4, 2)
     kept = training_scene(drawn(replace(STALL, quad=quad, taken=True), STALL))
-    assert kept.labels.shape == (64, 80, 3)
+    assert kept.labels.shape == (64, 80, LABELS)
     assert kept.labels[..., 0].all()
+    assert kept.cast is not None
+    assert kept.cast.tolist() == [0.5, -1.0]
     assert kept.labels[..., 1].sum() == 800
     assert kept.quads.dtype == np.float32
     assert kept.quads[0] == pytest.approx(quad)

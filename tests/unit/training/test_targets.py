@@ -23,6 +23,7 @@ from training.targets import (
     CAR,
     CORE,
     CORE_WEIGHT,
+    LABELS,
     LOT,
     PLACE_WEIGHT,
     TAKEN,
@@ -35,7 +36,7 @@ from training.targets import (
 
 def answer_of(target: NDArray[np.float32]) -> NDArray[np.float32]:
     """The answer of a network that has learnt a target perfectly."""
-    answer = target[:10].copy()
+    answer = target[:12].copy()
     for channel in (LOT, CORE, CAR, TAKEN):
         answer[channel] = np.where(target[channel] > 0.5, 6.0, -6.0)
     return answer
@@ -46,7 +47,7 @@ def scene(count: int = 6, angle: float = 0.5) -> TrainingScene:
     centre = np.array([260.0, 130.0]) + np.arange(count)[:, None] * across
     boxes = quads.corners(centre[:, 0], centre[:, 1], np.full(count, angle), np.full(count, 26.0), np.full(count, 52.0))
     taken = np.arange(count) % 2 == 0
-    labels = np.zeros((400, 400, 3), np.uint8)
+    labels = np.zeros((400, 400, LABELS), np.uint8)
     labels[:, :200, 0] = 1
     image = np.full((400, 400, 3), 100, np.uint8)
     return TrainingScene(image, labels, boxes.astype(np.float32), taken, np.ones(count, np.bool_))
@@ -86,7 +87,11 @@ def test_a_stall_of_unclear_state_is_not_judged() -> None:
 def test_a_scene_without_stalls_has_targets_too() -> None:
     empty = np.zeros((0, 4, 2))
     target = draw_targets(
-        np.ones((64, 64, 3), np.uint8), np.ones((64, 64), np.uint8), empty, np.zeros(0, np.bool_), np.zeros(0, np.bool_)
+        np.ones((64, 64, LABELS), np.uint8),
+        np.ones((64, 64), np.uint8),
+        empty,
+        np.zeros(0, np.bool_),
+        np.zeros(0, np.bool_),
     )
     assert target[LOT].all()
     assert not target[CORE].any()
@@ -100,7 +105,8 @@ def test_turned_and_scaled_samples_keep_picture_and_stalls_together(seed: int) -
         column, row = np.rint(quad.mean(axis=0)).astype(int)
         image[row - 4 : row + 5, column - 4 : column + 5] = 255
     marked = TrainingScene(image, given.labels, given.quads, given.taken, given.judged)
-    picture, target = sample(marked, np.random.default_rng(seed), 256)
+    taken = sample(marked, np.random.default_rng(seed), 256)
+    picture, target = taken.picture, taken.target
     assert picture.shape == (3, 256, 256)
     assert picture.dtype == target.dtype == np.float32
     assert np.abs(picture).max() <= 0.5
@@ -115,8 +121,9 @@ def test_turned_and_scaled_samples_keep_picture_and_stalls_together(seed: int) -
 
 def test_the_same_seed_gives_the_same_sample() -> None:
     one, two = (sample(scene(), np.random.default_rng(9), 128) for _ in range(2))
-    np.testing.assert_array_equal(one[0], two[0])
-    np.testing.assert_array_equal(one[1], two[1])
+    np.testing.assert_array_equal(one.picture, two.picture)
+    np.testing.assert_array_equal(one.target, two.target)
+    np.testing.assert_array_equal(one.sun, two.sun)
 
 
 def test_light_stays_within_the_range_of_a_picture() -> None:
@@ -132,7 +139,9 @@ def test_light_stays_within_the_range_of_a_picture() -> None:
 def test_a_drawn_scene_becomes_a_training_scene() -> None:
     drawn = next(s for s in (draw_scene(np.random.default_rng(k), 160) for k in range(20)) if s.stalls)
     kept = training_scene(drawn)
-    assert kept.labels.shape == (160, 160, 3)
+    assert kept.labels.shape == (160, 160, LABELS)
+    np.testing.assert_array_equal(kept.labels[..., 3], drawn.cover)
+    np.testing.assert_array_equal(kept.cast, drawn.cast)
     assert len(kept.quads) == len(kept.taken) == len(kept.judged) == len(drawn.stalls)
     unseen = np.array([s.hidden and not s.implied for s in drawn.stalls])
     assert not kept.judged[unseen].any()
@@ -142,7 +151,7 @@ def test_a_stall_under_a_crown_is_judged_where_its_row_shows_it() -> None:
     stall = SceneStall(np.zeros((4, 2)), False, True, False, True, 1.0, 0.9, "perpendicular")
     stalls = (stall, replace(stall, implied=True), replace(stall, implied=True, lines_visible=False))
     blank = np.zeros((64, 64), np.uint8)
-    kept = training_scene(Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, blank, stalls, 0.1))
+    kept = training_scene(Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, blank, stalls, 0.1, np.zeros(2)))
     assert kept.judged.tolist() == [False, True, False]
 
 

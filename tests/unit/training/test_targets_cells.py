@@ -19,6 +19,7 @@ from training.targets import (
     CORE,
     CORE_WEIGHT,
     COSINE,
+    LABELS,
     LENGTH,
     LOT,
     OFFSET_COLUMN,
@@ -32,7 +33,7 @@ from training.targets import (
 
 SIDE = 240
 KNOWN = np.ones((SIDE, SIDE), np.uint8)
-BLANK = np.zeros((SIDE, SIDE, 3), np.uint8)
+BLANK = np.zeros((SIDE, SIDE, LABELS), np.uint8)
 ONE_CELL = CELL_PIXELS / CORE_SHARE
 """A stall's width and length are exact to one cell of its core, pixels."""
 
@@ -47,7 +48,7 @@ def drawn(corners: NDArray[np.float64], *, taken: bool = False, judged: bool = T
 
 
 def answer(target: NDArray[np.float32]) -> NDArray[np.float32]:
-    said = target[:10].copy()
+    said = target[:12].copy()
     for channel in (LOT, CORE, CAR, TAKEN):
         said[channel] = np.where(target[channel] > 0.5, 6.0, -6.0)
     return said
@@ -106,7 +107,7 @@ def test_a_stall_that_is_not_judged_takes_its_whole_ground_out_of_judgement() ->
 
 
 def test_labels_are_taken_at_every_second_pixel() -> None:
-    labels = np.zeros((SIDE, SIDE, 3), np.uint8)
+    labels = np.zeros((SIDE, SIDE, LABELS), np.uint8)
     labels[100:140, 60:100, 0] = 1
     labels[110:120, 70:80, 1] = 1
     known = KNOWN.copy()

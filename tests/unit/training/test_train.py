@@ -17,10 +17,13 @@ from training.targets import (  # noqa: E402
     CAR,
     CORE,
     CORE_WEIGHT,
+    COVER,
+    LABELS,
     LOT,
     PLACE_WEIGHT,
     SHADE,
     TAKEN,
+    TAKEN_WEIGHT,
     TARGET_CHANNELS,
     TrainingScene,
 )
@@ -31,7 +34,7 @@ SMALL = (4, 4, 4, 4, 4)
 
 def targets() -> Any:
     target = torch.zeros(1, TARGET_CHANNELS, 32, 32)
-    target[:, [PLACE_WEIGHT, CORE_WEIGHT]] = 1
+    target[:, PLACE_WEIGHT : TAKEN_WEIGHT + 1] = 1
     target[:, LOT, :, :16] = 1
     target[:, CORE, 4:20, 4:20] = 1
     target[:, 3:9, 4:20, 4:20] = 0.3
@@ -40,8 +43,8 @@ def targets() -> Any:
 
 
 def perfect(target: Any) -> Any:
-    answer = target[:, :11].clone()
-    for channel in (LOT, CORE, CAR, TAKEN, SHADE):
+    answer = target[:, :12].clone()
+    for channel in (LOT, CORE, CAR, TAKEN, SHADE, COVER):
         answer[:, channel] = torch.where(target[:, channel] > 0.5, 12.0, -12.0)
     return answer
 
@@ -50,7 +53,7 @@ def test_a_perfect_answer_costs_nothing_and_each_fault_costs_something() -> None
     target = targets()
     best, _ = loss(perfect(target), target)
     assert float(best) < 0.01
-    for channel in range(11):
+    for channel in range(12):
         wrong = perfect(target)
         wrong[:, channel] *= -1
         assert float(loss(wrong, target)[0]) > float(best) + 0.02
@@ -69,7 +72,7 @@ def test_the_size_and_shape_of_the_network() -> None:
     network = StallNet()
     assert sum(p.numel() for p in network.parameters()) <= 600_000
     with torch.no_grad():
-        assert network.eval()(torch.zeros(2, 3, 64, 96)).shape == (2, 10, 32, 48)
+        assert network.eval()(torch.zeros(2, 3, 64, 96), torch.zeros(2, 2)).shape == (2, 12, 32, 48)
 
 
 def test_what_is_exported_runs_in_opencv_alike(tmp_path: Path) -> None:
@@ -95,7 +98,7 @@ class SetPool:
         image = np.full((100, 100, 3), 90, np.uint8)
         image[:, ::26] = 220
         quads = np.array([[(26, 20), (52, 20), (52, 72), (26, 72)]], np.float32)
-        labels = np.ones((100, 100, 3), np.uint8)
+        labels = np.ones((100, 100, LABELS), np.uint8)
         self.scene = TrainingScene(image, labels, quads, np.array([True]), np.array([True]))
         self.drawn = 1
         self.asked: list[int] = []
@@ -179,16 +182,21 @@ def test_an_exported_network_is_taken_up_as_it_is_and_trains_on(tmp_path: Path) 
 
     torch.manual_seed(3)
     first, second = StallNet(SMALL), StallNet(SMALL)
-    pictures = torch.randn(6, 3, 64, 64) * 0.2
+    pictures, suns = torch.randn(6, 3, 64, 64) * 0.2, torch.randn(6, 2) * 0.5
+    for lit in first.lit:
+        torch.nn.init.normal_(lit.out.weight, std=0.3)
     first.train()
     for _ in range(20):  # so that there is something to fold
-        first(pictures)
+        first(pictures, suns)
     first.eval()
     export(first, tmp_path / "first.onnx")
     load_onnx(second, tmp_path / "first.onnx", pictures)
     with torch.no_grad():
-        np.testing.assert_allclose(second.eval()(pictures).numpy(), first(pictures).numpy(), atol=1e-4)
-        near = second.train()(pictures)[:, :10] - first(pictures)
-    assert float(near.abs().mean()) < 0.1 * float(first(pictures).detach().abs().mean())
+        said = first(pictures, suns)
+        np.testing.assert_allclose(second.eval()(pictures, suns).numpy(), said.numpy(), atol=1e-4)
+        assert not torch.equal(second(pictures, suns), second(pictures, 0 * suns))
+        dark = first(pictures, 0 * suns)
+        near = second.train()(pictures, 0 * suns) - dark
+    assert float(near.abs().mean()) < 0.1 * float(dark.abs().mean())
     with pytest.raises(ResumeError, match="train from the beginning"):
         load_onnx(StallNet(), tmp_path / "first.onnx", pictures)

@@ -22,7 +22,7 @@ def seen(network: StallNet) -> StallNet:
     """Return it after some pictures, so that its normalisations differ from new ones."""
     network.train()
     for _ in range(5):
-        network(torch.randn(4, 3, 64, 64))
+        network(torch.randn(4, 3, 64, 64), torch.randn(4, 2))
     network.eval()
     return network
 
@@ -33,7 +33,8 @@ def test_the_wider_network_answers_as_before() -> None:
     widen(narrow, wide)
     picture = torch.randn(2, 3, 64, 96)
     with torch.no_grad():
-        np.testing.assert_allclose(wide.eval()(picture).numpy(), narrow(picture).numpy(), atol=1e-5)
+        sun = torch.randn(2, 2)
+        np.testing.assert_allclose(wide.eval()(picture, sun).numpy(), narrow(picture, sun).numpy(), atol=1e-5)
     assert widths_of_state(wide.state_dict()) == WIDE
 
 
@@ -43,7 +44,7 @@ def test_new_channels_learn() -> None:
     widen(seen(StallNet(NARROW)), wide)
     taken_of_new = wide.down4[0][0].weight.detach()[: NARROW[3], NARROW[2] :].clone()
     assert float(taken_of_new.abs().max()) == 0.0
-    wide.train()(torch.randn(2, 3, 64, 64)).square().mean().backward()
+    wide.train()(torch.randn(2, 3, 64, 64), torch.zeros(2, 2)).square().mean().backward()
     gradient = wide.down4[0][0].weight.grad
     assert gradient is not None
     assert float(gradient[:, NARROW[2] :].abs().max()) > 0.0

@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 
 from hawk.algo.vision import network as network_module
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import StallNetwork, VisionModelError, maps_from_output, packaged_weights
+from hawk.algo.vision.network import (
+    StallNetwork,
+    VisionModelError,
+    maps_from_output,
+    packaged_weights,
+    sun_input,
+)
 from hawk.algo.vision.rectify import Rectifier, ground_homography
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.pictures import CameraModel
@@ -128,7 +134,7 @@ def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork,
 
 
 def test_outputs_become_probabilities_cells_and_metres() -> None:
-    raw = np.zeros((10, 2, 3), np.float32)
+    raw = np.zeros((12, 2, 3), np.float32)
     raw[0], raw[5], raw[6], raw[7], raw[8] = 100.0, 0.5, -0.25, math.log(0.5), 9.0
     maps = maps_from_output(raw)
     assert maps.lot[0, 0] == pytest.approx(1.0)
@@ -136,6 +142,21 @@ def test_outputs_become_probabilities_cells_and_metres() -> None:
     assert (maps.offset_column[0, 0], maps.offset_row[0, 0]) == (5.0, -2.5)
     assert maps.width[0, 0] == pytest.approx(1.3)
     assert maps.length[0, 0] == pytest.approx(5.2 * math.e, rel=1e-5)  # limited
+    assert maps.shade[0, 0] == maps.cover[0, 0] == pytest.approx(0.5)
+
+
+def test_the_sun_s_input_points_as_shadows_do_and_grows_with_their_length() -> None:
+    assert sun_input(np.zeros(2)).tolist() == [0.0, 0.0]
+    short, long = sun_input(np.array([0.3, -0.4])), sun_input(np.array([3.0, -4.0]))
+    assert short / np.hypot(*short) == pytest.approx([0.6, -0.8])
+    assert np.hypot(*short) == pytest.approx(math.tanh(0.25))
+    assert np.hypot(*short) < np.hypot(*long) < 1
+
+
+def test_a_network_that_does_not_say_shade_and_cover_says_none(network: StallNetwork) -> None:
+    maps = network.run(np.full((64, 96, 3), 80, np.uint8), sun_input(np.array([1.0, 0.0])))
+    assert maps.shade.max() < 1e-6
+    assert maps.cover.max() < 1e-6
 
 
 def test_a_network_with_another_answer_is_refused_with_the_setting_s_name() -> None:

@@ -54,7 +54,7 @@ def test_a_network_of_another_kind_is_refused_by_name(engine: Engine) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_run_that_fails_is_an_error_of_the_engine(engine: Engine) -> None:
     with pytest.raises(EngineError):
-        open_runner(engine, packaged_weights(), 1).run(np.zeros((1, 3, 64, 66), np.float32))
+        open_runner(engine, packaged_weights(), 1).run({"image": np.zeros((1, 3, 64, 66), np.float32)})
 
 
 @pytest.fixture
