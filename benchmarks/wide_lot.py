@@ -22,6 +22,7 @@ from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, Rows, corners_of, t
 from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
 from hawk.model.lot_map import TILE_CELLS, TILE_M, Cell, TileKey
 from hawk.model.poses import MapPose
+from hawk.model.tile_picture import encode_picture
 
 BEYOND_M: Final = 120.0
 """Extent of the lot east of the known part, metres."""
@@ -114,7 +115,7 @@ class WideLot:
     def _picture_tile(self) -> bytes:
         top, left = (int(self._rng.integers(0, TILE_CELLS * 3)) for _ in range(2))
         pixels = self._texture[top : top + TILE_CELLS, left : left + TILE_CELLS]
-        return cv2.imencode(".jpg", pixels, (cv2.IMWRITE_JPEG_QUALITY, 82))[1].tobytes()
+        return encode_picture(pixels, np.full((TILE_CELLS, TILE_CELLS), 255, np.uint8))
 
     def _lot_values(self, affine: NDArray[np.float64], rows: int, columns: int) -> Floats:
         north = affine[0, 1] * np.arange(rows) + affine[0, 2]

@@ -62,6 +62,7 @@ from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.plans import ExploreStatus
 from hawk.model.poses import MapPoint
+from hawk.model.tile_picture import encode_picture
 from hawk.runtime.performance import LagSummary
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
@@ -251,8 +252,8 @@ class FakeDrone:
         version = self.versions[row, column] = self.versions.get((row, column), 0) + 1
         classes = np.where(seen, self.classes[cut], 0).astype(np.uint8)
         self.tiles[row, column] = EncodedTile(version, zlib.compress(classes.tobytes(), 1))
-        picture = np.where(seen[..., None], self.ground[cut], 0).astype(np.uint8)
-        self.mosaic[row, column] = EncodedTile(version, cv2.imencode(".jpg", picture)[1].tobytes())
+        data = encode_picture(self.ground[cut], np.where(seen, 255, 0).astype(np.uint8))
+        self.mosaic[row, column] = EncodedTile(version, data)
 
     def footprint(self) -> list[MapPoint]:
         """Return the four corners of what the camera sees."""

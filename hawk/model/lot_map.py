@@ -106,7 +106,7 @@ class OccupancyMap:
     """An immutable index of the map: nothing in it is copied when a cell changes.
 
     ``tiles`` hold TILE_CELLS x TILE_CELLS bytes of `Cell`, row-major from the north-west corner, zlib-compressed.
-    ``mosaic`` holds JPEG pictures of the same tiles, TILE_CELLS pixels a side. ``stalls`` by id.
+    ``mosaic`` holds pictures of the same tiles (`hawk.model.tile_picture`), TILE_CELLS pixels a side. ``stalls`` by id.
     """
 
     tiles: Mapping[TileKey, EncodedTile] = field(default_factory=dict)

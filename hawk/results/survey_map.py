@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import json
@@ -29,6 +30,7 @@ from hawk.model.lot_map import (
     variance_of,
 )
 from hawk.model.poses import GlobalPose
+from hawk.model.tile_picture import decode_picture
 
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
 _FREE = (255, 143, 47)
@@ -36,6 +38,8 @@ _FREE_LINE = (255, 241, 227)
 _TAKEN = (26, 122, 255)
 _TAKEN_LINE = (0, 90, 224)
 _PLATE = (28, 22, 16)
+_OUTLINE_M = 0.5
+_OUTLINE_AT, _OUTLINE_RISES = 96, 4  # of 255 seen about a place: at half of it the picture is half there
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,16 +105,22 @@ class SurveyMap:
             values[self._window(key, north, east)] = tile
         return Raster(values, north, east, CELL_M)
 
-    def picture(self) -> tuple[NDArray[np.uint8], Raster]:
-        """Return the mosaic (BGR, black where nothing was seen) over the same extent as `cells`, and those cells."""
+    def picture(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8], Raster]:
+        """Return the mosaic over the extent of `cells`, its opacity (0..255), and those cells.
+
+        The picture is BGR. Nothing is seen of it where the opacity is 0; it rises over the half metre about the outline
+        of what was seen, which is smooth.
+        """
         cells = self.cells()
         picture = np.zeros((*cells.values.shape, 3), np.uint8)
-        for key, jpeg in self.mosaic.items():
-            tile = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-            if tile is None or key not in self.tiles:
-                continue
-            picture[self._window(key, cells.north, cells.east)] = cv2.resize(tile, (TILE_CELLS, TILE_CELLS))
-        return picture, cells
+        seen, filled = np.zeros(cells.values.shape, np.uint8), np.zeros(cells.values.shape, np.uint8)
+        for key, data in self.mosaic.items():
+            if key in self.tiles:
+                with contextlib.suppress(ValueError):
+                    part = self._window(key, cells.north, cells.east)
+                    picture[part], seen[part] = decode_picture(data)
+                    filled[part] = 255
+        return picture, np.minimum(_smooth(seen), filled), cells
 
     @staticmethod
     def _window(key: TileKey, north: float, east: float) -> tuple[slice, slice]:
@@ -119,17 +129,22 @@ class SurveyMap:
         return slice(top, top + TILE_CELLS), slice(left, left + TILE_CELLS)
 
 
+def _smooth(seen: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the mask with a soft outline that has no corner sharper than half a metre."""
+    wide = cv2.GaussianBlur(seen, (0, 0), _OUTLINE_M / CELL_M, borderType=cv2.BORDER_CONSTANT)
+    return np.clip((np.asarray(wide, np.int16) - _OUTLINE_AT) * _OUTLINE_RISES, 0, 255).astype(np.uint8)
+
+
 def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
     """Return the map as a BGR picture, north up, 10 cm a pixel: the mosaic where there is one, stalls drawn over it.
 
     Free is blue and plain, taken orange and hatched, unknown dark with a question mark, suggested only has corners: no
     state rests on colour alone.
     """
-    picture, cells = survey.picture()
-    for cell, colour in _CELL_COLOURS.items():
-        picture[(cells.values == cell) & ~picture.any(axis=2)] = colour
-    bare = np.isin(cells.values, (Cell.FREE, Cell.TAKEN)) & ~picture.any(axis=2)
-    picture[bare] = _CELL_COLOURS[Cell.LOT]
+    mosaic, opacity, cells = survey.picture()
+    colours = np.array([_CELL_COLOURS.get(cell, _CELL_COLOURS[Cell.LOT]) for cell in Cell], np.uint8)
+    share = (opacity / np.float32(255)).astype(np.float32)
+    picture = np.asarray(cv2.blendLinear(mosaic, colours[cells.values], share, 1 - share), np.uint8)
     for key in sorted(survey.stalls):
         _draw(picture, cells, survey.stalls[key])
     return picture

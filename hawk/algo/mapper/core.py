@@ -6,6 +6,7 @@ Work that is not needed on every frame (outline, rows, mosaic) is done one piece
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -25,7 +26,8 @@ from hawk.algo.mapper.evidence import (
     quality_mask,
 )
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
+from hawk.algo.mapper.mosaic import Mosaic
+from hawk.algo.mapper.published import StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
 from hawk.algo.mapper.rowfill import RowFiller
@@ -33,7 +35,7 @@ from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.seen import GroundImage, SeenGround
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey
 from hawk.model.plans import Inbound
 from hawk.model.poses import MapPose
@@ -59,6 +61,10 @@ class MapperSettings:
     """Tiles encoded at most in one frame."""
     mosaic_tiles_per_frame: int = 1
     """Mosaic tiles encoded at most in one frame."""
+    mosaic_blended_tiles: int = 6
+    """Mosaic tiles into which a picture is blended at most in one frame."""
+    mosaic_pictures: int = 4
+    """Pictures that wait for their turn at most."""
     mosaic_step_m: float = 1.5
     """Distance flown between two pictures that go into the mosaic."""
     rows_frames: int = 6
@@ -83,6 +89,7 @@ _REGISTER_M = 60.0
 _WHOLE_M = 3.0  # a stall this far from the picture's edge is in it as a whole
 _BREAK_S = 60.0  # without a frame: the drone was on the ground, or its position was not trusted
 _DRAWN_M = 90.0  # from the drone: what others ask about (`stalls_near`)
+_PICTURE_TURN = 0.12  # radians after which a picture shows 3 m of other ground on its sides
 _TILE_REACH_M = TILE_M * math.sqrt(0.5) + 5.0  # and half the diagonal of the longest stall
 
 
@@ -105,6 +112,7 @@ class MapCore:
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
         self._pictured: MapPose | None = None
+        self._pictures: deque[tuple[GroundImage, MapPose]] = deque()
         self._looked_for_cars: MapPose | None = None
         self._flown_m = 0.0
         self._fused_at = math.inf
@@ -144,6 +152,7 @@ class MapCore:
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
         self._frame += 1
         self._is_spent = False
+        self._note_picture(seen)
         for step in self._slow_steps:
             if step(evidence, seen):
                 self._slow_steps.remove(step)
@@ -403,11 +412,22 @@ class MapCore:
                 self.grid.summarise(key)
                 self._touched.discard(key)
 
-    def _picture(self, _: CellEvidence, seen: SeenGround) -> bool:
-        if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
+    def _note_picture(self, seen: SeenGround) -> None:
+        """Keep a picture of other ground than the last one's for the mosaic: other steps may have the frame's time."""
+        last, settings = self._pictured, self._settings
+        is_due = _is_farther(last, seen.pose, settings.mosaic_step_m) or _is_turned(last, seen.pose)
+        if is_due and len(self._pictures) < settings.mosaic_pictures:
+            self._pictured = seen.pose
+            self._pictures.append((seen.picture, seen.pose))
+
+    def _picture(self, *_: object) -> bool:
+        most = self._settings.mosaic_blended_tiles
+        if self._mosaic.go_on(most):
+            return True
+        if not self._pictures:
             return False
-        self._pictured = seen.pose
-        self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height)
+        picture, pose = self._pictures.popleft()
+        self._mosaic.add(picture, (pose.north, pose.east), pose.height, most)
         return True
 
 
@@ -429,6 +449,10 @@ def _corrected(seen: SeenGround, correction: NDArray[np.float64]) -> SeenGround:
         picture=moved(seen.picture, correction),
         pose=replace(pose, north=float(north), east=float(east)),
     )
+
+
+def _is_turned(last: MapPose | None, pose: MapPose) -> bool:
+    return last is not None and abs(math.remainder(pose.yaw - last.yaw, math.tau)) > _PICTURE_TURN
 
 
 def _is_farther(last: MapPose | None, pose: MapPose, step: float) -> bool:

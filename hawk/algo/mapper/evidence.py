@@ -116,7 +116,11 @@ def moved(image: GroundImage, correction: Floats) -> GroundImage:
     """Return the picture with its place corrected by a (2, 3) map-to-map affine."""
     to_map = correction[:, :2] @ image.to_map
     to_map[:, 2] += correction[:, 2]
-    return replace(image, to_map=to_map)
+    view = image.view
+    if view is not None:
+        back = np.linalg.inv(np.vstack([correction, (0.0, 0.0, 1.0)]))
+        view = replace(view, to_image=view.to_image @ back)
+    return replace(image, to_map=to_map, view=view)
 
 
 def outline(image: GroundImage) -> Floats:

@@ -1,12 +1,10 @@
-"""The map as it is published: tiles of classes, the picture from above, and the stalls, each encoded where it changed.
+"""The map as it is published: tiles of classes and the stalls, each encoded where it changed.
 
-A class tile has `TILE_CELLS` x `TILE_CELLS` cells. The picture (mosaic) is put together from the best part of every
-frame: nearest to straight below, and lowest; only tiles near the drone are kept as pixels, the others as JPEG.
+A class tile has `TILE_CELLS` x `TILE_CELLS` cells.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import zlib
 from collections.abc import Mapping
@@ -15,16 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.ground import Slices, Window, shard_of_tile, tile_window
-from hawk.algo.mapper.delta import Recent
-from hawk.algo.mapper.evidence import EVIDENCE_M, outline, quality_mask, warp
+from hawk.algo.ground import Window, shard_of_tile, tile_window
+from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, probability, published_geometry, to_stall
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import (
     CELL_M,
-    TILE_CELLS,
     TILE_M,
     Cell,
     Counts,
@@ -40,11 +35,6 @@ _FINER = round(EVIDENCE_M / CELL_M)
 _REACH_M = 5.0  # half the diagonal of the longest stall
 _SHIFT = 4  # bits of fraction in polygon corners
 _CELLS = ((FREE, Cell.FREE), (TAKEN, Cell.TAKEN))
-_QUALITY_M = 0.8
-_QUALITY_CELLS = round(TILE_M / _QUALITY_M)
-_BETTER = 6.0  # metres by which a new pixel must be nearer to straight below
-_JPEG = (cv2.IMWRITE_JPEG_QUALITY, 82)
-_LOADED = 24  # tiles kept as pixels
 _MOVED_M = 0.05
 _TURNED = 0.02
 _PROBABILITY = 0.05
@@ -52,8 +42,6 @@ _SCORE = 0.02  # finer: the spread of the count rests on it
 _AGED_S = 2.0
 _SHARD = 128  # ids
 _FINE = 1_000_000
-
-Picture = NDArray[np.uint8]
 
 
 class TileEncoder:
@@ -123,118 +111,6 @@ def _draw(cells: NDArray[np.uint8], corners: NDArray[np.float64], window: Window
         points = window.cells_of(corners[..., 0], corners[..., 1])
         fixed = np.round(points * (1 << _SHIFT)).astype(np.int32)
         cv2.fillPoly(cells, list(fixed), [int(cell)], shift=_SHIFT)
-
-
-class Mosaic:
-    """Picture tiles of `TILE_CELLS` pixels a side."""
-
-    def __init__(self) -> None:
-        self.encoded: Sharded[TileKey, EncodedTile] = Sharded(shard_of_tile)
-        self.recent: Recent[TileKey] = Recent()
-        self._offsets: dict[TileKey, NDArray[np.float32]] = {}
-        """Distance of each part's best view from straight below, metres; infinite where none was."""
-        self._pixels: dict[TileKey, Picture] = {}
-        """Of the loaded tiles, the least recently used first."""
-        self._dirty: dict[TileKey, None] = {}
-
-    def add(self, picture: GroundImage, below: tuple[float, float], height: float) -> None:
-        """Add a picture. ``below`` is the place (north, east) straight below the camera."""
-        mask = quality_mask(picture.valid, picture.metres_per_pixel, 0.5, 1.0)
-        if not mask.any():
-            return
-        window = Window.around(outline(picture), CELL_M)
-        pixels = warp(picture, picture.values, window, cv2.INTER_LINEAR)
-        inside = warp(picture, mask, window, cv2.INTER_NEAREST) > 0
-        for key, in_tile, in_window in window.tiles():
-            self._add_to_tile(key, in_tile, pixels[in_window], inside[in_window], below, height)
-
-    def encode(self, most: int, version: int) -> bool:
-        """Encode the ``most`` longest waiting tiles; return True when there was one."""
-        keys = list(itertools.islice(self._dirty, most))
-        news: dict[TileKey, EncodedTile] = {}
-        for key in keys:
-            del self._dirty[key]
-            ok, data = cv2.imencode(".jpg", self._loaded(key), _JPEG)
-            if ok:
-                news[key] = EncodedTile(version, data.tobytes())
-                self.recent.note(key, version)
-        self.encoded = self.encoded.changed(news)
-        self._evict()
-        return bool(keys)
-
-    @property
-    def loaded(self) -> int:
-        """Number of tiles that are kept as pixels."""
-        return len(self._pixels)
-
-    def restore(self, key: TileKey, version: int, data: bytes) -> None:
-        """Restore a tile of an earlier run. Raises ValueError when the picture cannot be read."""
-        pixels = _decoded(data)
-        if pixels is None:
-            raise ValueError("mosaic tile: not a picture of the right size")
-        self.encoded = self.encoded.changed({key: EncodedTile(version, data)})
-        self.recent.note(key, version)
-        seen = cv2.resize(pixels.max(2), (_QUALITY_CELLS, _QUALITY_CELLS), interpolation=cv2.INTER_AREA) > 0
-        self._offsets[key] = np.where(seen, 1e3, np.inf).astype(np.float32)
-
-    def _add_to_tile(
-        self,
-        key: TileKey,
-        part: Slices,
-        pixels: Picture,
-        inside: NDArray[np.bool_],
-        below: tuple[float, float],
-        height: float,
-    ) -> None:
-        if not inside.any():
-            return
-        before = self._offsets.get(key)
-        if before is None:
-            before = np.full((_QUALITY_CELLS, _QUALITY_CELLS), np.inf, np.float32)
-        offset = _offset(key, below, height)
-        better = offset < before - _BETTER
-        fine = np.repeat(np.repeat(better, TILE_CELLS // _QUALITY_CELLS, 0), TILE_CELLS // _QUALITY_CELLS, 1)
-        use = inside & fine[part]
-        if not use.any():
-            return
-        cv2.copyTo(pixels, use.astype(np.uint8), self._loaded(key)[part])
-        whole = np.zeros((TILE_CELLS, TILE_CELLS), np.float32)
-        whole[part] = use
-        covered = cv2.resize(whole, (_QUALITY_CELLS, _QUALITY_CELLS), interpolation=cv2.INTER_AREA) > 0.99
-        self._offsets[key] = np.where(covered & better, offset, before).astype(np.float32)
-        self._dirty.setdefault(key)
-
-    def _loaded(self, key: TileKey) -> Picture:
-        pixels = self._pixels.pop(key, None)
-        if pixels is None:
-            known = self.encoded.get(key)
-            pixels = None if known is None else _decoded(known.data)
-        if pixels is None:
-            pixels = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8)
-        self._pixels[key] = pixels
-        return pixels
-
-    def _evict(self) -> None:
-        for key in list(itertools.islice(self._pixels, max(len(self._pixels) - _LOADED, 0))):
-            if key not in self._dirty:
-                del self._pixels[key]
-
-
-def _offset(key: TileKey, below: tuple[float, float], height: float) -> NDArray[np.float64]:
-    """Return how far from straight below each part of a tile is seen, metres; height adds to it."""
-    window, cells = tile_window(key, _QUALITY_M), np.arange(_QUALITY_CELLS)
-    north, east = window.centres(cells, cells)
-    return np.asarray(np.hypot(north[:, None] - below[0], east[None] - below[1]) + max(height, 0) * 0.2)
-
-
-def _decoded(data: bytes) -> Picture | None:
-    try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error:
-        return None
-    if pixels is None or pixels.shape != (TILE_CELLS, TILE_CELLS, 3):
-        return None
-    return pixels  # type: ignore[return-value]
 
 
 def nearest_first(keys: list[TileKey], north: float, east: float) -> list[TileKey]:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.seen import FloatArray, GroundImage
+from hawk.algo.vision.seen import CameraView, FloatArray, GroundImage
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, rotation
 from hawk.model.poses import MapPoint, MapPose
 
@@ -107,16 +107,18 @@ class Rectifier:
             maps, seen = self._undistortion(camera)
             image = np.asarray(cv2.remap(image, maps[0], maps[1], cv2.INTER_LINEAR), np.uint8)
         width, height, to_map = _layout(camera, pose)
-        to_image = ground_homography(camera, pose) @ np.vstack([to_map, [0.0, 0.0, 1.0]])
-        shrunk, shrink = _shrink(image, to_image, width, height)
+        from_ground = ground_homography(camera, pose)
+        to_image = from_ground @ np.vstack([to_map, [0.0, 0.0, 1.0]])
+        shrunk, shrink, step = _shrink(image, to_image, width, height)
         values = cv2.warpPerspective(
-            shrunk, shrink @ to_image, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+            _softened(shrunk, step), shrink @ to_image, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         )
         flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
         mask = cv2.warpPerspective(seen, to_image, (width, height), flags=flags, borderValue=(0,))
         valid = (mask > 0) & _well_seen(to_map, pose, width, height)
         values[~valid] = 0
-        return GroundImage(np.asarray(values, np.uint8), to_map, valid)
+        view = CameraView(shrunk, shrink @ from_ground)
+        return GroundImage(np.asarray(values, np.uint8), to_map, valid, view)
 
     def _undistortion(self, camera: CameraModel) -> tuple[tuple[NDArray[Any], NDArray[Any]], NDArray[np.uint8]]:
         if self._lens is None or self._lens[0] != camera:
@@ -209,11 +211,11 @@ def _border_on_ground(camera: CameraModel, turn: FloatArray, height: float) -> F
 
 def _shrink(
     image: NDArray[np.uint8], to_image: FloatArray, width: int, height: int
-) -> tuple[NDArray[np.uint8], FloatArray]:
-    """Halve a picture while it is twice as fine as the ground raster, and soften it, so that the warp does not alias.
+) -> tuple[NDArray[np.uint8], FloatArray, float]:
+    """Halve a picture while it is twice as fine as the ground raster.
 
-    Halving is far quicker than averaging down by any other factor. Returns the picture and the (3, 3) scaling from full
-    to shrunk picture coordinates.
+    Halving is far quicker than averaging down by any other factor. Returns the picture, the (3, 3) scaling from full to
+    shrunk picture coordinates, and the pixels of the shrunk one along a pixel of the raster.
     """
     centre = np.array([(width - 1) / 2, (height - 1) / 2])
     ends = centre + np.array([(0, 0), (1, 0), (0, 1)])
@@ -227,9 +229,14 @@ def _shrink(
         image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
         scale = np.array([[sx, 0.0, (sx - 1) / 2], [0.0, sy, (sy - 1) / 2], [0.0, 0.0, 1.0]]) @ scale
         step /= 2
-    if 1.3 < step < _FINEST:
-        image = np.asarray(cv2.GaussianBlur(image, (3, 3), 0.45 * math.sqrt(step**2 - 1)), np.uint8)
-    return image, scale
+    return image, scale, float(step)
+
+
+def _softened(image: NDArray[np.uint8], step: float) -> NDArray[np.uint8]:
+    """Return a picture of ``step`` pixels along a pixel of the raster, so soft that the warp does not alias."""
+    if not 1.3 < step < _FINEST:
+        return image
+    return np.asarray(cv2.GaussianBlur(image, (3, 3), 0.45 * math.sqrt(step**2 - 1)), np.uint8)
 
 
 def _well_seen(to_map: FloatArray, pose: MapPose, width: int, height: int) -> NDArray[np.bool_]:

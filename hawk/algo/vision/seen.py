@@ -19,17 +19,31 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
+class CameraView:
+    """The camera's own picture, without the lens's distortion, at most twice as fine as `GroundImage` is.
+
+    ``image`` is uint8 BGR. ``to_image`` (3, 3): ``to_image @ (north, east, 1)`` of ground in metres of the map is the
+    place (col, row) in ``image``, homogeneous; whole numbers are pixel centres.
+    """
+
+    image: NDArray[np.uint8] = field(repr=False)
+    to_image: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class GroundImage:
     """A raster that lies on the ground plane.
 
     ``values`` is (H, W) or (H, W, C). ``to_map`` is (2, 3): ``to_map @ (col, row, 1)`` is (north, east) in metres of
     the *centre* of pixel (col, row) — whole numbers are pixel centres, as in OpenCV, so the picture covers
-    [-0.5, W - 0.5) x [-0.5, H - 0.5). ``valid`` is (H, W): False where the camera saw nothing.
+    [-0.5, W - 0.5) x [-0.5, H - 0.5). ``valid`` is (H, W): False where the camera saw nothing. ``view`` is the picture
+    that the values were sampled from.
     """
 
     values: NDArray[Any] = field(repr=False)
     to_map: FloatArray
     valid: NDArray[np.bool_] = field(repr=False)
+    view: CameraView | None = field(default=None, repr=False)
 
     @property
     def metres_per_pixel(self) -> float:

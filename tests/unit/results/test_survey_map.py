@@ -12,6 +12,7 @@ from shapely.geometry import shape
 
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState
 from hawk.model.poses import GlobalPose
+from hawk.model.tile_picture import encode_picture
 from hawk.results.survey_map import CSV_COLUMNS, SurveyMap, map_picture, stalls_csv, stalls_geojson
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
@@ -96,6 +97,27 @@ def test_the_mosaic_lies_under_the_stalls(survey: SurveyMap) -> None:
     picture = map_picture(SurveyMap(DATUM, survey.stalls, survey.tiles, {(0, 1): jpeg}))
     assert abs(int(picture[200, TILE_CELLS + 100, 1]) - 200) < 5
     assert picture[200, 100, 1] == 150
+
+
+def test_ground_that_was_not_seen_is_light_and_its_outline_is_smooth(survey: SurveyMap) -> None:
+    green = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8)
+    green[:] = (20, 200, 20)
+    seen = np.full((TILE_CELLS, TILE_CELLS), 255, np.uint8)
+    seen[:, 128:] = np.where((np.arange(TILE_CELLS) // 4 % 2)[:, None] > 0, 0, seen[:, 128:])
+    seen[:, 132:] = 0
+    unknown = np.full((TILE_CELLS, TILE_CELLS), Cell.UNKNOWN, np.uint8)
+    picture = map_picture(SurveyMap(DATUM, {}, {(0, 1): unknown}, {(0, 1): encode_picture(green, seen)}))
+    assert picture.max(axis=2).min() > 150, "nothing is black"
+    edge = [int(np.argmax(row > 100)) for row in picture[20:-20, :, 2]]
+    assert max(edge) - min(edge) <= 1, "teeth of 0.4 m are gone"
+    assert 120 <= edge[0] <= 140
+    assert picture[100, 20].tolist() == pytest.approx([20, 200, 20], abs=4)
+    assert picture[100, 200].min() > 220
+
+
+def test_a_picture_that_cannot_be_read_is_left_out(survey: SurveyMap) -> None:
+    picture = map_picture(SurveyMap(DATUM, {}, survey.tiles, {(0, 1): b"no picture"}))
+    assert picture[200, TILE_CELLS + 100].tolist() == picture[200, 100].tolist() == [150, 150, 150]
 
 
 def test_an_empty_survey_has_files_too() -> None:

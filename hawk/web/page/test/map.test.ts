@@ -1,10 +1,11 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
+import { deflateSync } from "node:zlib";
 import { SOFT } from "../src/map/feather.ts";
 import { corners, covers, extentOf, scaleBar, turn } from "../src/map/geometry.ts";
 import { rgb } from "../src/map/palette.ts";
-import { classPixels, leaveOutBlack, veilPixels } from "../src/map/tile-picture.ts";
-import { CELL } from "../src/state/tile-data.ts";
+import { classPixels, leaveOutUnseen, veilPixels } from "../src/map/tile-picture.ts";
+import { CELL, maskOf } from "../src/state/tile-data.ts";
 
 const palette = {
   fog: "#000000",
@@ -58,38 +59,33 @@ describe("a tile's picture", () => {
     assert.deepEqual([pixels[7], pixels[11]], [0, 0]);
   });
 
-  const size = 64;
-  const wide = size + 2 * SOFT;
-  const everything = () => new Uint8Array(wide * wide).fill(1);
-  const grey = () => new Uint8ClampedArray(size * size * 4).fill(200);
-  const blacken = (pixels: Uint8ClampedArray, left: number, top: number, width: number, height: number): void => {
-    for (let row = top; row < top + height; row += 1) {
-      for (let column = left; column < left + width; column += 1) pixels.set([3, 3, 3, 255], (row * size + column) * 4);
-    }
+  it("leaves out what the picture does not show, to the pixel, and nothing beside it", () => {
+    const size = 64;
+    const wide = size + 2 * SOFT;
+    const seen = new Uint8Array(wide * wide).fill(1);
+    leaveOutUnseen(Uint8Array.from({ length: size * size }, (_, at) => (at % size < 35 ? 0 : 1)), size, seen);
+    const cell = (column: number, row: number) => seen[(row + SOFT) * wide + column + SOFT];
+    assert.deepEqual([cell(0, 0), cell(34, 63), cell(35, 0), cell(-1, 0)], [0, 0, 1, 1]);
+    assert.equal(seen.filter((each) => each === 0).length, 35 * size);
+  });
+});
+
+describe("the mask in a tile's picture", () => {
+  const bits = Uint8Array.of(0b10000001, 0xff, 0, 0, 0, 0, 0, 0b00000010);
+  const jpeg = (mark: string): Uint8Array<ArrayBuffer> => {
+    const mask = [...Buffer.from(mark, "latin1"), ...deflateSync(bits)];
+    return Uint8Array.from([0xff, 0xd8, 0xff, 0xfe, 0, mask.length + 2, ...mask, 0xff, 0xdb, 0, 2]);
   };
-  const cell = (seen: Uint8Array, column: number, row: number) => seen[(row + SOFT) * wide + column + SOFT];
 
-  it("leaves out black that the camera never saw, to the pixel, and nothing beside it", () => {
-    const [pixels, seen] = [grey(), everything()];
-    blacken(pixels, 0, 0, 35, size);
-    leaveOutBlack(pixels, size, seen, true);
-    assert.deepEqual([cell(seen, 2, 2), cell(seen, 34, 2), cell(seen, 35, 2)], [0, 0, 1]);
+  it("is read from the first segment, the north-west cell first", async () => {
+    const mask = await maskOf(jpeg("hawk seen\0"), 8);
+    assert.deepEqual([...(mask ?? [])].slice(0, 16), [1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+    assert.deepEqual([mask?.length, mask?.[62], mask?.[63]], [64, 1, 0]);
   });
 
-  it("keeps a black car in the midst of what was seen, and knows none before the cells are there", () => {
-    for (const [known, kept] of [[true, 1], [false, 0]] as const) {
-      const [pixels, seen] = [grey(), everything()];
-      blacken(pixels, 16, 8, 18, 45);
-      leaveOutBlack(pixels, size, seen, known);
-      assert.equal(cell(seen, 20, 20), kept);
-    }
-  });
-
-  it("leaves out even a small black patch where the cells say that nothing was seen", () => {
-    const [pixels, seen] = [grey(), everything()];
-    blacken(pixels, 16, 16, 16, 16);
-    seen[(20 + SOFT) * wide + 20 + SOFT] = 0;
-    leaveOutBlack(pixels, size, seen, true);
-    assert.deepEqual([cell(seen, 17, 17), cell(seen, 40, 40)], [0, 1]);
+  it("is none in any other JPEG, and refused in another size", async () => {
+    assert.equal(await maskOf(jpeg("any comment"), 8), null);
+    assert.equal(await maskOf(Uint8Array.of(0xff, 0xd8, 0xff, 0xe0), 8), null);
+    await assert.rejects(maskOf(jpeg("hawk seen\0"), 16), /8 bytes instead of 32/);
   });
 });

@@ -16,6 +16,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.model.lot_map import TILE_CELLS, Cell, OccupancyMap, Stall, StallState, variance_of
 from hawk.model.plans import Inbound
 from hawk.model.poses import MapPose
+from hawk.model.tile_picture import decode_picture
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
 
 
@@ -119,6 +120,26 @@ def test_the_map_shows_lot_and_stalls_where_they_are(flown: Rig) -> None:
 
 def test_the_mosaic_is_there(flown: Rig) -> None:
     assert set(flown.map.mosaic) >= {(0, 0), (0, -1), (-1, 0), (-1, -1)}
+
+
+def pictured_m2(found: OccupancyMap) -> float:
+    return sum(np.count_nonzero(decode_picture(tile.data)[1]) for tile in found.mosaic.values()) * 0.01
+
+
+@pytest.mark.slow
+def test_a_turn_on_the_spot_and_its_frames_in_a_hurry_get_into_the_picture() -> None:
+    rig = Rig(with_picture=True)
+    turn = np.linspace(0, math.pi / 2, 9)
+    for yaw in turn:
+        rig.frame(pose_at(0.0, 0.0, float(yaw)))
+    for _ in range(60):
+        rig.frame(pose_at(0.0, 0.0, math.pi / 2))
+    width, height = 49.0 - 1.2, 27.6 - 1.2
+    assert pictured_m2(rig.map) > 1.3 * width * height, "pictures of every heading"
+    shown = {key: tile.version for key, tile in rig.map.mosaic.items()}
+    for _ in range(10):
+        rig.frame(pose_at(0.0, 0.0, math.pi / 2))
+    assert {key: tile.version for key, tile in rig.map.mosaic.items()} == shown
 
 
 def test_places_are_inside_outside_or_unknown(flown: Rig) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hawk.algo.mapper.evidence import EVIDENCE_M, cell_evidence, moved, outline, quality_mask
+from hawk.algo.vision.seen import CameraView
 from tests.unit.algo.synthetic import SyntheticVision, pose_at, rows_lot
 
 
@@ -54,3 +55,14 @@ def test_a_correction_moves_the_outline() -> None:
     image = SyntheticVision(rows_lot()).look(pose_at(5, 6), 1.0).lot
     shift = np.array([[1.0, 0, 2.0], [0, 1.0, -1.0]])
     assert outline(moved(image, shift)) == pytest.approx(outline(image) + np.array([2.0, -1.0]))
+
+
+def test_a_correction_moves_the_cameras_own_picture_as_well() -> None:
+    image = SyntheticVision(rows_lot()).look(pose_at(5, 6), 1.0).lot
+    to_image = np.array([[0.0, 20.0, 640.0], [-20.0, 0.0, 360.0], [0.001, 0.0, 1.0]])
+    view = CameraView(np.zeros((720, 1280, 3), np.uint8), to_image)
+    turn = np.array([[np.cos(0.2), -np.sin(0.2), 2.0], [np.sin(0.2), np.cos(0.2), -1.0]])
+    corrected = moved(replace(image, view=view), turn).view
+    assert corrected is not None
+    place = np.array([3.0, 4.0, 1.0])
+    assert corrected.to_image @ (*(turn @ place), 1.0) == pytest.approx(to_image @ place)

@@ -166,3 +166,17 @@ def test_poses_that_show_no_ground_are_refused_with_the_reason(pose: MapPose, wo
 def test_a_grey_picture_is_refused() -> None:
     with pytest.raises(RectifyError, match="BGR"):
         rectify(np.zeros((720, 1280), np.uint8), CAMERA, MapPose(0, 0, 30, 0, 0, 0))
+
+
+@pytest.mark.parametrize("camera", [CAMERA, LENS])
+@pytest.mark.parametrize("height", [15.0, 35.0, 60.0])
+def test_the_camera_s_own_picture_shows_a_ground_point_at_its_place(camera: CameraModel, height: float) -> None:
+    pose, point = MapPose(10.0, -20.0, height, 0.05, -0.08, 0.7), np.array([12.0, -18.0])
+    image = np.zeros((720, 1280, 3), np.uint8)
+    column, row = np.round(project(point, camera, pose)).astype(int)
+    cv2.circle(image, (int(column), int(row)), 4, (255, 255, 255), -1)
+    view = rectify(image, camera, pose).view
+    assert view is not None
+    x, y, depth = view.to_image @ (*point, 1.0)
+    rows, columns = np.nonzero(view.image[..., 0] > 100)
+    assert (columns.mean(), rows.mean()) == pytest.approx((x / depth, y / depth), abs=1.0)

@@ -1,4 +1,4 @@
-/** What was seen fades in over this number of cells inside its edge: there the picture is half black and full of stairs. */
+/** What was seen fades in over this number of cells inside its edge, which is full of stairs. */
 export const SOFT = 8;
 
 /** One of the eight tiles around a tile: rows down and columns right. */

@@ -1,9 +1,9 @@
 import { type TileKey, tileName } from "../state/map-store.ts";
-import { cellAt, inflateTile } from "../state/tile-data.ts";
+import { cellAt, inflateTile, maskOf } from "../state/tile-data.ts";
 import type { Extent } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import { changedSides, fade, seenWithRim, type Side, softened } from "./feather.ts";
-import { classPixels, leaveOutBlack, veilPixels } from "./tile-picture.ts";
+import { classPixels, leaveOutUnseen, veilPixels } from "./tile-picture.ts";
 
 export interface Grid {
   cells: number;
@@ -15,6 +15,8 @@ interface GroundTile {
   classes: Uint8Array | null;
   classVersion: number;
   picture: ImageBitmap | null;
+  /** Which cells the picture shows, 1 or 0; null: all. */
+  mask: Uint8Array | null;
   pictureVersion: number;
   /** Composed from both. */
   canvas: HTMLCanvasElement | null;
@@ -125,7 +127,7 @@ export class GroundTiles {
     const name = tileName(key);
     let tile = this.tiles.get(name);
     if (!tile) {
-      const none = { classes: null, classVersion: -1, picture: null, pictureVersion: -1, canvas: null };
+      const none = { classes: null, classVersion: -1, picture: null, mask: null, pictureVersion: -1, canvas: null };
       tile = { key, ...none, stale: false };
       this.tiles.set(name, tile);
     }
@@ -150,12 +152,14 @@ export class GroundTiles {
     try {
       const response = await fetch(`api/mosaic/${key.row}/${key.column}.jpg?v=${version}`);
       if (!response.ok) return;
-      const picture = await createImageBitmap(await response.blob());
+      const jpeg = await response.blob();
+      const mask = await maskOf(new Uint8Array(await jpeg.arrayBuffer()), this.grid.cells);
+      const picture = await createImageBitmap(jpeg);
       if (generation !== this.generation) return;
       const tile = this.tile(key);
       if (version < tile.pictureVersion) return;
       tile.picture?.close();
-      Object.assign(tile, { picture, pictureVersion: version, stale: true });
+      Object.assign(tile, { picture, mask, pictureVersion: version, stale: true });
       this.changed();
     } catch (error) {
       console.warn("map picture", tileName(key), error);
@@ -187,7 +191,7 @@ export class GroundTiles {
       this.paint(context, new ImageData(pixels, size));
     };
     if (tile.classes) add(classPixels(tile.classes, palette));
-    if (tile.picture && this.pictured) this.paint(context, seenPart(tile.picture, size, seen, tile.classes !== null));
+    if (tile.picture && this.pictured) this.paint(context, seenPart(tile.picture, tile.mask, size, seen, tile.classes !== null));
     if (tile.classes) add(veilPixels(tile.classes, palette));
   }
 
@@ -200,13 +204,13 @@ export class GroundTiles {
 }
 
 /** The picture as far as it shows what was seen, softened at its edge. Changes `seen`. */
-function seenPart(picture: ImageBitmap, size: number, seen: Uint8Array, known: boolean): ImageData {
+function seenPart(picture: ImageBitmap, mask: Uint8Array | null, size: number, seen: Uint8Array, known: boolean): ImageData {
   const context = newCanvas(size).getContext("2d", { willReadFrequently: true });
   if (!context) return new ImageData(size, size);
   context.drawImage(picture, 0, 0, size, size);
   const pixels = context.getImageData(0, 0, size, size);
   if (!known) seen.fill(1);
-  leaveOutBlack(pixels.data, size, seen, known);
+  if (mask) leaveOutUnseen(mask, size, seen);
   fade(pixels.data, softened(seen, size));
   return pixels;
 }
