@@ -16,15 +16,20 @@ from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
+from hawk.algo.rows.chosen import RowOptions
 from hawk.algo.rows.evidence import Ground
 from hawk.algo.rows.fit import Finds, row_of
 from hawk.algo.rows.lot import NO_ROW, RowStalls, complete_rows
 from hawk.algo.vision import quads
 
-_PULL = 0.6
+_OPTIONS: Final = RowOptions(shown_from=0.35)
+"""Over many frames planted islands and hatched bays show a little core too."""
+_PULL = 0.3
 """Share of the distance to its place in the row by which one run moves a stall."""
 _IMPLIED, _NOT_IMPLIED = 1.0, -1.0
 """Log-odds of one run for and against an inferred stall."""
+_SUPPORTED = 0.45
+"""Mean core from which the ground supports a find that is too rare to be valid by itself."""
 _REFUSED = -0.5
 """Log-odds of one run against a find that contradicts its row."""
 _NEAR_M, _OVERLAP = 6.0, 0.2
@@ -62,7 +67,7 @@ class RowFiller:
             return
         inner = tracker.near(*middle, self._reach_m - _BEYOND_M)
         ground = _FusedGround(grid, middle, self._reach_m + _BEYOND_M)
-        completed = complete_rows(_finds(tracker.rows[given]), ground.at)
+        completed = complete_rows(_finds(tracker.rows[given]), ground.at, _OPTIONS)
         members = completed[~completed.inferred]
         _judge_company(tracker.rows, given, given[members.source[members.row != NO_ROW]], inner, version)
         unused = np.setdiff1d(np.intersect1d(given, inner), given[members.source])
@@ -70,6 +75,7 @@ class RowFiller:
         tracker.settle(version)
         in_row = members[members.row != NO_ROW]
         _pull(tracker.rows, given[in_row.source], in_row, version)
+        _support(tracker.rows, given[in_row.source[ground.within(in_row.corners())[0] >= _SUPPORTED]], version)
         implied = completed[completed.inferred]
         around = tracker.near(*middle, self._reach_m + _BEYOND_M)
         known, found = pair(geometry_of(tracker.rows[around]), (implied.north, implied.east, implied.angle))
@@ -106,6 +112,13 @@ def _judge_company(
     changed = np.flatnonzero(is_judged & (rows["lone"] != lone))
     rows["lone"][changed] = lone[changed]
     rows["touched"][changed] = version
+
+
+def _support(rows: Rows, index: NDArray[np.intp], version: int) -> None:
+    """Count one run for finds in a row that are too rare to be valid by themselves."""
+    rare = index[~rows["confirmed"][index]]
+    rows["exists"][rare] = np.minimum(rows["exists"][rare] + _IMPLIED, _MOST)
+    rows["touched"][rare] = version
 
 
 def _touch(rows: Rows, stalls: RowStalls) -> NDArray[np.bool_]:

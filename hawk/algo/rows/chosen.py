@@ -24,6 +24,8 @@ _MEMBER_PITCHES: Final = 0.4
 _ROBUST_M: Final = 0.25
 _LATTICE_FINDS: Final = 3
 _PITCH_CHANGE: Final = 0.06
+_OFF, _BESIDE = 0.15, 0.4
+"""A find is off its even place from this share of a pitch; a neighbour is within this share of the next place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +33,8 @@ class RowOptions:
     """Log-odds.
 
     ``bias`` is added to each stall; ``end`` is taken from each past the row's last find, ``bare`` from each that
-    neither a find nor the ground shows: islands, drives. ``begin`` and ``close`` are the costs of a run of stalls. A
+    neither a find nor the ground shows: islands, drives. The ground shows one from a mean core of ``shown_from``
+    (0..1). ``begin`` and ``close`` are the costs of a run of stalls. A
     run counts from ``least`` in all, one of a single stall from ``single``. Finds that no row takes stay from
     ``lone_score`` (0..1). ``finds_from`` is the score (0..1) from which finds make rows.
     """
@@ -39,6 +42,7 @@ class RowOptions:
     bias: float = 0.5
     end: float = 0.5
     bare: float = 4.0
+    shown_from: float = 0.2
     begin: float = 1.5
     close: float = 1.0
     least: float = 0.5
@@ -49,11 +53,12 @@ class RowOptions:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """Stalls of one row: ``t`` (N,) metres along it, log-odds (N,), the number (N,) of each one's run, and the find
-    (N,) that it is, -1 for none.
+    """Stalls of one row: ``t`` (N,) metres along it, their widths (N,), log-odds (N,), the number (N,) of each one's
+    run, and the find (N,) that it is, -1 for none.
     """
 
     t: FloatArray
+    width: FloatArray
     log_odds: FloatArray
     run: Indices
     source: Indices
@@ -63,14 +68,16 @@ def choose(row: Row, strip: Strip, finds: Finds, options: RowOptions) -> Chosen:
     """Return the best stalls of a row."""
     beyond = (strip.t < row.low - 0.5 * row.pitch) | (strip.t > row.high + 0.5 * row.pitch)
     value = strip.log_odds() + options.bias - options.end * beyond
-    value -= options.bare * strip.is_bare + _UNSEEN * (strip.seen < 0.5)
+    value -= options.bare * strip.is_bare(options.shown_from) + _UNSEEN * (strip.seen < 0.5)
     begin = best_sequence(value, options)
     run = np.concatenate([[0], np.cumsum(np.diff(begin) > STEPS)])[: len(begin)].astype(np.intp)
     total, count = np.bincount(run, value[begin]), np.bincount(run)
     kept = total[run] >= np.where(count[run] == 1, options.single, options.least)
     begin, run = begin[kept], run[kept]
     source = _sources(row, strip.t[begin], finds)
-    return Chosen(_aligned(row, strip.t[begin], run, source, finds), value[begin], run, source)
+    even = _aligned(row, strip.t[begin], run, source, finds)
+    t, width = _with_own_places(row, even, source, finds)
+    return Chosen(t, width, value[begin], run, source)
 
 
 def best_sequence(value: FloatArray, options: RowOptions) -> Indices:
@@ -139,6 +146,25 @@ def _aligned(row: Row, t: FloatArray, run: Indices, source: Indices, finds: Find
         if np.abs(even - t[mine]).max() < 0.5 * row.pitch:
             result[mine] = even
     return result
+
+
+def _with_own_places(row: Row, even: FloatArray, source: Indices, finds: Finds) -> tuple[FloatArray, FloatArray]:
+    """Return centres and widths (N,): finds off their even place stay where they are, unless a neighbour stands there.
+
+    So the wide stall at the end of a row keeps its place, and one that a shadow shifts towards its neighbour does not.
+    """
+    t, width = even.copy(), np.full(len(even), row.width)
+    is_find = np.flatnonzero(source >= 0)
+    if not len(is_find):
+        return t, width
+    own = row.place(finds.centres[source[is_find]])[0]
+    off = own - even[is_find]
+    beside = even[is_find] + np.sign(off) * row.pitch
+    has_neighbour = (np.abs(even[None] - beside[:, None]) < _BESIDE * row.pitch).any(axis=1)
+    kept = (np.abs(off) > _OFF * row.pitch) & ~has_neighbour
+    t[is_find[kept]] = own[kept]
+    width[is_find[kept]] = np.maximum(finds.width[source[is_find[kept]]], row.width)
+    return t, width
 
 
 def _lattice(k: FloatArray, place: FloatArray, score: FloatArray, pitch: float) -> tuple[float, float]:

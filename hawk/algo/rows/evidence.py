@@ -33,8 +33,8 @@ _IN_LINE: Final = 0.35
 _SUPPORT: Final = 0.4
 """Pitches from a find at which it says nothing of a stall any more."""
 
-_NO_FIND, _NO_CORE = 0.1, 0.2
-"""Below these there is no find, and no stall that the ground shows."""
+_NO_FIND: Final = 0.1
+"""Below this there is no find."""
 
 FEATURES: Final = (
     "core", "core less rims", "core at the ends", "found", "found squared", "lot", "lot squared", "car",
@@ -70,10 +70,9 @@ class Strip:
     features: FloatArray
     seen: FloatArray
 
-    @property
-    def is_bare(self) -> NDArray[np.bool_]:
-        """True (M,) where neither a find nor the ground shows a stall."""
-        return (self.features[:, FEATURES.index("found")] < _NO_FIND) & (self.features[:, 0] < _NO_CORE)
+    def is_bare(self, shown_from: float) -> NDArray[np.bool_]:
+        """Return True (M,) where no find shows a stall, nor the ground by a mean core of ``shown_from``."""
+        return (self.features[:, FEATURES.index("found")] < _NO_FIND) & (self.features[:, 0] < shown_from)
 
     def log_odds(self, weights: FloatArray = WEIGHTS) -> FloatArray:
         """Return the log-odds (M,) that a stall begins at each step."""

@@ -85,7 +85,7 @@ def _stalls(number: int, row: Row, chosen: Chosen) -> RowStalls:
     return RowStalls(
         centres=row.centres(chosen.t),
         angle=np.arctan2(sides[:, 1], sides[:, 0]) % np.pi,
-        width=np.full(count, row.width),
+        width=chosen.width,
         length=np.full(count, row.length),
         log_odds=chosen.log_odds,
         source=chosen.source,
