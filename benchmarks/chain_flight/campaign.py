@@ -62,8 +62,8 @@ def seeds(chosen: Sequence[int]) -> Iterator[Named]:
         yield f"seed {seed}", generate_world(seed)
 
 
-def lots(folder: Path) -> Iterator[Named]:
-    """Yield pictures of places, each with its truth beside it."""
-    for path in sorted(folder.glob("*.json")):
+def lots(folder: Path, pattern: str = "*") -> Iterator[Named]:
+    """Yield pictures of places, each with its truth beside it; ``pattern`` is one of names, as in a shell."""
+    for path in sorted(folder.glob(f"{pattern}.json")):
         scale = json.loads(path.read_text())["metres_per_pixel"]
         yield path.stem, picture_world(path.with_suffix(".jpg"), scale, path)
