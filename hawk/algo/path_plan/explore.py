@@ -14,7 +14,7 @@ from typing import Final
 
 from hawk.algo.ground import Grid, Place
 from hawk.algo.path_plan.course import Course, Outlook
-from hawk.algo.path_plan.field import InformationField, share_of
+from hawk.algo.path_plan.field import InformationField, share_of, with_beyond
 from hawk.algo.path_plan.overview import ExploreScene
 from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns, Waypoints
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -168,7 +168,9 @@ class Explorer:
         if self._phase is ExplorePhase.FIRST_PASS:
             return share_of(field, scene.footprint, settings.least_gain_m2, settings.border)
         ends = settings.open_end_m2 + self._spare(scene) if settings.open_end_m2 > 0 else 0.0
-        return share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
+        share = share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
+        worth = settings.beyond_worth * scene.overview.found_share**2
+        return with_beyond(share, field, scene.footprint, settings.beyond_least_m2, worth)
 
     def _spare(self, scene: ExploreScene) -> float:
         """Return the area that the tour may leave out, square metres."""
@@ -188,7 +190,8 @@ class Explorer:
             allowed=scene.are_allowed,
         )
         assert scene.share is not None  # noqa: S101 - set by _learned
-        wanted = scene.overview.wanted(scene.near, scene.share, self._spare(scene))
+        spare = min(self._spare(scene), scene.overview.wanted_lot_m2)
+        wanted = scene.overview.wanted(scene.near, scene.share, spare)
         return Outlook(scene.place, heading, wanted, terms)
 
 

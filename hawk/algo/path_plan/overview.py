@@ -75,8 +75,10 @@ class Overview:
     def __init__(self) -> None:
         self._whole = Window(0, 0, 0, 0, TILE_M)
         self._made = np.zeros((0, 0), np.bool_)
-        self._sums = np.zeros((3, 0, 0))
-        """Square metres a tile: lot, well seen, and lot that was seen well."""
+        self._sums = np.zeros((5, 0, 0))
+        """Square metres a tile: lot, well seen, lot that was seen well, wanted that does not lie beyond the lot, and
+        ground of the survey beyond the lot that was not looked at.
+        """
         self._lumps = np.zeros((3, 0, 0))
         """Of each lump: square metres wanted, and their moments north and east."""
         self._allowed: Mask = np.zeros((0, 0), np.uint8)
@@ -95,6 +97,21 @@ class Overview:
     def well_m2(self) -> float:
         """Area that was seen well, square metres."""
         return float(self._sums[1].sum())
+
+    @property
+    def wanted_lot_m2(self) -> float:
+        """Wanted area without what lies beyond the lot's border, square metres: of it alone a tour may leave out some."""
+        return float(self._sums[3].sum())
+
+    @property
+    def unlooked_m2(self) -> float:
+        """Ground of the survey beyond the lot's border that was not looked at and may hold a row, square metres."""
+        return float(self._sums[4].sum())
+
+    @property
+    def found_share(self) -> float:
+        """Share (0..1) of known lot in it and that ground: the higher, the closer the fence was drawn about the lot."""
+        return self.lot_m2 / (self.lot_m2 + self.unlooked_m2) if self.lot_m2 > 0 else 0.0
 
     @property
     def seen_share(self) -> float:
@@ -131,7 +148,10 @@ class Overview:
         field, inner, there = part.field, part.inner, self._whole.part(part.tiles)
         area = field.window.cell_m**2
         lot, well = field.lot[inner], field.well[inner]
-        for index, layer in enumerate((lot, well, np.minimum(lot, well))):
+        wanted, unlooked = share[inner], np.zeros_like(lot)
+        if field.beyond is not None:
+            wanted, unlooked = wanted * (1 - field.beyond.near[inner]), field.beyond.all[inner].astype(np.float32)
+        for index, layer in enumerate((lot, well, np.minimum(lot, well), wanted, unlooked)):
             self._sums[index][there] = _blocks(layer, _CELLS) * area
         self._lumps[(slice(None), *_scaled(there, _CELLS // _LUMP))] = _lumps_of(part, share[inner] * area)
         self._allowed[_scaled(there, _CELLS)] = field.allowed[inner]

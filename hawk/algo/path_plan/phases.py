@@ -214,11 +214,14 @@ class GivenUp:
 
     def _taken_out(self, field: InformationField, depth: float) -> InformationField:
         gain, lot, allowed = field.gain.copy(), field.lot.copy(), field.allowed.copy()
+        beyond = None if field.beyond is None else replace(field.beyond, near=field.beyond.near.copy())
         places = np.array(self._places)
         cells = np.round(field.window.cells_of(places[:, 0], places[:, 1])).astype(np.intp)
         for times, (column, row) in enumerate(cells.tolist(), 1):
             radius = depth / 2 * (1 + times / 8) / field.window.cell_m
             for layer in (gain, lot):
                 cv2.circle(layer, (column, row), math.ceil(radius), (0.0,), cv2.FILLED)
+            if beyond is not None:
+                cv2.circle(beyond.near, (column, row), math.ceil(radius), (0,), cv2.FILLED)
             cv2.circle(allowed, (column, row), _BARRED_CELLS, (0,), cv2.FILLED)
-        return replace(field, gain=gain, allowed=allowed, lot=lot)
+        return replace(field, gain=gain, allowed=allowed, lot=lot, beyond=beyond)
