@@ -23,6 +23,8 @@ from hawk.model.plans import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"
 _NOTHING_SEEN: Final = "nothing of the outline can be seen from inside the fence"
+_FENCE_SAYS: Final = 3
+"""Power of the share of the fence's ground that is lot: a fence drawn close about it says that the rest is lot too."""
 _STANDS_M_S: Final = 1.0  # slower, the drone has to speed up for whatever leg comes next
 
 
@@ -169,7 +171,7 @@ class Explorer:
             return share_of(field, scene.footprint, settings.least_gain_m2, settings.border)
         ends = settings.open_end_m2 + self._spare(scene) if settings.open_end_m2 > 0 else 0.0
         share = share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
-        worth = settings.beyond_worth * scene.overview.found_share**2
+        worth = settings.beyond_worth * scene.overview.found_share**_FENCE_SAYS
         return with_beyond(share, field, scene.footprint, settings.beyond_least_m2, worth)
 
     def _spare(self, scene: ExploreScene) -> float:

@@ -226,14 +226,20 @@ def share_of(
 
 
 def with_beyond(share: Grid, field: InformationField, footprint: Footprint, least_m2: float, worth: float) -> Grid:
-    """Return the shares with the ground beyond the lot's border that was not looked at, each cell at its ``worth``.
+    """Return the shares with the ground beyond the lot's border that was not looked at.
 
-    Patches of less than ``least_m2`` square metres, and what no picture from an allowed place shows, are left out.
+    Where the lot may go on is worth what lies behind it too: each patch ``worth`` (0..1) of all of its ground, near and
+    far, and no cell more than 1. Patches with less than ``least_m2`` square metres near the lot, and what no picture
+    from an allowed place shows, are left out.
     """
     if field.beyond is None or worth <= 0:
         return share
-    open_ = without_patches((field.beyond.near > 0) & _in_sight(field, footprint), least_m2 / field.window.cell_m**2)
-    return np.maximum(share, np.where(open_, worth, 0)).astype(np.float32)
+    near = (field.beyond.near > 0) & _in_sight(field, footprint)
+    near = without_patches(near, least_m2 / field.window.cell_m**2)
+    _, labels = cv2.connectedComponents(field.beyond.all, connectivity=8)
+    sizes = np.bincount(labels.ravel())
+    each = np.minimum(worth * sizes / np.maximum(np.bincount(labels[near], minlength=len(sizes)), 1), 1.0)
+    return np.maximum(share, np.where(near, each[labels], 0)).astype(np.float32)
 
 
 def gathered(share: Grid, window: Window) -> tuple[Singles, Singles]:

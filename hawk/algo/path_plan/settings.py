@@ -68,9 +68,9 @@ class PathPlanSettings:
     """Distance to which a lot may go on across other ground: a drive of 8 m, footpaths, planted strips, a row."""
     beyond_alike_m: float = 10.0
     """Distance to which it may go on from ground that looks like lot."""
-    beyond_width_m: float = 11.0
-    """Least width of ground that holds a row and its aisle."""
-    beyond_worth: float = 0.3
+    beyond_width_m: float = 14.0
+    """Least width of ground that holds rows on both sides of an aisle, nearly."""
+    beyond_worth: float = 0.12
     """Worth (0..1) against lot, in the second pass, of ground within it that was not looked at, where nearly all ground
     inside the fence is lot (`hawk.algo.path_plan.overview.Overview.found_share`); 0: none.
     """
