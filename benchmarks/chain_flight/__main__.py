@@ -58,7 +58,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--lots", type=Path, metavar="DIR", help="places instead: pictures with truth files beside them"
     )
-    parser.add_argument("--pairs", type=int, default=0, metavar="N", help="N pairs of those places with a drive between")
+    parser.add_argument(
+        "--pairs", type=int, default=0, metavar="N", help="N pairs of those places with a drive between"
+    )
     parser.add_argument("--only", default="*", metavar="PATTERN", help="those of such names (surrey*, 'pair 3,*')")
     parser.add_argument(
         "--drift", type=float, default=1.0, metavar="M", help="slow error of GNSS, standard deviation (1); 0: no error"

@@ -243,7 +243,8 @@ def line(result: Result) -> str:
         f"F1 {fused.f1:.3f} (P {fused.precision:.3f} R {fused.recall:.3f}) free {fused.free_found}/{fused.free_true}",
         f"state {fused.state_accuracy:.3f} unknown {fused.unknown_share:.3f} ECE {alone.calibration_error:.3f}",
         f"p95 {alone.position_error or float('nan'):.2f} m lot {result.report['lot_iou']:.3f}",
-        f"looked at {result.looked_at[0]}/{result.looked_at[1]}, in view: lot {result.report['lot_seen']:.3f}, stalls {result.report['stalls_seen']:.3f}, "
+        f"looked at {result.looked_at[0]}/{result.looked_at[1]}",
+        f"in view: lot {result.report['lot_seen']:.3f}, stalls {result.report['stalls_seen']:.3f}, "
         f"recall of those {result.report['stall_recall_seen']:.3f}",
         f"single frames F1 {single.f1:.3f} (P {single.precision:.3f} R {single.recall:.3f}, every stall once "
         f"{float('nan') if result.once is None else result.once:.3f}) "

@@ -11,8 +11,8 @@ import numpy as np
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, LotMap, Mask, Place, Window
-from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.beyond import Border
+from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.field import InformationField, guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint, LeanObserver, ReadableSpeed, Swath, exploring_height
 from hawk.algo.path_plan.lot_ground import FenceGuard, OutlinedGround

@@ -38,11 +38,13 @@ class Border:
 class Unlooked:
     """Ground of the survey beyond known lot that was not looked at and is wide enough for a row, 1 a cell.
 
-    ``all`` is all of it, ``near`` what lies so near that the lot may go on there.
+    ``all`` is all of it, ``near`` what lies so near that the lot may go on there. ``ours`` is 1 for ground that belongs
+    to the survey, looked at or not.
     """
 
     all: Mask
     near: Mask
+    ours: Mask
 
 
 def unlooked_at(layers: CoarseLayers, to_lot_m: Grid, to_alike_m: Grid, border: Border) -> Unlooked:
@@ -58,7 +60,7 @@ def unlooked_at(layers: CoarseLayers, to_lot_m: Grid, to_alike_m: Grid, border: 
     unlooked = (to_lot_m > 0) & (border.ours > 0) & ~looked_at
     wide = _wide(unlooked, round(border.width_m / layers.window.cell_m))
     near = (to_lot_m <= border.reach_m) | (to_alike_m <= border.alike_reach_m)
-    return Unlooked(wide.astype(np.uint8), (wide & near).astype(np.uint8))
+    return Unlooked(wide.astype(np.uint8), (wide & near).astype(np.uint8), border.ours)
 
 
 def alike_near(layers: CoarseLayers, to_lot_m: Grid, border: Border) -> Bools:

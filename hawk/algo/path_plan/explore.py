@@ -14,8 +14,8 @@ from typing import Final
 
 from hawk.algo.ground import Grid, Place
 from hawk.algo.path_plan.course import Course, Outlook
-from hawk.algo.path_plan.field import InformationField, share_of, with_beyond
-from hawk.algo.path_plan.overview import ExploreScene
+from hawk.algo.path_plan.field import InformationField, left_out, share_of, with_beyond
+from hawk.algo.path_plan.overview import ExploreScene, GroundPart
 from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns, Waypoints
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, as_place
@@ -160,10 +160,15 @@ class Explorer:
     def _learned(self, scene: ExploreScene) -> ExploreScene:
         """Find the wanted ground, for the scene and its overview."""
         share = self._share(scene, scene.field)
-        scene.overview.take(scene.near, share)
+        self._take(scene, scene.near, share)
         if scene.rest is not None:
-            scene.overview.take(scene.rest, self._share(scene, scene.rest.field))
+            self._take(scene, scene.rest, self._share(scene, scene.rest.field))
         return replace(scene, share=share)
+
+    def _take(self, scene: ExploreScene, part: GroundPart, share: Grid) -> None:
+        """Give a part to the overview; what is left out is of interest after the first pass."""
+        is_late = self._phase is not ExplorePhase.FIRST_PASS
+        scene.overview.take(part, share, left_out(part.field, scene.footprint) if is_late else None)
 
     def _share(self, scene: ExploreScene, field: InformationField) -> Grid:
         settings = self._settings
@@ -202,4 +207,5 @@ def _status(scene: ExploreScene, route: Waypoints, *, done: bool, unreached: boo
     if not scene.lot_known:
         return ExploreStatus(done, 0.0, left, _NO_LOT, lot_known=False)
     reason = "nothing is left to learn" if done else ""
-    return ExploreStatus(done, scene.overview.seen_share, left, reason, unreached=unreached)
+    unseen = scene.overview.left_out if done and not scene.is_outlined else None
+    return ExploreStatus(done, scene.overview.seen_share, left, reason, unreached=unreached, left_out=unseen)

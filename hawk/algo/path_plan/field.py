@@ -141,6 +141,8 @@ class InformationField:
     seen: Grid
     beyond: Unlooked | None = None
     """Ground beyond the lot's border that was not looked at; None: it is not looked for."""
+    given_up: Grid | None = None
+    """Shares of lot and of ground beyond it that were taken out unseen; None: nothing was."""
 
     def are_allowed(self, places: Floats) -> Bools:
         """Return True for those of places (T, 2) of (north, east) where the drone may be."""
@@ -240,6 +242,19 @@ def with_beyond(share: Grid, field: InformationField, footprint: Footprint, leas
     sizes = np.bincount(labels.ravel())
     each = np.minimum(worth * sizes / np.maximum(np.bincount(labels[near], minlength=len(sizes)), 1), 1.0)
     return np.maximum(share, np.where(near, each[labels], 0)).astype(np.float32)
+
+
+def left_out(field: InformationField, footprint: Footprint) -> Floats:
+    """Return square metres a cell (4, H, W) that were not looked at, in the order of `hawk.model.plans.LeftOut`."""
+    layers = np.zeros((4, *field.lot.shape))
+    if field.beyond is not None:
+        missing, shown = field.lot - np.minimum(field.lot, field.well), _in_sight(field, footprint)
+        ours = field.beyond.ours > 0
+        layers[0], layers[1] = missing * ~ours, missing * (ours & ~shown)
+        layers[3] = (field.beyond.near > 0) & shown
+    if field.given_up is not None:
+        layers[2] = field.given_up
+    return layers * field.window.cell_m**2
 
 
 def gathered(share: Grid, window: Window) -> tuple[Singles, Singles]:

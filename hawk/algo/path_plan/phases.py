@@ -9,7 +9,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hawk.algo.ground import Floats, Place
+from hawk.algo.ground import Floats, Grid, Place
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.overview import ExploreScene
@@ -20,6 +20,7 @@ _LEAD_RAD: Final = 0.3  # the heading asked for lies this much beyond: a control
 _LEAST_RAD: Final = 0.02
 _MOST_RAD: Final = math.pi  # after half a turn the picture has shown everything
 _BARRED_CELLS: Final = 2  # distance of waypoints from a place that was given up, at least
+_MOST_BEYOND: Final = 6  # places given up from which on nothing is looked for beyond the lot
 
 Waypoints = tuple[Place, ...]
 
@@ -224,4 +225,13 @@ class GivenUp:
             if beyond is not None:
                 cv2.circle(beyond.near, (column, row), math.ceil(radius), (0,), cv2.FILLED)
             cv2.circle(allowed, (column, row), _BARRED_CELLS, (0,), cv2.FILLED)
-        return replace(field, gain=gain, allowed=allowed, lot=lot, beyond=beyond)
+        if beyond is not None and len(self._places) >= _MOST_BEYOND:
+            beyond.near[:] = 0
+        given_up = _unseen(field.lot, field.well) - _unseen(lot, field.well)
+        if beyond is not None and field.beyond is not None:
+            given_up = np.maximum(given_up, field.beyond.near.astype(np.float32) - beyond.near)
+        return replace(field, gain=gain, allowed=allowed, lot=lot, beyond=beyond, given_up=given_up)
+
+
+def _unseen(lot: Grid, well: Grid) -> Grid:
+    return lot - np.minimum(lot, well)
