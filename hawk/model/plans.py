@@ -116,7 +116,7 @@ mapper leave out patches smaller than a stall, and ground at the border that no 
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """What an exploration that is done did not look at, and why, square metres.
+    """Ground that an exploration did not look at, and why, square metres.
 
     Lot found that was not seen well: ``outside_m2`` lies outside the fence as it was drawn, ``hidden_m2`` inside, but
     no picture from inside our limit shows it, ``given_up_m2`` was flown to and showed nothing new. ``beside_m2`` is
@@ -147,7 +147,7 @@ class ExploreStatus:
     unreached: bool = False
     """True when places that were worth seeing were given up: they could not be reached, or showed nothing."""
     left_out: LeftOut | None = None
-    """What was not looked at, once it is done; None before, and with an outline."""
+    """Ground that was not looked at, once it is done; None before, and with an outline."""
     is_spent: bool = False
     """True while another exploration in this flight would look at nothing more: no lot was found since this one."""
 

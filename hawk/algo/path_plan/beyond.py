@@ -22,7 +22,7 @@ _ROW_CELLS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Border:
-    """How a lot may go on: ``ours`` is 1 for ground that belongs to the survey, inside the fence as it was drawn.
+    """Limits to where a lot may go on: ``ours`` is 1 for ground that belongs to the survey, inside the drawn fence.
 
     ``reach_m`` is the distance from known lot across other ground, ``alike_reach_m`` from ground that looks like lot.
     ``width_m`` is the least width of ground that holds a row.

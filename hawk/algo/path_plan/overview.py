@@ -103,7 +103,7 @@ class Overview:
 
     @property
     def wanted_lot_m2(self) -> float:
-        """Wanted area without what lies beyond the lot's border, square metres: a tour may leave out some of it alone."""
+        """Wanted area without what lies beyond the lot's border, square metres: some of it alone may be left out."""
         return float(self._sums[3].sum())
 
     @property
@@ -113,7 +113,7 @@ class Overview:
 
     @property
     def left_out(self) -> LeftOut:
-        """What was not looked at, by its reason."""
+        """Area that was not looked at, by its reason."""
         return LeftOut(*(round(float(area), 1) for area in self._left_out.sum((1, 2))))
 
     @property

@@ -313,7 +313,7 @@ class TravelStatus(Outgoing):
 
 
 class LeftOutStatus(Outgoing):
-    """What an exploration that is done did not look at, and why. Square metres."""
+    """Ground that an exploration did not look at, and why. Square metres."""
 
     outside: Finite
     """Lot found outside the fence."""
@@ -357,7 +357,7 @@ class PerceptionStatus(Outgoing):
     outline_unseen: Known = None
     """Square metres of the outline that no picture could reach, once Explore is done; null before, and without one."""
     left_out: LeftOutStatus | None = None
-    """What was not looked at, once Explore is done; null before, and with an outline."""
+    """Ground that was not looked at, once Explore is done; null before, and with an outline."""
     remaining: Known = None
     """Metres that the planner means to fly over the lot found so far: how much more is found is not known."""
 
