@@ -119,6 +119,7 @@ _LEAST_SHARE: Final = 0.1  # of a cell
 _GATHERED: Final = 2  # cells a side
 _IS_LOT: Final = 0.5  # share of a cell
 _IS_SEEN: Final = 0.5
+_BEHIND: Final = 4.0  # times: as an opening is seen, what lies behind it is not all worth the rest of it
 _OPEN_M: Final = 4.0  # half of a lane
 _NEIGHBOURS: Final = np.ones((3, 3), np.uint8)
 
@@ -231,7 +232,7 @@ def with_beyond(share: Grid, field: InformationField, footprint: Footprint, leas
     """Return the shares with the ground beyond the lot's border that was not looked at.
 
     Where the lot may go on is worth what lies behind it too: each patch ``worth`` (0..1) of all of its ground, near and
-    far, and no cell more than 1. Patches with less than ``least_m2`` square metres near the lot, and what no picture
+    far, and no cell more than four times its own. Patches with less than ``least_m2`` square metres near the lot, and what no picture
     from an allowed place shows, are left out.
     """
     if field.beyond is None or worth <= 0:
@@ -240,7 +241,8 @@ def with_beyond(share: Grid, field: InformationField, footprint: Footprint, leas
     near = without_patches(near, least_m2 / field.window.cell_m**2)
     _, labels = cv2.connectedComponents(field.beyond.all, connectivity=8)
     sizes = np.bincount(labels.ravel())
-    each = np.minimum(worth * sizes / np.maximum(np.bincount(labels[near], minlength=len(sizes)), 1), 1.0)
+    behind = sizes / np.maximum(np.bincount(labels[near], minlength=len(sizes)), 1)
+    each = worth * np.minimum(behind, _BEHIND)
     return np.maximum(share, np.where(near, each[labels], 0)).astype(np.float32)
 
 

@@ -59,7 +59,7 @@ class FenceGuard:
         """Return 1 for cells with their centre inside the fence as it was drawn and in no zone, 0 elsewhere."""
         if self.fence is None or self._polygon is None:
             return np.ones(window.shape, np.uint8)
-        ours = cells_inside([self.fence.autopilot_polygon], window)
+        ours = cells_inside([self.fence.autopilot_polygon or self.fence.polygon], window)
         for zone in self.fence.autopilot_zones:
             ours &= 1 - cells_inside([zone], window)
         return ours

@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.model.plans import Fence
+from hawk.model.plans import Fence, LeftOut
 from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 
@@ -180,3 +180,25 @@ def test_looking_around_ends_where_there_is_nothing() -> None:
     assert flight.done
     assert flight.distance_m < 200
     assert flight.coverage > 0.98
+
+
+def test_a_lot_that_goes_on_across_other_ground_is_seen_whole() -> None:
+    """A drive, a footpath and a planted strip part it, 14 m; the fence is drawn about both parts."""
+    lot = shapely.union(shapely.box(-25, -30, 25, 30), shapely.box(-25, 44, 25, 100))
+    flight = fly(lot, (-20.0, -25.0), fence_around(lot.convex_hull, 10.0))
+    assert flight.done
+    assert flight.coverage >= 0.97
+    assert flight.plans[-1].explore.left_out == LeftOut()
+
+
+def test_a_wide_fence_does_not_make_the_drone_wander() -> None:
+    """Nothing lies beyond the lot; 60 m of ground inside the fence are not looked at, and reported."""
+    lot = shapely.box(-40, -50, 40, 50)
+    fence, careless = fence_around(lot, 60.0), PathPlanApp(replace(LEVEL, beyond_worth=0.0))
+    wide, without = fly(lot, (-30.0, -40.0), fence), fly(lot, (-30.0, -40.0), fence, careless)
+    assert wide.done
+    assert wide.distance_m <= 1.5 * without.distance_m
+    left = wide.plans[-1].explore.left_out
+    assert left is not None
+    assert left.beside_m2 > 500
+    assert (left.outside_m2, left.hidden_m2, left.given_up_m2) == (0, 0, 0)
