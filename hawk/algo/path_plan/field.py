@@ -232,8 +232,8 @@ def with_beyond(share: Grid, field: InformationField, footprint: Footprint, leas
     """Return the shares with the ground beyond the lot's border that was not looked at.
 
     Where the lot may go on is worth what lies behind it too: each patch ``worth`` (0..1) of all of its ground, near and
-    far, and no cell more than four times its own. Patches with less than ``least_m2`` square metres near the lot, and what no picture
-    from an allowed place shows, are left out.
+    far, and no cell more than four times its own. Patches with less than ``least_m2`` square metres near the lot,
+    and what no picture from an allowed place shows, are left out.
     """
     if field.beyond is None or worth <= 0:
         return share

@@ -77,7 +77,7 @@ def test_ground_that_looks_like_lot_keeps_the_border_open_farther_out() -> None:
 
 
 @pytest.mark.parametrize(("metres", "open_"), [(SETTINGS.beyond_width_m - 2 * COARSE_M, False), (19.2, True)])
-def test_the_fence_decides_what_belongs(metres: float, open_: bool) -> None:  # noqa: FBT001 - a table's column
+def test_the_fence_decides_what_belongs(metres: float, open_: bool) -> None:
     """Of the ground between what was seen and the fence, a strip too narrow for rows is none of the lot."""
     ours = EVERYWHERE.copy()
     ours[: LOT.start - round((4.8 + metres) / COARSE_M)] = 0
