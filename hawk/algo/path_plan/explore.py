@@ -16,14 +16,14 @@ from hawk.algo.ground import Grid, Place
 from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.field import InformationField, left_out, share_of, with_beyond
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart
-from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns, Waypoints
+from hawk.algo.path_plan.phases import BorderPath, GivenUp, LookAround, SecondLooks, Turns, Waypoints
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, as_place
 from hawk.model.plans import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"
 _NOTHING_SEEN: Final = "nothing of the outline can be seen from inside the fence"
-_FENCE_SAYS: Final = 3
+_FENCE_SAYS: Final = 2
 """Power of the share of the fence's ground that is lot: a fence drawn close about it says that the rest is lot too."""
 _STANDS_M_S: Final = 1.0  # slower, the drone has to speed up for whatever leg comes next
 
@@ -66,11 +66,14 @@ class Explorer:
         self._look_around = LookAround(settings)
         self._second_looks = SecondLooks(settings)
         self._given_up = GivenUp(settings)
+        self._border_path = BorderPath(settings)
+        self._is_border_open = True
         self._quiet = 0
         """Plans in a row without anything to learn."""
 
     def plan(self, scene: ExploreScene) -> Exploration:
         """Return the next place to fly to."""
+        self._is_border_open = self._border_path.is_left(scene)
         scene = self._learned(self._given_up.without(scene))
         if scene.overview.lot_m2 <= 0:
             return self._without_lot(scene)
@@ -176,6 +179,8 @@ class Explorer:
             return share_of(field, scene.footprint, settings.least_gain_m2, settings.border)
         ends = settings.open_end_m2 + self._spare(scene) if settings.open_end_m2 > 0 else 0.0
         share = share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
+        if not self._is_border_open:
+            return share
         worth = settings.beyond_worth * scene.overview.found_share**_FENCE_SAYS
         return with_beyond(share, field, scene.footprint, settings.beyond_least_m2, worth)
 

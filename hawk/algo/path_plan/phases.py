@@ -163,6 +163,27 @@ class SecondLooks:
         return ()
 
 
+class BorderPath:
+    """Limit of the path for looks beyond the lot's border: a share of what was flown until lot was found last."""
+
+    def __init__(self, settings: PathPlanSettings) -> None:
+        self._settings = settings
+        self._place: Place | None = None
+        self._flown = 0.0
+        self._found_m2 = 0.0
+        self._found_at = 0.0
+
+    def is_left(self, scene: ExploreScene) -> bool:
+        """Record one plan; return True while some of the path is left. Lot that is found gives it back."""
+        self._flown += 0.0 if self._place is None else math.dist(self._place, scene.place)
+        self._place = scene.place
+        settings, lot_m2 = self._settings, scene.overview.lot_m2
+        if lot_m2 > self._found_m2 + settings.least_gain_m2:
+            self._found_m2, self._found_at = lot_m2, self._flown
+        longest = settings.beyond_path_m + settings.beyond_path_share * self._found_at
+        return self._flown - self._found_at <= longest
+
+
 @dataclass(frozen=True, slots=True)
 class _Progress:
     """Plans at one place, and metres flown, since the area seen well grew; the place of the last plan."""
