@@ -170,7 +170,7 @@ def test_the_end_of_a_lane_is_looked_at_and_leads_to_the_other_lot() -> None:
 
 def test_ground_that_is_not_worth_the_distance_is_left_out() -> None:
     lots, known = half_known_lots()
-    hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0))
+    hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0, beyond_worth=0.0))
     flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), hurried, known=known)
     assert flight.done
     assert flight.coverage < 0.75
