@@ -6,12 +6,14 @@ import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from fnmatch import fnmatch
 from pathlib import Path
 
 import cv2
 
 from benchmarks.chain_flight.flight import Errors, fly, lot_of
 from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figures, judge, line, survey_of
+from benchmarks.chain_flight.pairs import pair_of
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.world_lots import kinematic_flight
 from hawk.algo.vision.app import VisionApp, VisionSettings
@@ -62,8 +64,22 @@ def seeds(chosen: Sequence[int]) -> Iterator[Named]:
         yield f"seed {seed}", generate_world(seed)
 
 
-def lots(folder: Path) -> Iterator[Named]:
-    """Yield pictures of places, each with its truth beside it."""
-    for path in sorted(folder.glob("*.json")):
+def lots(folder: Path, pattern: str = "*") -> Iterator[Named]:
+    """Yield pictures of places, each with its truth beside it; ``pattern`` is one of names, as in a shell."""
+    for path in sorted(folder.glob(f"{pattern}.json")):
         scale = json.loads(path.read_text())["metres_per_pixel"]
         yield path.stem, picture_world(path.with_suffix(".jpg"), scale, path)
+
+
+def pairs(folder: Path, count: int, pattern: str = "*") -> Iterator[Named]:
+    """Yield pairs of those places with a drive between them (`pairs.pair_of`); ``pattern`` is one of the pairs' names.
+
+    Raises BenchmarkError when there are no two places.
+    """
+    places = [world for _, world in lots(folder)]
+    if len(places) < 2:
+        raise BenchmarkError("no pair to fly over: name a folder that holds two places, PLACE.jpg with PLACE.json")
+    for seed in range(1, count + 1):
+        world = pair_of(places, seed)
+        if fnmatch(world.name, pattern):
+            yield world.name, world

@@ -22,6 +22,8 @@ from benchmarks.figures import Figure, Limit, Reference
 from benchmarks.perception.edges import cut_labels, finds_of_cut, without
 from benchmarks.perception.measures import Judged, calibration_error
 from benchmarks.perception.places import Place
+from hawk.algo.mapper.core import MapperSettings
+from hawk.algo.mapper.evidence import quality_mask
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
@@ -37,6 +39,7 @@ ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
 MINIMUM_SCORE = 0.5
 WHOLE = 0.98
 FREE_SHARE, FREE_STALLS = 0.05, 2
+LEAST_LOOKED_AT = 0.97
 
 Floats = NDArray[np.float64]
 
@@ -117,6 +120,13 @@ class SingleFrames:
         """A mask (N,) of the world's stalls that its picture does not show whole."""
         self.judgements: list[Judgement] = []
         self._shown, self._found = (np.zeros(len(corners), int) for _ in range(2))
+        self._looked_at = np.zeros(len(corners), np.bool_)
+
+    @property
+    def looked_at(self) -> tuple[int, int]:
+        """Labelled stalls that were wholly in the good part of a frame's picture, and all; without cut labels."""
+        counted = self._looked_at[~self.cut]
+        return int(counted.sum()), len(counted)
 
     @property
     def recall_once(self) -> float | None:
@@ -136,6 +146,7 @@ class SingleFrames:
         x0, y0 = self._start
         table = table[in_picture(np.column_stack((x0 + table[:, 1], y0 - table[:, 0])), self._size)]
         whole = _is_whole(seen.picture, self._corners + off)
+        self._looked_at |= _is_in_good_part(seen.lot, self._corners + off)
         truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
         judgement = Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self.cut[whole])
@@ -160,6 +171,12 @@ class Result:
     recall_seen: tuple[int, int]
     model_distance_m: float
     once: float | None = None
+    looked_at: tuple[int, int] = (0, 0)
+
+    @property
+    def looked_at_share(self) -> float | None:
+        """Share (0..1) of the labelled stalls that were looked at; None without stalls."""
+        return self.looked_at[0] / self.looked_at[1] if self.looked_at[1] else None
 
     @property
     def recall_is_kept(self) -> bool:
@@ -203,9 +220,8 @@ def judge(
     shown = ~(np.asarray(truth.hidden, np.bool_) | single.cut)
     matched = match(found, true).true
     report, seen = compare(survey, truth), (int(shown[matched].sum()), int(shown.sum()))
-    return Result(
-        name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_distance_m, single.recall_once
-    )
+    once, looked_at = single.recall_once, single.looked_at
+    return Result(name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_distance_m, once, looked_at)
 
 
 def survey_of(world: World, flown: Flown) -> SurveyMap:
@@ -227,6 +243,7 @@ def line(result: Result) -> str:
         f"F1 {fused.f1:.3f} (P {fused.precision:.3f} R {fused.recall:.3f}) free {fused.free_found}/{fused.free_true}",
         f"state {fused.state_accuracy:.3f} unknown {fused.unknown_share:.3f} ECE {alone.calibration_error:.3f}",
         f"p95 {alone.position_error or float('nan'):.2f} m lot {result.report['lot_iou']:.3f}",
+        f"looked at {result.looked_at[0]}/{result.looked_at[1]}",
         f"in view: lot {result.report['lot_seen']:.3f}, stalls {result.report['stalls_seen']:.3f}, "
         f"recall of those {result.report['stall_recall_seen']:.3f}",
         f"single frames F1 {single.f1:.3f} (P {single.precision:.3f} R {single.recall:.3f}, every stall once "
@@ -246,6 +263,7 @@ def figures(results: Sequence[Result]) -> list[Figure]:
         Figure("chain_finished", "whole lot seen", float(sum(r.flown.finished for r in results)), limit=Limit(count)),
         *_of_stalls(results),
         Figure("chain_lot_iou", "lot IoU, mean", fmean(r.report["lot_iou"] for r in results)),
+        *_looked_at(results),
         *_in_view(results),
         *_of_flights(results),
     ]
@@ -304,6 +322,18 @@ def _of_stalls(results: Sequence[Result]) -> list[Figure]:
     ]  # fmt: skip
 
 
+def _looked_at(results: Sequence[Result]) -> list[Figure]:
+    """Return the share of the labelled stalls that were looked at, of all flights and of the worst one."""
+    looked_at, labelled = np.sum([result.looked_at for result in results], axis=0)
+    shares = [share for result in results if (share := result.looked_at_share) is not None]
+    pooled = float(looked_at / labelled) if labelled else None
+    least, limit = min(shares, default=None), Limit(lowest=LEAST_LOOKED_AT)
+    return [
+        Figure("chain_stalls_seen", "stalls ever wholly in the good part of a picture, share", pooled, limit=limit),
+        Figure("chain_stalls_seen_min", "the same, least flight", least, limit=limit),
+    ]
+
+
 def _in_view(results: Sequence[Result]) -> list[Figure]:
     """Return what was ever in view of all lots and stalls, beside what was found: stalls added up, lots a mean."""
     lots = [share for r in results if math.isfinite(share := r.report["lot_seen"])]
@@ -315,7 +345,7 @@ def _in_view(results: Sequence[Result]) -> list[Figure]:
             found += report["stall_recall_seen"] * part if part else 0.0
     return [
         Figure("chain_lot_seen", "share of the true lot ever in view, mean", fmean(lots) if lots else None),
-        Figure("chain_stalls_seen", "share of the true stalls ever in view", seen / true if true else None),
+        Figure("chain_stalls_in_view", "share of the true stalls ever in view", seen / true if true else None),
         Figure("chain_recall_in_view", "recall of stalls ever in view", found / seen if seen else None),
     ]
 
@@ -353,6 +383,13 @@ def quads_of(table: Floats) -> Floats:
 def _is_whole(picture: GroundImage, corners: Floats) -> NDArray[np.bool_]:
     pixels = picture.pixel_points(corners)
     return np.asarray(decode.sample(picture.valid, pixels).all(axis=1))
+
+
+def _is_in_good_part(image: GroundImage, corners: Floats) -> NDArray[np.bool_]:
+    """Return True for the stalls (N, 4, 2) that the mapper sees well in this one picture."""
+    settings = MapperSettings()
+    good = quality_mask(image.valid, image.metres_per_pixel, settings.edge_m, settings.good_share) > 1
+    return np.asarray(decode.sample(good, image.pixel_points(corners)).all(axis=1))
 
 
 def _true_state(state: str) -> StallState:

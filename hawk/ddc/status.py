@@ -176,6 +176,7 @@ def site_status(situation: Situation) -> heartbeat.SiteStatus:
 def perception_status(facts: Facts) -> heartbeat.PerceptionStatus:
     """Return the results of vision, mapper and planner."""
     sight, plan = facts.sight, facts.sight.plan
+    left_out = None if plan is None else plan.explore.left_out
     return heartbeat.PerceptionStatus(
         vision_rate=sight.vision_rate,
         camera_age=sight.camera_age,
@@ -190,6 +191,7 @@ def perception_status(facts: Facts) -> heartbeat.PerceptionStatus:
         explored=None if plan is None else plan.explore.seen,
         explore_done=plan is not None and plan.explore.done,
         outline_unseen=None if plan is None or facts.limits.outline is None else plan.explore.unseen_m2,
+        left_out=None if left_out is None else heartbeat.LeftOutStatus.of(left_out),
         remaining=None if plan is None else plan.explore.remaining_m,
     )
 

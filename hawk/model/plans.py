@@ -115,6 +115,21 @@ mapper leave out patches smaller than a stall, and ground at the border that no 
 
 
 @dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Ground that an exploration did not look at, and why, square metres.
+
+    Lot found that was not seen well: ``outside_m2`` lies outside the fence as it was drawn, ``hidden_m2`` inside, but
+    no picture from inside our limit shows it, ``given_up_m2`` was flown to and showed nothing new. ``beside_m2`` is
+    other ground inside the fence and near the lot, where the lot may go on: a flight there costs more than it promises.
+    """
+
+    outside_m2: float = 0.0
+    hidden_m2: float = 0.0
+    given_up_m2: float = 0.0
+    beside_m2: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class ExploreStatus:
     """Progress of the exploration: ``seen`` is the share (0..1) of the known lot that has been seen well.
 
@@ -131,6 +146,8 @@ class ExploreStatus:
     unseen_m2: float | None = None
     unreached: bool = False
     """True when places that were worth seeing were given up: they could not be reached, or showed nothing."""
+    left_out: LeftOut | None = None
+    """Ground that was not looked at, once it is done; None before, and with an outline."""
     is_spent: bool = False
     """True while another exploration in this flight would look at nothing more: no lot was found since this one."""
 

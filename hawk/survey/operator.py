@@ -20,7 +20,7 @@ from hawk.comm.protocol.commands import (
     SetOutline,
     Takeoff,
 )
-from hawk.comm.protocol.heartbeat import Heartbeat
+from hawk.comm.protocol.heartbeat import Heartbeat, LeftOutStatus
 from hawk.model.operation import GROUND_STATES, StateName, UserError
 from hawk.model.plans import HeightParameters
 from hawk.survey.client import LinkLostError
@@ -90,6 +90,7 @@ class SurveyOutcome:
 
     ``outline_m2`` is the area of the outline inside the fence, ``outline_outside_m2`` outside it, ``outline_unseen_m2``
     what no picture could reach, square metres; None without an outline. ``free_range`` holds the number of free stalls.
+    ``left_out`` is what else was not looked at; None with an outline, and unless the exploration was done.
     """
 
     status: SurveyStatus
@@ -103,6 +104,7 @@ class SurveyOutcome:
     outline_outside_m2: float | None = None
     outline_unseen_m2: float | None = None
     free_range: tuple[int, int] | None = None
+    left_out: LeftOutStatus | None = None
 
 
 class SurveyOperator:
@@ -299,6 +301,7 @@ class SurveyOperator:
             outline_outside_m2=beat.outline_outside,
             outline_unseen_m2=beat.outline_unseen,
             free_range=beat.free_range,
+            left_out=beat.left_out,
         )
 
 

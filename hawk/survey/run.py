@@ -21,7 +21,7 @@ from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.protocol.commands import SetOutline
-from hawk.comm.protocol.heartbeat import Heartbeat
+from hawk.comm.protocol.heartbeat import Heartbeat, LeftOutStatus
 from hawk.config.addresses import check_host
 from hawk.config.sections import ConfigError
 from hawk.daemon.start_checks import make_folder
@@ -254,6 +254,7 @@ def _report(
         "outline_m2": outcome.outline_m2,
         "outline_outside_m2": outcome.outline_outside_m2,
         "outline_unseen_m2": outcome.outline_unseen_m2,
+        "left_out_m2": None if outcome.left_out is None else outcome.left_out.model_dump(),
         **report.counts(survey),
         "free_range": outcome.free_range,
     }
@@ -271,6 +272,8 @@ def _report(
 
 def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     print(f"{outcome.reason}")
+    if outcome.left_out is not None and outcome.explored is not None:
+        print(f"Seen: {outcome.explored:.1%} of the lot found. {left_out_words(outcome.left_out)}")
     bounds = values["free_range"]
     between = "" if bounds is None else f" (between {bounds[0]} and {bounds[1]})"
     print(
@@ -287,6 +290,18 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
             f"{LATE_FRAMES_LIMIT:.0%} may: this computer is too busy for --speed; the figures above count for nothing.",
             file=sys.stderr,
         )
+
+
+def left_out_words(left: LeftOutStatus) -> str:
+    """Return in words what was not looked at, and why."""
+    parts = (
+        (left.outside, "outside the fence"),
+        (left.hidden, "hidden from every place inside the fence"),
+        (left.given_up, "given up, where pictures showed nothing new"),
+        (left.beside, "of other ground beside it, where the lot may go on"),
+    )
+    words = [f"{area:.0f} m² {where}" for area, where in parts if area >= 1]
+    return f"Left out: {', '.join(words)}." if words else "Nothing inside the fence was left out."
 
 
 class SurveyProgress:

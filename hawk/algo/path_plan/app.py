@@ -11,8 +11,9 @@ import numpy as np
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, LotMap, Mask, Place, Window
+from hawk.algo.path_plan.beyond import Border
 from hawk.algo.path_plan.explore import Explorer
-from hawk.algo.path_plan.field import guessed, information_field, scouting_field
+from hawk.algo.path_plan.field import InformationField, guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint, LeanObserver, ReadableSpeed, Swath, exploring_height
 from hawk.algo.path_plan.lot_ground import FenceGuard, OutlinedGround
 from hawk.algo.path_plan.lot_route import RouteKeeper
@@ -221,10 +222,9 @@ class PathPlanApp:
         area = max(overview.lot_m2, float(layers.lot.sum()) * layers.window.cell_m**2)
         if outlined is None and area < settings.small_lot_pictures * swath.width * swath.depth:
             scouting = scouting_field(layers, fenced, settings.scout_near_lot_m)
-        rest = None if block is None else information_field(*self._layers(lot_map, block), settings.near_lot_m)
         return ExploreScene(
-            GroundPart(near, information_field(layers, fenced, settings.near_lot_m)),
-            None if block is None or rest is None else GroundPart(block, rest),
+            GroundPart(near, self._field(layers, fenced, lot_known=lot_known)),
+            None if block is None else GroundPart(block, self._field(*self._layers(lot_map, block))),
             overview,
             place,
             pose.yaw + frame.camera.mount_yaw,
@@ -236,6 +236,15 @@ class PathPlanApp:
             lot_known=lot_known,
             is_outlined=outlined is not None,
         )
+
+    def _field(self, layers: CoarseLayers, fenced: Mask, *, lot_known: bool = True) -> InformationField:
+        """Return the field; nothing lies beyond what only stands in for a lot."""
+        settings = self._exploring
+        border = None
+        if lot_known and settings.beyond_worth > 0:
+            ours = self._guard.ours(layers.window)
+            border = Border(ours, settings.beyond_m, settings.beyond_alike_m, settings.beyond_width_m)
+        return information_field(layers, fenced, settings.near_lot_m, border)
 
     def _unclear(self, lot_map: LotMap) -> dict[int, Place]:
         """Return the places of stalls with unknown state, with an outline only those in it."""

@@ -14,15 +14,17 @@ from typing import Final
 
 from hawk.algo.ground import Grid, Place
 from hawk.algo.path_plan.course import Course, Outlook
-from hawk.algo.path_plan.field import InformationField, share_of
-from hawk.algo.path_plan.overview import ExploreScene
-from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns, Waypoints
+from hawk.algo.path_plan.field import InformationField, left_out, share_of, with_beyond
+from hawk.algo.path_plan.overview import ExploreScene, GroundPart
+from hawk.algo.path_plan.phases import BorderPath, GivenUp, LookAround, SecondLooks, Turns, Waypoints
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, as_place
 from hawk.model.plans import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"
 _NOTHING_SEEN: Final = "nothing of the outline can be seen from inside the fence"
+_FENCE_SAYS: Final = 2
+"""Power of the share of the fence's ground that is lot: a fence drawn close about it says that the rest is lot too."""
 _STANDS_M_S: Final = 1.0  # slower, the drone has to speed up for whatever leg comes next
 
 
@@ -64,11 +66,14 @@ class Explorer:
         self._look_around = LookAround(settings)
         self._second_looks = SecondLooks(settings)
         self._given_up = GivenUp(settings)
+        self._border_path = BorderPath(settings)
+        self._is_border_open = True
         self._quiet = 0
         """Plans in a row without anything to learn."""
 
     def plan(self, scene: ExploreScene) -> Exploration:
         """Return the next place to fly to."""
+        self._is_border_open = self._border_path.is_left(scene)
         scene = self._learned(self._given_up.without(scene))
         if scene.overview.lot_m2 <= 0:
             return self._without_lot(scene)
@@ -158,17 +163,26 @@ class Explorer:
     def _learned(self, scene: ExploreScene) -> ExploreScene:
         """Find the wanted ground, for the scene and its overview."""
         share = self._share(scene, scene.field)
-        scene.overview.take(scene.near, share)
+        self._take(scene, scene.near, share)
         if scene.rest is not None:
-            scene.overview.take(scene.rest, self._share(scene, scene.rest.field))
+            self._take(scene, scene.rest, self._share(scene, scene.rest.field))
         return replace(scene, share=share)
+
+    def _take(self, scene: ExploreScene, part: GroundPart, share: Grid) -> None:
+        """Give a part to the overview; what is left out is of interest after the first pass."""
+        is_late = self._phase is not ExplorePhase.FIRST_PASS
+        scene.overview.take(part, share, left_out(part.field, scene.footprint) if is_late else None)
 
     def _share(self, scene: ExploreScene, field: InformationField) -> Grid:
         settings = self._settings
         if self._phase is ExplorePhase.FIRST_PASS:
             return share_of(field, scene.footprint, settings.least_gain_m2, settings.border)
         ends = settings.open_end_m2 + self._spare(scene) if settings.open_end_m2 > 0 else 0.0
-        return share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
+        share = share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
+        if not self._is_border_open:
+            return share
+        worth = settings.beyond_worth * scene.overview.found_share**_FENCE_SAYS
+        return with_beyond(share, field, scene.footprint, settings.beyond_least_m2, worth)
 
     def _spare(self, scene: ExploreScene) -> float:
         """Return the area that the tour may leave out, square metres."""
@@ -188,7 +202,8 @@ class Explorer:
             allowed=scene.are_allowed,
         )
         assert scene.share is not None  # noqa: S101 - set by _learned
-        wanted = scene.overview.wanted(scene.near, scene.share, self._spare(scene))
+        spare = min(self._spare(scene), scene.overview.wanted_lot_m2)
+        wanted = scene.overview.wanted(scene.near, scene.share, spare)
         return Outlook(scene.place, heading, wanted, terms)
 
 
@@ -197,4 +212,5 @@ def _status(scene: ExploreScene, route: Waypoints, *, done: bool, unreached: boo
     if not scene.lot_known:
         return ExploreStatus(done, 0.0, left, _NO_LOT, lot_known=False)
     reason = "nothing is left to learn" if done else ""
-    return ExploreStatus(done, scene.overview.seen_share, left, reason, unreached=unreached)
+    unseen = scene.overview.left_out if done and not scene.is_outlined else None
+    return ExploreStatus(done, scene.overview.seen_share, left, reason, unreached=unreached, left_out=unseen)

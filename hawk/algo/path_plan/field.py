@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from hawk.algo.ground import Bools, CoarseLayers, Floats, Grid, Mask, Place, Window
+from hawk.algo.path_plan.beyond import Border, Unlooked, alike_near, unlooked_at, without_patches
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.grid_search import farthest_in_sight
 from hawk.algo.path_plan.lot_ground import without_border
@@ -118,6 +119,7 @@ _LEAST_SHARE: Final = 0.1  # of a cell
 _GATHERED: Final = 2  # cells a side
 _IS_LOT: Final = 0.5  # share of a cell
 _IS_SEEN: Final = 0.5
+_BEHIND: Final = 4.0  # times: as an opening is seen, what lies behind it is not all worth the rest of it
 _OPEN_M: Final = 4.0  # half of a lane
 _NEIGHBOURS: Final = np.ones((3, 3), np.uint8)
 
@@ -138,6 +140,10 @@ class InformationField:
     lot: Grid
     well: Grid
     seen: Grid
+    beyond: Unlooked | None = None
+    """Ground beyond the lot's border that was not looked at; None: it is not looked for."""
+    given_up: Grid | None = None
+    """Shares of lot and of ground beyond it that were taken out unseen; None: nothing was."""
 
     def are_allowed(self, places: Floats) -> Bools:
         """Return True for those of places (T, 2) of (north, east) where the drone may be."""
@@ -153,20 +159,27 @@ class InformationField:
         return farthest_in_sight(mask, self.window, _ROUTING_STEP, place, end)
 
 
-def information_field(layers: CoarseLayers, fenced: Mask, near_lot_m: float) -> InformationField:
+def information_field(
+    layers: CoarseLayers, fenced: Mask, near_lot_m: float, border: Border | None = None
+) -> InformationField:
     """Return the field for the map's coarse layers.
 
-    ``fenced`` is 1 inside the fence; the drone may be ``near_lot_m`` metres from the lot.
+    ``fenced`` is 1 inside the fence; the drone may be ``near_lot_m`` metres from the lot, and from ground near it that
+    looks like one. ``border`` None: what lies beyond the lot is not looked for.
     """
     cell = layers.window.cell_m
     is_lot = _known_lot(layers)
     to_lot = _distance(is_lot) * cell
     new = (1 - layers.seen) + _SEEN_BADLY * np.maximum(layers.seen - layers.well, 0)
     gain = (new * _likely_lot(layers, is_lot, to_lot) * cell**2).astype(np.float32)
-    allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
+    beyond, to_ground = None, to_lot
+    if border is not None:
+        to_alike = _distance(alike_near(layers, to_lot, border)) * cell
+        beyond, to_ground = unlooked_at(layers, to_lot, to_alike, border), np.minimum(to_lot, to_alike)
+    allowed = ((to_ground <= near_lot_m) & (fenced > 0)).astype(np.uint8)
     passable = np.where(fenced > 0, cv2.dilate(allowed, _NEIGHBOURS), 0).astype(np.uint8)
     passable = with_bridges(passable, fenced, _LONGEST_BRIDGE_M / cell)
-    return InformationField(layers.window, gain, allowed, passable, layers.lot, layers.well, layers.seen)
+    return InformationField(layers.window, gain, allowed, passable, layers.lot, layers.well, layers.seen, beyond)
 
 
 def scouting_field(layers: CoarseLayers, fenced: Mask, near_lot_m: float) -> InformationField:
@@ -213,6 +226,37 @@ def share_of(
     share = np.where(_in_sight(field, footprint), share, 0)
     kept = _without_small(share, least_m2 / area)
     return kept if open_end_m2 <= 0 else np.maximum(kept, _open_ends(field, share, open_end_m2 / area))
+
+
+def with_beyond(share: Grid, field: InformationField, footprint: Footprint, least_m2: float, worth: float) -> Grid:
+    """Return the shares with the ground beyond the lot's border that was not looked at.
+
+    Where the lot may go on is worth what lies behind it too: each patch ``worth`` (0..1) of all of its ground, near and
+    far, and no cell more than four times its own. Patches with less than ``least_m2`` square metres near the lot,
+    and what no picture from an allowed place shows, are left out.
+    """
+    if field.beyond is None or worth <= 0:
+        return share
+    near = (field.beyond.near > 0) & _in_sight(field, footprint)
+    near = without_patches(near, least_m2 / field.window.cell_m**2)
+    _, labels = cv2.connectedComponents(field.beyond.all, connectivity=8)
+    sizes = np.bincount(labels.ravel())
+    behind = sizes / np.maximum(np.bincount(labels[near], minlength=len(sizes)), 1)
+    each = worth * np.minimum(behind, _BEHIND)
+    return np.maximum(share, np.where(near, each[labels], 0)).astype(np.float32)
+
+
+def left_out(field: InformationField, footprint: Footprint) -> Floats:
+    """Return square metres a cell (4, H, W) that were not looked at, in the order of `hawk.model.plans.LeftOut`."""
+    layers = np.zeros((4, *field.lot.shape))
+    if field.beyond is not None:
+        missing, shown = field.lot - np.minimum(field.lot, field.well), _in_sight(field, footprint)
+        ours = field.beyond.ours > 0
+        layers[0], layers[1] = missing * ~ours, missing * (ours & ~shown)
+        layers[3] = (field.beyond.near > 0) & shown
+    if field.given_up is not None:
+        layers[2] = field.given_up
+    return layers * field.window.cell_m**2
 
 
 def gathered(share: Grid, window: Window) -> tuple[Singles, Singles]:

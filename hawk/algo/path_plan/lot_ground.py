@@ -55,6 +55,15 @@ class FenceGuard:
             _fill(mask, wider, zone, 0)
         return without_border(mask)[1:-1, 1:-1]
 
+    def ours(self, window: Window) -> Mask:
+        """Return 1 for cells with their centre inside the fence as it was drawn and in no zone, 0 elsewhere."""
+        if self.fence is None or self._polygon is None:
+            return np.ones(window.shape, np.uint8)
+        ours = cells_inside([self.fence.autopilot_polygon or self.fence.polygon], window)
+        for zone in self.fence.autopilot_zones:
+            ours &= 1 - cells_inside([zone], window)
+        return ours
+
 
 @dataclass(frozen=True, slots=True)
 class End:

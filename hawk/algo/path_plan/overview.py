@@ -21,6 +21,7 @@ from hawk.algo.path_plan.grid_search import farthest_in_sight
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.tour import Wanted
 from hawk.model.lot_map import TILE_M
+from hawk.model.plans import LeftOut
 
 NEAR_M: Final = 110.0  # within it the ground is looked at with every frame
 AROUND_TILES: Final = 2  # tiles about everything seen that belong to the whole
@@ -75,8 +76,12 @@ class Overview:
     def __init__(self) -> None:
         self._whole = Window(0, 0, 0, 0, TILE_M)
         self._made = np.zeros((0, 0), np.bool_)
-        self._sums = np.zeros((3, 0, 0))
-        """Square metres a tile: lot, well seen, and lot that was seen well."""
+        self._sums = np.zeros((5, 0, 0))
+        """Square metres a tile: lot, well seen, lot that was seen well, wanted that does not lie beyond the lot, and
+        ground of the survey beyond the lot that was not looked at.
+        """
+        self._left_out = np.zeros((4, 0, 0))
+        """Square metres a tile that were not looked at, in the order of `hawk.model.plans.LeftOut`."""
         self._lumps = np.zeros((3, 0, 0))
         """Of each lump: square metres wanted, and their moments north and east."""
         self._allowed: Mask = np.zeros((0, 0), np.uint8)
@@ -95,6 +100,26 @@ class Overview:
     def well_m2(self) -> float:
         """Area that was seen well, square metres."""
         return float(self._sums[1].sum())
+
+    @property
+    def wanted_lot_m2(self) -> float:
+        """Wanted area without what lies beyond the lot's border, square metres: some of it alone may be left out."""
+        return float(self._sums[3].sum())
+
+    @property
+    def unlooked_m2(self) -> float:
+        """Ground of the survey beyond the lot's border that was not looked at and may hold a row, square metres."""
+        return float(self._sums[4].sum())
+
+    @property
+    def left_out(self) -> LeftOut:
+        """Area that was not looked at, by its reason."""
+        return LeftOut(*(round(float(area), 1) for area in self._left_out.sum((1, 2))))
+
+    @property
+    def found_share(self) -> float:
+        """Share (0..1) of known lot in it and that ground: the higher, the closer the fence was drawn about the lot."""
+        return self.lot_m2 / (self.lot_m2 + self.unlooked_m2) if self.lot_m2 > 0 else 0.0
 
     @property
     def seen_share(self) -> float:
@@ -126,13 +151,23 @@ class Overview:
         """Have every tile made again: other ground is wanted from now on."""
         self._made[:] = False
 
-    def take(self, part: GroundPart, share: Grid) -> None:
-        """Make the tiles of a part. ``share`` (0..1) is the wanted share of the field's cells."""
+    def take(self, part: GroundPart, share: Grid, left_out: Floats | None = None) -> None:
+        """Make the tiles of a part.
+
+        ``share`` (0..1) is the wanted share of the field's cells, ``left_out`` (4, H, W) their area that was not looked
+        at, square metres; None: not asked.
+        """
         field, inner, there = part.field, part.inner, self._whole.part(part.tiles)
         area = field.window.cell_m**2
         lot, well = field.lot[inner], field.well[inner]
-        for index, layer in enumerate((lot, well, np.minimum(lot, well))):
+        wanted, unlooked = share[inner], np.zeros_like(lot)
+        if field.beyond is not None:
+            wanted, unlooked = wanted * (1 - field.beyond.near[inner]), field.beyond.all[inner].astype(np.float32)
+        for index, layer in enumerate((lot, well, np.minimum(lot, well), wanted, unlooked)):
             self._sums[index][there] = _blocks(layer, _CELLS) * area
+        if left_out is not None:
+            for index, layer in enumerate(left_out):
+                self._left_out[index][there] = _blocks(layer[inner], _CELLS)
         self._lumps[(slice(None), *_scaled(there, _CELLS // _LUMP))] = _lumps_of(part, share[inner] * area)
         self._allowed[_scaled(there, _CELLS)] = field.allowed[inner]
         self._made[there] = True
@@ -178,6 +213,7 @@ class Overview:
         there = whole.part(self._whole)
         self._whole = whole
         self._made, self._sums = _enlarged(self._made, whole, there, 1), _enlarged(self._sums, whole, there, 1)
+        self._left_out = _enlarged(self._left_out, whole, there, 1)
         self._lumps = _enlarged(self._lumps, whole, there, _CELLS // _LUMP)
         self._allowed = _enlarged(self._allowed, whole, there, _CELLS)
 

@@ -9,7 +9,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hawk.algo.ground import Floats, Place
+from hawk.algo.ground import Floats, Grid, Place
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.overview import ExploreScene
@@ -20,6 +20,7 @@ _LEAD_RAD: Final = 0.3  # the heading asked for lies this much beyond: a control
 _LEAST_RAD: Final = 0.02
 _MOST_RAD: Final = math.pi  # after half a turn the picture has shown everything
 _BARRED_CELLS: Final = 2  # distance of waypoints from a place that was given up, at least
+_MOST_BEYOND: Final = 6  # places given up from which on nothing is looked for beyond the lot
 
 Waypoints = tuple[Place, ...]
 
@@ -162,6 +163,27 @@ class SecondLooks:
         return ()
 
 
+class BorderPath:
+    """Limit of the path for looks beyond the lot's border: a share of what was flown until lot was found last."""
+
+    def __init__(self, settings: PathPlanSettings) -> None:
+        self._settings = settings
+        self._place: Place | None = None
+        self._flown = 0.0
+        self._found_m2 = 0.0
+        self._found_at = 0.0
+
+    def is_left(self, scene: ExploreScene) -> bool:
+        """Record one plan; return True while some of the path is left. Lot that is found gives it back."""
+        self._flown += 0.0 if self._place is None else math.dist(self._place, scene.place)
+        self._place = scene.place
+        settings, lot_m2 = self._settings, scene.overview.lot_m2
+        if lot_m2 > self._found_m2 + settings.least_gain_m2:
+            self._found_m2, self._found_at = lot_m2, self._flown
+        longest = settings.beyond_path_m + settings.beyond_path_share * self._found_at
+        return self._flown - self._found_at <= longest
+
+
 @dataclass(frozen=True, slots=True)
 class _Progress:
     """Plans at one place, and metres flown, since the area seen well grew; the place of the last plan."""
@@ -214,11 +236,23 @@ class GivenUp:
 
     def _taken_out(self, field: InformationField, depth: float) -> InformationField:
         gain, lot, allowed = field.gain.copy(), field.lot.copy(), field.allowed.copy()
+        beyond = None if field.beyond is None else replace(field.beyond, near=field.beyond.near.copy())
         places = np.array(self._places)
         cells = np.round(field.window.cells_of(places[:, 0], places[:, 1])).astype(np.intp)
         for times, (column, row) in enumerate(cells.tolist(), 1):
             radius = depth / 2 * (1 + times / 8) / field.window.cell_m
             for layer in (gain, lot):
                 cv2.circle(layer, (column, row), math.ceil(radius), (0.0,), cv2.FILLED)
+            if beyond is not None:
+                cv2.circle(beyond.near, (column, row), math.ceil(radius), (0,), cv2.FILLED)
             cv2.circle(allowed, (column, row), _BARRED_CELLS, (0,), cv2.FILLED)
-        return replace(field, gain=gain, allowed=allowed, lot=lot)
+        if beyond is not None and len(self._places) >= _MOST_BEYOND:
+            beyond.near[:] = 0
+        given_up = _unseen(field.lot, field.well) - _unseen(lot, field.well)
+        if beyond is not None and field.beyond is not None:
+            given_up = np.maximum(given_up, field.beyond.near.astype(np.float32) - beyond.near)
+        return replace(field, gain=gain, allowed=allowed, lot=lot, beyond=beyond, given_up=given_up)
+
+
+def _unseen(lot: Grid, well: Grid) -> Grid:
+    return lot - np.minimum(lot, well)

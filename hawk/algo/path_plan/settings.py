@@ -64,6 +64,22 @@ class PathPlanSettings:
 
     0: open ends are no lanes.
     """
+    beyond_m: float = 24.0
+    """Distance to which a lot may go on across other ground: a drive of 8 m, footpaths, planted strips, a row."""
+    beyond_alike_m: float = 10.0
+    """Distance to which it may go on from ground that looks like lot."""
+    beyond_width_m: float = 14.0
+    """Least width of ground that holds rows on both sides of an aisle, nearly."""
+    beyond_worth: float = 0.3
+    """Worth (0..1) against lot, in the second pass, of ground within it that was not looked at, where nearly all ground
+    inside the fence is lot (`hawk.algo.path_plan.overview.Overview.found_share`); 0: none.
+    """
+    beyond_path_m: float = 40.0
+    """Longest path for looking at such ground since lot was found, beside the share below."""
+    beyond_path_share: float = 0.4
+    """The same as a share of all that was flown until then."""
+    beyond_least_m2: float = 40.0
+    """Least area of such ground in one patch that is worth flying to: three stalls."""
     small_lot_pictures: float = 1.5
     """Number of pictures that a lot must fill to be the whole; the drone looks around a smaller one."""
     scout_near_lot_m: float = 25.0
@@ -94,4 +110,5 @@ class PathPlanSettings:
             last_short_by=10_000.0,
             last_least_gain_m2=0.0,
             open_end_m2=0.0,
+            beyond_worth=0.0,
         )

@@ -16,6 +16,7 @@ from pydantic import Field, WithJsonSchema
 
 from hawk.comm.protocol.base import Command, Finite, Known, Model, Outgoing, Spoken, Words
 from hawk.model.operation import HealthStatus, StateName, UserError
+from hawk.model.plans import LeftOut
 from hawk.model.poses import MapPoint
 
 
@@ -311,6 +312,24 @@ class TravelStatus(Outgoing):
     distance_flown: Known = None
 
 
+class LeftOutStatus(Outgoing):
+    """Ground that an exploration did not look at, and why. Square metres."""
+
+    outside: Finite
+    """Lot found outside the fence."""
+    hidden: Finite
+    """Lot found inside the fence that no picture from inside it shows."""
+    given_up: Finite
+    """Ground that was flown to and showed nothing new."""
+    beside: Finite
+    """Other ground beside the lot, inside the fence, where it may go on."""
+
+    @classmethod
+    def of(cls, left: LeftOut) -> LeftOutStatus:
+        """Return the message's form."""
+        return cls(outside=left.outside_m2, hidden=left.hidden_m2, given_up=left.given_up_m2, beside=left.beside_m2)
+
+
 class PerceptionStatus(Outgoing):
     """Results of vision, mapper and planner."""
 
@@ -337,6 +356,8 @@ class PerceptionStatus(Outgoing):
     """True when the lot found, or the outline, is explored; false again when more lot is found."""
     outline_unseen: Known = None
     """Square metres of the outline that no picture could reach, once Explore is done; null before, and without one."""
+    left_out: LeftOutStatus | None = None
+    """Ground that was not looked at, once Explore is done; null before, and with an outline."""
     remaining: Known = None
     """Metres that the planner means to fly over the lot found so far: how much more is found is not known."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
 from hawk.ddc.facts import Facts
@@ -14,7 +15,7 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import direction, metres, sentence
 from hawk.model.operation import StateName, UserError
-from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.plans import ExploreStatus, LeftOut, PathPlan
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
@@ -80,17 +81,33 @@ class Travelling:
         return aside <= radius and abs(goal.height - pose.height) <= radius
 
 
+_STALL_M2: Final = 15.0  # less was left out of every lot: its border is not known to the metre
+
+
 def explored_words(explore: ExploreStatus, lot_m2: float) -> str:
-    """Return in words what was explored; ``lot_m2`` is the area of the lot found, square metres."""
+    """Return in words what was explored: ``lot_m2`` square metres of lot found, the share seen, what was left out."""
+    left = left_out_words(explore.left_out or LeftOut())
+    share, area = 100 * min(explore.seen_share, 0.99), area_words(lot_m2)
     if explore.is_whole and not explore.unreached:
-        return say(
-            "Explored: the lot found is seen whole, {area}. Other ground was not looked at.", area=area_words(lot_m2)
-        )
-    return say(
-        "Explored: {seen:.0f} % of the lot found is seen, {area}. The rest was not reached.",
-        seen=100 * min(explore.seen_share, 0.99),
-        area=area_words(lot_m2),
+        share = 100 * explore.seen_share
+        whole = say("Explored: the lot found is seen whole, {seen:.0f} % of {area}.", seen=share, area=area)
+        return joined(whole, left or say("Ground outside the fence was not looked at."))
+    seen = say("Explored: {seen:.0f} % of the lot found is seen, {area}.", seen=share, area=area)
+    return joined(seen, left or say("The rest was not reached."))
+
+
+def left_out_words(left: LeftOut) -> str:
+    """Return in words what was left out and why, each from a stall's area on; empty when nothing was."""
+    outside, hidden, given_up, beside = map(
+        area_words, (left.outside_m2, left.hidden_m2, left.given_up_m2, left.beside_m2)
     )
+    words = (
+        (left.outside_m2, say("{area} of it outside the fence were left out.", area=outside)),
+        (left.hidden_m2, say("No picture from inside the fence shows {area} of it.", area=hidden)),
+        (left.given_up_m2, say("{area} were given up: pictures showed nothing new there.", area=given_up)),
+        (left.beside_m2, say("{area} beside it were not looked at: the lot may go on there.", area=beside)),
+    )
+    return joined(*(text for area, text in words if area >= _STALL_M2))
 
 
 def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:

@@ -73,7 +73,7 @@ def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> 
     assert found["chain_recall_kept"].value == 1.0
     assert found["chain_recall_seen"].value == pytest.approx(0.95)
     assert found["chain_lot_seen"].value == pytest.approx(0.8)
-    assert found["chain_stalls_seen"].value == pytest.approx(30 / 40)
+    assert found["chain_stalls_in_view"].value == pytest.approx(30 / 40)
     assert found["chain_recall_in_view"].value == pytest.approx((18 + 6) / 30)
     assert found["chain_distance_over_model"].value == pytest.approx(400 / 320)
     assert found["chain_precision_star"].value == 1.0
@@ -105,6 +105,29 @@ def test_a_stall_that_many_frames_show_counts_once() -> None:
         frames.watch(Glance(SeenGround(seen, image, image, image, image, pose, 0.0), (0.0, 0.0)))
     assert frames.recall_once == pytest.approx(0.5)
     assert Pool(tuple(frames.judgements)).tally.recall == pytest.approx(2 / 3)
+
+
+def test_a_stall_was_looked_at_once_it_was_wholly_in_the_good_part_of_a_picture() -> None:
+    """Four stalls beside each other in a picture of 20 m: the first lies in its rim, the world's edge cuts the last."""
+    corners = row(4, 5.0, 7.0)
+    stalls = tuple(TrueStall(k, c, taken=False) for k, c in enumerate(corners))
+    frames = measure.SingleFrames(World("w", 0.1, np.zeros((200, 154, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0)))
+    assert frames.looked_at == (0, 3)
+    for left, count in ((4.0, 2), (20.0, 2), (3.0, 3)):
+        to_map = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, left]])
+        image = GroundImage(np.zeros((200, 200, 3), np.uint8), to_map, np.ones((200, 200), np.bool_))
+        pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
+        frames.watch(Glance(SeenGround((), image, image, image, image, pose, 0.0), (0.0, 0.0)))
+        assert frames.looked_at == (count, 3)
+
+
+def test_the_share_of_stalls_looked_at_stands_pooled_and_for_the_least_flight() -> None:
+    one = result("a", judged(20, 20, free=20), judged(20, 20, free=20))
+    found = by_key([replace(one, looked_at=(99, 100)), replace(one, looked_at=(9, 10)), one])
+    assert found["chain_stalls_seen"].value == pytest.approx(108 / 110)
+    assert (found["chain_stalls_seen"].passed, found["chain_stalls_seen_min"].passed) == (True, False)
+    assert found["chain_stalls_seen_min"].value == pytest.approx(0.9)
+    assert by_key([one])["chain_stalls_seen_min"].value is None
 
 
 def test_a_count_is_right_within_5_percent_or_2_stalls() -> None:

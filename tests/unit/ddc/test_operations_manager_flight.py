@@ -39,7 +39,7 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
         "Took off.",
         "At 35 m. Holding.",
         "Lot found. Exploring.",
-        "Explored: the lot found is seen whole, 0 m². Other ground was not looked at. Holding.",
+        "Explored: the lot found is seen whole, 100 % of 0 m². Ground outside the fence was not looked at. Holding.",
         "Returning home, asked by Ana.",
         "Landed. Motors off.",
     ]

@@ -200,7 +200,7 @@ class FakeDrone:
             self.height = self.target.height or self.height
             self.go(StateName.HOVER)
         elif self.state is StateName.AUTONOMOUS_EXPLORE and age > self.explore_s:
-            self.go(StateName.HOVER, "Explored: the lot found is seen whole, 4500 m². Other ground was not looked at.")
+            self.go(StateName.HOVER, "Explored: the lot found is seen whole, 100 % of 4500 m².")
             self.done = True
             if self.explore_ends is not None:
                 self.done = False

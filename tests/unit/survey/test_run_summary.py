@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from hawk.comm.protocol.heartbeat import LeftOutStatus
+from hawk.model.plans import LeftOut
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOutcome
 from hawk.survey.run import _say
@@ -48,3 +51,25 @@ def test_the_bounds_of_the_free_ones_stand_beside_their_number(capsys: pytest.Ca
     assert "2 stalls: 1 free (between 0 and 3), 1 taken" in capsys.readouterr().out
     _say(Path("out"), DONE, COUNTS)
     assert "2 stalls: 1 free, 1 taken" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("left", "words"),
+    [
+        ((0.0, 0.4, 0.0, 0.0), "Seen: 98.0% of the lot found. Nothing inside the fence was left out."),
+        (
+            (12.0, 0.0, 30.0, 400.0),
+            "Seen: 98.0% of the lot found. Left out: 12 m² outside the fence, 30 m² given up, where pictures showed "
+            "nothing new, 400 m² of other ground beside it, where the lot may go on.",
+        ),
+        ((0.0, 7.0, 0.0, 0.0), "Left out: 7 m² hidden from every place inside the fence."),
+    ],
+)
+def test_what_was_left_out_is_said_with_its_reason(
+    left: tuple[float, float, float, float], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status = LeftOutStatus.of(LeftOut(*left))
+    _say(Path("out"), replace(DONE, explored=0.98, left_out=status), {**COUNTS})
+    assert words in capsys.readouterr().out
+    _say(Path("out"), DONE, {**COUNTS})
+    assert "Seen:" not in capsys.readouterr().out

@@ -369,6 +369,7 @@ export interface Heartbeat {
   Explored: number | null;
   "Explore Done": boolean;
   "Outline Unseen": number | null;
+  "Left Out": LeftOutStatus | null;
   Remaining: number | null;
   Health: HealthItem[];
   "Health Status": number;
@@ -381,6 +382,14 @@ export interface KillToken {
   Id: string | number | null;
   Token: string;
   "Valid For": number;
+}
+
+/** Ground that an exploration did not look at, and why. Square metres. */
+export interface LeftOutStatus {
+  Outside: number;
+  Hidden: number;
+  "Given Up": number;
+  Beside: number;
 }
 
 /** A line of the message list. Level: info, ok, warning or error. Details: the autopilot's own words. */

@@ -59,6 +59,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Outline Area": null,
     "Outline Outside": null,
     "Outline Unseen": null,
+    "Left Out": null,
     Ceiling: 120,
     Heights: [15, 35, 60],
     Explored: null,

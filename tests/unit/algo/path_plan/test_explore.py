@@ -8,12 +8,14 @@ import pytest
 import shapely
 
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.model.plans import Fence
+from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.model.plans import Fence, LeftOut
 from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 
 pytestmark = pytest.mark.flight
 
+SETTINGS = PathPlanSettings()
 WORST_RATIO = 2.6  # of the least distance that any plan could need; the mean over 24 lots was 1.92
 MEAN_RATIO = 2.2
 
@@ -168,7 +170,7 @@ def test_the_end_of_a_lane_is_looked_at_and_leads_to_the_other_lot() -> None:
 
 def test_ground_that_is_not_worth_the_distance_is_left_out() -> None:
     lots, known = half_known_lots()
-    hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0))
+    hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0, beyond_worth=0.0))
     flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), hurried, known=known)
     assert flight.done
     assert flight.coverage < 0.75
@@ -180,3 +182,26 @@ def test_looking_around_ends_where_there_is_nothing() -> None:
     assert flight.done
     assert flight.distance_m < 200
     assert flight.coverage > 0.98
+
+
+def test_a_lot_that_goes_on_across_other_ground_is_seen_whole() -> None:
+    """A drive, a footpath and a planted strip part it, 14 m; the fence is drawn about both parts."""
+    lot = shapely.union(shapely.box(-25, -30, 25, 30), shapely.box(-25, 44, 25, 100))
+    flight = fly(lot, (-20.0, -25.0), fence_around(lot.convex_hull, 10.0))
+    assert flight.done
+    assert flight.coverage >= 0.97
+    assert flight.plans[-1].explore.left_out == LeftOut()
+
+
+def test_a_wide_fence_does_not_make_the_drone_wander() -> None:
+    """Nothing lies beyond the lot; 60 m of ground inside the fence are not looked at, and reported."""
+    lot = shapely.box(-40, -50, 40, 50)
+    fence, careless = fence_around(lot, 60.0), PathPlanApp(replace(LEVEL, beyond_worth=0.0))
+    wide, without = fly(lot, (-30.0, -40.0), fence), fly(lot, (-30.0, -40.0), fence, careless)
+    assert wide.done
+    most = SETTINGS.beyond_path_m + (1 + SETTINGS.beyond_path_share) * without.distance_m
+    assert wide.distance_m <= 1.1 * most, "by far less than what lies inside the fence would take"
+    left = wide.plans[-1].explore.left_out
+    assert left is not None
+    assert left.beside_m2 > 500
+    assert (left.outside_m2, left.hidden_m2, left.given_up_m2) == (0, 0, 0)

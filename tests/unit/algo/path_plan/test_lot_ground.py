@@ -68,6 +68,22 @@ def test_no_cell_of_the_mask_touches_a_zone(row: int, column: int) -> None:
         assert not any(cell.intersects(shapely.Polygon(zone)) for zone in ZONES)
 
 
+@given(st.integers(0, WINDOW.rows - 1), st.integers(0, WINDOW.columns - 1))
+def test_ground_belongs_to_the_survey_by_the_fence_as_it_was_drawn(row: int, column: int) -> None:
+    """Our own limit lies inside it, and holds larger zones."""
+    small = (((23.0, 4.0), (29.0, 4.0), (29.0, 11.0), (23.0, 11.0)),)
+    drawn = Fence(((18.0, 4.0), (36.0, 4.0), (36.0, 16.0)), POLYGON, 60.0, 63.0, zones=ZONES, autopilot_zones=small)
+    north, east = -(WINDOW.row + row + 0.5) * 1.6, (WINDOW.column + column + 0.5) * 1.6
+    place = shapely.Point(north, east)
+    ours = shapely.Polygon(POLYGON).difference(shapely.union_all([shapely.Polygon(zone) for zone in small]))
+    if ours.boundary.distance(place) > 1e-6:
+        assert bool(FenceGuard(drawn).ours(WINDOW)[row, column]) is ours.covers(place)
+
+
+def test_without_a_fence_all_ground_belongs_to_the_survey() -> None:
+    assert FenceGuard(None).ours(WINDOW).all()
+
+
 def test_zones_leave_the_ground_around_them() -> None:
     lost = (GUARD.mask(WINDOW) > ZONED.mask(WINDOW)).sum() * 1.6**2
     within = shapely.union_all([shapely.Polygon(zone) for zone in ZONES]).buffer(2 * 1.6 * 1.5).area

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hawk.algo.ground import COARSE_M, Grid, Window
+from hawk.algo.path_plan.beyond import Unlooked
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.overview import (
     AROUND_TILES,
@@ -122,3 +124,27 @@ def test_a_path_leads_round_what_is_not_allowed_far_away() -> None:
     assert corner is not None
     assert overview.are_allowed(np.array([corner]))[0]
     assert math.dist(corner, (-500.0, -10.0)) < math.dist((300.0, -400.0), (-500.0, -10.0)) - 100
+
+
+def test_ground_beyond_the_lot_is_no_part_of_what_a_tour_may_leave_out() -> None:
+    """East of the known lot nothing was looked at; the eight tiles beside it are wanted for what may lie there."""
+    overview = Overview()
+    near = near_tiles(overview.whole(np.array([[-80.0, -80.0], [80.0, 80.0]])), (0.0, 0.0))
+    part, wanted = part_of(near, 0.5)
+    other = (part.field.lot == 0).astype(np.uint8)
+    beside = other.copy()
+    beside[:, part.field.window.columns // 2 + 20 :] = 0
+    field = replace(part.field, beyond=Unlooked(other, beside, np.ones_like(other)))
+    left = np.zeros((4, *field.lot.shape))
+    left[3] = beside
+    overview.take(replace(part, field=field), wanted, left)
+    inner, area = part.inner, COARSE_M**2
+    assert overview.unlooked_m2 == pytest.approx(other[inner].sum() * area)
+    assert overview.wanted_lot_m2 == pytest.approx(0.5 * (1 - beside[inner]).sum() * area)
+    assert overview.found_share == pytest.approx(overview.lot_m2 / (overview.lot_m2 + overview.unlooked_m2))
+    assert overview.left_out.beside_m2 == pytest.approx(beside[inner].sum(), abs=0.1)
+    assert overview.left_out.outside_m2 == 0
+
+
+def test_without_a_lot_nothing_of_the_ground_was_found() -> None:
+    assert Overview().found_share == 0

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from hawk.algo.ground import Floats, Place, Window
@@ -7,7 +9,7 @@ from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
-from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns
+from hawk.algo.path_plan.phases import BorderPath, GivenUp, LookAround, SecondLooks, Turns
 from hawk.algo.path_plan.settings import PathPlanSettings
 
 SETTINGS = PathPlanSettings()
@@ -107,3 +109,21 @@ def test_ground_about_a_place_that_was_given_up_is_wanted_no_more_and_no_waypoin
     assert once.scouting.lot.sum() == once.field.lot.sum() < before.field.lot.sum()
     given_up.add((0.0, 0.0))
     assert given_up.without(before).field.lot.sum() < once.field.lot.sum()
+
+
+def test_the_path_for_looking_beyond_the_border_is_a_share_of_what_was_flown_until_lot_was_found() -> None:
+    path, known = BorderPath(SETTINGS), scene()
+    longest = SETTINGS.beyond_path_m
+    assert path.is_left(known)
+    assert path.is_left(replace(known, place=(longest - 1.0, 0.0)))
+    assert not path.is_left(replace(known, place=(longest + 1.0, 0.0)))
+    more = scene((longest + 1.0, 0.0))
+    tiles = more.overview.whole(2 * EXTENT)
+    window = with_margin(tiles)
+    ones, free = np.ones(window.shape, np.float32), np.ones(window.shape, np.uint8)
+    more.overview.take(GroundPart(tiles, InformationField(window, ones * 0, free, free, ones, ones, ones)), ones)
+    assert more.overview.lot_m2 > known.overview.lot_m2
+    assert path.is_left(more), "lot that is found gives it back"
+    longer = longest + SETTINGS.beyond_path_share * (longest + 1.0)
+    assert path.is_left(replace(more, place=(longest + longer, 0.0)))
+    assert not path.is_left(replace(more, place=(longest + longer + 2.0, 0.0)))

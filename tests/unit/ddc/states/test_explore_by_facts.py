@@ -20,7 +20,7 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.states.explore import Travelling, outline_words
 from hawk.model.operation import UserError
-from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.plans import ExploreStatus, LeftOut, PathPlan
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
@@ -192,7 +192,20 @@ def test_the_time_out_of_sight_counts_from_when_the_lot_was_last_seen_and_not_ov
         (ExploreStatus(True, asked_m2=9.0), "Explored: the outline is seen whole.", "ok"),
         (
             ExploreStatus(True, 1.0),
-            "Explored: the lot found is seen whole, 4500 m². Other ground was not looked at.",
+            "Explored: the lot found is seen whole, 100 % of 4500 m². Ground outside the fence was not looked at.",
+            "ok",
+        ),
+        (
+            ExploreStatus(True, 0.97, left_out=LeftOut(16.0, 15.0, 14.9, 300.0)),
+            "Explored: the lot found is seen whole, 97 % of 4500 m². 16 m² of it outside the fence were left out. "
+            "No picture from inside the fence shows 15 m² of it. "
+            "300 m² beside it were not looked at: the lot may go on there.",
+            "ok",
+        ),
+        (
+            ExploreStatus(True, 0.7, unreached=True, left_out=LeftOut(given_up_m2=120.0)),
+            "Explored: 70 % of the lot found is seen, 4500 m². "
+            "120 m² were given up: pictures showed nothing new there.",
             "ok",
         ),
         (ExploreStatus(True, 0.7), "Explored: 70 % of the lot found is seen, 4500 m². The rest was not reached.", "ok"),

@@ -148,7 +148,9 @@ async def test_explore_is_done_when_nothing_is_left(fresh: Rig) -> None:
     await fresh.run(1)
     fresh.expect(S.HOVER)
     assert re.fullmatch(
-        r"Explored: the lot found is seen whole, \d+ m²\. Other ground was not looked at\. Holding\.", fresh.log[-1]
+        r"Explored: the lot found is seen whole, 100 % of \d+ m²\. "
+        r"Ground outside the fence was not looked at\. Holding\.",
+        fresh.log[-1],
     )
 
 
