@@ -31,6 +31,7 @@ from hawk.model.lot_map import (
 )
 from hawk.model.poses import GlobalPose
 from hawk.model.tile_picture import decode_picture
+from hawk.results.row_labels import row_labels
 
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
 _FREE = (255, 143, 47)
@@ -189,6 +190,7 @@ def _draw_corners(picture: NDArray[np.uint8], pixels: NDArray[np.int32]) -> None
 
 CSV_COLUMNS = (
     "id",
+    "label",
     "state",
     "taken_probability",
     "latitude",
@@ -214,21 +216,24 @@ def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
+    labels = row_labels(stalls)
     for key in sorted(stalls):
-        writer.writerow(_row(datum, stalls[key]).values())
+        writer.writerow(_row(datum, stalls[key], labels.get(key, "")).values())
     return out.getvalue()
 
 
 def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
     """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise)."""
-    features = [_feature(datum, stalls[key]) for key in sorted(stalls)]
+    labels = row_labels(stalls)
+    features = [_feature(datum, stalls[key], labels.get(key)) for key in sorted(stalls)]
     return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False)
 
 
-def _row(datum: GlobalPose, stall: Stall) -> dict[str, object]:
+def _row(datum: GlobalPose, stall: Stall, label: str) -> dict[str, object]:
     latitude, longitude = to_global(datum, np.array([[stall.north, stall.east]]))[0]
     return {
         "id": stall.id,
+        "label": label,
         "state": stall.state.value,
         "taken_probability": f"{stall.taken:.3f}",
         "latitude": f"{latitude:.8f}",
@@ -243,7 +248,7 @@ def _row(datum: GlobalPose, stall: Stall) -> dict[str, object]:
     }
 
 
-def _feature(datum: GlobalPose, stall: Stall) -> dict[str, Any]:
+def _feature(datum: GlobalPose, stall: Stall, label: str | None) -> dict[str, Any]:
     corners = stall.corners()
     ring = to_global(datum, np.vstack((corners, corners[:1])))
     return {
@@ -255,6 +260,7 @@ def _feature(datum: GlobalPose, stall: Stall) -> dict[str, Any]:
         },
         "properties": {
             "id": stall.id,
+            "label": label,
             "state": stall.state.value,
             "taken_probability": round(stall.taken, 3),
             "width_m": round(stall.width, 2),

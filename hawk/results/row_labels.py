@@ -1,0 +1,148 @@
+"""Labels by which people find a stall: the letter of its row and its number along it, as "B 12".
+
+Rows are lettered from north to south, or from west to east where most rows run that way, and stalls are numbered from
+west to east, or from north to south. Islands and drives part no row. The labels are those of one map: a map with more
+rows has others.
+"""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from hawk.model.lot_map import Stall, StallState
+
+_BESIDE: Final = (0.6, 1.6)
+"""Widths from a stall to its neighbour, across."""
+_OUT_OF_LINE: Final = 0.75
+"""Lengths by which a neighbour may lie ahead: rows are angled."""
+_TURNED: Final = 0.15
+_GAP_M: Final = 15.0
+"""Longest island or drive within a row."""
+_ASIDE_M: Final = 1.2
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Stalls:
+    """Marked stalls as arrays of length N."""
+
+    ids: list[int]
+    centres: Floats = field(repr=False)
+    angle: Floats = field(repr=False)
+    width: Floats = field(repr=False)
+    length: Floats = field(repr=False)
+
+
+def row_labels(stalls: Mapping[int, Stall]) -> dict[int, str]:
+    """Return the label of each stall by id; suggested ones have none."""
+    marked = [stall for _, stall in sorted(stalls.items()) if stall.state is not StallState.SUGGESTED]
+    if not marked:
+        return {}
+    table = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in marked])
+    given = _Stalls([s.id for s in marked], table[:, :2], table[:, 2], table[:, 3], table[:, 4])
+    rows = _rows(given)
+    down = _reading_direction(given, rows)
+    rows.sort(key=lambda row: (len(row) == 1, *_order(given, row, down)))
+    labels = {}
+    for letter, row in zip(_letters(), rows, strict=False):
+        along = given.centres[row] @ _along(down)
+        for number, index in enumerate(row[np.argsort(along, kind="stable")].tolist(), 1):
+            labels[given.ids[index]] = f"{letter} {number}"
+    return labels
+
+
+def _letters() -> Iterator[str]:
+    """Yield A to Z, AA to AZ, BA and so on, for ever."""
+    size = 1
+    while True:
+        for number in range(26**size):
+            yield "".join(string.ascii_uppercase[number // 26**k % 26] for k in reversed(range(size)))
+        size += 1
+
+
+def _rows(stalls: _Stalls) -> list[NDArray[np.intp]]:
+    """Return the indices of the stalls of each row."""
+    count = len(stalls.ids)
+    i, j = cKDTree(stalls.centres).query_pairs(1.5 * float(np.hypot(stalls.width, stalls.length).max()),
+                                               output_type="ndarray").T  # fmt: skip
+    offset = stalls.centres[j] - stalls.centres[i]
+    cos, sin = np.cos(stalls.angle[i]), np.sin(stalls.angle[i])
+    across = np.abs(offset[:, 1] * cos - offset[:, 0] * sin) / ((stalls.width[i] + stalls.width[j]) / 2)
+    along = np.abs(offset[:, 0] * cos + offset[:, 1] * sin) / stalls.length[i]
+    level = _between(stalls.angle[i], stalls.angle[j]) < _TURNED
+    beside = level & (across > _BESIDE[0]) & (across < _BESIDE[1]) & (along < _OUT_OF_LINE)
+    runs = _components(count, i[beside], j[beside])
+    group = _components(len(runs), *_going_on(stalls, runs))
+    return [np.concatenate([runs[k] for k in members.tolist()]) for members in group]
+
+
+def _going_on(stalls: _Stalls, runs: list[NDArray[np.intp]]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return pairs of runs of which the second goes on in the line of the first."""
+    pairs = [
+        (a, b) for a, first in enumerate(runs) if len(first) > 1 for b, second in enumerate(runs)
+        if a != b and _goes_on(stalls, first, second)
+    ]  # fmt: skip
+    i, j = np.array(pairs, np.intp).reshape(-1, 2).T
+    return i, j
+
+
+def _goes_on(stalls: _Stalls, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
+    if float(_between(stalls.angle[first[0]], stalls.angle[second[0]])) > _TURNED:
+        return False
+    middle, axis = _axis(stalls.centres[first])
+    offset = stalls.centres[second] - middle
+    if np.abs(offset @ (-axis[1], axis[0])).max() > _ASIDE_M:
+        return False
+    here, there = (stalls.centres[first] - middle) @ axis, offset @ axis
+    gap = max(there.min() - here.max(), here.min() - there.max())
+    return bool(0 < gap < _GAP_M)
+
+
+def _axis(centres: Floats) -> tuple[Floats, Floats]:
+    """Return the middle of centres (N, 2) and the direction in which they lie; of one centre any."""
+    middle = centres.mean(axis=0)
+    return middle, np.linalg.svd(centres - middle)[2][0]
+
+
+def _components(count: int, i: NDArray[np.intp], j: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    links = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
+    number, label = connected_components(links, directed=False)
+    return [np.flatnonzero(label == k) for k in range(int(number))]
+
+
+def _reading_direction(stalls: _Stalls, rows: list[NDArray[np.intp]]) -> Floats:
+    """Return the direction (2,) across the rows in which they are lettered: southwards, or eastwards."""
+    axes = [(_axis(stalls.centres[row])[1], len(row)) for row in rows if len(row) > 1]
+    double = sum((size * (axis[0] + 1j * axis[1]) ** 2 for axis, size in axes), 0j) or -1 + 0j
+    along = np.sqrt(double / abs(double))
+    across = np.array([-along.imag, along.real])
+    towards = -across[0] if abs(across[0]) >= abs(across[1]) else across[1]
+    return across if towards > 0 else -across
+
+
+def _along(down: Floats) -> Floats:
+    """Return the direction (2,) in which stalls are numbered: eastwards, or southwards."""
+    along = np.array([down[1], -down[0]])
+    forwards = along[1] if abs(along[1]) >= abs(along[0]) else -along[0]
+    return along if forwards > 0 else -along
+
+
+def _order(stalls: _Stalls, row: NDArray[np.intp], down: Floats) -> tuple[float, float]:
+    """Return how far down a row lies, in steps of half a stall, and how far along."""
+    middle = stalls.centres[row].mean(axis=0)
+    step = float(stalls.length.mean()) / 2
+    return round(float(middle @ down) / step), float(middle @ _along(down))
+
+
+def _between(a: Floats, b: Floats) -> Floats:
+    return np.asarray(np.abs((np.asarray(a) - b + np.pi / 2) % np.pi - np.pi / 2))
