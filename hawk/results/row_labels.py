@@ -14,9 +14,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from hawk.model.lot_map import Stall, StallState
 
@@ -72,6 +69,8 @@ def _letters() -> Iterator[str]:
 
 def _rows(stalls: _Stalls) -> list[NDArray[np.intp]]:
     """Return the indices of the stalls of each row."""
+    from scipy.spatial import cKDTree  # loaded by an export: a start in the air does without
+
     count = len(stalls.ids)
     i, j = cKDTree(stalls.centres).query_pairs(1.5 * float(np.hypot(stalls.width, stalls.length).max()),
                                                output_type="ndarray").T  # fmt: skip
@@ -115,6 +114,9 @@ def _axis(centres: Floats) -> tuple[Floats, Floats]:
 
 
 def _components(count: int, i: NDArray[np.intp], j: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     links = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
     number, label = connected_components(links, directed=False)
     return [np.flatnonzero(label == k) for k in range(int(number))]

@@ -161,13 +161,14 @@ class _FusedGround:
         self._window = Window.around(about, EVIDENCE_M)
         core, car, lot, looks = (grid.layer(self._window, name) for name in ("core", "car", "lot", "looks"))
         seen = looks >= _LOOKS
-        self._layers = core, car, np.where(seen, 1 / (1 + np.exp(-lot)), 0.0), seen
+        self._layers = np.stack([core, car, np.where(seen, 1 / (1 + np.exp(-lot)), 0.0), seen], axis=-1)
 
     def at(self, places: Floats) -> Ground:
         """Return the ground at places (..., 2) of (north, east)."""
-        flat = places.reshape(-1, 2)
-        values = (self._window.values_at(layer, flat).reshape(places.shape[:-1]) for layer in self._layers)
-        return Ground(*values)
+        rows, columns, inside = self._window.cells_at(places.reshape(-1, 2))
+        values = self._layers[rows, columns]
+        values[~inside] = 0
+        return Ground(*np.moveaxis(values.reshape(*places.shape[:-1], self._layers.shape[-1]), -1, 0))
 
     def within(self, corners: Floats) -> tuple[Floats, Floats]:
         """Return the mean core and car (N,) in the inner part of quads (N, 4, 2)."""

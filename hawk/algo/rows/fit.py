@@ -113,27 +113,29 @@ def fit_rows(finds: Finds, least_score: float) -> list[Row]:
     if not len(used):
         return []
     group = row_of(finds[used])
-    lines = (line for k in range(int(group.max()) + 1) for line in _lines(finds, used[group == k]))
-    rows = (fit_row(finds, line) for line in lines)
-    return _joined([row for row in rows if row is not None], finds)
+    rows = (row for k in range(int(group.max()) + 1) for row in _rows_of(finds, used[group == k]))
+    return _joined(list(rows), finds)
 
 
-def _lines(finds: Finds, members: Indices) -> list[Indices]:
-    """Split neighbours into lines: angled rows that interlock are neighbours of each other.
+def _rows_of(finds: Finds, members: Indices) -> list[Row]:
+    """Return the rows of neighbours: angled rows that interlock are neighbours of each other.
 
-    Each line is the one through two neighbours that most of the finds lie on (Fischler and Bolles 1981), arcs included.
+    A group that is no one row is parted into lines, each the one through two neighbours that most of the finds lie on
+    (Fischler and Bolles 1981).
     """
-    lines: list[Indices] = []
-    while len(members) >= _LEAST_TO_SPLIT:
+    rows: list[Row | None] = []
+    while len(members):
         row = fit_row(finds, members)
-        if row is not None and np.abs(row.place(finds.centres[members])[1]).max() < _OUT_OF_LINE_M:
-            break
-        on_it = _best_line(finds[members])
+        is_one = row is not None and np.abs(row.place(finds.centres[members])[1]).max() < _OUT_OF_LINE_M
+        on_it = (
+            _best_line(finds[members]) if not is_one and len(members) >= _LEAST_TO_SPLIT else np.arange(len(members))
+        )
         if len(on_it) in (0, len(members)):
+            rows.append(row)
             break
-        lines.append(members[on_it])
+        rows.append(fit_row(finds, members[on_it]))
         members = np.delete(members, on_it)
-    return [*lines, members] if len(members) else lines
+    return [row for row in rows if row is not None]
 
 
 def _best_line(finds: Finds) -> Indices:
