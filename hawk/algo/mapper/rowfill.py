@@ -26,6 +26,8 @@ _OPTIONS: Final = RowOptions(shown_from=0.35)
 """Over many frames planted islands and hatched bays show a little core too."""
 _PULL = 0.3
 """Share of the distance to its place in the row by which one run moves a stall."""
+_NEAR_PLACE_M = 0.8
+"""A stall farther from its place in the row stays where it was found: the row may be wrong there."""
 _IMPLIED, _NOT_IMPLIED = 1.0, -1.0
 """Log-odds of one run for and against an inferred stall."""
 _SUPPORTED = 0.45
@@ -181,7 +183,9 @@ class _FusedGround:
 
 
 def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> None:
-    """Move stalls towards their places in the row."""
+    """Move stalls towards their places in the row, where these are near."""
+    near = np.hypot(to.north - rows["north"][index], to.east - rows["east"][index]) < _NEAR_PLACE_M
+    index, to = index[near], to[near]
     moved = rows[index]
     for name, value in columns_of(to):
         moved[name] += _PULL * (value - moved[name])
