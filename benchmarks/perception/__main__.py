@@ -7,11 +7,12 @@
 fewer than five stalls are left out. ``--regions``: as ``--lots``, without states and outlines; ``--streets PATTERN``
 names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where the files have no ``ground``,
 ``--left-out FILE=PATTERN`` a network that was not trained on some of them and looks at those.
-``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
+``--photos``: photographs of one flight with Pix4D's tags, of which one has labels (``--photo-labels``); the labels are
+carried to the others. ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
 
 The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
 neither right nor wrong. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions
-``regions_``, those of frames over drawn worlds ``frames_``.
+``regions_``, those of photographs ``photo_`` and ``photos_``, those of frames over drawn worlds ``frames_``.
 
 ``python -m benchmarks.perception --video FILE --metres-per-pixel X``: a still camera straight above a lot.
 """
@@ -26,6 +27,8 @@ from pathlib import Path
 import cv2
 
 from benchmarks.figures import print_and_write
+from benchmarks.perception.photo_labels import PHOTO_LOT, read_labels
+from benchmarks.perception.photos import Photos
 from benchmarks.perception.places import folder_option
 from benchmarks.perception.regions import Regions, ground_option, left_out_option
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections
@@ -43,13 +46,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.video is not None:
         return _video(network, options.video, options.metres_per_pixel)
     regions = _regions(options) if options.regions else None
-    material = Material(options.lots, options.tiles, options.negatives, options.negatives_scale, options.seeds, regions)
-    if regions is not None:
-        try:
+    option, photos = "--regions", None
+    try:
+        if regions is not None:
             regions.read()
-        except (OSError, ValueError, KeyError) as error:
-            print(f"--regions: {error}", file=sys.stderr)
-            return 2
+        option = "--photos"
+        if options.photos is not None:
+            photos = Photos(options.photos, read_labels(options.photo_labels, options.photos))
+    except (OSError, ValueError, KeyError) as error:
+        print(f"{option}: {error}", file=sys.stderr)
+        return 2
+    material = Material(
+        options.lots, options.tiles, options.negatives, options.negatives_scale, options.seeds, regions, photos
+    )
     print_and_write(network_sections(network, material), options.json)
     return 0
 
@@ -73,6 +82,10 @@ def _parser() -> argparse.ArgumentParser:
         "--left-out", action="append", default=[], type=_left_out, metavar="FILE=PATTERN",
         help="a network that was not trained on the regions of these names looks at them",
     )  # fmt: skip
+    parser.add_argument("--photos", type=folder_option, help="photographs of one flight over a labelled lot")
+    parser.add_argument(
+        "--photo-labels", type=Path, default=PHOTO_LOT, help="the labels of one of them (those of Garfield's lot)"
+    )
     parser.add_argument("--negatives", type=folder_option)
     parser.add_argument(
         "--negatives-scale", type=float, default=NEGATIVES_SCALE, help="metres per pixel of the negatives (0.03)"

@@ -11,7 +11,7 @@ from typing import Annotated, Final
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from benchmarks.perception.photo_shots import Shot
+from benchmarks.perception.photo_shots import Shot, read_shot
 from benchmarks.perception.places import state_array
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import FloatArray, StateArray
@@ -78,20 +78,22 @@ class PhotoLabels:
         return self.height_m + shot.altitude - self.shot.altitude
 
 
-def read_labels(path: Path, shots: Mapping[str, Shot]) -> PhotoLabels:
-    """Return the labels. Raises ValueError, which names the file, its fault and a remedy.
+def read_labels(path: Path, folder: Path) -> PhotoLabels:
+    """Return the labels of a file. Raises ValueError, which names the file, its fault and a remedy.
 
-    Args:
-        path: The label file.
-        shots: The photographs of the flight by name; the labelled one gives lens and place.
+    ``folder`` holds the photographs of the flight: the labelled one gives lens and place.
     """
     try:
         read = _File.model_validate_json(path.read_bytes())
-        unknown = {name for names in (*read.taken.values(), *read.unclear.values()) for name in names} - set(read.stalls)
+        unknown = {name for names in (*read.taken.values(), *read.unclear.values()) for name in names} - set(
+            read.stalls
+        )
         if unknown:
-            raise ValueError(f"{', '.join(sorted(unknown))}: stalls with a state and without corners; add their corners")
-        if read.photograph not in shots:
-            raise ValueError(f"the labelled photograph {read.photograph} is not in the folder; name the flight's folder")
+            raise ValueError(
+                f"{', '.join(sorted(unknown))}: stalls with a state and without corners; add their corners"
+            )
+        if not (folder / read.photograph).is_file():
+            raise ValueError(f"its photograph {read.photograph} is not in {folder}; name the folder of that flight")
     except OSError as error:
         raise ValueError(f"{path} cannot be read: {error.strerror}; name a label file") from error
     except ValidationError as error:
@@ -100,7 +102,7 @@ def read_labels(path: Path, shots: Mapping[str, Shot]) -> PhotoLabels:
         raise ValueError(f"{path}: {field_name}: {first['msg']}; correct it as photo_lot.json has it") from error
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return _labels(read, shots[read.photograph])
+    return _labels(read, read_shot(folder / read.photograph))
 
 
 def _labels(read: _File, shot: Shot) -> PhotoLabels:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -33,14 +33,16 @@ _CAMERA: Final = "{http://pix4d.com/camera/1.0/}"
 _ZERO: Final = np.zeros(3)
 _GPS_POINTER, _LATITUDE, _LONGITUDE, _ALTITUDE = 0x8825, 2, 4, 6
 _BYTES: Final = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 10: 8}
+_NEWTON_STEPS: Final = 8
 _SUFFIXES: Final = (".jpg", ".jpeg")
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
     """A photograph. ``latitude``, ``longitude`` (degrees) and ``altitude`` (metres) are EXIF's, ``attitude`` is roll,
-    pitch and yaw (radians), ``velocity`` is metres a second to north and east, ``line_s`` the time between two lines
-    of the picture that are read out, 0.0 where it is not given.
+    pitch and yaw (radians) at the middle line, ``turning`` radians a second about the camera's x (right), y (down) and
+    z (ahead), ``velocity`` metres a second to north and east, ``line_s`` the time between two lines of the picture that
+    are read out, 0.0 where it is not given.
     """
 
     name: str
@@ -72,18 +74,20 @@ class Shot:
     def ground(self, pixels: FloatArray, height_m: float) -> FloatArray:
         """Return the points of the ground that picture coordinates (N, 2) show, the inverse of `pixels`."""
         points = np.zeros_like(pixels, float)
-        step = 1.0  # metres; the projection is nearly linear, so few steps of Newton's method are exact
-        for _ in range(8):
+        for _ in range(_NEWTON_STEPS):
             base = self.pixels(points, height_m)
-            slopes = [(self.pixels(points + one, height_m) - base) / step for one in np.eye(2) * step]
+            slopes = [self.pixels(points + metre, height_m) - base for metre in np.eye(2)]
             points = points + np.linalg.solve(np.stack(slopes, axis=-1), (pixels - base)[..., None])[..., 0]
         return points
 
+    def axis(self) -> FloatArray:
+        """Return the camera's optical axis as a unit vector (3,) of north, east and down."""
+        return np.asarray(camera_to_ned(self.camera, MapPose(0.0, 0.0, 1.0, *self.attitude))[:, 2])
 
-def read_shots(folder: Path) -> Iterator[Shot]:
-    """Yield the photographs of a folder by name. Raises ValueError as `read_shot` does."""
-    for path in sorted(p for p in folder.iterdir() if p.suffix.lower() in _SUFFIXES):
-        yield read_shot(path)
+
+def photographs(folder: Path) -> list[Path]:
+    """Return the photographs of a folder, by name."""
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
 
 
 def read_shot(path: Path) -> Shot:

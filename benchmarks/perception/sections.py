@@ -13,6 +13,7 @@ from benchmarks.perception.camera_frames import measure_tilted, measure_worlds
 from benchmarks.perception.errors import error_section
 from benchmarks.perception.eyes import Eye, NetworkEye
 from benchmarks.perception.measures import MEASURES, Looked, false_alarms, line, look, measure, pooled
+from benchmarks.perception.photos import Photos, photo_section
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
@@ -45,7 +46,9 @@ NEGATIVES_SCALE: Final = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """Inputs: folders of places, tiles and pictures without stalls, seeds of drawn worlds, and regions."""
+    """Inputs: folders of places, tiles and pictures without stalls, seeds of drawn worlds, regions, and the
+    photographs of a flight.
+    """
 
     lots: Path | None = None
     tiles: Path | None = None
@@ -53,6 +56,7 @@ class Material:
     negatives_scale: float = NEGATIVES_SCALE
     seeds: Sequence[int] = ()
     regions: Regions | None = None
+    photos: Photos | None = None
 
 
 def network_sections(network: StallNetwork, material: Material) -> list[Section]:
@@ -75,6 +79,9 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         looked = look_left_out(eye, material.regions)
         sections.append(region_section(material.regions, looked))
         sections.append(error_section("regions", looked, "errors_regions_"))
+    if material.photos:
+        print("photographs")
+        sections.append(photo_section(eye, material.photos))
     sections.extend(_negatives(eye, material))
     if material.seeds:
         sections.append(_drawn(NetworkFinder(network), material.seeds))
