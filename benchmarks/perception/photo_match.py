@@ -23,6 +23,9 @@ from hawk.survey.scoring import FloatArray
 FEATURES: Final = 8000
 RATIO: Final = 0.75
 """Greatest distance of a feature's descriptor by that of the second best (Lowe 2004)."""
+GUIDED_RATIO: Final = 0.9
+GUIDED_M: Final = 3.0
+"""The same where a feature's place is known to so many metres."""
 INLIER_M: Final = 0.3
 LEAST_TIES: Final = 25
 ATTITUDE_SIGMA: Final = math.radians(5)
@@ -71,19 +74,21 @@ class Features:
 class Carried:
     """A photograph placed over the labelled one. ``shot`` has the attitude and ``height_m`` the height that the ties
     give; ``foot`` is the point of the common ground below its camera; ``homography`` (3, 3) carries the common ground
-    to points about that foot; ``residual_m`` is the median distance of the ties from where it carries them.
+    to points about that foot; ``ties`` (N, 2) are the points of the common ground that were found in the photograph,
+    ``residual_m`` is their median distance from where the homography carries them.
     """
 
     shot: Shot
     height_m: float
     foot: FloatArray
     homography: FloatArray = field(repr=False)
-    ties: int
+    ties: FloatArray = field(repr=False)
     residual_m: float
 
     def carry(self, points: FloatArray) -> FloatArray:
         """Return points (..., 2) of the common ground as points about the foot."""
-        return np.asarray(cv2.perspectiveTransform(points.reshape(-1, 1, 2), self.homography)).reshape(points.shape)
+        carried = cv2.perspectiveTransform(points.reshape(-1, 1, 2), self.homography)
+        return np.array(carried, np.float64).reshape(points.shape)
 
 
 def level(shot: Shot, height_m: float) -> Levelled:
@@ -93,9 +98,11 @@ def level(shot: Shot, height_m: float) -> Levelled:
     seen = _seen(shot, height_m, (north, west), (int((north - south) / GROUND_M), int((east - west) / GROUND_M)))
     shrink = max(1, int(GROUND_M * shot.camera.fx / height_m))
     small = cv2.resize(shot.image, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
-    image = cv2.remap(small, (seen + 0.5) / shrink - 0.5, None, cv2.INTER_LINEAR)
+    at = np.asarray((seen + 0.5) / shrink - 0.5, np.float32)
+    image = cv2.remap(small, at, np.zeros(0, np.float32), cv2.INTER_LINEAR)
     inside = (seen >= 0) & (seen <= (shot.camera.width - 1, shot.camera.height - 1))
-    return Levelled(np.asarray(image, np.uint8), ~inside.all(axis=-1), float(north), float(west))
+    missing = np.asarray(~inside.all(axis=-1), np.bool_)
+    return Levelled(np.asarray(image, np.uint8), missing, float(north), float(west))
 
 
 def _seen(shot: Shot, height_m: float, first: tuple[float, float], size: tuple[int, int]) -> NDArray[np.float32]:
@@ -108,13 +115,13 @@ def _seen(shot: Shot, height_m: float, first: tuple[float, float], size: tuple[i
     points = np.column_stack([north.ravel(), east.ravel()])
     coarse = shot.pixels(points, height_m).reshape(*blocks, 2).astype(np.float32)
     fine = cv2.resize(coarse, None, fx=_BLOCK, fy=_BLOCK, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(fine[_BLOCK : _BLOCK + size[0], _BLOCK : _BLOCK + size[1]], np.float32)
+    return np.array(fine[_BLOCK : _BLOCK + size[0], _BLOCK : _BLOCK + size[1]], dtype=np.float32)
 
 
 def features(picture: Levelled) -> Features:
     """Return the SIFT features of a levelled picture."""
     grey = cv2.cvtColor(picture.image, cv2.COLOR_BGR2GRAY)
-    keys, descriptors = cv2.SIFT_create(FEATURES).detectAndCompute(grey, (~picture.missing).astype(np.uint8))
+    keys, descriptors = cv2.SIFT.create(FEATURES).detectAndCompute(grey, (~picture.missing).astype(np.uint8))
     if not keys:
         return Features(np.zeros((0, 2)), np.zeros((0, 128), np.float32))
     return Features(picture.points(np.array([key.pt for key in keys])), np.asarray(descriptors, np.float32))
@@ -123,30 +130,41 @@ def features(picture: Levelled) -> Features:
 def place(common: Features, shot: Shot, height_m: float) -> Carried | None:
     """Return a photograph placed over the labelled one by the features of that one's ground; None where fewer than
     `LEAST_TIES` agree with one homography. ``height_m`` is the photograph's height by EXIF.
+
+    Levelled by the first ties it is matched once more, near where they carry each feature, which gives more ties.
     """
+    carried = _carried(common, shot, height_m, None)
+    return None if carried is None else _carried(common, carried.shot, carried.height_m, carried) or carried
+
+
+def _carried(common: Features, shot: Shot, height_m: float, known: Carried | None) -> Carried | None:
     own = features(level(shot, height_m))
-    first, second = _pairs(common, own)
-    if len(first) < LEAST_TIES:
-        return None
+    first, second = _pairs(common, own, RATIO if known is None else GUIDED_RATIO)
     there, here = common.points[first], own.points[second]
-    _, good = cv2.findHomography(there, here, cv2.RANSAC, INLIER_M, maxIters=5000)
-    good = np.ravel(good) > 0
+    if known is not None:
+        near = np.linalg.norm(known.carry(there) - here, axis=1) < GUIDED_M
+        there, here = there[near], here[near]
+    if len(there) < LEAST_TIES:
+        return None
+    _, inlier = cv2.findHomography(there, here, cv2.RANSAC, INLIER_M, maxIters=5000)
+    good = np.ravel(inlier) > 0
     if good.sum() < LEAST_TIES:
         return None
     there, pixels = there[good], shot.pixels(here[good], height_m)
     settled, height, foot = _settle(shot, height_m, there, pixels)
     here = settled.ground(pixels, height)
     homography, _ = cv2.findHomography(there, here, 0)
-    off = np.linalg.norm(cv2.perspectiveTransform(there[:, None], homography)[:, 0] - here, axis=1)
-    return Carried(settled, height, foot, np.asarray(homography, float), len(there), float(np.median(off)))
+    carried = Carried(settled, height, foot, np.asarray(homography, float), there, 0.0)
+    off = np.linalg.norm(carried.carry(there) - here, axis=1)
+    return replace(carried, residual_m=float(np.median(off)))
 
 
-def _pairs(first: Features, second: Features) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(first: Features, second: Features, ratio: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the indices of features that are alike."""
-    if len(second.points) < 2:
+    if min(len(first.points), len(second.points)) < 2:
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     both = cv2.BFMatcher().knnMatch(first.descriptors, second.descriptors, k=2)
-    good = [one for one, other in both if one.distance < RATIO * other.distance]
+    good = [one for one, other in both if one.distance < ratio * other.distance]
     return np.array([m.queryIdx for m in good], np.intp), np.array([m.trainIdx for m in good], np.intp)
 
 

@@ -1,7 +1,7 @@
 """Photographs of a real flight over one labelled lot: what is found in each, and where it is found.
 
 The labels of one photograph are carried to the others by their features (`benchmarks.perception.photo_match`). A
-photograph that shows less than half of the stalls, or has too few features in common, is left out and named.
+photograph that shows less than half of the stalls, or whose features do not surround them, is left out and named.
 
 Relief: what stands up shows farther from the point below the camera than its foot. It is given as the height whose
 displacement r h / H (Wolf, Dewitt and Wilkinson, Elements of Photogrammetry, 4th ed., 6-8) explains where the centres
@@ -34,6 +34,10 @@ from hawk.survey.scoring import FloatArray, LabelledPlace, match
 AROUND_M: Final = 8.0
 """Features this far around the lot place a photograph: farther off, trees rise and the ground slopes."""
 LEAST_SHOWN: Final = 0.5
+BESIDE_M: Final = 3.0
+LEAST_WITHIN: Final = 0.8
+"""Least share of the stalls that lie between a photograph's features, or so near to them: beyond, a homography misleads.
+"""
 SHOWN: Final = (
     "recall", "precision", "free_recall", "state_accuracy", "centre_p95_m", "length_sigma_m", "labels", "labels_cut",
 )  # fmt: skip
@@ -93,7 +97,7 @@ def photo_section(eye: Eye, photos: Photos) -> Section:
     """Look at the photographs, print a line for each, and return the figures."""
     labels = photos.labels
     own = labels.shot
-    first = Carried(own, labels.height_m, np.zeros(2), np.eye(3), 0, 0.0)
+    first = Carried(own, labels.height_m, np.zeros(2), np.eye(3), np.zeros((0, 2)), 0.0)
     labelled = look_at(eye, labels, own, first)
     common = lot_features(labels)
     others, left_out = [], 0
@@ -135,7 +139,7 @@ def look_at(eye: Eye, labels: PhotoLabels, shot: Shot, carried: Carried) -> Seen
     picture = level(carried.shot, carried.height_m)
     stalls = picture.corners(carried.carry(labels.stalls))
     size = np.array(picture.missing.shape[::-1]) * GROUND_M
-    in_view = ((stalls > 0) & (stalls < size)).all(axis=2).any(axis=1)
+    in_view = np.any((stalls > 0).all(axis=2) & (stalls < size).all(axis=2), axis=1)
     truth = LabelledPlace(
         stalls[in_view],
         labels.states(shot.name)[in_view],
@@ -143,7 +147,7 @@ def look_at(eye: Eye, labels: PhotoLabels, shot: Shot, carried: Carried) -> Seen
     )
     at = Place(shot.name, picture.image, GROUND_M, truth, missing=picture.missing)
     looked = look(eye, [at])[0]
-    print(f"  {shot.name}: {line(looked.tally.measures())}, {looked.tally.true} labels")
+    print(f"  {shot.name}: {line(looked.tally.measures())}, {looked.tally.true} labels, {len(carried.ties)} features")
     by_exif = pymap3d.geodetic2ned(
         shot.latitude, shot.longitude, shot.altitude,
         labels.shot.latitude, labels.shot.longitude, labels.shot.altitude,
@@ -158,8 +162,12 @@ def _unfit(labels: PhotoLabels, carried: Carried | None) -> str:
     """Return why a photograph is left out; empty when it is not."""
     if carried is None:
         return "too few features in common with the labelled one"
-    share = float(shown(labels, carried).mean())
-    return "" if share >= LEAST_SHOWN else f"it shows {share:.0%} of the stalls"
+    seen = shown(labels, carried)
+    if seen.mean() < LEAST_SHOWN:
+        return f"it shows {seen.mean():.0%} of the stalls"
+    ground = shapely.MultiPoint(carried.ties).convex_hull.buffer(BESIDE_M)
+    within = float(shapely.contains_xy(ground, *labels.stalls[seen].mean(axis=1).T).mean())
+    return "" if within >= LEAST_WITHIN else f"its features surround only {within:.0%} of the stalls that it shows"
 
 
 def _offsets(looked: Looked, picture: Levelled, height_m: float) -> Offsets:
