@@ -99,7 +99,7 @@ def level(shot: Shot, height_m: float) -> Levelled:
     shrink = max(1, int(GROUND_M * shot.camera.fx / height_m))
     small = cv2.resize(shot.image, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     at = np.asarray((seen + 0.5) / shrink - 0.5, np.float32)
-    image = cv2.remap(small, at, np.zeros(0, np.float32), cv2.INTER_LINEAR)
+    image = cv2.remap(small, at[..., 0], at[..., 1], cv2.INTER_LINEAR)
     inside = (seen >= 0) & (seen <= (shot.camera.width - 1, shot.camera.height - 1))
     missing = np.asarray(~inside.all(axis=-1), np.bool_)
     return Levelled(np.asarray(image, np.uint8), missing, float(north), float(west))

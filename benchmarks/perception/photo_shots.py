@@ -33,7 +33,7 @@ _CAMERA: Final = "{http://pix4d.com/camera/1.0/}"
 _ZERO: Final = np.zeros(3)
 _GPS_POINTER, _LATITUDE, _LONGITUDE, _ALTITUDE = 0x8825, 2, 4, 6
 _BYTES: Final = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 10: 8}
-_NEWTON_STEPS: Final = 8
+_NEWTON_STEPS: Final = 5
 _SUFFIXES: Final = (".jpg", ".jpeg")
 
 

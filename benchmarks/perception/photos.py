@@ -36,7 +36,8 @@ AROUND_M: Final = 8.0
 LEAST_SHOWN: Final = 0.5
 BESIDE_M: Final = 3.0
 LEAST_WITHIN: Final = 0.8
-"""Least share of the stalls that lie between a photograph's features, or so near to them: beyond, a homography misleads.
+"""Least share of the stalls that lie between a photograph's features, or so near to them: beyond, a homography
+misleads.
 """
 SHOWN: Final = (
     "recall", "precision", "free_recall", "state_accuracy", "centre_p95_m", "length_sigma_m", "labels", "labels_cut",
