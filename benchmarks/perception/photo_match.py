@@ -25,7 +25,7 @@ RATIO: Final = 0.75
 """Greatest distance of a feature's descriptor by that of the second best (Lowe 2004)."""
 GUIDED_RATIO: Final = 0.9
 GUIDED_M: Final = 3.0
-"""The same where a feature's place is known to so many metres."""
+"""The same where a feature's place is known to this many metres."""
 INLIER_M: Final = 0.3
 LEAST_TIES: Final = 25
 ATTITUDE_SIGMA: Final = math.radians(5)

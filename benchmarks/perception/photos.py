@@ -35,7 +35,7 @@ AROUND_M: Final = 8.0
 """Features this far around the lot place a photograph: farther off, trees rise and the ground slopes."""
 LEAST_SHOWN: Final = 0.5
 BESIDE_M: Final = 3.0
-LEAST_WITHIN: Final = 0.8
+LEAST_WITHIN: Final = 0.7
 """Least share of the stalls that lie between a photograph's features, or so near to them: beyond, a homography
 misleads.
 """
@@ -81,7 +81,7 @@ class Offsets:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What was found in a photograph. ``apart_m`` is the distance of the point below the camera from EXIF's place,
+    """Findings in a photograph. ``apart_m`` is the distance of the point below the camera from EXIF's place,
     ``scale`` the height that the features give over EXIF's, ``lean`` (radians) the angle between the camera's axis by
     XMP and by the features.
     """
