@@ -1,8 +1,8 @@
 """Labels by which people find a stall: the letter of its row and its number along it, as "B 12".
 
-Rows are lettered from north to south, or from west to east where most rows run that way, and stalls are numbered from
-west to east, or from north to south. Islands and drives part no row. The labels are those of one map: a map with more
-rows has others.
+Rows are lettered from north to south, or from west to east where most rows run from north to south. Stalls are numbered
+from west to east, or from north to south. Islands and drives part no row. The labels are those of one map: a map with
+more rows has others.
 """
 
 from __future__ import annotations
