@@ -87,24 +87,23 @@ def _rows(stalls: _Stalls) -> list[NDArray[np.intp]]:
 
 def _going_on(stalls: _Stalls, runs: list[NDArray[np.intp]]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return pairs of runs of which the second goes on in the line of the first."""
-    pairs = [
-        (a, b) for a, first in enumerate(runs) if len(first) > 1 for b, second in enumerate(runs)
-        if a != b and _goes_on(stalls, first, second)
-    ]  # fmt: skip
-    i, j = np.array(pairs, np.intp).reshape(-1, 2).T
-    return i, j
-
-
-def _goes_on(stalls: _Stalls, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
-    if float(_between(stalls.angle[first[0]], stalls.angle[second[0]])) > _TURNED:
-        return False
-    middle, axis = _axis(stalls.centres[first])
-    offset = stalls.centres[second] - middle
-    if np.abs(offset @ (-axis[1], axis[0])).max() > _ASIDE_M:
-        return False
-    here, there = (stalls.centres[first] - middle) @ axis, offset @ axis
-    gap = max(there.min() - here.max(), here.min() - there.max())
-    return bool(0 < gap < _GAP_M)
+    ordered, begins = np.concatenate(runs), np.cumsum([0, *map(len, runs[:-1])])
+    centres, angle = stalls.centres[ordered], stalls.angle[ordered[begins]]
+    first, second = [], []
+    for number, run in enumerate(runs):
+        if len(run) < 2:
+            continue
+        middle, axis = _axis(stalls.centres[run])
+        offset = centres - middle
+        aside = np.maximum.reduceat(np.abs(offset @ (-axis[1], axis[0])), begins)
+        along = offset @ axis
+        low, high = np.minimum.reduceat(along, begins), np.maximum.reduceat(along, begins)
+        gap = np.maximum(low - high[number], low[number] - high)
+        goes_on = (_between(angle[number], angle) <= _TURNED) & (aside <= _ASIDE_M) & (gap > 0) & (gap < _GAP_M)
+        second.append(np.flatnonzero(goes_on))
+        first.append(np.full(len(second[-1]), number))
+    none = np.zeros(0, np.intp)
+    return np.concatenate([none, *first]), np.concatenate([none, *second])
 
 
 def _axis(centres: Floats) -> tuple[Floats, Floats]:
