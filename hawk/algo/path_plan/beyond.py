@@ -56,7 +56,7 @@ def unlooked_at(layers: CoarseLayers, to_lot_m: Grid, to_alike_m: Grid, border: 
         to_alike_m: Distance of each cell to ground of `alike_near`, metres.
         border: How far the lot may go on.
     """
-    looked_at = np.where(_looks_alike(layers), layers.well, np.maximum(layers.seen, layers.well)) >= _IS_SEEN
+    looked_at = np.where(looks_alike(layers), layers.well, np.maximum(layers.seen, layers.well)) >= _IS_SEEN
     unlooked = (to_lot_m > 0) & (border.ours > 0) & ~looked_at
     wide = _wide(unlooked, round(border.width_m / layers.window.cell_m))
     near = (to_lot_m <= border.reach_m) | (to_alike_m <= border.alike_reach_m)
@@ -65,7 +65,7 @@ def unlooked_at(layers: CoarseLayers, to_lot_m: Grid, to_alike_m: Grid, border: 
 
 def alike_near(layers: CoarseLayers, to_lot_m: Grid, border: Border) -> Bools:
     """Return ground that looks like lot and lies so near to known lot that it may be a part of it: no stalls yet."""
-    near = _looks_alike(layers) & (to_lot_m <= border.reach_m) & (border.ours > 0)
+    near = looks_alike(layers) & (to_lot_m <= border.reach_m) & (border.ours > 0)
     return _wide(near, _ROW_CELLS)
 
 
@@ -83,5 +83,6 @@ def _wide(ground: Bools, cells: int) -> Bools:
     return np.asarray(cv2.morphologyEx(ground.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0)
 
 
-def _looks_alike(layers: CoarseLayers) -> Bools:
+def looks_alike(layers: CoarseLayers) -> Bools:
+    """Return ground that looks like lot, with stalls near it or without."""
     return np.asarray(layers.likely > _LOOKS_ALIKE * np.maximum(layers.seen, 0.3))

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from hawk.algo.ground import Bools, CoarseLayers, Floats, Grid, Mask, Place, Window
-from hawk.algo.path_plan.beyond import Border, Unlooked, alike_near, unlooked_at, without_patches
+from hawk.algo.path_plan.beyond import Border, Unlooked, alike_near, looks_alike, unlooked_at, without_patches
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.grid_search import farthest_in_sight
 from hawk.algo.path_plan.lot_ground import without_border
@@ -145,6 +145,11 @@ class InformationField:
     given_up: Grid | None = None
     """Shares of lot and of ground beyond it that were taken out unseen; None: nothing was."""
 
+    @property
+    def unseen_lot(self) -> Grid:
+        """Share (0..1) of each cell that is known lot and was not seen well."""
+        return self.lot - np.minimum(self.lot, self.well)
+
     def are_allowed(self, places: Floats) -> Bools:
         """Return True for those of places (T, 2) of (north, east) where the drone may be."""
         rows, columns, inside = self.window.cells_at(places)
@@ -250,7 +255,7 @@ def left_out(field: InformationField, footprint: Footprint) -> Floats:
     """Return square metres a cell (4, H, W) that were not looked at, in the order of `hawk.model.plans.LeftOut`."""
     layers = np.zeros((4, *field.lot.shape))
     if field.beyond is not None:
-        missing, shown = field.lot - np.minimum(field.lot, field.well), _in_sight(field, footprint)
+        missing, shown = field.unseen_lot, _in_sight(field, footprint)
         ours = field.beyond.ours > 0
         layers[0], layers[1] = missing * ~ours, missing * (ours & ~shown)
         layers[3] = (field.beyond.near > 0) & shown
@@ -276,9 +281,9 @@ def _known_lot(layers: CoarseLayers) -> Bools:
 def _likely_lot(layers: CoarseLayers, is_lot: Bools, to_lot: Grid) -> Grid:
     """Return the probability of being lot: as seen where it was seen, elsewhere by what is nearest."""
     known = layers.seen > 0.5
-    looks_alike = layers.likely > 0.5 * np.maximum(layers.seen, 0.3)
-    to_other = np.maximum(_distance(known & ~is_lot & ~looks_alike) * layers.window.cell_m, 0.5)
-    to_alike = _distance(looks_alike) * layers.window.cell_m
+    alike = looks_alike(layers)
+    to_other = np.maximum(_distance(known & ~is_lot & ~alike) * layers.window.cell_m, 0.5)
+    to_alike = _distance(alike) * layers.window.cell_m
     expected = np.maximum(_beyond(to_lot, to_other), _ALIKE * _beyond(to_alike, to_other))
     seen = layers.lot / np.maximum(layers.seen, 1e-3)
     return np.where(known, seen, expected).astype(np.float32)

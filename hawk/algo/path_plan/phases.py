@@ -9,7 +9,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hawk.algo.ground import Floats, Grid, Place
+from hawk.algo.ground import Floats, Place
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.overview import ExploreScene
@@ -248,11 +248,8 @@ class GivenUp:
             cv2.circle(allowed, (column, row), _BARRED_CELLS, (0,), cv2.FILLED)
         if beyond is not None and len(self._places) >= _MOST_BEYOND:
             beyond.near[:] = 0
-        given_up = _unseen(field.lot, field.well) - _unseen(lot, field.well)
+        left = replace(field, gain=gain, allowed=allowed, lot=lot, beyond=beyond)
+        given_up = field.unseen_lot - left.unseen_lot
         if beyond is not None and field.beyond is not None:
             given_up = np.maximum(given_up, field.beyond.near.astype(np.float32) - beyond.near)
-        return replace(field, gain=gain, allowed=allowed, lot=lot, beyond=beyond, given_up=given_up)
-
-
-def _unseen(lot: Grid, well: Grid) -> Grid:
-    return lot - np.minimum(lot, well)
+        return replace(left, given_up=given_up)

@@ -114,8 +114,6 @@ CORE_SHARE = 0.74
 CHANNELS = 10
 """Channels that every network has."""
 FURTHER_CHANNELS = 2
-_NOT_SAID = -30.0
-"""Logit of what a network does not say."""
 _MULTIPLE = 32
 _LARGEST, _OVERLAP = 576, 64
 _WEIGHTS = ("weights", "lot.onnx")
@@ -189,11 +187,13 @@ class StallNetwork:
         Raises VisionModelError when the network's answer does not have the shape that is asked for.
         """
         rows, columns = (-(-side // CELL_PIXELS) for side in picture.shape[:2])
-        output = np.full((CHANNELS + FURTHER_CHANNELS, rows, columns), _NOT_SAID, np.float32)
+        output = np.empty((0, rows, columns), np.float32)
         for row, below in _parts(picture.shape[0]):
             for column, right in _parts(picture.shape[1]):
                 part = self._forward(picture[row.start : row.stop, column.start : column.stop], sun)
-                output[: len(part), below[0] : below[1], right[0] : right[1]] = part[
+                if not len(output):
+                    output = np.empty((len(part), rows, columns), np.float32)
+                output[:, below[0] : below[1], right[0] : right[1]] = part[
                     :, below[0] - row.start // CELL_PIXELS :, right[0] - column.start // CELL_PIXELS :
                 ][:, : below[1] - below[0], : right[1] - right[0]]
         return maps_from_output(output)
@@ -238,8 +238,10 @@ def sun_input(cast: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
 
 
 def maps_from_output(output: MapArray) -> NetworkMaps:
-    """Turn the network's raw output (12, rows, columns) into probabilities, cells and metres."""
-    lot, core, car, sine, cosine, column, row, width, length, taken, shade, cover = output
+    """Turn the network's raw output (10 or 12, rows, columns) into probabilities, cells and metres."""
+    lot, core, car, sine, cosine, column, row, width, length, taken = output[:CHANNELS]
+    is_said = len(output) > CHANNELS
+    shade, cover = _sigmoid(output[CHANNELS:]) if is_said else np.zeros((FURTHER_CHANNELS, *lot.shape), np.float32)
     return NetworkMaps(
         lot=_sigmoid(lot),
         core=_sigmoid(core),
@@ -251,8 +253,8 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
         width=np.float32(USUAL_WIDTH_M) * np.exp(np.clip(width, -1, 1)),
         length=np.float32(USUAL_LENGTH_M) * np.exp(np.clip(length, -1, 1)),
         taken=_sigmoid(taken),
-        shade=_sigmoid(shade),
-        cover=_sigmoid(cover),
+        shade=shade,
+        cover=cover,
     )
 
 
