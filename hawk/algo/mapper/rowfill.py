@@ -101,7 +101,7 @@ def _judge_company(
 ) -> None:
     """Mark those of the ``judged`` stalls that stand in no row: cars in an aisle look like stalls, but stand alone.
 
-    ``in_row`` are the ``given`` ones that are stalls of rows; a row of one stall is none.
+    ``in_row`` are the ``given`` ones that are stalls of rows.
     """
     likely = given[rows["exists"][given] > 0]
     if len(likely) == 0:

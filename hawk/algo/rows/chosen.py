@@ -14,6 +14,7 @@ import numpy as np
 
 from hawk.algo.rows.evidence import STEPS, Strip
 from hawk.algo.rows.fit import Finds, Indices, Row
+from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
 _NEVER: Final = -1e9
@@ -118,15 +119,12 @@ def _sources(row: Row, t: FloatArray, finds: Finds) -> Indices:
     if not len(t) or not len(finds):
         return source
     place, aside = row.place(finds.centres)
-    turned = np.abs((finds.angle - row.angle + np.pi / 2) % np.pi - np.pi / 2)
-    near = np.flatnonzero((np.abs(aside) < 0.4 * row.length) & (turned < 0.35))
-    if not len(near):
-        return source
-    nearest = np.abs(place[near][:, None] - t).argmin(axis=1)
-    apart = np.abs(place[near] - t[nearest])
-    good = apart < _MEMBER_PITCHES * row.pitch
-    for k in near[good][np.argsort(finds.score[near[good]], kind="stable")].tolist():  # the best one comes last
-        source[int(np.abs(place[k] - t).argmin())] = k
+    alike = quads.angle_between(row.angle, finds.angle) < 0.35
+    nearest = np.abs(place[:, None] - t).argmin(axis=1)
+    is_there = np.abs(place - t[nearest]) < _MEMBER_PITCHES * row.pitch
+    near = np.flatnonzero(alike & is_there & (np.abs(aside) < 0.4 * row.length))
+    worst_first = near[np.argsort(finds.score[near], kind="stable")]
+    source[nearest[worst_first]] = worst_first  # of several finds the last one written stays
     return source
 
 

@@ -127,12 +127,18 @@ def _found(row: Row, finds: Finds, centre: FloatArray) -> list[FloatArray]:
     alike = quads.angle_between(row.angle, finds.angle) < _ALIKE
     some = finds[alike & (np.abs(row.place(finds.centres)[1]) < 1.5 * row.length)]
 
-    def support(back: float, beside: float) -> FloatArray:
+    def in_line(back: float) -> tuple[FloatArray, FloatArray]:
+        """Return places along the row and scores of the finds ``back`` lengths behind it."""
         t, aside = row.place(some.centres - back * row.length * row.side)
         near = np.abs(aside) < _IN_LINE * row.length
-        apart = np.abs(t[near][:, None] + beside * row.pitch - centre) / (_SUPPORT * row.pitch)
-        return np.asarray((some.score[near][:, None] * np.clip(1 - apart, 0, 1)).max(axis=0, initial=0.0))
+        return t[near], some.score[near]
 
-    before, after = (np.maximum(support(0, side), 0.7 * support(0, 2 * side)) for side in (1, -1))
-    back = np.maximum(support(1, 0), support(-1, 0))
-    return [support(0, 0), back, np.maximum(before, after), np.minimum(before, after)]
+    def support(found: tuple[FloatArray, FloatArray], beside: float) -> FloatArray:
+        t, score = found
+        apart = np.abs(t[:, None] + beside * row.pitch - centre) / (_SUPPORT * row.pitch)
+        return np.asarray((score[:, None] * np.clip(1 - apart, 0, 1)).max(axis=0, initial=0.0))
+
+    own = in_line(0)
+    before, after = (np.maximum(support(own, side), 0.7 * support(own, 2 * side)) for side in (1, -1))
+    back = np.maximum(support(in_line(1), 0), support(in_line(-1), 0))
+    return [support(own, 0), back, np.maximum(before, after), np.minimum(before, after)]

@@ -7,7 +7,7 @@ A row is a line or a flat arc. Coordinates are any metric ones in which a direct
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,25 +39,31 @@ _SAME_LENGTH, _SAME_PITCH = 0.2, 0.09
 
 
 @dataclass(frozen=True, slots=True)
-class Finds:
-    """Found stalls as arrays of length N: metres and radians; ``score`` 0..1."""
+class Rectangles:
+    """Stalls as arrays of length N: metres and radians, ``centres`` (N, 2)."""
 
     centres: FloatArray = field(repr=False)
     angle: FloatArray = field(repr=False)
     width: FloatArray = field(repr=False)
     length: FloatArray = field(repr=False)
-    score: FloatArray = field(repr=False)
 
     def __len__(self) -> int:
-        return len(self.score)
+        return len(self.angle)
 
-    def __getitem__(self, which: Any) -> Finds:
-        return Finds(*(getattr(self, f.name)[which] for f in fields(self)))
+    def __getitem__(self, which: Any) -> Self:
+        return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def corners(self) -> FloatArray:
         """Return (N, 4, 2)."""
         x, y = self.centres.T
         return quads.corners(x, y, self.angle, self.width, self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class Finds(Rectangles):
+    """Found stalls; ``score`` (N,) 0..1."""
+
+    score: FloatArray = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,9 +133,8 @@ def _rows_of(finds: Finds, members: Indices) -> list[Row]:
     while len(members):
         row = fit_row(finds, members)
         is_one = row is not None and np.abs(row.place(finds.centres[members])[1]).max() < _OUT_OF_LINE_M
-        on_it = (
-            _best_line(finds[members]) if not is_one and len(members) >= _LEAST_TO_SPLIT else np.arange(len(members))
-        )
+        is_whole = is_one or len(members) < _LEAST_TO_SPLIT
+        on_it = np.zeros(0, np.intp) if is_whole else _best_line(finds[members])
         if len(on_it) in (0, len(members)):
             rows.append(row)
             break

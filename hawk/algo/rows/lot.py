@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.rows.chosen import Chosen, RowOptions, choose
 from hawk.algo.rows.evidence import GroundAt, strip
-from hawk.algo.rows.fit import Finds, Indices, Row, fit_rows
+from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit_rows
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
@@ -21,26 +21,15 @@ _OF_ROW, _MOST_OF_ROW = 0.1, 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class RowStalls:
-    """Stalls as arrays of length N, metres and radians. ``log_odds`` of being a stall; ``source`` is the index of the
-    given find, -1 for one that its row implies; ``row`` the number of its row, `NO_ROW` for a stall alone, ``number``
-    its place in the row.
+class RowStalls(Rectangles):
+    """Stalls in and out of rows. ``log_odds`` of being a stall; ``source`` is the index of the given find, -1 for one
+    that its row implies; ``row`` the number of its row, `NO_ROW` for a stall alone, ``number`` its place in the row.
     """
 
-    centres: FloatArray = field(repr=False)
-    angle: FloatArray = field(repr=False)
-    width: FloatArray = field(repr=False)
-    length: FloatArray = field(repr=False)
     log_odds: FloatArray = field(repr=False)
     source: Indices = field(repr=False)
     row: Indices = field(repr=False)
     number: Indices = field(repr=False)
-
-    def __len__(self) -> int:
-        return len(self.source)
-
-    def __getitem__(self, which: Any) -> RowStalls:
-        return RowStalls(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
     @property
     def north(self) -> FloatArray:
@@ -57,11 +46,6 @@ class RowStalls:
         """Which are implied by their row, (N,)."""
         return self.source < 0
 
-    def corners(self) -> FloatArray:
-        """Return (N, 4, 2)."""
-        x, y = self.centres.T
-        return quads.corners(x, y, self.angle, self.width, self.length)
-
 
 def complete_rows(finds: Finds, ground_at: GroundAt, options: RowOptions | None = None) -> RowStalls:
     """Return the stalls that finds and ground show, aligned in their rows, together with those that rows imply.
@@ -70,10 +54,9 @@ def complete_rows(finds: Finds, ground_at: GroundAt, options: RowOptions | None 
     """
     options = options or RowOptions()
     rows = fit_rows(finds, options.finds_from)
-    chosen = [choose(row, strip(row, ground_at, finds), finds, options) for row in rows]
-    parts = [_stalls(k, row, some) for k, (row, some) in enumerate(zip(rows, chosen, strict=True))]
+    parts = [_stalls(k, row, choose(row, strip(row, ground_at, finds), finds, options)) for k, row in enumerate(rows)]
     stalls = _join([*parts, _none()])
-    total = np.bincount(stalls.row, stalls.log_odds, len(rows)) if len(stalls) else np.zeros(len(rows))
+    total = np.bincount(stalls.row, stalls.log_odds, len(rows))
     rank = stalls.log_odds + _OF_ROW * np.minimum(total[stalls.row], _MOST_OF_ROW)
     stalls = stalls[quads.suppress(stalls.corners(), rank, _OVERLAP)]
     return _join([stalls, _alone(finds, stalls, options.lone_score)])
