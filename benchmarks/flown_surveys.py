@@ -197,7 +197,7 @@ def lot_of(flight: StackFlight, seed: int) -> Lot:
 def rings_of(truth: GroundTruth, survey: SurveyMap) -> list[Ring]:
     """Return the lots' outlines (N, 2) as (north, east) of the survey's map."""
     ((x, y),) = truth.to_world(np.zeros((1, 2)), survey.datum)
-    return rings_about(truth, (x, y))
+    return rings_about(truth.lots, (x, y))
 
 
 async def measure(seed: int, folder: Path) -> WorldRun:

@@ -25,8 +25,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from benchmarks.chain_flight.flight import camera
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.surveys import seeds_option
+from benchmarks.world_lots import joined, rings_about
 from hawk.algo.ground import Slices, Window
 from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.mosaic import EDGE_M, Mosaic
@@ -60,12 +62,6 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 
-def camera() -> CameraModel:
-    """Return the camera that is flown: 70 degrees wide, 1280 x 720."""
-    focal = 640 / math.tan(math.radians(35))
-    return CameraModel(1280, 720, focal, focal, 639.5, 359.5)
-
-
 @dataclass(slots=True)
 class Sources:
     """Which frame each pixel of the map was taken from, by tiles, and how many frames there were."""
@@ -94,9 +90,7 @@ class Flown:
 
 def path(world: World) -> Iterator[tuple[float, float, float]]:
     """Yield (north, east, yaw) to and fro over the lots, `FRAME_M` apart; the origin is the world's start."""
-    x0, y0 = world.start()
-    rings = [np.column_stack([y0 - lot[:, 1], lot[:, 0] - x0]) for lot in world.lots]
-    south, west, north, east = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings]).bounds
+    south, west, north, east = joined(rings_about(world.lots, world.start())).bounds
     count = max(1, math.ceil((east - west) / LANE_M))
     for lane in range(count):
         at = west + (lane + 0.5) * (east - west) / count

@@ -13,15 +13,14 @@ from benchmarks.exploration import setups
 from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import PlannerPilot
-from hawk.survey.truth import GroundTruth
 
 Ring = NDArray[np.float64]
 
 
-def rings_about(truth: GroundTruth, middle: tuple[float, float]) -> list[Ring]:
-    """Return the lots' outlines (N, 2) as (north, east) of a place of the world, metres (x east, y south)."""
+def rings_about(lots: Iterable[Ring], middle: tuple[float, float]) -> list[Ring]:
+    """Return lots' outlines (N, 2) as (north, east) of a place of the world, metres (x east, y south)."""
     x, y = middle
-    return [np.column_stack([y - lot[:, 1], lot[:, 0] - x]) for lot in truth.lots]
+    return [np.column_stack([y - lot[:, 1], lot[:, 0] - x]) for lot in lots]
 
 
 def joined(rings: Iterable[Ring]) -> shapely.Geometry:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -178,6 +178,4 @@ def _without(scene: TrainingScene, missing: NDArray[np.bool_]) -> TrainingScene:
     labels[missing] = UNKNOWN
     middle = np.clip(np.rint(scene.quads).astype(int), 0, np.array(missing.shape[::-1]) - 1)
     cut_off = missing[middle[..., 1], middle[..., 0]].any(1)
-    return TrainingScene(
-        scene.image, labels, scene.quads, scene.taken, scene.judged & ~cut_off, scene.unclear, seen.astype(np.uint8)
-    )
+    return replace(scene, labels=labels, judged=scene.judged & ~cut_off, seen=seen.astype(np.uint8))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -17,10 +18,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.rows.evidence import FEATURES, Ground, Strip, strip
-from hawk.algo.rows.fit import Finds, Row, fit_rows
+from benchmarks.perception.eyes import finds_of, ground_at
+from hawk.algo.rows.chosen import RowOptions
+from hawk.algo.rows.evidence import FEATURES, Strip, strip
+from hawk.algo.rows.fit import Row, fit_rows
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps, StallNetwork
+from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
 from hawk.algo.vision.seen import FloatArray
 from training.ground import read_ground
 from training.pool import training_scene
@@ -28,7 +31,6 @@ from training.scenes import draw_scene
 from training.targets import CELL_M, TrainingScene, shape_of
 
 _SCENE_PIXELS: Final = 704
-_FINDS_FROM: Final = 0.35
 _HIT, _MISS = 0.15, 0.32
 """A place within the first share of a pitch of a stall is one, beyond the second it is none."""
 _WHOLE: Final = 0.97
@@ -85,21 +87,13 @@ def joined(parts: Sequence[Places]) -> Places:
 def places(scene: TrainingScene, network: StallNetwork, weight: float) -> Places:
     """Return the places of all rows that the network's finds propose in a scene, without those nobody can judge."""
     maps = network.run(scene.image)
-    stalls = decode.vote(maps, CELL_M)
-    centres = np.column_stack([stalls.column, stalls.row]) * CELL_M
-    finds = Finds(centres, stalls.angle, stalls.width * CELL_M, stalls.length * CELL_M, stalls.score)
+    finds = finds_of(decode.vote(maps, CELL_M))
     parts = []
-    for row in fit_rows(finds, _FINDS_FROM):
-        read = strip(row, lambda at: _ground(maps, at / CELL_M), finds)
+    for row in fit_rows(finds, RowOptions().finds_from):
+        read = strip(row, partial(ground_at, maps), finds)
         is_stall, judged = _judged(row, read, scene)
         parts.append(Places(read.features[judged], is_stall[judged], np.full(int(judged.sum()), weight)))
     return joined(parts)
-
-
-def _ground(maps: NetworkMaps, at: FloatArray) -> Ground:
-    """Return the maps at (column, row) places (..., 2)."""
-    layers = (decode.sample(values, at) for values in (maps.core, maps.car, maps.lot, np.ones_like(maps.core)))
-    return Ground(*layers)
 
 
 def _judged(row: Row, read: Strip, scene: TrainingScene) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -167,7 +167,8 @@ def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan, ground
     """Return pictures, targets and suns."""
     real = 0 if ground is None else round(plan.batch * plan.ground_share)
     scenes = [pool[int(rng.integers(len(pool)))] for _ in range(plan.batch - real)]
-    scenes += [ground.window(rng) for _ in range(real) if ground is not None]
+    if ground is not None:
+        scenes += [ground.window(rng) for _ in range(real)]
     samples = [sample(scene, rng, plan.side) for scene in scenes]
     picture, target, sun = (
         torch.from_numpy(np.stack([getattr(s, name) for s in samples])) for name in ("picture", "target", "sun")

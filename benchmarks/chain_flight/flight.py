@@ -149,7 +149,7 @@ def _frame(
 
 def lot_of(truth: GroundTruth, start: tuple[float, float]) -> Lot:
     """Return the world's lots as one, in the map's frame, with the fence about them; ``start`` is the world's own."""
-    lots = joined(rings_about(truth, start))
+    lots = joined(rings_about(truth.lots, start))
     area = lots.buffer(FENCE_M)
     outer = area if area.geom_type == "Polygon" else area.convex_hull
     ring = tuple((float(north), float(east)) for north, east in outer.simplify(0.5).exterior.coords[:-1])

@@ -21,8 +21,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import cv2
 
@@ -36,6 +37,8 @@ from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
+
+T = TypeVar("T")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,10 +79,15 @@ def _parser() -> argparse.ArgumentParser:
         "--streets", action="append", default=[], metavar="PATTERN", help="names of the regions that are streets"
     )
     parser.add_argument(
-        "--ground", action="append", default=[], type=_ground, metavar="KIND=PATTERN", help="ground of regions, by name"
+        "--ground",
+        action="append",
+        default=[],
+        type=_option(ground_option),
+        metavar="KIND=PATTERN",
+        help="ground of regions, by name",
     )
     parser.add_argument(
-        "--left-out", action="append", default=[], type=_left_out, metavar="FILE=PATTERN",
+        "--left-out", action="append", default=[], type=_option(left_out_option), metavar="FILE=PATTERN",
         help="a network that was not trained on the regions of these names looks at them",
     )  # fmt: skip
     parser.add_argument("--photos", type=folder_option, help="photographs of one flight over a labelled lot")
@@ -102,18 +110,16 @@ def _regions(options: argparse.Namespace) -> Regions:
     return Regions(options.regions, tuple(options.streets), tuple(options.ground), tuple(options.left_out))
 
 
-def _left_out(text: str) -> tuple[Path, str]:
-    try:
-        return left_out_option(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+def _option(read: Callable[[str], T]) -> Callable[[str], T]:
+    """Return the reading of an option whose ValueError argparse prints."""
 
+    def read_or_refuse(text: str) -> T:
+        try:
+            return read(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
 
-def _ground(text: str) -> tuple[str, str]:
-    try:
-        return ground_option(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    return read_or_refuse
 
 
 def _video(network: StallNetwork, path: Path, metres_per_pixel: float) -> int:

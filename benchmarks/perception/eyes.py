@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Protocol
 
 import cv2
@@ -65,7 +66,7 @@ class NetworkEye:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
         maps = self._network.run(shown)
-        stalls = _stalls(_rows(decode.vote(maps, CELL_M), maps))
+        stalls = _stalls(complete_rows(finds_of(decode.vote(maps, CELL_M)), partial(ground_at, maps)))
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
 
@@ -123,22 +124,16 @@ def as_shown(corners: FloatArray, size: tuple[float, float]) -> tuple[FloatArray
     return corners[is_shown], is_shown
 
 
-def _rows(stalls: Stalls, maps: NetworkMaps) -> RowStalls:
-    """Return the stalls with their rows completed, metres."""
-    finds = Finds(
-        np.column_stack([stalls.column, stalls.row]) * CELL_M,
-        stalls.angle,
-        stalls.width * CELL_M,
-        stalls.length * CELL_M,
-        stalls.score,
-    )
-    return complete_rows(finds, lambda places: _ground(maps, places / CELL_M))
+def finds_of(stalls: Stalls) -> Finds:
+    """Return stalls, given in cells, in metres."""
+    centres = np.column_stack([stalls.column, stalls.row]) * CELL_M
+    return Finds(centres, stalls.angle, stalls.width * CELL_M, stalls.length * CELL_M, stalls.score)
 
 
-def _ground(maps: NetworkMaps, places: FloatArray) -> Ground:
-    """Return the maps at (column, row) places (..., 2)."""
-    layers = (decode.sample(values, places) for values in (maps.core, maps.car, maps.lot, np.ones_like(maps.core)))
-    return Ground(*layers)
+def ground_at(maps: NetworkMaps, places: FloatArray) -> Ground:
+    """Return the maps at places (..., 2), metres."""
+    layers = (maps.core, maps.car, maps.lot, np.ones_like(maps.core))
+    return Ground(*(decode.sample(values, places / CELL_M) for values in layers))
 
 
 def _stalls(rows: RowStalls) -> Stalls:
