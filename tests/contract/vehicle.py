@@ -317,8 +317,7 @@ class Vehicle:
             self.pilot.action.set_takeoff_altitude(HEIGHT)
             self.pilot.action.takeoff()
             self.wait(lambda: self.place[2] < 1.0 - HEIGHT and self.landed == IN_AIR, 60.0)
-        if self.mode != GUIDED:
-            self.set_mode(GUIDED)
+        self.set_mode(GUIDED)  # always: the last HEARTBEAT may be older than the end of an Offboard stream
         self.go(0.0, 0.0, -HEIGHT)
 
     def arm(self) -> None:
