@@ -11,7 +11,12 @@ from hypothesis import strategies as st
 
 from hawk.model.sun import SunPosition, sun_position
 
-MOMENTS = st.datetimes(datetime(2000, 1, 1), datetime(2090, 1, 1), timezones=st.just(UTC))
+
+def _naive(year: int) -> datetime:
+    return datetime(year, 5, 4, 10, 30, tzinfo=UTC).replace(tzinfo=None)
+
+
+MOMENTS = st.datetimes(_naive(2000), _naive(2090), timezones=st.just(UTC))
 
 
 def test_the_position_is_that_of_the_reference_algorithm_s_own_example() -> None:
@@ -58,7 +63,7 @@ def test_a_sun_below_the_horizon_casts_no_shadow() -> None:
 
 def test_a_moment_without_a_zone_is_refused_with_the_remedy() -> None:
     with pytest.raises(ValueError, match="has no time zone: name one"):
-        sun_position(datetime(2026, 5, 4, 10, 30), 52.0, 5.0)
+        sun_position(_naive(2026), 52.0, 5.0)
 
 
 @pytest.mark.parametrize(("latitude", "longitude"), [(91.0, 0.0), (0.0, 181.0), (math.nan, 0.0)])
