@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
-from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps, StallNetwork
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps, StallNetwork, sun_input
 from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
 
 _EDGE_CELLS = 2
@@ -69,9 +69,13 @@ class NetworkFinder:
     def __init__(self, network: StallNetwork) -> None:
         self._network = network
 
-    def find(self, picture: GroundImage) -> Found:
-        """Return what the network sees. Raises VisionModelError when the network fails."""
-        maps = self._network.run(picture.values)
+    def find(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
+        """Return what the network sees. Raises VisionModelError when the network fails.
+
+        ``shadow`` of one metre of height, metres (north, east); None where the sun is down or not known.
+        """
+        sun = None if shadow is None else sun_input(picture.in_pixels(shadow))
+        maps = self._network.run(picture.values, sun)
         valid = picture.valid[::CELL_PIXELS, ::CELL_PIXELS]
         edge = np.ones((2 * _EDGE_CELLS + 1,) * 2, np.uint8)
         shown = np.asarray(cv2.erode(valid.astype(np.float32), edge, borderValue=(1,)), np.float32)
