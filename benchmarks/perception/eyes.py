@@ -68,9 +68,14 @@ class NetworkEye:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
         maps = self._network.run(shown, self._sun)
-        stalls = _stalls(complete_rows(finds_of(decode.vote(maps, CELL_M)), partial(ground_at, maps)))
+        stalls = stalls_of(maps)
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
+
+
+def stalls_of(maps: NetworkMaps) -> Stalls:
+    """Return the stalls that the maps show, in cells, their rows completed."""
+    return _stalls(complete_rows(finds_of(decode.vote(maps, CELL_M)), partial(ground_at, maps)))
 
 
 def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:
