@@ -1,4 +1,4 @@
-"""What the sun is worth: ``python -m benchmarks.perception.suns --scenes 100 --model FILE``.
+"""Worth of a known sun: ``python -m benchmarks.perception.suns --scenes 100 --model FILE``.
 
 Drawn scenes know their sun. The network looks at each three times: with that sun, without any, and with one whose
 shadows fall 120 degrees beside the true ones. Scenes without a sun (night) are left out. Stalls that a picture does not
