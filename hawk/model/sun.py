@@ -1,4 +1,4 @@
-"""The sun's place in the sky, and the shadow that it casts: from a moment and a place."""
+"""The sun's position, and the shadow that it casts: from a moment and a place."""
 
 from __future__ import annotations
 
