@@ -19,7 +19,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount
+from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount, unknown_sun
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.autopilot.remote_id_sender import RemoteIdSender
@@ -408,6 +408,7 @@ class Daemon:
             self._recording.record_frame,
             self._supervisor,
             self.autopilot.telemetry.gimbal.aim if self._config.camera.gimbal else fixed_mount,
+            self.autopilot.telemetry.sun_at if self._config.vision.sun == "auto" else unknown_sun,
         )
         if self._kept.map_parts:
             for problem in await algorithms.restore_map([self._kept.map_parts]):

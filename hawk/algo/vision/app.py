@@ -164,7 +164,7 @@ class VisionApp:
     def _project(self, finder: NetworkFinder, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]) -> SeenGround:
         try:
             picture = self._rectifier.rectify(image, frame.camera, pose)
-            found = finder.find(picture)
+            found = finder.find(picture, None if frame.sun is None else frame.sun.shadow())
         except (RectifyError, VisionModelError) as error:
             raise AlgoError(str(error)) from error
         sure = sum(s.score >= _SURE_SCORE for s in found.stalls)

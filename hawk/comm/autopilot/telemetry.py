@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
-from hawk.comm.autopilot.boot_clock import BootClock
+from hawk.comm.autopilot.boot_clock import BootClock, GnssClock
 from hawk.comm.autopilot.estimator import EstimatorReport, LeapObserver
 from hawk.comm.autopilot.gimbal import GimbalAttitudes
 from hawk.comm.autopilot.mavlink_link import Message, SensorHealth
@@ -28,6 +28,7 @@ from hawk.model.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, 
 from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
 from hawk.model.sentences import say
+from hawk.model.sun import SunPosition, sun_position
 from hawk.model.vehicle import BatteryInfo, Diagnostics, GnssHeight, LandedState, VehicleState
 
 _LOG = logging.getLogger(__name__)
@@ -90,6 +91,7 @@ class Telemetry:
         """Frames of reference, datum and arm place."""
         self._buffer = PoseBuffer()
         self._boot_clock = BootClock(clock.speed)
+        self._gnss_clock = GnssClock()
         self._estimator = EstimatorReport()
         self._leaps = LeapObserver()
         self._terrain = TerrainEstimator()
@@ -125,7 +127,7 @@ class Telemetry:
             "RC_CHANNELS": self._remote_control.take_channels,
             "GIMBAL_DEVICE_ATTITUDE_STATUS": self.gimbal.take,
             "OPEN_DRONE_ID_ARM_STATUS": self._remote_id.take_arm_status,
-            "SYSTEM_TIME": lambda _fields, _time: None,
+            "SYSTEM_TIME": self._gnss_clock.take,
         }
 
     def handle(self, message: Message) -> None:
@@ -175,6 +177,11 @@ class Telemetry:
         if position is None or attitude is None or not self.tie.offset.sure:
             return None
         return self._compose(position, attitude)
+
+    def sun_at(self, time: float, pose: VehiclePose) -> SunPosition | None:
+        """Return where the sun stands over a vehicle at a time, None while the autopilot's UTC is not known."""
+        moment = self._gnss_clock.at(time)
+        return None if moment is None else sun_position(moment, pose.global_.latitude, pose.global_.longitude)
 
     def map_problem(self, now: float) -> str:
         """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""
@@ -338,6 +345,7 @@ class Telemetry:
         _LOG.warning("The autopilot has booted")
         self._global = self._gps = self._fence_on = self._compass_ok = None
         self._buffer.clear()
+        self._gnss_clock.forget()
         self._estimator, self._leaps, self._shift = EstimatorReport(), LeapObserver(), _NOT_SHIFTED
         self._terrain.reset()
         self.gimbal.forget()
