@@ -31,7 +31,7 @@ _ANGLE: Final = 0.2
 _WITHIN, _AT_END = 0.03, 0.08
 """Chance that one of two maps lacks a stall inside a row, or at its end; a false stall is taken as likely."""
 _PAIR: Final = 1.0
-"""What a pair brings: what its distance costs in the mean, over two axes, so that fewer pairs are no gain."""
+"""Gain of a pair: as much as its distance costs in the mean, over two axes, so that fewer pairs are no gain."""
 _ADVANTAGE = {is_end: math.log((1 - chance) / chance) for is_end, chance in ((False, _WITHIN), (True, _AT_END))}
 _MARGIN_M: Final = 2.0
 """Stalls nearer than this to the edge of what was seen are not expected to be found."""
@@ -132,7 +132,7 @@ class Likelihood:
         return Fit(float(score), pairs, int(known_view.sum()), int(found_view.sum()))
 
     def _in_view(self, placement: Placement) -> tuple[Bools, Bools]:
-        """Return which known stalls the found map saw well, and the other way round."""
+        """Return which known stalls the found map saw well, and which found ones the known map did."""
         back = placement.back(self.known.stalls.centres)
         there = placement.of(self.found.stalls.centres)
         known = shapely.contains_xy(self._found_seen, back[:, 0], back[:, 1])
@@ -148,7 +148,7 @@ def row_ends(stalls: Rectangles) -> Bools:
         reach = float(stalls.width.max()) * _NEIGHBOUR[1] * 1.5
         i, j = (
             np.concatenate(both)
-            for both in _both_ways(cKDTree(stalls.centres).query_pairs(reach, output_type="ndarray"))
+            for both in _both_directions(cKDTree(stalls.centres).query_pairs(reach, output_type="ndarray"))
         )
         apart = stalls.centres[j] - stalls.centres[i]
         along = np.column_stack([np.cos(stalls.angle[i]), np.sin(stalls.angle[i])])
@@ -163,7 +163,7 @@ def row_ends(stalls: Rectangles) -> Bools:
     return np.asarray(~has.all(axis=1))
 
 
-def _both_ways(pairs: Indices) -> tuple[tuple[Indices, Indices], tuple[Indices, Indices]]:
+def _both_directions(pairs: Indices) -> tuple[tuple[Indices, Indices], tuple[Indices, Indices]]:
     first, second = pairs.T
     return (first, second), (second, first)
 

@@ -1,6 +1,6 @@
 """Registration of a whole map of a lot on an earlier one: a shift and a turn, or "not certain".
 
-Rows repeat at every pitch, so many places fit almost as well as the right one. The best place is taken only where it
+Rows repeat at every pitch: many places fit almost as well as the right one. The best place is taken only where it
 beats every other by a margin; the others are given too, for a person to choose.
 """
 
@@ -185,7 +185,7 @@ def _common_shifts(
 
 
 def _stalls_away(known: StallMap, placement: Placement) -> Iterator[Placement]:
-    """Yield the places that lie some stalls farther along the rows, either way: what is mistaken most easily.
+    """Yield the places that lie some stalls farther along the rows, in both directions: those are mistaken most easily.
 
     They may lie beyond reach: where such a place is the best, none within reach is right.
     """

@@ -17,7 +17,7 @@ _AROUND_M = 12.0
 
 
 def rows(lengths: Sequence[int], begins: Sequence[float] = (), pitch: float = PITCH_M) -> Rectangles:
-    """Return rows of so many stalls, 15 m apart to the north, each from its own beginning in the east."""
+    """Return rows of these lengths, 15 m apart to the north, each from its own beginning in the east."""
     starts = [*begins, *[0.0] * (len(lengths) - len(begins))]
     centres = np.array([(15.0 * r, starts[r] + pitch * k) for r, count in enumerate(lengths) for k in range(count)])
     return rectangles(centres)

@@ -89,7 +89,7 @@ def test_half_of_a_lot_is_registered_by_what_both_saw() -> None:
     assert (which[west][registration.pairs[:, 1]] == registration.pairs[:, 0]).all()
 
 
-def test_a_row_that_was_painted_anew_does_not_mislead_the_others() -> None:
+def test_a_row_that_was_painted_again_does_not_mislead_the_others() -> None:
     kept = LOT.stalls[LOT.stalls.centres[:, 0] < 40]
     wider = rectangles(np.array([(45.0, 14.0 + 3.1 * k) for k in range(5)]))
     both = (np.concatenate([getattr(kept, n), getattr(wider, n)]) for n in ("centres", "angle", "width", "length"))
