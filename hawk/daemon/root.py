@@ -35,6 +35,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
+from hawk.daemon.lot_keeper import LotKeeper
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
@@ -48,8 +49,10 @@ from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
+from hawk.lots.finished import LandedSurvey
+from hawk.lots.store import LotStore, lots_file
 from hawk.model.lot_map import OccupancyMap
-from hawk.model.moment import this_moment
+from hawk.model.moment import is_wall_clock_kept, this_moment
 from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
@@ -141,6 +144,10 @@ class Daemon:
         self._make_operations()
         self._make_results()
         self._make_flight_offer()
+        self._lots = LotStore(lots_file(config.store.directory, config.store.lots))
+        self._lot_keeper = LotKeeper(
+            self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
+        )
         self._monitor = Monitor(
             MonitoredParts(
                 autopilot=self.autopilot,
@@ -415,6 +422,7 @@ class Daemon:
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
         self._own("map-keeper", self._map_keeper.run)
+        self._own("lot-keeper", self._lot_keeper.run)
         if self._flight_offer is not None:
             self._own("flight-offer", self._flight_offer.run)
 
@@ -433,6 +441,7 @@ class Daemon:
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
+        await self._lots.close()
         self._output.close()
         self._flight_state.close()
 
@@ -466,6 +475,27 @@ class Daemon:
         doubt = "the position is doubted: nothing is mapped by it" if self.topics.doubt_pub.value else ""
         return self.autopilot.telemetry.map_problem(self.clock()) or doubt
 
+    def _landed_survey(self) -> LandedSurvey | None:
+        """Return the survey as it is now; None before there is a map with a place on Earth."""
+        current, datum = self.inputs.occupancy_map.value, self.autopilot.datum
+        if current is None or datum is None or not (current.tiles or current.stalls):
+            return None
+        flight = self.manager.status.value
+        heard, speed = self.autopilot.telemetry.utc, self.clock.speed
+        return LandedSurvey(
+            name=self._journal.survey_id,
+            datum=datum,
+            current=current,
+            outline=self.manager.outlines.outline,
+            seconds=self.clock(),
+            utc=time.time() if heard is None else heard[0] + (self.clock() - heard[1]) / speed,
+            time_is_sure=heard is not None or is_wall_clock_kept(),
+            flown_s=0.0 if flight is None else flight.travel.flight_time or 0.0,
+            program=version("hawk-drone"),
+            simulated=self._options.is_simulation,
+            speed=speed,
+        )
+
     def _begin_another_survey(self) -> None:
         if self._map_keeper is not None:
             switching = self._map_keeper.switch(self._switch_survey)
@@ -474,6 +504,7 @@ class Daemon:
     async def _switch_survey(self) -> None:
         """Begin an empty map and a journal of its own; the page sees the empty map at once."""
         assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
+        await self._lot_keeper.keep()
         survey = self._journal.new_survey()
         outlines = self.manager.outlines
         if outlines.outline is not None and outlines.setup.source == "set":
@@ -504,6 +535,7 @@ class Daemon:
             self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
+            self._lot_keeper.note(armed=state.armed)
             if self._flight_offer is not None:
                 self._flight_offer.note(armed=state.armed)
 

@@ -62,6 +62,9 @@ MAP_SHIFT_M: Final = 2.0
 LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
 
+FIRST_GNSS_UTC: Final = 1_577_836_800.0
+"""2020, Unix seconds: an autopilot without GNSS reports 0, or the seconds since it started."""
+
 
 Handler = Callable[[Mapping[str, Any], float], None]
 """Takes the fields of a message and its time, seconds of the daemon's clock."""
@@ -105,6 +108,8 @@ class Telemetry:
         self._has_extensions = dict.fromkeys(_EXTENSIONS, True)  # until one came without
         self._global: tuple[float, GlobalPose] | None = None
         self._boot: Moment | None = None
+        self.utc: tuple[float, float] | None = None
+        """The autopilot's wall clock, as GNSS set it: Unix seconds, and when it was heard; None until it knows."""
         self._remote_control = RemoteControlReports(topics.remote_control)
         self._remote_id = RemoteIdReports(topics.remote_id)
         self._handlers = self._handler_table()
@@ -125,8 +130,13 @@ class Telemetry:
             "RC_CHANNELS": self._remote_control.take_channels,
             "GIMBAL_DEVICE_ATTITUDE_STATUS": self.gimbal.take,
             "OPEN_DRONE_ID_ARM_STATUS": self._remote_id.take_arm_status,
-            "SYSTEM_TIME": lambda _fields, _time: None,
+            "SYSTEM_TIME": self._on_system_time,
         }
+
+    def _on_system_time(self, fields: Mapping[str, Any], time: float) -> None:
+        utc = float(fields["time_unix_usec"]) / 1e6
+        if utc > FIRST_GNSS_UTC:
+            self.utc = (utc, time)
 
     def handle(self, message: Message) -> None:
         """Take one message of the autopilot. A malformed message is logged and dropped."""
