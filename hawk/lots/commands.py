@@ -19,7 +19,7 @@ _FAILED: Final = 1
 def add_lot_commands(commands: Any) -> None:
     """Add both commands to the subparsers of the command line."""
     backup = commands.add_parser("backup", help="write a copy of all lots and surveys, also while the daemon runs")
-    backup.add_argument("file", type=values.path, metavar="FILE", help="the file to write; it must be new")
+    backup.add_argument("file", type=values.new(), metavar="FILE", help="the file to write; it must be new")
     backup.set_defaults(action_of=_backup)
     restore = commands.add_parser("restore", help="put a backup of lots and surveys in place of those in the store")
     restore.add_argument("file", type=values.file, metavar="FILE", help="a file that hawk-drone backup wrote")
