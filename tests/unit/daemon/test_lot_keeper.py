@@ -81,6 +81,7 @@ async def test_nothing_is_saved_in_flight_and_no_backup_is_restored_then(tmp_pat
     path = tmp_path / "lots.db"
     async with flown(path) as drone:
         drone.keeper.note(armed=True)
+        await asyncio.sleep(0)
         assert await drone.keeper.keep()
         assert await drone.stored() == []
         with pytest.raises(LotStoreError, match="a survey is flown"):
