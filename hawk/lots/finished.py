@@ -80,7 +80,7 @@ def seen_lot(survey: SurveyMap) -> Outline:
     side = cells.cell_m * _STEP
     margin = math.ceil(_JOIN_M / side)
     coarse = np.pad(mask[::_STEP, ::_STEP], margin)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (margin + 1, margin + 1))
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (margin | 1, margin | 1))
     closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, disc)
     rings, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     polygons = []

@@ -12,6 +12,7 @@ from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.tables import SURVEY
 from hawk.lots.values import LotStoreError, Placed
+from tests.unit.comm.waiting import until
 from tests.unit.lots.test_finished import STALL, landed, lot_map
 
 
@@ -46,8 +47,7 @@ async def test_the_loop_goes_on_while_the_store_works(tmp_path: Path) -> None:
         return names(connection)
 
     reading = asyncio.create_task(store.read(slow))
-    while not begun.is_set():
-        await asyncio.sleep(0.001)
+    await until(begun.is_set)
     assert not reading.done()
     held.set()
     assert await reading == []
@@ -99,8 +99,8 @@ async def test_a_lock_that_cannot_be_taken_stops_no_flight(tmp_path: Path, caplo
     await store.close()
 
 
-async def test_the_end_of_a_store_that_was_never_opened_opens_nothing(tmp_path: Path) -> None:
-    await LotStore(tmp_path / "lots.db").close()
+def test_the_end_of_a_store_that_was_never_opened_opens_nothing(tmp_path: Path) -> None:
+    asyncio.run(LotStore(tmp_path / "lots.db").close())
     assert list(tmp_path.iterdir()) == []
 
 
