@@ -277,6 +277,7 @@ class Daemon:
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
+            lots=self._lots,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,

@@ -1,7 +1,8 @@
 """Changes of lots by persons: name, merge, split, move. Each is a pure operation on rows, and is undone once.
 
-An operation returns the rows that it changes as they are to be. The transaction that writes them stores the rows as they
-were, so that `undo` brings them back, as long as nobody changed one of them since.
+An operation returns the rows that it changes as they are to be. The transaction that writes them stores the rows as
+they were, so that `undo` brings them back, as long as nobody changed one of them since. Labels that were given stay
+given.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, Table, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
-from hawk.lots.tables import CHANGE, METADATA
+from hawk.lots.tables import CHANGE, LABEL, LAYOUT, METADATA, SURVEY
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
 
 LONGEST_NAME: Final = 80
@@ -96,11 +97,17 @@ def undo(connection: Connection, seq: int, now: float) -> str:
         raise NotFoundError(f"change: there is none with the number {seq}")
     if found["undone"] is not None:
         raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
-    after = _rows(found["after"])
+    after = [row for row in _rows(found["after"]) if row.table != LABEL.name]
     if any(_json([row_of(connection, row.table, row.key)]) != _json([row]) for row in after):
         raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
+    before = [row for row in _rows(found["before"]) if row.table != LABEL.name]
+    ended = [row.key for row in before if row.table == LAYOUT.name and row.values is None]
+    own = {row.key for row in before if row.table == SURVEY.name}
+    later = (row for lot, version in ended for row in rows_where(connection, SURVEY, lot=lot, layout=version))
+    if any(row.key not in own for row in later):
+        raise LotStoreError(f"change: {seq} cannot be undone: surveys were registered since with the layout it made")
     try:
-        _put(connection, tuple(reversed(_rows(found["before"]))))
+        _put(connection, tuple(reversed(before)))
     except IntegrityError as error:
         words = "surveys were stored since in the lot that it made; move them to another lot first"
         raise LotStoreError(f"change: {seq} cannot be undone: {words}") from error

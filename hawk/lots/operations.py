@@ -17,9 +17,10 @@ import numpy as np
 import shapely
 
 from hawk.lots.changes import Change, Row, changed
-from hawk.lots.labels import parts_of
+from hawk.lots.labels import lasting_labels, parts_of
 from hawk.lots.place import SAME_SHARE, about, ground_about, joined, without
-from hawk.lots.values import LotInputError, Placed, outline_json, outline_of
+from hawk.lots.saving import FIRST_FLIGHT, PROGRAM, new_id, shape
+from hawk.lots.values import LotInputError, Placed, outline_json, outline_of, unpack_stalls
 from hawk.model.plans import Outline
 from hawk.results.row_labels import letters
 
@@ -85,10 +86,11 @@ def merged(kept: LotRows, other: LotRows, who: str, now: float) -> Change:
     rows = [_layout(kept.id, version, why, who, now)]
     if share >= SAME_SHARE:
         rows += [changed(row, ends=other.version) for row in other.present()]
+        rows += [_unregistered(row, kept.id) for row in other.surveys]
     else:
         rows += _brought(kept, other, version)
+        rows += [_carried(row, kept, other) for row in other.surveys]
     rows += [changed(row, lot=kept.id) for row in other.zones]
-    rows += [_unregistered(row, kept.id) for row in other.surveys]
     outline = outline_json(joined([kept.outline, other.outline]))
     rows += [changed(kept.lot, outline=outline), changed(other.lot, merged_into=kept.id)]
     return Change("merge", kept.id, tuple(rows))
@@ -99,14 +101,13 @@ def _brought(kept: LotRows, other: LotRows, version: int) -> list[Row]:
     present = other.present()
     if not present:
         return []
-    (offset,) = about(kept.datum, np.array([other.datum]))
+    north, east = _offset(kept, other)
     labels = new_labels([str(_column(row, "label")) for row in present], kept.used)
     rows = []
     for row, label in zip(present, labels, strict=True):
-        place = {"north": _column(row, "north") + float(offset[0]), "east": _column(row, "east") + float(offset[1])}
+        place = {"north": _column(row, "north") + north, "east": _column(row, "east") + east}
         rows.append(changed(row, lot=kept.id, label=label, begins=version, ends=None, **place))
-        if label not in kept.used:
-            rows.append(_label(kept.id, label, _column(row, "id")))
+        rows.append(_label(kept.id, label, _column(row, "id")))
     return rows
 
 
@@ -178,6 +179,55 @@ def moved(survey: Row, looks: Sequence[Row], lot: str) -> Change:
         raise LotInputError("lot", "has this survey already: name another one")
     gone = [Row(row.table, row.key, None) for row in looks]
     return Change("move", lot, (_unregistered(survey, lot), *gone))
+
+
+def begun(survey: Row, name: str, made: str, first_key: int, now: float) -> Change:
+    """Return the change that makes a new lot of a survey that has none, or leaves another one.
+
+    Args:
+        survey: The survey; its stalls make the first layout.
+        name: Name of the lot.
+        made: Id of the lot.
+        first_key: Key of the first new stall; the next ones follow.
+        now: UTC, Unix seconds.
+
+    Raises:
+        LotInputError: The survey has no stall.
+    """
+    found = unpack_stalls(_column(survey, "stalls"))
+    if not found:
+        raise LotInputError("lot", "cannot be made of a survey without stalls: name a known lot")
+    seq, began = int(survey.key[0]), _column(survey, "began")
+    place = {name: _column(survey, name) for name in ("latitude", "longitude", "outline")}
+    lot = {"id": made, "name": name, **place, "datum_is_pinned": False, "merged_into": None, "made": now}
+    labels = lasting_labels({stall.id: stall.on_map() for stall in found}, {}, ())
+    home = {"lot": made, "layout": 1, "placed": Placed.FIRST.value, "candidates": json.dumps([])}
+    rows = [Row("lot", (made,), lot), _layout(made, 1, FIRST_FLIGHT, PROGRAM, began)]
+    rows.append(changed(survey, **home, north=0.0, east=0.0, turn=0.0))
+    looks = []
+    for key, stall in enumerate(found, first_key):
+        ids = {"key": key, "id": new_id(), "lot": made, "label": labels[stall.id], "first_survey": seq}
+        state = {"kind": "", "is_confirmed": False, "begins": 1, "ends": None, "first_id": stall.id}
+        rows.append(Row("stall", (key,), {**ids, **shape(stall), **state}))
+        rows.append(_label(made, labels[stall.id], str(ids["id"])))
+        look = {"looked": stall.looked, "taken": stall.taken, "state": stall.state.value, "seen": stall.seen}
+        looks.append(Row("observation", (seq, key), {"survey": seq, "stall": key, **look}))
+    return Change("move", made, (*rows, *looks))
+
+
+def _offset(kept: LotRows, other: LotRows) -> tuple[float, float]:
+    """Return the origin of the other lot in the frame of the kept one, metres north and east."""
+    ((north, east, _),) = about(kept.datum, np.array([other.datum]))
+    return float(north), float(east)
+
+
+def _carried(survey: Row, kept: LotRows, other: LotRows) -> Row:
+    """Return a survey of the other lot as one of the kept lot: its place among the stalls goes along."""
+    if _column(survey, "north") is None:
+        return changed(survey, lot=kept.id)
+    north, east = _offset(kept, other)
+    place = {"north": _column(survey, "north") + north, "east": _column(survey, "east") + east}
+    return changed(survey, lot=kept.id, layout=kept.version + 1, placed=Placed.REGISTERED.value, **place)
 
 
 def _unregistered(survey: Row, lot: str) -> Row:

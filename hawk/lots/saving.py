@@ -27,7 +27,7 @@ from hawk.lots.values import (
     outline_of,
     pack_stalls,
 )
-from hawk.model.lot_map import Stall, StallState
+from hawk.model.lot_map import StallState
 
 FIRST_FLIGHT: Final = "found by the first survey"
 PROGRAM: Final = "hawk"
@@ -165,7 +165,7 @@ def _follow(
         if former is not None and not former["is_confirmed"]:
             connection.execute(update(STALL).where(STALL.c.key == former["key"]).values(ends=None, **shape(stall)))
     kept = {number: str(row["label"]) for number, row in known.items()}
-    labels = lasting_labels({stall.id: _as_stall(stall) for stall in stalls}, kept, used_labels(connection, lot))
+    labels = lasting_labels({stall.id: stall.on_map() for stall in stalls}, kept, used_labels(connection, lot))
     new = [stall for stall in stalls if stall.id not in known]
     if not new:
         return
@@ -239,10 +239,3 @@ def _name_of(connection: Connection, lot: str | None) -> str:
 def _message(saved: Saved, survey: FinishedSurvey) -> str:
     facts = {"survey": saved.survey, "lot": saved.lot, "placed": saved.placed.value, "stalls": len(survey.stalls)}
     return json.dumps(facts | {"simulated": survey.simulated})
-
-
-def _as_stall(stall: SurveyStall) -> Stall:
-    return Stall(
-        **shape(stall), id=stall.id, taken=stall.taken, state=stall.state, score=stall.score, seen=stall.seen,
-        last_seen=0.0, version=0,
-    )  # fmt: skip

@@ -90,6 +90,11 @@ class SurveyStall:
             looked=looked,
         )
 
+    def on_map(self) -> Stall:
+        """Return the stall as one of a map, without a time."""
+        shown = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "looked"}
+        return Stall(**shown, last_seen=0.0, version=0)
+
 
 @dataclass(frozen=True, slots=True)
 class FinishedSurvey:
