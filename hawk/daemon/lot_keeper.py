@@ -9,8 +9,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from hawk.lots.finished import LandedSurvey
@@ -62,6 +63,7 @@ class LotKeeper:
         self._times = times or KeeperTimes()
         self._is_awaited = is_restored
         self._armed: bool | None = None
+        self._armed_at: float | None = None
         self._due = asyncio.Event()
         self._kept: tuple[str, int] | None = None
         self._failure = ""
@@ -72,6 +74,8 @@ class LotKeeper:
         """Note whether the motors are on: each landing is a save, and no backup is restored in flight."""
         if armed is self._armed:
             return
+        if armed:
+            self._armed_at = time.monotonic()
         if armed or self._armed:
             task = asyncio.create_task(self._store.fly(is_flown=armed), name="lots-flight")
             self._flying.add(task)
@@ -102,13 +106,17 @@ class LotKeeper:
             if state == self._kept:
                 return True
             try:
-                saved = await self._store.save(landed)
+                saved = await self._store.save(replace(landed, flown_s=self._flown_s()))
             except LotStoreError as error:
                 self._fail(str(error))
                 return False
             self._kept, self._failure = state, ""
             self._report(saved)
             return True
+
+    def _flown_s(self) -> float:
+        """Return the real seconds since the last take-off that this run has seen."""
+        return 0.0 if self._armed_at is None else time.monotonic() - self._armed_at
 
     async def _open(self) -> None:
         try:

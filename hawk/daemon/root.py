@@ -481,7 +481,6 @@ class Daemon:
         current, datum = self.inputs.occupancy_map.value, self.autopilot.datum
         if current is None or datum is None or not (current.tiles or current.stalls):
             return None
-        flight = self.manager.status.value
         heard, speed = self.autopilot.telemetry.utc, self.clock.speed
         return LandedSurvey(
             name=self._journal.survey_id,
@@ -491,7 +490,6 @@ class Daemon:
             seconds=self.clock(),
             utc=time.time() if heard is None else heard[0] + (self.clock() - heard[1]) / speed,
             time_is_sure=heard is not None or is_wall_clock_kept(),
-            flown_s=0.0 if flight is None else flight.travel.flight_time or 0.0,
             program=version("hawk-drone"),
             simulated=self._options.is_simulation,
             speed=speed,

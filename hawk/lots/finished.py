@@ -31,7 +31,8 @@ class LandedSurvey:
     """The facts at a landing, as the loop knows them.
 
     ``seconds``: of the daemon's clock now, by which stalls were last seen, at ``speed`` seconds a real second.
-    ``utc``: Unix seconds now. ``outline``: the area that an operator asked for; None without one.
+    ``utc``: Unix seconds now. ``flown_s``: real seconds since the last take-off. ``outline``: the area that an
+    operator asked for; None without one.
     """
 
     name: str
@@ -41,8 +42,8 @@ class LandedSurvey:
     seconds: float
     utc: float
     time_is_sure: bool
-    flown_s: float
     program: str
+    flown_s: float = 0.0
     simulated: bool = False
     speed: float = 1.0
 
@@ -53,7 +54,7 @@ def finished(landed: LandedSurvey) -> FinishedSurvey:
     return FinishedSurvey(
         name=landed.name,
         datum=landed.datum,
-        began=landed.utc - landed.flown_s / landed.speed,
+        began=landed.utc - landed.flown_s,
         ended=landed.utc,
         time_is_sure=landed.time_is_sure,
         outline=landed.outline or seen_lot(survey),

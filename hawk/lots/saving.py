@@ -48,6 +48,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
         seq = int(inserted.inserted_primary_key[0])  # type: ignore[index]
     else:
         seq = int(before["seq"])
+        values["began"] = min(survey.began, before["began"])
         connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
         connection.execute(delete(OBSERVATION).where(OBSERVATION.c.survey == seq))
     if placed is Placed.FIRST:

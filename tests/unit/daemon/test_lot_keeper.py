@@ -102,7 +102,10 @@ async def test_a_survey_that_was_saved_is_not_saved_again_until_its_map_changes(
         assert await drone.stored() == ["000001-x"]
 
 
-@pytest.mark.fault("a survey cannot be stored after its landing")
+@pytest.mark.fault(
+    "a survey cannot be stored after its landing",
+    "one message with the remedy; tried again until it is stored",
+)
 async def test_a_save_that_fails_is_one_message_with_its_remedy_and_is_tried_again(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     path.write_bytes(b"no store" * 100)

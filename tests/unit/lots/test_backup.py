@@ -100,7 +100,10 @@ def test_a_restore_replaces_the_content_under_a_program_that_has_it_open_and_kee
     assert restore(path, tmp_path / "copy.db") == tmp_path / "lots.db.before-restore-2"
 
 
-@pytest.mark.fault("a backup is restored over a store of lots that is damaged")
+@pytest.mark.fault(
+    "a backup is restored over a store of lots that is damaged",
+    "restored; the damaged file is kept",
+)
 @pytest.mark.parametrize("left", [0, 20, 5000])
 def test_a_restore_replaces_a_damaged_store_and_keeps_it_with_its_wal(tmp_path: Path, left: int) -> None:
     path = made(tmp_path / "lots.db", 1)
@@ -121,7 +124,10 @@ def test_a_restore_where_there_is_no_store_makes_it(tmp_path: Path) -> None:
     assert read(tmp_path / "new" / "lots.db") == ["000001"]
 
 
-@pytest.mark.fault("a backup is restored while a survey is flown")
+@pytest.mark.fault(
+    "a backup is restored while a survey is flown",
+    "refused until the motors are off",
+)
 def test_a_restore_is_refused_while_a_survey_is_flown_and_allowed_when_its_program_was_killed(tmp_path: Path) -> None:
     path = made(tmp_path / "lots.db", 1, 2)
     copy = made(tmp_path / "copy.db", 1)
@@ -157,7 +163,10 @@ def test_a_flight_s_lock_is_held_once_and_released(tmp_path: Path) -> None:
     restore(path, copy)
 
 
-@pytest.mark.fault("a backup is damaged, or of a newer version")
+@pytest.mark.fault(
+    "a backup is damaged, or of a newer version",
+    "refused; the store is as before",
+)
 def test_a_backup_that_cannot_be_used_changes_nothing(tmp_path: Path) -> None:
     path = made(tmp_path / "lots.db", 1)
     copy = made(tmp_path / "copy.db", 2)

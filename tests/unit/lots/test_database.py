@@ -74,7 +74,10 @@ def test_a_transaction_that_fails_leaves_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.fault("the store of lots is cut at any byte")
+@pytest.mark.fault(
+    "the store of lots is cut at any byte",
+    "refused with the file's name and the restore as remedy; nothing is written",
+)
 @settings(
     max_examples=200,
     deadline=None,
@@ -108,7 +111,10 @@ def refusal(path: Path) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.fault("bytes of the store of lots are wrong")
+@pytest.mark.fault(
+    "bytes of the store of lots are wrong",
+    "read or refused; nothing is written",
+)
 def test_a_store_with_wrong_bytes_is_read_or_refused_and_never_written(whole: Path, tmp_path: Path) -> None:
     drawn, data = random.Random(5), whole.read_bytes()
     path, refused = tmp_path / "lots.db", 0
@@ -123,7 +129,10 @@ def test_a_store_with_wrong_bytes_is_read_or_refused_and_never_written(whole: Pa
     assert refused > 10
 
 
-@pytest.mark.fault("the store of lots is of another program")
+@pytest.mark.fault(
+    "the store of lots is of another program",
+    "refused; nothing is written",
+)
 def test_a_file_of_another_program_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     with closing(sqlite3.connect(path)) as other:
@@ -137,7 +146,10 @@ def test_a_file_of_another_program_is_refused_and_left_as_it_is(tmp_path: Path) 
     assert path.read_bytes() == before
 
 
-@pytest.mark.fault("the store of lots is missing beside its WAL")
+@pytest.mark.fault(
+    "the store of lots is missing beside its WAL",
+    "refused; no store is made over it",
+)
 def test_a_store_is_not_made_beside_the_wal_of_one_that_is_missing(tmp_path: Path) -> None:
     (tmp_path / "lots.db-wal").write_bytes(b"committed surveys")
     with pytest.raises(LotStoreError, match="is missing beside its -wal"):
@@ -145,7 +157,10 @@ def test_a_store_is_not_made_beside_the_wal_of_one_that_is_missing(tmp_path: Pat
     assert [each.name for each in tmp_path.iterdir()] == ["lots.db-wal"]
 
 
-@pytest.mark.fault("the store of lots is of a newer version")
+@pytest.mark.fault(
+    "the store of lots is of a newer version",
+    "only read; a message names both versions",
+)
 def test_a_store_of_a_newer_version_is_read_and_never_written(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     filled(path)
@@ -166,7 +181,10 @@ def test_a_store_of_a_newer_version_is_read_and_never_written(tmp_path: Path) ->
     assert path.read_bytes() == before
 
 
-@pytest.mark.fault("the store of lots is of an earlier version")
+@pytest.mark.fault(
+    "the store of lots is of an earlier version",
+    "migrated in one step; a copy is kept",
+)
 @pytest.mark.parametrize("revision", REVISIONS[:-1])
 def test_a_store_of_every_earlier_version_is_migrated_and_a_copy_is_kept(tmp_path: Path, revision: str) -> None:
     path = tmp_path / "lots.db"
@@ -200,7 +218,10 @@ def pages(path: Path) -> int:
         return int(opened.execute("PRAGMA page_count").fetchone()[0])
 
 
-@pytest.mark.fault("the disk is full while a survey is stored")
+@pytest.mark.fault(
+    "the disk is full while a survey is stored",
+    "nothing of it is written; the error names file and remedy",
+)
 def test_a_full_disk_during_a_commit_names_file_and_remedy_and_leaves_the_store_whole(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     filled(path)
@@ -212,7 +233,10 @@ def test_a_full_disk_during_a_commit_names_file_and_remedy_and_leaves_the_store_
     assert surveys_in(path) == 2
 
 
-@pytest.mark.fault("the disk is full while the store of lots is migrated")
+@pytest.mark.fault(
+    "the disk is full while the store of lots is migrated",
+    "the earlier version stays whole",
+)
 def test_a_full_disk_during_a_migration_leaves_the_earlier_version(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     migrate_file(path, REVISIONS[0])
@@ -227,7 +251,10 @@ def test_a_full_disk_during_a_migration_leaves_the_earlier_version(tmp_path: Pat
     assert surveys_in(path) == 0
 
 
-@pytest.mark.fault("the folder of the store of lots cannot be written")
+@pytest.mark.fault(
+    "the folder of the store of lots cannot be written",
+    "the error names the file and the remedy",
+)
 @pytest.mark.parametrize("spoil", [lambda folder: folder.write_text("a file"), lambda folder: folder.symlink_to("no")])
 def test_a_folder_that_cannot_be_used_is_named(tmp_path: Path, spoil: Callable[[Path], object]) -> None:
     folder = tmp_path / "store"
@@ -236,7 +263,10 @@ def test_a_folder_that_cannot_be_used_is_named(tmp_path: Path, spoil: Callable[[
         Database(folder / "lots.db")
 
 
-@pytest.mark.fault("two daemons use one store of lots")
+@pytest.mark.fault(
+    "two daemons use one store of lots",
+    "every survey is stored",
+)
 def test_two_programs_store_surveys_in_one_file_and_neither_loses_one(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     first, second = Database(path), Database(path)

@@ -54,7 +54,10 @@ async def test_the_loop_goes_on_while_the_store_works(tmp_path: Path) -> None:
     await store.close()
 
 
-@pytest.mark.fault("the store of lots is damaged while a daemon runs")
+@pytest.mark.fault(
+    "the store of lots is damaged while a daemon runs",
+    "a message with the remedy; the restored store is used without a new start",
+)
 async def test_a_store_that_could_not_be_opened_is_opened_once_it_was_restored(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     other = LotStore(tmp_path / "copy.db")
