@@ -86,6 +86,8 @@ class LotKeeper:
 
     async def run(self) -> None:
         """Open the store, and save each survey that has landed, until cancelled."""
+        if self._armed:
+            await self._due.wait()  # loading SQLAlchemy delays a tick by tens of milliseconds: not in flight
         await self._open()
         while True:
             await self._due.wait()

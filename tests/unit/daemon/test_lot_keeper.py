@@ -135,6 +135,17 @@ async def test_the_map_of_a_run_that_ended_in_the_air_is_saved_once_it_is_there(
         assert await drone.stored() == ["000001-x"]
 
 
+async def test_a_start_in_the_air_opens_the_store_after_the_landing(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    async with flown(path, lambda drone: drone.keeper.note(armed=True)) as drone:
+        await asyncio.sleep(0.1)
+        assert drone.messages == []
+        assert "lots.db" not in {each.name for each in tmp_path.iterdir()}  # noqa: ASYNC240
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 1)
+        assert await drone.stored() == ["000001-x"]
+
+
 async def test_a_store_of_an_earlier_version_is_said_at_the_start(tmp_path: Path) -> None:
     from hawk.lots.database import migrate_file
 

@@ -58,7 +58,8 @@ describe("the lots", () => {
   it("are renamed", async () => {
     const stage = await shown();
     await press(stage, "Rename");
-    const field = stage.part.querySelector("input") as HTMLInputElement;
+    const field = stage.part.querySelector("input");
+    assert.ok(field);
     assert.equal(field.value, HTML);
     field.value = "North Street";
     await press(stage, "Save");
