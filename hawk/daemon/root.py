@@ -144,10 +144,6 @@ class Daemon:
         self._make_operations()
         self._make_results()
         self._make_flight_offer()
-        self._lots = LotStore(lots_file(config.store.directory, config.store.lots))
-        self._lot_keeper = LotKeeper(
-            self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
-        )
         self._monitor = Monitor(
             MonitoredParts(
                 autopilot=self.autopilot,
@@ -262,6 +258,7 @@ class Daemon:
             lambda output: self.performance.frame_published(output.captured, output.timings)
         )
         self.results.frame_output.listen(lambda output: self.camera.looked_at(is_damaged=output.is_damaged))
+        self._make_lots()
 
     def _web_services(self) -> WebServices:
         return WebServices(
@@ -516,6 +513,12 @@ class Daemon:
         self._journal.set_arm_place(place)
         if self.autopilot.datum is not None:
             self._journal.set_datum(self.autopilot.datum)
+
+    def _make_lots(self) -> None:
+        self._lots = LotStore(lots_file(config.store.directory, config.store.lots))
+        self._lot_keeper = LotKeeper(
+            self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
+        )
 
     def _make_flight_offer(self) -> None:
         """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""

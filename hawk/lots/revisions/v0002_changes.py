@@ -11,6 +11,12 @@ down_revision = "0001"
 
 def upgrade() -> None:
     """Make the tables."""
+    _outbox()
+    _changes()
+    op.execute("PRAGMA user_version = 2")
+
+
+def _outbox() -> None:
     op.create_table(
         "outbox",
         sa.Column("seq", sa.Integer, primary_key=True),
@@ -20,6 +26,9 @@ def upgrade() -> None:
         sa.Column("sent", sa.Float),
         sqlite_autoincrement=True,
     )
+
+
+def _changes() -> None:
     op.create_table(
         "change",
         sa.Column("seq", sa.Integer, primary_key=True),
@@ -31,4 +40,3 @@ def upgrade() -> None:
         sa.Column("undone", sa.Float),
         sqlite_autoincrement=True,
     )
-    op.execute("PRAGMA user_version = 2")
