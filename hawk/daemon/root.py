@@ -515,7 +515,8 @@ class Daemon:
             self._journal.set_datum(self.autopilot.datum)
 
     def _make_lots(self) -> None:
-        self._lots = LotStore(lots_file(config.store.directory, config.store.lots))
+        store = self._config.store
+        self._lots = LotStore(lots_file(store.directory, store.lots))
         self._lot_keeper = LotKeeper(
             self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
         )
