@@ -450,6 +450,10 @@ class Daemon:
             await asyncio.wait_for(self._map_keeper.keep(), 2.0)
         except Exception:
             _LOG.exception("the last changes of the map were not journalled")
+        try:
+            await asyncio.wait_for(self._lot_keeper.keep(), 2.0)  # it landed a moment ago
+        except Exception:
+            _LOG.exception("the survey was not stored")
 
     # -- between the parts -------------------------------------------------------------------------------------------
 
