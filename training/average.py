@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _state(path: Path) -> State:
     if path.suffix != ".onnx":
-        state: State = torch.load(path, weights_only=True)
+        state: State = torch.load(path, map_location="cpu", weights_only=True)
         return state
     return dict(folded_network(path).state_dict())
 

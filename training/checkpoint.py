@@ -58,7 +58,7 @@ class CheckpointFile:
         """
         if not self._path.exists():
             return Progress()
-        content: dict[str, Any] = torch.load(self._path, weights_only=True)
+        content: dict[str, Any] = torch.load(self._path, map_location="cpu", weights_only=True)
         try:
             network.load_state_dict(content["network"])
             mean.load_state_dict(content["mean"])

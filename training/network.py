@@ -85,8 +85,9 @@ class StylePerturbation(nn.Module):
             return maps
         mean = maps.mean((2, 3), keepdim=True)
         size = (maps.shape[0], maps.shape[1], 1, 1)
-        is_changed = (torch.rand(maps.shape[0], 1, 1, 1) < self.SHARE).to(maps.dtype)
-        apart, shift = (1 + is_changed * self.DEVIATION * torch.randn(size, dtype=maps.dtype) for _ in range(2))
+        # drawn on the processor, so that the same seed gives the same on every device
+        is_changed = (torch.rand(maps.shape[0], 1, 1, 1) < self.SHARE).to(maps)
+        apart, shift = (1 + is_changed * self.DEVIATION * torch.randn(size).to(maps) for _ in range(2))
         return torch.as_tensor(apart * (maps - mean) + shift * mean)
 
 

@@ -116,14 +116,19 @@ def _judged(row: Row, read: Strip, scene: TrainingScene) -> tuple[FloatArray, ND
 
 def fit(given: Places) -> FloatArray:
     """Return constant and weights (1 + F,) of a logistic regression, by Newton's steps with a small ridge."""
-    middle, spread = given.features.mean(0), given.features.std(0) + 1e-6
-    terms = np.column_stack([np.ones(len(given.weight)), (given.features - middle) / spread])
-    ridge = np.diag([0.0, *[_RIDGE] * given.features.shape[1]])
+    return logistic(given.features, given.is_stall, given.weight)
+
+
+def logistic(features: FloatArray, is_so: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return constant and weights (1 + F,) for features (N, F) of what is so (N,; 0 or 1), weighted (N,)."""
+    middle, spread = features.mean(0), features.std(0) + 1e-6
+    terms = np.column_stack([np.ones(len(weight)), (features - middle) / spread])
+    ridge = np.diag([0.0, *[_RIDGE] * features.shape[1]])
     found = np.zeros(terms.shape[1])
     for _ in range(_ROUNDS):
         said = 1 / (1 + np.exp(-terms @ found))
-        slope = terms.T @ (given.weight * (given.is_stall - said)) - ridge @ found
-        curve = (terms * (given.weight * said * (1 - said))[:, None]).T @ terms + ridge
+        slope = terms.T @ (weight * (is_so - said)) - ridge @ found
+        curve = (terms * (weight * said * (1 - said))[:, None]).T @ terms + ridge
         found = found + np.linalg.solve(curve, slope)
     weights = found[1:] / spread
     return np.concatenate([[found[0] - weights @ middle], weights])

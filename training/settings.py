@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _DESCRIPTION = "Train the network on drawn scenes and write it as ONNX."
+DEVICES = ("cpu", "cuda")
 _WARM_UP_STEPS = 50
 _LEVELS = 5
 
@@ -39,6 +40,8 @@ class TrainingPlan:
     averaged: tuple[float, ...] = (0.5, 0.75, 1.0)
     ground_share: float = 0.5
     """Share of each batch from real ground, where there is any."""
+    device: str = "cpu"
+    """Torch's name of the device that learns: ``cpu``, or ``cuda`` for a GPU."""
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
@@ -63,6 +66,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--batch", type=_count, default=6, help="pictures a step (default 6)")
     parser.add_argument("--rate", type=_above_zero, default=2e-3, help="learning rate (default 0.002)")
     parser.add_argument("--float32", action="store_true", help="no bfloat16: slower, for processors without it")
+    parser.add_argument("--device", choices=DEVICES, default="cpu", help="what learns (default cpu)")
     parser.add_argument("--keep", type=Path, help="also write torch's weights here")
     parser.add_argument("--checkpoint", type=Path, help="keep the progress here, and go on from it")
     parser.add_argument(
@@ -129,6 +133,7 @@ def plan_of(options: argparse.Namespace) -> TrainingPlan:
         painters=options.painters,
         bfloat16=not options.float32,
         ground_share=options.ground_share,
+        device=options.device,
     )
 
 

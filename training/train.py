@@ -62,7 +62,8 @@ def train(
     Returns:
         The network with the mean of some states of that running mean.
     """
-    network = set_memory_format(network, torch.channels_last).train()
+    device = torch.device(plan.device)
+    network = set_memory_format(network.to(device), torch.channels_last).train()
     mean = copy.deepcopy(network)
     optimiser = torch.optim.AdamW(network.parameters(), plan.rate, weight_decay=1e-4)
     progress = checkpoint.restore(network, mean, optimiser) if checkpoint else Progress()
@@ -82,7 +83,7 @@ def train(
             elif pool.drawn * plan.reuse < step * plan.batch:
                 pool.take(_TAKEN_AT_ONCE)
             following = beside.submit(_batch, pool, rng, plan, ground)
-            parts = _learn(network, optimiser, batch, bfloat16=plan.bfloat16)
+            parts = learn(network, optimiser, batch, bfloat16=plan.bfloat16)
             step += 1
             _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
             if len(states) < len(plan.averaged) and share >= plan.averaged[len(states)]:
@@ -95,7 +96,7 @@ def train(
                 print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
     print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
     mean.load_state_dict(average(states))
-    return mean.eval()
+    return mean.eval().cpu()
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -138,7 +139,7 @@ def _ground(options: argparse.Namespace) -> Ground | None:
 def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPlan) -> None:
     """Load torch's weights, or those of an exported network; a wider network gives the same answer as they do."""
     if path.suffix != ".onnx":
-        state = torch.load(path, weights_only=True)
+        state = torch.load(path, map_location="cpu", weights_only=True)
         given = StallNet(widths_of_state(state))
         given.load_state_dict(state)
     else:
@@ -150,17 +151,18 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPl
     widen(given, network)
 
 
-def _learn(network: StallNet, optimiser: torch.optim.Optimizer, batch: Batch, *, bfloat16: bool) -> dict[str, float]:
-    """Take one step from a batch; return the parts of its loss."""
-    picture, target, sun = batch
-    with torch.autocast("cpu", torch.bfloat16, enabled=bfloat16):
+def learn(network: StallNet, optimiser: torch.optim.Optimizer, batch: Batch, *, bfloat16: bool) -> dict[str, float]:
+    """Take one step from a batch, on the network's device; return the parts of its loss, and the ``total``."""
+    device = network.answer.weight.device
+    picture, target, sun = (part.to(device, non_blocking=True) for part in batch)
+    with torch.autocast(device.type, torch.bfloat16, enabled=bfloat16):
         answer = network(picture, sun)
     total, parts = loss(answer.float(), target)
     optimiser.zero_grad()
     torch.autograd.backward(total)
     torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
     optimiser.step()
-    return parts
+    return {"total": float(total.detach()), **parts}
 
 
 def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan, ground: Ground | None = None) -> Batch:

@@ -21,7 +21,7 @@ from hawk.algo.rows.fit import Finds
 from hawk.algo.rows.lot import RowStalls, complete_rows
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps, StallNetwork
+from hawk.algo.vision.network import CELL_PIXELS, Blob, NetworkMaps, StallNetwork
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, FloatArray
@@ -59,16 +59,23 @@ class Eye(Protocol):
 class NetworkEye:
     """The network, its votes and the rows."""
 
-    def __init__(self, network: StallNetwork) -> None:
+    def __init__(self, network: StallNetwork, sun: Blob | None = None) -> None:
+        """``sun`` is that of `hawk.algo.vision.network.sun_input`; None where it is not known."""
         self._network = network
+        self._sun = sun
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
-        maps = self._network.run(shown)
-        stalls = _stalls(complete_rows(finds_of(decode.vote(maps, CELL_M)), partial(ground_at, maps)))
+        maps = self._network.run(shown, self._sun)
+        stalls = stalls_of(maps)
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
+
+
+def stalls_of(maps: NetworkMaps) -> Stalls:
+    """Return the stalls that the maps show, in cells, their rows completed."""
+    return _stalls(complete_rows(finds_of(decode.vote(maps, CELL_M)), partial(ground_at, maps)))
 
 
 def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:

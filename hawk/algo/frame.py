@@ -9,6 +9,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel, GroundStep, StallSize
 from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters, PathPlan
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sun import SunPosition
 
 
 class AlgoError(Exception):
@@ -44,6 +45,8 @@ class FrameInput:
     """Height of the ground below at the exposure, metres above the arm place; 0 where no rangefinder measures it."""
     mount_problem: str = ""
     """Why nothing is known of where the camera looks; empty when it is."""
+    sun: SunPosition | None = None
+    """The sun's place in the sky at the exposure; None where moment or place are not known."""
 
     @property
     def over_ground(self) -> MapPose | None:

@@ -18,6 +18,7 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters
 from hawk.model.poses import MapPoint, VehiclePose
 from hawk.model.sentences import say
+from hawk.model.sun import SunPosition
 from hawk.runtime.process import WORKER_NICENESS, set_niceness
 from hawk.runtime.supervision import Supervisor
 
@@ -51,6 +52,14 @@ Aim = Callable[[CameraModel, float, VehiclePose | None], tuple[CameraModel, str]
 """Returns the camera as it was mounted at a time, and why nothing can be mapped by it, else ""."""
 
 
+SunAt = Callable[[float, VehiclePose], SunPosition | None]
+"""Returns where the sun stands at a time, over a vehicle; None where it is not known."""
+
+
+def unknown_sun(_time: float, _pose: VehiclePose) -> None:
+    """Return that nothing is known of the sun."""
+
+
 def fixed_mount(camera: CameraModel, _time: float, _pose: VehiclePose | None) -> tuple[CameraModel, str]:
     """Return the camera as it is: its mount does not move."""
     return camera, ""
@@ -72,6 +81,7 @@ class AlgorithmLoop:
         record: Callable[[FrameInput], None] = lambda _: None,
         supervisor: Supervisor | None = None,
         aim: Aim = fixed_mount,
+        sun_at: SunAt = unknown_sun,
     ) -> None:
         """Take the parts; nothing runs before `start`.
 
@@ -84,6 +94,7 @@ class AlgorithmLoop:
             record: Called on the loop with each frame that was processed.
             supervisor: Keeps the task running.
             aim: Turns the camera by its gimbal, see `hawk.comm.autopilot.gimbal.GimbalAttitudes.aim`.
+            sun_at: Where the sun stands, see `hawk.comm.autopilot.telemetry.Telemetry.sun_at`.
         """
         self._manager = manager
         self._next_frame = next_frame
@@ -93,6 +104,7 @@ class AlgorithmLoop:
         self._record = record
         self._supervisor = supervisor or Supervisor()
         self._aim = aim
+        self._sun_at = sun_at
         self._executor = ThreadPoolExecutor(
             1, thread_name_prefix="hawk-vision", initializer=set_niceness, initargs=(WORKER_NICENESS,)
         )
@@ -179,4 +191,5 @@ class AlgorithmLoop:
             map_problem=situation.map_problem or aim_problem,
             ground=situation.ground,
             mount_problem=aim_problem,
+            sun=None if pose is None else self._sun_at(captured.captured, pose),
         )

@@ -57,8 +57,8 @@ def look_at_model(
     if rate >= LEAST_HZ:
         return passed(_NAME, words)
     remedy = (
-        "Free the processor, raise vision.threads, set vision.engine to onnxruntime where it is installed, fly lower "
-        "or slower, or use a faster computer."
+        "Free the processor, raise vision.threads, install the extra onnxruntime, fly lower or slower, or use a faster "
+        "computer."
     )
     return warning(_NAME, f"{words[:-1]}, {LEAST_HZ:g} are needed.", remedy)
 

@@ -264,10 +264,11 @@ class VisionSettings(Section):
     """Perception."""
 
     model: FilePath | None = None
-    engine: Literal["opencv", "onnxruntime"] = "opencv"
+    engine: Literal["auto", "opencv", "onnxruntime"] = "auto"
     threads: int = Field(default=1, ge=1, le=8)
     minimum_height_m: float = Field(default=6.0, ge=1, le=100)
     minimum_stalls: int = Field(default=3, ge=1, le=100)
+    sun: Literal["auto", "off"] = "auto"
 
 
 class WebSettings(Section):

@@ -19,7 +19,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount
+from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount, unknown_sun
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.autopilot.remote_id_sender import RemoteIdSender
@@ -413,6 +413,7 @@ class Daemon:
             self._recording.record_frame,
             self._supervisor,
             self.autopilot.telemetry.gimbal.aim if self._config.camera.gimbal else fixed_mount,
+            self.autopilot.telemetry.sun_at if self._config.vision.sun == "auto" else unknown_sun,
         )
         if self._kept.map_parts:
             for problem in await algorithms.restore_map([self._kept.map_parts]):
@@ -482,18 +483,18 @@ class Daemon:
         current, datum = self.inputs.occupancy_map.value, self.autopilot.datum
         if current is None or datum is None or not (current.tiles or current.stalls):
             return None
-        heard, speed = self.autopilot.telemetry.utc, self.clock.speed
+        heard = self.autopilot.telemetry.utc_at(self.clock())
         return LandedSurvey(
             name=self._journal.survey_id,
             datum=datum,
             current=current,
             outline=self.manager.outlines.outline,
             seconds=self.clock(),
-            utc=time.time() if heard is None else heard[0] + (self.clock() - heard[1]) / speed,
+            utc=time.time() if heard is None else heard.timestamp(),
             time_is_sure=heard is not None or is_wall_clock_kept(),
             program=version("hawk-drone"),
             simulated=self._options.is_simulation,
-            speed=speed,
+            speed=self.clock.speed,
         )
 
     def _begin_another_survey(self) -> None:

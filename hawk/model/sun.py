@@ -1,4 +1,4 @@
-"""Where the sun stands, and the shadow that it casts: from a moment and a place."""
+"""The sun's position, and the shadow that it casts: from a moment and a place."""
 
 from __future__ import annotations
 

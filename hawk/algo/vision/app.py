@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, VisionModelError
+from hawk.algo.vision.network import EngineChoice, StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.algo.vision.seen import Found, Seen, SeenGround
@@ -21,6 +22,8 @@ from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
 from hawk.model.sentences import say, words_of
+
+_LOG = logging.getLogger(__name__)
 
 _SURE_SCORE = 0.5
 _LOT_SHARE = 0.3
@@ -37,7 +40,7 @@ class VisionSettings:
     """
 
     model: Path | None = None
-    engine: Engine = DEFAULT_ENGINE
+    engine: EngineChoice = "auto"
     threads: int = 1
     minimum_height_m: float = 6.0
     minimum_stalls: int = 3
@@ -132,9 +135,11 @@ class VisionApp:
     def _make_finder(self) -> NetworkFinder | None:
         wanted = self._settings
         try:
-            return NetworkFinder(StallNetwork.load(wanted.model, wanted.engine, wanted.threads))
+            network = StallNetwork.load(wanted.model, wanted.engine, wanted.threads)
+            _LOG.info("the network runs in %s, threads: %d", network.engine, wanted.threads)
+            return NetworkFinder(network)
         except VisionModelError as error:
-            if wanted.model is not None or wanted.engine != DEFAULT_ENGINE:
+            if wanted.model is not None or wanted.engine == "onnxruntime":
                 raise
             self._problem = str(error)  # a start in the air goes on without
             return None
@@ -159,7 +164,7 @@ class VisionApp:
     def _project(self, finder: NetworkFinder, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]) -> SeenGround:
         try:
             picture = self._rectifier.rectify(image, frame.camera, pose)
-            found = finder.find(picture)
+            found = finder.find(picture, None if frame.sun is None else frame.sun.shadow())
         except (RectifyError, VisionModelError) as error:
             raise AlgoError(str(error)) from error
         sure = sum(s.score >= _SURE_SCORE for s in found.stalls)

@@ -1,20 +1,20 @@
 """From the network's maps to stalls: every core cell votes for its stall's centre; where votes meet, a stall is.
 
 The votes' mean gives place and direction, the spread of the voters gives the size (a uniform distribution of width w
-has variance w^2 / 12), the maps under the rectangle give its score and whether it is taken.
+has variance w^2 / 12), the maps under the rectangle give its score and the probability that it is taken.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
-from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps, StallNetwork
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps, StallNetwork, sun_input
 from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
 
 _EDGE_CELLS = 2
@@ -33,10 +33,13 @@ _LEAST_SHOWN = 0.3
 """Below this visible share of its core a stall is not judged by the core."""
 _CORE_OF_STALLS = (0.5, 0.9)
 """Mean core probability within a rectangle at which it is surely none, and fully a stall; islands lie between."""
-_CAR_SHARE_OF_TAKEN = 0.36
-"""A stall whose car cover is this is surely taken (a car covers about 45-60 % of its stall)."""
-_TAKEN_MIDDLE = 0.4
-"""Mean of the two kinds of evidence at which free and taken are equally likely."""
+STATE_FEATURES: Final = ("said", "car", "middle")
+"""Log-odds of taken by the network's own output; mean car over the stall, and along the middle fifths of its width: a
+neighbour's car and its shadow lie aside."""
+STATE_WEIGHTS: Final = np.array([-0.87, 1.09, -2.10, 5.18])
+"""Constant and weights of the features, by ``python -m training.states``."""
+_MIDDLE = 0.2
+_SAID_LEAST = 0.005
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +72,13 @@ class NetworkFinder:
     def __init__(self, network: StallNetwork) -> None:
         self._network = network
 
-    def find(self, picture: GroundImage) -> Found:
-        """Return what the network sees. Raises VisionModelError when the network fails."""
-        maps = self._network.run(picture.values)
+    def find(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
+        """Return what the network sees. Raises VisionModelError when the network fails.
+
+        ``shadow`` of one metre of height, metres (north, east); None where the sun is down or not known.
+        """
+        sun = None if shadow is None else sun_input(picture.in_pixels(shadow))
+        maps = self._network.run(picture.values, sun)
         valid = picture.valid[::CELL_PIXELS, ::CELL_PIXELS]
         edge = np.ones((2 * _EDGE_CELLS + 1,) * 2, np.uint8)
         shown = np.asarray(cv2.erode(valid.astype(np.float32), edge, borderValue=(1,)), np.float32)
@@ -108,16 +115,24 @@ def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = N
 
 
 def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
-    """Return the probability (N,) that each stall is taken: by the network's own output and the cover by cars."""
+    """Return the probability (N,) that each stall is taken, by a logistic regression over `state_features`."""
+    log_odds = STATE_WEIGHTS[0] + state_features(maps, stalls) @ STATE_WEIGHTS[1:]
+    return np.asarray(1 / (1 + np.exp(-log_odds)))
+
+
+def state_features(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
+    """Return what the network says of the state of each stall: (N, F), columns as `STATE_FEATURES`."""
     points = sample_points(stalls)
     core, taken, car = (sample(values, points) for values in (maps.core, maps.taken, maps.car))
-    inner = _inner()
+    inner, middle = _inner(), np.abs(sample_grid()[:, 0]) < _MIDDLE
     weight = core[:, inner] + 1e-3
-    said = (taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1)
-    shown = np.maximum(sample(np.ones_like(maps.car), points).mean(axis=1), 1e-3)  # 1 but at the picture's edge
-    cover = np.minimum((car > 0.5).mean(axis=1) / shown / _CAR_SHARE_OF_TAKEN, 1.0)
-    # 0..1 piecewise, so that the middle becomes one half
-    return np.asarray(np.interp((said + cover) / 2, [0.0, _TAKEN_MIDDLE, 1.0], [0.0, 0.5, 1.0]))
+    said = np.clip((taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1), _SAID_LEAST, 1 - _SAID_LEAST)
+    shown = sample(np.ones_like(maps.car), points)  # 1 but at the picture's edge
+    car_share, middle_share = (
+        car[:, part].sum(axis=1) / np.maximum(shown[:, part].sum(axis=1), 1e-3)
+        for part in (np.ones_like(middle), middle)
+    )
+    return np.column_stack([np.log(said / (1 - said)), car_share, middle_share])
 
 
 def sample_grid() -> FloatArray:

@@ -23,7 +23,11 @@ from numpy.typing import NDArray
 from hawk.runtime.programs import remedy
 
 Engine = Literal["opencv", "onnxruntime"]
+EngineChoice = Literal["auto", "opencv", "onnxruntime"]
+"""An engine, or the fastest that is installed."""
 DEFAULT_ENGINE: Final = "opencv"
+"""The engine that is always installed."""
+_FASTEST_FIRST: Final[tuple[Engine, ...]] = ("onnxruntime", "opencv")
 
 Blob = NDArray[np.float32]
 Inputs = Mapping[str, Blob]
@@ -56,6 +60,18 @@ def open_runner(engine: Engine, onnx: bytes, threads: int) -> Runner:
         MissingEngineError: The engine is not installed.
     """
     return _OnnxRuntime(onnx, threads) if engine == "onnxruntime" else _OpenCv(onnx)
+
+
+def open_chosen(choice: EngineChoice, onnx: bytes, threads: int) -> tuple[Engine, Runner]:
+    """Read an ONNX file by the engine that is chosen; return which one it is. Raises as `open_runner` does."""
+    if choice != "auto":
+        return choice, open_runner(choice, onnx, threads)
+    for engine in _FASTEST_FIRST:
+        try:
+            return engine, open_runner(engine, onnx, threads)
+        except MissingEngineError:
+            continue
+    raise MissingEngineError("none is installed")
 
 
 class _OpenCv:
@@ -151,26 +167,26 @@ class StallNetwork:
         self,
         onnx: bytes,
         source: str = "the network of the package",
-        engine: Engine = DEFAULT_ENGINE,
+        engine: EngineChoice = "auto",
         threads: int = 1,
     ) -> None:
         """Load it and try it on an empty picture. Raises VisionModelError when it does not fit."""
         self._source = source
         try:
-            self._runner = open_runner(engine, onnx, threads)
+            self.engine, self._runner = open_chosen(engine, onnx, threads)
         except MissingEngineError as error:
             raise VisionModelError(
                 f"vision.engine: {engine} is not installed ({error}): {remedy(engine)}, or set it to {DEFAULT_ENGINE}"
             ) from error
         except EngineError as error:
             raise VisionModelError(
-                f"vision.model: {source} is not an ONNX file that {engine} can read: {error}"
+                f"vision.model: {source} is not an ONNX file that {_named(engine)} can read: {error}"
             ) from error
         self._takes_sun = self._is_asked_for_sun()
         self.run(np.zeros((64, 96, 3), np.uint8))
 
     @classmethod
-    def load(cls, path: Path | None = None, engine: Engine = DEFAULT_ENGINE, threads: int = 1) -> StallNetwork:
+    def load(cls, path: Path | None = None, engine: EngineChoice = "auto", threads: int = 1) -> StallNetwork:
         """Return the network at ``path``, that of the package for None. Raises VisionModelError."""
         if path is None:
             return cls(packaged_weights(), engine=engine, threads=threads)
@@ -256,6 +272,10 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
         shade=shade,
         cover=cover,
     )
+
+
+def _named(engine: EngineChoice) -> str:
+    return "the engine" if engine == "auto" else engine
 
 
 def packaged_weights() -> bytes:

@@ -54,6 +54,10 @@ class GroundImage:
         """Return (..., 2) of (north, east) for (..., 2) of (col, row)."""
         return np.asarray(pixels @ self.to_map[:, :2].T + self.to_map[:, 2])
 
+    def in_pixels(self, metres: tuple[float, float]) -> FloatArray:
+        """Return a vector of (north, east) as (2,) along columns and rows, metres."""
+        return np.asarray(np.linalg.solve(self.to_map[:, :2] / self.metres_per_pixel, np.asarray(metres)))
+
     def pixel_points(self, points: FloatArray) -> FloatArray:
         """Return (..., 2) of (col, row) for (..., 2) of (north, east)."""
         return np.asarray((points - self.to_map[:, 2]) @ np.linalg.inv(self.to_map[:, :2]).T)

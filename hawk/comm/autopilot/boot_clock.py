@@ -8,8 +8,10 @@ message of the old clock comes any more, replace the clock.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from datetime import UTC, datetime
+from typing import Any, Final, Literal
 
 from hawk.comm.clock import OffsetEstimator
 
@@ -28,6 +30,10 @@ STAYS_S: Final = 0.5
 """A new clock replaces a known one after this time without a message of the old one."""
 _BOOT_SLACK_S: Final = 0.5
 
+EARLIEST_UTC: Final = datetime(2025, 1, 1, tzinfo=UTC).timestamp()
+LATEST_UTC: Final = datetime(2090, 1, 1, tzinfo=UTC).timestamp()
+"""Moments that are believed, Unix seconds."""
+
 Event = Literal["", "found", "booted", "corrected"]
 
 
@@ -43,6 +49,30 @@ class Reading:
 
 
 _DROPPED: Final = Reading(None)
+
+
+class GnssClock:
+    """The moment by the autopilot's UTC, which it has from GNSS, on our clock.
+
+    A moment before this software, as after an overflow of GNSS weeks or in 1970, or far beyond it is not believed. The
+    computer's own clock has no part in it: without a network it goes on from where it stood at the last shutdown.
+    """
+
+    def __init__(self) -> None:
+        self._utc_at_zero: float | None = None
+
+    def take(self, fields: Mapping[str, Any], time: float) -> None:
+        """Take a SYSTEM_TIME; ``time`` is its stamp on our clock, seconds. A UTC of 0 is "not known"."""
+        utc = int(fields["time_unix_usec"]) / 1e6
+        self._utc_at_zero = utc - time if EARLIEST_UTC <= utc <= LATEST_UTC else None
+
+    def at(self, time: float) -> datetime | None:
+        """Return the moment at a time of our clock, seconds; None where it is not known."""
+        return None if self._utc_at_zero is None else datetime.fromtimestamp(self._utc_at_zero + time, UTC)
+
+    def forget(self) -> None:
+        """Forget the moment: the autopilot has booted."""
+        self._utc_at_zero = None
 
 
 class BootClock:

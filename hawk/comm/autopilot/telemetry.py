@@ -11,9 +11,10 @@ import logging
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from datetime import datetime
 from typing import Any, Final
 
-from hawk.comm.autopilot.boot_clock import BootClock
+from hawk.comm.autopilot.boot_clock import BootClock, GnssClock
 from hawk.comm.autopilot.estimator import EstimatorReport, LeapObserver
 from hawk.comm.autopilot.gimbal import GimbalAttitudes
 from hawk.comm.autopilot.mavlink_link import Message, SensorHealth
@@ -28,6 +29,7 @@ from hawk.model.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, 
 from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
 from hawk.model.sentences import say
+from hawk.model.sun import SunPosition, sun_position
 from hawk.model.vehicle import BatteryInfo, Diagnostics, GnssHeight, LandedState, VehicleState
 
 _LOG = logging.getLogger(__name__)
@@ -62,9 +64,6 @@ MAP_SHIFT_M: Final = 2.0
 LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
 
-FIRST_GNSS_UTC: Final = 1_577_836_800.0
-"""2020, Unix seconds: an autopilot without GNSS reports 0, or the seconds since it started."""
-
 
 Handler = Callable[[Mapping[str, Any], float], None]
 """Takes the fields of a message and its time, seconds of the daemon's clock."""
@@ -93,6 +92,7 @@ class Telemetry:
         """Frames of reference, datum and arm place."""
         self._buffer = PoseBuffer()
         self._boot_clock = BootClock(clock.speed)
+        self._gnss_clock = GnssClock()
         self._estimator = EstimatorReport()
         self._leaps = LeapObserver()
         self._terrain = TerrainEstimator()
@@ -108,8 +108,6 @@ class Telemetry:
         self._has_extensions = dict.fromkeys(_EXTENSIONS, True)  # until one came without
         self._global: tuple[float, GlobalPose] | None = None
         self._boot: Moment | None = None
-        self.utc: tuple[float, float] | None = None
-        """The autopilot's wall clock, as GNSS set it: Unix seconds, and when it was heard; None until it knows."""
         self._remote_control = RemoteControlReports(topics.remote_control)
         self._remote_id = RemoteIdReports(topics.remote_id)
         self._handlers = self._handler_table()
@@ -130,13 +128,8 @@ class Telemetry:
             "RC_CHANNELS": self._remote_control.take_channels,
             "GIMBAL_DEVICE_ATTITUDE_STATUS": self.gimbal.take,
             "OPEN_DRONE_ID_ARM_STATUS": self._remote_id.take_arm_status,
-            "SYSTEM_TIME": self._on_system_time,
+            "SYSTEM_TIME": self._gnss_clock.take,
         }
-
-    def _on_system_time(self, fields: Mapping[str, Any], time: float) -> None:
-        utc = float(fields["time_unix_usec"]) / 1e6
-        if utc > FIRST_GNSS_UTC:
-            self.utc = (utc, time)
 
     def handle(self, message: Message) -> None:
         """Take one message of the autopilot. A malformed message is logged and dropped."""
@@ -185,6 +178,15 @@ class Telemetry:
         if position is None or attitude is None or not self.tie.offset.sure:
             return None
         return self._compose(position, attitude)
+
+    def sun_at(self, time: float, pose: VehiclePose) -> SunPosition | None:
+        """Return where the sun stands over a vehicle at a time, None while the autopilot's UTC is not known."""
+        moment = self._gnss_clock.at(time)
+        return None if moment is None else sun_position(moment, pose.global_.latitude, pose.global_.longitude)
+
+    def utc_at(self, time: float) -> datetime | None:
+        """Return the moment at a time of our clock by the autopilot's GNSS; None while its UTC is not known."""
+        return self._gnss_clock.at(time)
 
     def map_problem(self, now: float) -> str:
         """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""
@@ -348,6 +350,7 @@ class Telemetry:
         _LOG.warning("The autopilot has booted")
         self._global = self._gps = self._fence_on = self._compass_ok = None
         self._buffer.clear()
+        self._gnss_clock.forget()
         self._estimator, self._leaps, self._shift = EstimatorReport(), LeapObserver(), _NOT_SHIFTED
         self._terrain.reset()
         self.gimbal.forget()

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from hawk.algo.frame import FrameInput, FrameOutput
-from hawk.algo.loop import Aim, AlgorithmLoop, Situation, fixed_mount
+from hawk.algo.loop import Aim, AlgorithmLoop, Situation, SunAt, fixed_mount, unknown_sun
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
@@ -18,6 +18,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import GlobalPose, MapPoint, VehiclePose
+from hawk.model.sun import SunPosition
 from tests.unit.algo.synthetic import CAMERA, SyntheticVision, pose_at, rows_lot
 
 
@@ -77,6 +78,7 @@ class Rig:
         self.ground = 0.0
         self.pose: Callable[[float], VehiclePose | None] = vehicle_pose
         self.aim: Aim = fixed_mount
+        self.sun_at: SunAt = unknown_sun
         self.loop = AlgorithmLoop(
             self.manager,
             self.camera.next_frame,
@@ -85,6 +87,7 @@ class Rig:
             self.topics,
             self.record,
             aim=lambda camera, time, pose: self.aim(camera, time, pose),
+            sun_at=lambda time, pose: self.sun_at(time, pose),
         )
 
     def situation(self) -> Situation:
@@ -166,6 +169,22 @@ async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:
     assert rig.topics.annotated.value is not None
     assert rig.topics.annotated.value.captured == 2.0
     assert rig.topics.des_loc_inbound.value is None
+
+
+async def test_the_sun_of_the_picture_s_moment_and_place_goes_with_the_frame(rig: Rig) -> None:
+    asked: list[tuple[float, VehiclePose]] = []
+
+    def sun_at(time: float, pose: VehiclePose) -> SunPosition:
+        asked.append((time, pose))
+        return SunPosition(170.0, 40.0)
+
+    await rig.put(1.0)
+    rig.sun_at = sun_at
+    await rig.put(2.0)
+    rig.pose = lambda _time: None
+    await rig.put(3.0)
+    assert [frame.sun for frame in rig.recorded] == [None, SunPosition(170.0, 40.0), None]
+    assert asked == [(2.0, vehicle_pose(2.0))]
 
 
 async def test_the_height_of_the_ground_goes_with_the_frame(rig: Rig) -> None:

@@ -55,8 +55,8 @@ class Said:
             "relative_alt": round(up * 1000),
         }
 
-    def system_time(self) -> tuple[str, dict[str, Any]]:
-        return "SYSTEM_TIME", {"time_boot_ms": self.ms, "time_unix_usec": 0}
+    def system_time(self, utc: float = 0.0) -> tuple[str, dict[str, Any]]:
+        return "SYSTEM_TIME", {"time_boot_ms": self.ms, "time_unix_usec": round(utc * 1e6)}
 
     def home(self, north: float = 0.0) -> tuple[str, dict[str, Any]]:
         return "HOME_POSITION", {

@@ -63,6 +63,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "remote_id.description": ("", "x" * 24),
     "remote_id.serial_number": ("", "x" * 21),
     "vision.engine": NO_WORD,
+    "vision.sun": NO_WORD,
     "web.host": NO_HOST,
     "web.token": ("", "short"),
     "web.allowed_hosts": ("http://x.example", "x.example:80", "x.example/hawk", "*.example"),

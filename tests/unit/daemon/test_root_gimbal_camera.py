@@ -1,4 +1,4 @@
-"""The daemon gives the algorithms the gimbal's attitude where the settings say that there is a gimbal."""
+"""The daemon gives the algorithms the gimbal's attitude and the sun where the settings say so."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from hawk.algo.loop import fixed_mount
-from hawk.config.sections import CameraSettings, Config, StoreSettings, WatchdogSettings
+from hawk.algo.loop import fixed_mount, unknown_sun
+from hawk.config.sections import CameraSettings, Config, StoreSettings, VisionSettings, WatchdogSettings
 from hawk.daemon import root as daemon_module
 from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.runtime.program_log import ProgramLog
@@ -30,20 +30,24 @@ class FakeLoop:
     async def close(self) -> None: ...
 
 
-@pytest.mark.parametrize("has_gimbal", [True, False])
-async def test_pictures_are_turned_by_the_gimbal_that_the_settings_name(
-    has_gimbal: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("is_on", [True, False])
+async def test_pictures_have_the_gimbal_and_the_sun_that_the_settings_name(
+    is_on: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(daemon_module, "AlgorithmLoop", FakeLoop)
     monkeypatch.setattr(daemon_module, "_make_manager", lambda *_: None)
     output = ProgramLog("info")
-    camera = CameraSettings(url="file:///there/is/none.mp4", gimbal=has_gimbal)
+    camera = CameraSettings(url="file:///there/is/none.mp4", gimbal=is_on)
     store, watchdog = StoreSettings(directory=tmp_path), WatchdogSettings(enabled=False)
-    daemon = Daemon(Config(camera=camera, store=store, watchdog=watchdog), DaemonOptions(), output)
+    vision = VisionSettings(sun="auto" if is_on else "off")
+    config = Config(camera=camera, store=store, watchdog=watchdog, vision=vision)
+    daemon = Daemon(config, DaemonOptions(), output)
     try:
         await daemon._start_algorithms()
-        aim = FakeLoop.given[-1]
-        assert aim == (daemon.autopilot.telemetry.gimbal.aim if has_gimbal else fixed_mount)
+        telemetry = daemon.autopilot.telemetry
+        *_, aim, sun_at = FakeLoop.given
+        assert aim == (telemetry.gimbal.aim if is_on else fixed_mount)
+        assert sun_at == (telemetry.sun_at if is_on else unknown_sun)
     finally:
         await daemon._close()
         output.close()

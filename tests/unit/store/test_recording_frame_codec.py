@@ -14,6 +14,7 @@ from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose, Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sun import SunPosition
 from hawk.store.recording import FrameFormatError, decode_frame, encode_frame, to_plain, values_of
 
 FRAME = FrameInput(
@@ -28,6 +29,7 @@ FRAME = FrameInput(
     heights=HeightParameters(),
     fence=Fence(((0.0, 1.0), (2.0, 3.0), (4.0, 5.0)), ((0.0, 1.0), (2.0, 3.0), (4.0, 5.0)), 97.0, 100.0),
     home=MapPoint(0.5, -0.5),
+    sun=SunPosition(181.25, 33.5),
 )
 finite = st.floats(allow_nan=False, allow_infinity=False)
 

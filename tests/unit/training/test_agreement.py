@@ -20,20 +20,21 @@ class BrightStalls:
     def __init__(self, *, blind: bool = False) -> None:
         self.blind = blind
 
-    def run(self, picture: NDArray[np.uint8]) -> NetworkMaps:
+    def run(self, picture: NDArray[np.uint8], _sun: object = None) -> NetworkMaps:
         import cv2
 
         grey = picture.mean(2)
         count, marks, stats, _ = cv2.connectedComponentsWithStats((grey > BRIGHT / 2).astype(np.uint8))
+        is_blue = picture[..., 0] > picture[..., 1] * 0.8  # in any light
         boxes, taken = [], []
         for left, top, width, height, area in stats[1:count].tolist():
             if area < 300 or (self.blind and width > height):
                 continue
             boxes.append([(left, top), (left + width, top), (left + width, top + height), (left, top + height)])
-            taken.append(bool(picture[top : top + height, left : left + width, 0].min() > picture.max() * 0.9))
+            taken.append(bool(is_blue[top : top + height, left : left + width].mean() > 0.5))
         shape = np.zeros((*grey.shape, 4), np.uint8)
         shape[..., 0] = marks > 0
-        shape[..., 1] = (marks > 0) & (picture[..., 0] > picture.max() * 0.9)
+        shape[..., 1] = (marks > 0) & is_blue
         target = draw_targets(
             shape, np.ones(grey.shape, np.uint8), np.array(boxes, float).reshape(-1, 4, 2), np.array(taken, bool),
             np.ones(len(boxes), bool),

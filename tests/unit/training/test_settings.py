@@ -40,6 +40,7 @@ def test_widths_are_five_whole_numbers() -> None:
         (["--threads", "2"], "threads", 2),
         (["--painters", "3"], "painters", 3),
         (["--float32"], "bfloat16", False),
+        (["--device", "cuda"], "device", "cuda"),
     ],
 )
 def test_each_option_changes_its_own_setting_only(arguments: list[str], field: str, value: object) -> None:

@@ -9,6 +9,7 @@ import pytest
 torch = pytest.importorskip("torch", reason="training needs the training extra")
 
 from hawk.algo.vision.network import StallNetwork  # noqa: E402
+from training.augment import sample  # noqa: E402
 from training.export import export  # noqa: E402
 from training.loss import loss  # noqa: E402
 from training.network import StallNet  # noqa: E402
@@ -27,7 +28,7 @@ from training.targets import (  # noqa: E402
     TARGET_CHANNELS,
     TrainingScene,
 )
-from training.train import train  # noqa: E402
+from training.train import Batch, learn, train  # noqa: E402
 
 SMALL = (4, 4, 4, 4, 4)
 
@@ -200,3 +201,26 @@ def test_an_exported_network_is_taken_up_as_it_is_and_trains_on(tmp_path: Path) 
     assert float(near.abs().mean()) < 0.1 * float(dark.abs().mean())
     with pytest.raises(ResumeError, match="train from the beginning"):
         load_onnx(StallNet(), tmp_path / "first.onnx", pictures)
+
+
+DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU"))]
+
+
+def first_loss(device: str, *, bfloat16: bool) -> float:
+    """Return the loss of the first step from seed 5, on a batch that follows from the seed alone."""
+    torch.manual_seed(5)
+    network = StallNet().to(device).train()
+    scene, rng = SetPool().scene, np.random.default_rng(5)
+    samples = [sample(scene, rng, 64) for _ in range(4)]
+    parts = (torch.from_numpy(np.stack([getattr(s, name) for s in samples])) for name in ("picture", "target", "sun"))
+    picture, target, sun = parts
+    batch: Batch = (picture, target, sun)
+    return learn(network, torch.optim.AdamW(network.parameters(), 1e-3), batch, bfloat16=bfloat16)["total"]
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("bfloat16", [False, True])
+def test_every_device_and_precision_begins_with_the_same_loss(device: str, bfloat16: bool) -> None:
+    """bfloat16 has 8 bits: 2^-8 a product, some of it cancels over 64 and more inputs."""
+    reference = first_loss("cpu", bfloat16=False)
+    assert first_loss(device, bfloat16=bfloat16) == pytest.approx(reference, rel=2**-8 if bfloat16 else 1e-4)

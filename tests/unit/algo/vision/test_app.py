@@ -20,6 +20,7 @@ from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
+from hawk.model.sun import SunPosition
 from tests.unit.jpegs import jpeg, scene, without
 
 F = 640 / math.tan(math.radians(35))
@@ -36,8 +37,10 @@ class SetFinder(NetworkFinder):
         self.stalls: tuple[StallSeen, ...] = ()
         self.lot = 0.0
         self.error: Exception | None = None
+        self.shadows: list[tuple[float, float] | None] = []
 
-    def find(self, picture: GroundImage) -> Found:
+    def find(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
+        self.shadows.append(shadow)
         if self.error:
             raise self.error
         half = GroundImage(
@@ -81,6 +84,15 @@ def test_a_frame_is_rectified_looked_at_and_published(rig: Rig) -> None:
     assert rig.topics.vision_app_health_pub.value.is_healthy
     assert rig.app.seen.image is not None
     assert rig.app.seen.image.shape == (720, 1280, 3)
+
+
+def test_the_finder_gets_the_shadow_of_the_frame_s_sun_and_none_at_night_or_where_it_is_not_known(rig: Rig) -> None:
+    for sun in (SunPosition(180.0, 45.0), SunPosition(0.0, -5.0), None):
+        rig.frame = replace(rig.frame, sun=sun)
+        rig.process()
+    first, *others = rig.finder.shadows
+    assert first == pytest.approx((1.0, 0.0))
+    assert others == [None, None]
 
 
 def test_the_lot_s_detection_is_steady(rig: Rig) -> None:

@@ -89,6 +89,49 @@ def test_taken_and_free_are_distinguished_with_the_middle_at_one_half() -> None:
     assert (taken[[0, 2]] < 0.1).all()
 
 
+def test_a_car_that_leans_in_from_the_side_speaks_less_for_taken_than_one_in_the_middle() -> None:
+    stalls = row_of(3, 0.0, start=(60, 70))
+    maps = ideal_maps(stalls)
+    found = order(decode.vote(maps, CELL), stalls)
+    maps.taken[:] = 0.5
+    grid = decode.sample_points(found)
+    for k, share in ((0, np.abs(decode.sample_grid()[:, 0]) < 0.16), (1, decode.sample_grid()[:, 0] < -0.16)):
+        column, row = np.rint(grid[k][share]).astype(int).T
+        maps.car[row, column] = 1.0
+    features = decode.state_features(maps, found)
+    middle = decode.STATE_FEATURES.index("middle")
+    assert features[0, middle] == pytest.approx(1.0)
+    assert features[1, middle] == pytest.approx(0.0, abs=0.05)
+    assert features[:, decode.STATE_FEATURES.index("said")] == pytest.approx(0.0, abs=1e-6)
+    in_middle, aside, bare = decode.occupancy(maps, found)
+    assert in_middle > 0.75
+    assert in_middle > aside
+    assert aside < 0.5
+    assert bare < 0.5
+
+
+@given(said=st.floats(0.0, 1.0), car=st.floats(0.0, 1.0))
+@settings(max_examples=30)
+def test_the_probability_of_taken_rises_with_what_the_network_says(said: float, car: float) -> None:
+    stalls = row_of(1, 0.4, start=(60, 70))
+    maps = ideal_maps(stalls)
+    found = decode.vote(maps, CELL)
+    maps.car[:] = car
+    probabilities = []
+    for value in (0.0, said, 1.0):
+        maps.taken[:] = value
+        probabilities.append(float(decode.occupancy(maps, found)[0]))
+    assert 0 < probabilities[0] <= probabilities[1] <= probabilities[2] < 1
+
+
+def test_cars_are_shares_of_what_the_picture_shows_of_a_stall() -> None:
+    stalls = [(0.0, 60.0, 0.0, 13.0, 26.0)]
+    maps = ideal_maps(stalls, taken={0})
+    maps.car[:] = 1.0
+    found = Stalls(*(np.array([value]) for value in (*stalls[0], 1.0)))
+    assert decode.state_features(maps, found)[0, 1:] == pytest.approx(1.0)
+
+
 def test_nothing_to_see_gives_nothing() -> None:
     maps = ideal_maps([])
     found = decode.vote(maps, CELL)

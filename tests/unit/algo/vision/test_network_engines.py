@@ -31,6 +31,15 @@ def test_all_engines_answer_alike() -> None:
             assert np.allclose(getattr(first, name), getattr(other, name), atol=1e-3)
 
 
+def test_without_a_choice_the_fastest_engine_that_is_installed_runs_it() -> None:
+    assert StallNetwork.load().engine == "onnxruntime"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_chosen_engine_runs_it(engine: Engine) -> None:
+    assert StallNetwork.load(engine=engine).engine == engine
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 def test_onnx_runtime_has_as_many_threads_as_it_is_given(threads: int) -> None:
     picture = np.full((64, 96, 3), 90, np.uint8)
@@ -76,6 +85,22 @@ def test_an_engine_that_is_not_installed_is_refused_before_the_start() -> None:
 
 
 @pytest.mark.usefixtures("not_installed")
+def test_without_a_choice_opencv_runs_it_where_it_is_alone(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    assert StallNetwork.load().engine == "opencv"
+    assert VisionApp(VisionSettings()) is not None
+    assert "the network runs in opencv, threads: 1" in caplog.text
+    check_model(VisionSection())
+
+
+def test_a_file_that_is_no_network_is_refused_without_a_choice_too(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.onnx"
+    broken.write_bytes(b"no network")
+    with pytest.raises(VisionModelError, match="is not an ONNX file that the engine can read"):
+        StallNetwork.load(broken)
+
+
+@pytest.mark.usefixtures("not_installed")
 def test_in_the_air_opencv_stands_in_for_an_engine_that_is_gone(caplog: pytest.LogCaptureFixture) -> None:
     config = Config(vision=VisionSection(engine="onnxruntime"))
     manager = make_manager(config, "lot", is_simulation=True)
@@ -84,5 +109,5 @@ def test_in_the_air_opencv_stands_in_for_an_engine_that_is_gone(caplog: pytest.L
 
 
 def test_an_engine_that_there_is_not_is_refused_with_those_that_there_are() -> None:
-    with pytest.raises(ConfigError, match=r"HAWK_VISION__ENGINE: vision\.engine: .*'opencv' or 'onnxruntime'"):
+    with pytest.raises(ConfigError, match=r"HAWK_VISION__ENGINE: vision\.engine: .*'auto', 'opencv' or 'onnxruntime'"):
         load_config(None, {"HAWK_VISION__ENGINE": "ncnn"})

@@ -1,0 +1,1 @@
+"""Registration of one map of a lot on another map of it."""

@@ -1,0 +1,222 @@
+"""Registration of a whole map of a lot on an earlier one: a shift and a turn, or "not certain".
+
+Rows repeat at every pitch, so many places fit almost as well as the right one. The best place is taken only where it
+beats every other by a margin; the others are given too, for a person to choose.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, maximum_filter
+from scipy.spatial import cKDTree
+
+from hawk.algo.registration.likelihood import DEVIATION_M, Fit, Likelihood, Placement, StallMap
+from hawk.algo.rows.fit import Indices
+from hawk.algo.vision import quads
+from hawk.algo.vision.seen import FloatArray
+
+REACH_M: Final = 4.5
+"""Longest shift that is sought."""
+REACH_RAD: Final = math.radians(4.0)
+"""Widest turn that is sought."""
+MARGIN: Final = math.log(1e4)
+"""Nats by which the best place must beat every other: with rates of misses and of false stalls that hold, the wrong
+place wins by as much once in ten thousand maps."""
+LEAST_PAIRS: Final = 4
+LEAST_SHARE: Final = 0.5
+"""Share of the stalls in common view that must be paired: with fewer, it is another lot, or not the same any more."""
+_OTHER_M: Final = 1.2
+"""Two placements are two places where they put the stalls this far apart, in the mean: half of the narrowest pitch."""
+_ANGLE: Final = 0.25
+_BIN_M: Final = 0.25
+_PEAKS_A_TURN: Final = 8
+_REFINED: Final = 48
+_ROUNDS: Final = 6
+_STALLS_AWAY: Final = 4
+
+
+class Doubt(StrEnum):
+    """Why a map is not registered."""
+
+    TOO_FEW = "too few stalls on ground that both maps saw"
+    ALIKE = "two places fit alike"
+    DIFFERENT = "the stalls differ too much"
+    FAR = "it fits better farther off than a receiver errs"
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A place of the found map on the known one, and how well it fits."""
+
+    placement: Placement
+    fit: Fit
+
+
+@dataclass(frozen=True, slots=True)
+class Registration:
+    """The ``best`` place, and the ``second`` one, a place of its own, where there is any. ``doubt`` is None where the
+    best one is certain.
+    """
+
+    best: Candidate | None
+    second: Candidate | None
+    doubt: Doubt | None
+
+    @property
+    def is_certain(self) -> bool:
+        """True when the best place is the right one."""
+        return self.doubt is None
+
+    @property
+    def lead(self) -> float:
+        """Nats by which the best place is ahead; infinite without a second one."""
+        if self.best is None:
+            return 0.0
+        return self.best.fit.score - self.second.fit.score if self.second else math.inf
+
+    @property
+    def pairs(self) -> Indices:
+        """Stalls (K, 2) that are one, known and found: none unless the place is certain."""
+        if self.doubt is not None or self.best is None:
+            return np.zeros((0, 2), np.intp)
+        return self.best.fit.pairs
+
+
+def register(known: StallMap, found: StallMap) -> Registration:
+    """Return where ``found`` lies on ``known``; both are given as they are placed so far."""
+    if min(len(known.stalls), len(found.stalls)) < LEAST_PAIRS:
+        return Registration(None, None, Doubt.TOO_FEW)
+    likelihood = Likelihood(known, found)
+    candidates = _candidates(likelihood)
+    if not candidates:
+        return Registration(None, None, Doubt.TOO_FEW)
+    best = max(candidates, key=lambda one: one.fit.score)
+    candidates += [refined(likelihood, place) for place in _stalls_away(known, best.placement)]
+    best = max(candidates, key=lambda one: one.fit.score)
+    others = [one for one in candidates if _apart(one.placement, best.placement, found) > _OTHER_M]
+    second = max(others, key=lambda one: one.fit.score, default=None)
+    return Registration(best, second, _doubt(best, second))
+
+
+def _doubt(best: Candidate, second: Candidate | None) -> Doubt | None:
+    if len(best.fit.pairs) < LEAST_PAIRS:
+        return Doubt.TOO_FEW
+    if best.fit.share < LEAST_SHARE:
+        return Doubt.DIFFERENT
+    if second is not None and best.fit.score - second.fit.score < MARGIN:
+        return Doubt.ALIKE
+    return None if _is_within_reach(best.placement) else Doubt.FAR
+
+
+def refined(likelihood: Likelihood, placement: Placement) -> Candidate:
+    """Return the placement moved to where its own pairs lie best, by least squares that far pairs hardly move."""
+    known, found = likelihood.known.stalls.centres, likelihood.found.stalls.centres
+    best = Candidate(placement, likelihood.fit(placement))
+    for _ in range(_ROUNDS):
+        pairs, away = likelihood.pairs(placement)
+        if len(pairs) < 2:
+            break
+        weight = 1 / (1 + (away / DEVIATION_M) ** 2)
+        placement = _least_squares(known[pairs[:, 0]], found[pairs[:, 1]], weight, placement.pivot)
+        moved = Candidate(placement, likelihood.fit(placement))
+        if moved.fit.score <= best.fit.score + 1e-6:
+            break
+        best = moved
+    return best
+
+
+def _least_squares(known: FloatArray, found: FloatArray, weight: FloatArray, pivot: tuple[float, float]) -> Placement:
+    """Return the turn and shift that bring ``found`` (N, 2) onto ``known`` (Kabsch 1976, in the plane)."""
+    from_middle, to_middle = (np.average(places, axis=0, weights=weight) for places in (found, known))
+    a, b = found - from_middle, known - to_middle
+    turn = math.atan2(float(weight @ (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])), float(weight @ (a * b).sum(1)))
+    turn = float(np.clip(turn, -REACH_RAD, REACH_RAD))
+    without = Placement(turn, (0.0, 0.0), pivot)
+    north, east = (to_middle - without.of(from_middle[None])[0]).tolist()
+    return Placement(turn, (north, east), pivot)
+
+
+def _candidates(likelihood: Likelihood) -> list[Candidate]:
+    """Return the best places, refined, from the shifts that many pairs of stalls have in common at each turn."""
+    peaks = sorted(_peaks(likelihood.known, likelihood.found), key=lambda peak: -peak[0])
+    candidates: list[Candidate] = []
+    for _, placement in peaks:
+        if any(_apart(placement, taken.placement, likelihood.found) < DEVIATION_M for taken in candidates):
+            continue
+        candidates.append(refined(likelihood, placement))
+        if len(candidates) == _REFINED:
+            break
+    return candidates
+
+
+def _peaks(known: StallMap, found: StallMap) -> Iterator[tuple[float, Placement]]:
+    """Yield, for each turn, the shifts that most pairs of stalls have in common, with how many."""
+    centres = found.stalls.centres
+    middle = centres.mean(axis=0)
+    pivot = (float(middle[0]), float(middle[1]))
+    radius = max(float(np.hypot(*(centres - middle).T).max()), 1.0)
+    count = math.ceil(REACH_RAD / (DEVIATION_M / radius))
+    tree = cKDTree(known.stalls.centres)
+    for turn in np.linspace(-REACH_RAD, REACH_RAD, 2 * count + 1).tolist():
+        placed = Placement(turn, (0.0, 0.0), pivot).of(centres)
+        for weight, shift in _common_shifts(known, tree, placed, found.stalls.angle + turn):
+            yield weight, Placement(turn, shift, pivot)
+
+
+def _common_shifts(
+    known: StallMap, tree: cKDTree, placed: FloatArray, angle: FloatArray
+) -> list[tuple[float, tuple[float, float]]]:
+    near = cKDTree(placed).sparse_distance_matrix(tree, REACH_M + 2 * _BIN_M, output_type="coo_matrix")
+    alike = quads.angle_between(angle[near.row], known.stalls.angle[near.col]) < _ANGLE
+    shifts = known.stalls.centres[near.col[alike]] - placed[near.row[alike]]
+    side = math.ceil((REACH_M + 2 * _BIN_M) / _BIN_M)
+    edges = (np.arange(2 * side + 2) - side - 0.5) * _BIN_M
+    counted, _, _ = np.histogram2d(shifts[:, 0], shifts[:, 1], bins=[edges, edges])
+    votes = gaussian_filter(counted, DEVIATION_M / _BIN_M, mode="constant")
+    tops = np.argwhere((votes == maximum_filter(votes, 3)) & (votes > 0))
+    most = tops[np.argsort(-votes[tops[:, 0], tops[:, 1]], kind="stable")][:_PEAKS_A_TURN]
+    return [(float(votes[i, j]), ((i - side) * _BIN_M, (j - side) * _BIN_M)) for i, j in most.tolist()]
+
+
+def _stalls_away(known: StallMap, placement: Placement) -> Iterator[Placement]:
+    """Yield the places that lie some stalls farther along the rows, either way: what is mistaken most easily.
+
+    They may lie beyond reach: where such a place is the best, none within reach is right.
+    """
+    for direction, pitch in _pitches(known):
+        for steps in (*range(-_STALLS_AWAY, 0), *range(1, _STALLS_AWAY + 1)):
+            north = placement.shift[0] + steps * pitch * direction[0]
+            east = placement.shift[1] + steps * pitch * direction[1]
+            yield Placement(placement.turn, (north, east), placement.pivot)
+
+
+def _pitches(known: StallMap) -> Sequence[tuple[tuple[float, float], float]]:
+    """Return, for each direction in which stalls lie side by side, a unit vector and the usual distance."""
+    centres, angle = known.stalls.centres, known.stalls.angle
+    pairs = cKDTree(centres).query_pairs(2 * float(np.median(known.stalls.width)), output_type="ndarray")
+    alike = quads.angle_between(angle[pairs[:, 0]], angle[pairs[:, 1]]) < _ANGLE
+    apart = (centres[pairs[:, 1]] - centres[pairs[:, 0]])[alike]
+    toward = np.arctan2(apart[:, 1], apart[:, 0]) % np.pi
+    kind = np.rint(toward / np.radians(10)).astype(int) % 18
+    found = []
+    for number in np.unique(kind).tolist():
+        mine = kind == number
+        doubled = float(np.angle(np.exp(2j * toward[mine]).mean())) / 2
+        found.append(((math.cos(doubled), math.sin(doubled)), float(np.median(np.hypot(*apart[mine].T)))))
+    return found
+
+
+def _is_within_reach(placement: Placement) -> bool:
+    return math.hypot(*placement.shift) <= REACH_M + DEVIATION_M and abs(placement.turn) <= REACH_RAD
+
+
+def _apart(first: Placement, second: Placement, found: StallMap) -> float:
+    """Return the mean distance between the stalls of ``found`` at two placements."""
+    places = found.stalls.centres[:: max(1, len(found.stalls) // 100)]
+    return float(np.hypot(*(first.of(places) - second.of(places)).T).mean())
