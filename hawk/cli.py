@@ -18,6 +18,7 @@ from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
 from hawk.config.sections import ConfigError, load_settings
+from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
 from hawk.runtime.process import end_within
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
@@ -33,7 +34,13 @@ from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
-COMMANDS = {"run", "survey", "film", MAKE_BACKGROUND, CALIBRATE} | ACCESS_COMMANDS | CHECK_COMMANDS | VERSION_COMMANDS
+COMMANDS = (
+    {"run", "survey", "film", MAKE_BACKGROUND, CALIBRATE}
+    | ACCESS_COMMANDS
+    | CHECK_COMMANDS
+    | VERSION_COMMANDS
+    | LOT_COMMANDS
+)
 EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
 EXIT_FAILED = 1
@@ -91,6 +98,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_check_commands(commands)
     add_calibrate_command(commands)
     add_background_command(commands)
+    add_lot_commands(commands)
     add_version_commands(commands)
     return parser
 

@@ -301,6 +301,7 @@ class StoreSettings(Section):
     """Storage on disk."""
 
     directory: FilePath = Path("var")
+    lots: FilePath | None = None
     record: bool = True
     minimum_free_mb: int = Field(default=500, ge=1, le=1_000_000)
 

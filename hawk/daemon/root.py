@@ -35,6 +35,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
+from hawk.daemon.lot_keeper import LotKeeper
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
@@ -48,8 +49,10 @@ from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
+from hawk.lots.finished import LandedSurvey
+from hawk.lots.store import LotStore, lots_file
 from hawk.model.lot_map import OccupancyMap
-from hawk.model.moment import this_moment
+from hawk.model.moment import is_wall_clock_kept, this_moment
 from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
@@ -255,6 +258,7 @@ class Daemon:
             lambda output: self.performance.frame_published(output.captured, output.timings)
         )
         self.results.frame_output.listen(lambda output: self.camera.looked_at(is_damaged=output.is_damaged))
+        self._make_lots()
 
     def _web_services(self) -> WebServices:
         return WebServices(
@@ -270,6 +274,7 @@ class Daemon:
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
+            lots=self._lots,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,
@@ -416,6 +421,7 @@ class Daemon:
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
         self._own("map-keeper", self._map_keeper.run)
+        self._own("lot-keeper", self._lot_keeper.run)
         if self._flight_offer is not None:
             self._own("flight-offer", self._flight_offer.run)
 
@@ -434,6 +440,7 @@ class Daemon:
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
+        await self._lots.close()
         self._output.close()
         self._flight_state.close()
 
@@ -444,6 +451,10 @@ class Daemon:
             await asyncio.wait_for(self._map_keeper.keep(), 2.0)
         except Exception:
             _LOG.exception("the last changes of the map were not journalled")
+        try:
+            await asyncio.wait_for(self._lot_keeper.keep(), 2.0)  # it landed a moment ago
+        except Exception:
+            _LOG.exception("the survey was not stored")
 
     # -- between the parts -------------------------------------------------------------------------------------------
 
@@ -467,6 +478,25 @@ class Daemon:
         doubt = "the position is doubted: nothing is mapped by it" if self.topics.doubt_pub.value else ""
         return self.autopilot.telemetry.map_problem(self.clock()) or doubt
 
+    def _landed_survey(self) -> LandedSurvey | None:
+        """Return the survey as it is now; None before there is a map with a place on Earth."""
+        current, datum = self.inputs.occupancy_map.value, self.autopilot.datum
+        if current is None or datum is None or not (current.tiles or current.stalls):
+            return None
+        heard = self.autopilot.telemetry.utc_at(self.clock())
+        return LandedSurvey(
+            name=self._journal.survey_id,
+            datum=datum,
+            current=current,
+            outline=self.manager.outlines.outline,
+            seconds=self.clock(),
+            utc=time.time() if heard is None else heard.timestamp(),
+            time_is_sure=heard is not None or is_wall_clock_kept(),
+            program=version("hawk-drone"),
+            simulated=self._options.is_simulation,
+            speed=self.clock.speed,
+        )
+
     def _begin_another_survey(self) -> None:
         if self._map_keeper is not None:
             switching = self._map_keeper.switch(self._switch_survey)
@@ -475,6 +505,7 @@ class Daemon:
     async def _switch_survey(self) -> None:
         """Begin an empty map and a journal of its own; the page sees the empty map at once."""
         assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
+        await self._lot_keeper.keep()
         survey = self._journal.new_survey()
         outlines = self.manager.outlines
         if outlines.outline is not None and outlines.setup.source == "set":
@@ -487,6 +518,13 @@ class Daemon:
         self._journal.set_arm_place(place)
         if self.autopilot.datum is not None:
             self._journal.set_datum(self.autopilot.datum)
+
+    def _make_lots(self) -> None:
+        store = self._config.store
+        self._lots = LotStore(lots_file(store.directory, store.lots))
+        self._lot_keeper = LotKeeper(
+            self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
+        )
 
     def _make_flight_offer(self) -> None:
         """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""
@@ -505,6 +543,7 @@ class Daemon:
             self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
+            self._lot_keeper.note(armed=state.armed)
             if self._flight_offer is not None:
                 self._flight_offer.note(armed=state.armed)
 

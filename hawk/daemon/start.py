@@ -80,6 +80,6 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
         update={
             "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
             "camera": config.camera.model_copy(update={"url": address.camera_url}),
-            "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION}),
+            "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION, "lots": None}),
         }
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,6 +32,19 @@ class Moment:
     def before(self, seconds: float) -> Moment:
         """Return the moment that many seconds earlier."""
         return replace(self, seconds=self.seconds - seconds, utc=self.utc - seconds)
+
+
+_CLOCK_ERROR: Final = 5  # TIME_ERROR of adjtimex(2): nothing keeps the clock right
+_TIMEX_BYTES: Final = 512
+
+
+def is_wall_clock_kept() -> bool:
+    """Return False when the kernel knows that no time server and no GNSS receiver keeps its clock right."""
+    try:
+        state = ctypes.CDLL(None).adjtimex(ctypes.create_string_buffer(_TIMEX_BYTES))
+    except (OSError, AttributeError):
+        return True
+    return bool(state != _CLOCK_ERROR)
 
 
 UNKNOWN_MOMENT: Final = Moment()

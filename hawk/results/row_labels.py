@@ -51,14 +51,14 @@ def row_labels(stalls: Mapping[int, Stall]) -> dict[int, str]:
     down = _reading_direction(given, rows)
     rows.sort(key=lambda row: (len(row) == 1, *_order(given, row, down)))
     labels = {}
-    for letter, row in zip(_letters(), rows, strict=False):
+    for letter, row in zip(letters(), rows, strict=False):
         along = given.centres[row] @ _along(down)
         for number, index in enumerate(row[np.argsort(along, kind="stable")].tolist(), 1):
             labels[given.ids[index]] = f"{letter} {number}"
     return labels
 
 
-def _letters() -> Iterator[str]:
+def letters() -> Iterator[str]:
     """Yield A to Z, AA to AZ, BA and so on, for ever."""
     size = 1
     while True:

@@ -20,6 +20,7 @@ from hawk.comm.protocol.heartbeat import ClientId, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.config.reference import Setting
 from hawk.config.sections import OperatorSettings, WebSettings
+from hawk.lots.store import LotStore
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
@@ -95,6 +96,8 @@ class WebServices:
     read_area: Callable[[bytes, str], str] = _no_area
     """Returns the area of a file's bytes for the editor of a kind (fence, outline), as GeoJSON; takes up to 0.1 s.
     Raises ValueError with the words for a file that holds none."""
+    lots: LotStore | None = None
+    """Lots and surveys that last; None: there are none here."""
     folder: Path | None = None
     """Folder of the token file and of the kept logins; None: `WebSettings.token` alone, and nothing is kept."""
     tls: Tls | None = None

@@ -11,6 +11,7 @@ import logging
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from datetime import datetime
 from typing import Any, Final
 
 from hawk.comm.autopilot.boot_clock import BootClock, GnssClock
@@ -182,6 +183,10 @@ class Telemetry:
         """Return where the sun stands over a vehicle at a time, None while the autopilot's UTC is not known."""
         moment = self._gnss_clock.at(time)
         return None if moment is None else sun_position(moment, pose.global_.latitude, pose.global_.longitude)
+
+    def utc_at(self, time: float) -> datetime | None:
+        """Return the moment at a time of our clock by the autopilot's GNSS; None while its UTC is not known."""
+        return self._gnss_clock.at(time)
 
     def map_problem(self, now: float) -> str:
         """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import hashlib
 import ipaddress
 import logging
@@ -22,6 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config.sections import ConfigError, WebSettings
+from hawk.model.moment import is_wall_clock_kept
 from hawk.model.sentences import say
 from hawk.runtime.files import leave_to_owner, write_private
 
@@ -206,8 +206,6 @@ RELEASED: Final = datetime(2026, 11, 26, tzinfo=UTC)
 """Day of the newest release (CHANGELOG.md): a clock that is earlier is wrong."""
 _BEFORE: Final = timedelta(days=2)
 """A certificate begins this long before it is made: clocks that are behind by less take it."""
-_CLOCK_ERROR: Final = 5  # TIME_ERROR of adjtimex(2): nothing keeps the clock right
-_TIMEX_BYTES: Final = 512
 """More than struct timex; all zero it asks for the state alone."""
 
 
@@ -274,11 +272,7 @@ def usual_names(settings: WebSettings) -> list[str]:
 
 def clock_doubt() -> str:
     """Return why this computer's clock may be wrong; empty when a time server or the like keeps it right."""
-    try:
-        state = ctypes.CDLL(None).adjtimex(ctypes.create_string_buffer(_TIMEX_BYTES))
-    except (OSError, AttributeError):
-        return ""
-    if state != _CLOCK_ERROR:
+    if is_wall_clock_kept():
         return ""
     now = datetime.now(UTC)
     return f"Nothing keeps this clock right. Is it {now:%Y-%m-%d %H:%M} UTC? Else set it, and make it again: --replace."

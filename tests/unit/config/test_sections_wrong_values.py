@@ -266,6 +266,8 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--out": ((__file__,), NO_PATH),
         "--zooms": ((__file__, "--out", "o"), ("", "x", "5-4", "24", "-1")),
     },
+    "backup": {**STORE, "FILE": ((), (*NO_PATH, "/", "/nowhere/lots.db"))},
+    "restore": {**STORE, "FILE": ((), NOT_THERE)},
     "rollback": {},
     "versions": {},
 }
@@ -303,6 +305,8 @@ def cases() -> Iterator[tuple[str, str, tuple[str, ...], str]]:
 
 POSITIONS: dict[str, Callable[[str, str], list[str]]] = {
     "film": lambda name, value: [value, "x.avi"] if name == "RECORDING" else [__file__, value],
+    "backup": lambda name, value: [value if name == "FILE" else "lots.db"],
+    "restore": lambda name, value: [value if name == "FILE" else __file__],
     "tokens": lambda name, value: [value, "operator"] if name == "work" else ["rotate", value],
 }
 

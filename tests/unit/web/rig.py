@@ -21,6 +21,7 @@ from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
+from hawk.lots.store import LotStore
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.performance import LagSummary
@@ -81,6 +82,7 @@ class Rig:
     simulation: bool = True
     cookie_secret: bytes = b"s" * 32
     folder: Path | None = None
+    lots: LotStore | None = None
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
@@ -115,6 +117,7 @@ class Rig:
             queues=lambda: {"journal": 5},
             monotonic=self.real,
             folder=self.folder,
+            lots=self.lots,
             tls=self.tls,
             wall=self.wall,
             settings=settings(Config(web=self.web), reference_text()),

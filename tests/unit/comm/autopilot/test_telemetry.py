@@ -827,3 +827,13 @@ def test_the_altitude_by_gnss_comes_with_the_reported_one(rig: Rig) -> None:
     assert heard(alt=105_000) == (105.0, None, ALTITUDE)
     rig.advance(1.5)
     assert heard(alt=109_000) == (105.0, None, ALTITUDE), "the reported one is old"
+
+
+@pytest.mark.parametrize(("usec", "utc"), [(1_814_400_000_000_000, 1_814_400_000.0), (0, None), (60_000_000, None)])
+def test_the_wall_clock_of_an_autopilot_is_known_once_gnss_has_set_it(rig: Rig, usec: int, utc: float | None) -> None:
+    rig.fly(0.5)
+    rig.take(("SYSTEM_TIME", {"time_boot_ms": round(rig.said.boot * 1e3), "time_unix_usec": usec}))
+    found = rig.telemetry.utc_at(rig.clock() + 5.0)
+    assert (None if found is None else found.timestamp()) == (
+        None if utc is None else pytest.approx(utc + 5.0, abs=0.1)
+    )

@@ -522,6 +522,26 @@ file-picture = Picture of the lot
 file-recording = Recording
 # $kind: CSV, JPEG
 file-kind-size = { $kind }, { $size }
+lots = Lots
+lot-stalls =
+    { $stalls ->
+        [one] 1 stall
+       *[other] { $stalls } stalls
+    }
+lot-surveys =
+    { $surveys ->
+        [one] 1 survey
+       *[other] { $surveys } surveys
+    }
+# $when: a day
+lot-seen = · last seen { $when }
+rename = Rename
+rename-lot = Rename { $name }
+name-of-lot = Name of the lot
+which-lot = Which lot is it?
+# $when: a day
+survey-of = Survey of { $when }
+a-new-lot = A new lot
 
 ## Battery
 

@@ -522,6 +522,26 @@ file-stalls = Places pour SIG
 file-picture = Image du parking
 file-recording = Enregistrement
 file-kind-size = { $kind }, { $size }
+lots = Parkings
+lot-stalls =
+    { $stalls ->
+        [one] { $stalls } place
+       *[other] { $stalls } places
+    }
+lot-surveys =
+    { $surveys ->
+        [one] { $surveys } relevé
+       *[other] { $surveys } relevés
+    }
+# $when: a day
+lot-seen = · vu le { $when }
+rename = Renommer
+rename-lot = Renommer { $name }
+name-of-lot = Nom du parking
+which-lot = Quel parking est-ce ?
+# $when: a day
+survey-of = Relevé du { $when }
+a-new-lot = Un nouveau parking
 
 ## Batterie
 

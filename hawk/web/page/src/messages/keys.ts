@@ -330,6 +330,16 @@ export interface Messages {
   "file-picture": Record<string, never>;
   "file-recording": Record<string, never>;
   "file-kind-size": { kind: string | number; size: string | number };
+  "lots": Record<string, never>;
+  "lot-stalls": { stalls: number };
+  "lot-surveys": { surveys: number };
+  "lot-seen": { when: string | number };
+  "rename": Record<string, never>;
+  "rename-lot": { name: string | number };
+  "name-of-lot": Record<string, never>;
+  "which-lot": Record<string, never>;
+  "survey-of": { when: string | number };
+  "a-new-lot": Record<string, never>;
   "battery-for-survey": Record<string, never>;
   "battery-charge": { percent: string | number };
   "battery-home": Record<string, never>;

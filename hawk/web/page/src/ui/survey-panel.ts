@@ -12,6 +12,7 @@ import { cssVars } from "./css-vars.ts";
 import "./downloads.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import "./lots.ts";
 import type { Series } from "./plot.ts";
 import "./plot.ts";
 import { swatch } from "./swatch.ts";
@@ -51,6 +52,7 @@ export class SurveyPanel extends Part {
         </div>
       </section>
       <hawk-downloads .model=${this.model}></hawk-downloads>
+      <hawk-lots .model=${this.model}></hawk-lots>
       <section class="facts">
         ${fact(this.model.flight.airTime, format.longDuration, say("in-the-air"))} ${fact(heartbeat?.["Distance Flown"], (metres) => format.distance(metres, view.units), say("flown"))}
         ${fact(heartbeat?.["Lot Area"], (squareMetres) => format.area(squareMetres, view.units), say("lot-found"))}

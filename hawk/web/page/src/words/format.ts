@@ -99,6 +99,13 @@ export function clock(time: string | number): string {
   return [date.getHours(), date.getMinutes(), date.getSeconds()].map((part) => String(part).padStart(2, "0")).join(":");
 }
 
+/** Day where this page is, from UTC in ISO 8601: 2026-05-04. */
+export function day(time: string): string {
+  const date = new Date(time);
+  if (Number.isNaN(date.getTime())) return NONE;
+  return [date.getFullYear(), date.getMonth() + 1, date.getDate()].map((part) => String(part).padStart(2, "0")).join("-");
+}
+
 /** Degrees with five decimals (about a metre) and their hemisphere. */
 export function place(latitude: number | null, longitude: number | null): string {
   if (latitude === null || longitude === null) return NONE;

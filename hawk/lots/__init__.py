@@ -1,0 +1,1 @@
+"""Lots that last: their stalls, their surveys, and what each survey saw of each stall."""

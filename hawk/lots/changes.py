@@ -1,0 +1,168 @@
+"""Changes of lots by persons: name, merge, split, move. Each is a pure operation on rows, and is undone once.
+
+An operation returns the rows that it changes as they are to be. The transaction that writes them stores the rows as
+they were, so that `undo` brings them back, as long as nobody changed one of them since. Labels that were given stay
+given.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from sqlalchemy import Connection, Table, delete, insert, select, update
+from sqlalchemy.exc import IntegrityError
+
+from hawk.lots.tables import CHANGE, LABEL, LAYOUT, METADATA, SURVEY
+from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
+
+LONGEST_NAME: Final = 80
+"""Characters of a lot's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of a table by its key; ``values`` are all its columns, None for no such row."""
+
+    table: str
+    key: tuple[Any, ...]
+    values: Mapping[str, Any] | None = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A change as it is to be written. ``lot``: the lot that it is about."""
+
+    kind: str
+    lot: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A change that was written; ``seq`` undoes it."""
+
+    seq: int
+    kind: str
+    lot: str
+
+
+def checked_name(name: object) -> str:
+    """Return a lot's name without space around it. Any text is one; nothing of it is read. Raises LotInputError."""
+    if not isinstance(name, str):
+        raise LotInputError("name", "must be text")
+    tidy = " ".join(name.split())
+    if not tidy:
+        raise LotInputError("name", "is empty: write one or more letters")
+    if len(tidy) > LONGEST_NAME:
+        raise LotInputError("name", f"has {len(tidy)} characters: write {LONGEST_NAME} or fewer")
+    if not tidy.isprintable():
+        raise LotInputError("name", "holds characters that cannot be shown: write it without")
+    return tidy
+
+
+def named(lot: Row, name: object) -> Change:
+    """Return the change of a lot's name. Raises LotInputError."""
+    return Change("name", lot.key[0], (changed(lot, name=checked_name(name)),))
+
+
+def changed(row: Row, **values: object) -> Row:
+    """Return a row with other values in some columns."""
+    assert row.values is not None  # noqa: S101 - rows that are not there are not changed
+    return Row(row.table, row.key, {**row.values, **values})
+
+
+def write(connection: Connection, change: Change, who: str, now: float) -> Done:
+    """Write a change, and the rows as they were. Raises LotStoreError for rows that do not fit the others."""
+    before = [row_of(connection, row.table, row.key) for row in change.rows]
+    _put(connection, change.rows)
+    made = connection.execute(
+        insert(CHANGE).values(kind=change.kind, who=who, made=now, before=_json(before), after=_json(change.rows))
+    )
+    seq = made.inserted_primary_key
+    assert seq is not None  # noqa: S101 - a row was inserted
+    return Done(int(seq[0]), change.kind, change.lot)
+
+
+def undo(connection: Connection, seq: int, now: float) -> str:
+    """Bring back the rows as they were before a change; return its kind.
+
+    Raises NotFoundError, and LotStoreError for a change that was undone already, or of which something changed since.
+    """
+    found = connection.execute(select(CHANGE).where(CHANGE.c.seq == seq)).mappings().first()
+    if found is None:
+        raise NotFoundError(f"change: there is none with the number {seq}")
+    if found["undone"] is not None:
+        raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
+    after = [row for row in _rows(found["after"]) if row.table != LABEL.name]
+    if any(_json([row_of(connection, row.table, row.key)]) != _json([row]) for row in after):
+        raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
+    before = [row for row in _rows(found["before"]) if row.table != LABEL.name]
+    ended = [row.key for row in before if row.table == LAYOUT.name and row.values is None]
+    own = {row.key for row in before if row.table == SURVEY.name}
+    later = (row for lot, version in ended for row in rows_where(connection, SURVEY, lot=lot, layout=version))
+    if any(row.key not in own for row in later):
+        raise LotStoreError(f"change: {seq} cannot be undone: surveys were registered since with the layout it made")
+    try:
+        _put(connection, tuple(reversed(before)))
+    except IntegrityError as error:
+        words = "surveys were stored since in the lot that it made; move them to another lot first"
+        raise LotStoreError(f"change: {seq} cannot be undone: {words}") from error
+    connection.execute(update(CHANGE).where(CHANGE.c.seq == seq).values(undone=now))
+    return str(found["kind"])
+
+
+def row_of(connection: Connection, table: str, key: Sequence[Any]) -> Row:
+    """Return a row as it is now."""
+    shown = METADATA.tables[table]
+    values = connection.execute(select(shown).where(*_is(shown, key))).mappings().first()
+    return Row(table, tuple(key), None if values is None else dict(values))
+
+
+def rows_where(connection: Connection, table: Table, **equal: object) -> list[Row]:
+    """Return the rows of a table whose columns have these values, by their keys."""
+    asked = select(table).where(*(table.c[name] == value for name, value in equal.items()))
+    keys = [column.name for column in table.primary_key]
+    found = connection.execute(asked.order_by(*(table.c[name] for name in keys))).mappings()
+    return [Row(table.name, tuple(row[name] for name in keys), dict(row)) for row in found]
+
+
+def _is(table: Table, key: Sequence[Any]) -> list[Any]:
+    return [column == value for column, value in zip(table.primary_key, key, strict=True)]
+
+
+def _put(connection: Connection, rows: Sequence[Row]) -> None:
+    """Write rows in their order: a row that others name comes before them, and goes after them."""
+    for row in rows:
+        table = METADATA.tables[row.table]
+        exists = row_of(connection, row.table, row.key).values is not None
+        if row.values is None:
+            connection.execute(delete(table).where(*_is(table, row.key)))
+        elif exists:
+            connection.execute(update(table).where(*_is(table, row.key)).values(**row.values))
+        else:
+            connection.execute(insert(table).values(**row.values))
+
+
+def _json(rows: Sequence[Row]) -> str:
+    packed = [[row.table, list(row.key), row.values] for row in rows]
+    return json.dumps(packed, allow_nan=False, separators=(",", ":"), sort_keys=True, default=_packed)
+
+
+def _packed(value: object) -> object:
+    if isinstance(value, bytes):
+        return {"bytes": base64.b64encode(value).decode()}
+    raise TypeError(f"{type(value).__name__} is no value of a row")
+
+
+def _rows(text: str) -> tuple[Row, ...]:
+    def read(value: Any) -> Any:
+        return base64.b64decode(value["bytes"]) if isinstance(value, dict) else value
+
+    return tuple(
+        Row(table, tuple(key), None if values is None else {name: read(value) for name, value in values.items()})
+        for table, key, values in json.loads(text)
+    )

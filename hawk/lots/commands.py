@@ -1,0 +1,61 @@
+"""The commands ``hawk-drone backup`` and ``hawk-drone restore``: a copy of the lots' store, and its return."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+from hawk.config import options as values
+from hawk.config.sections import Config, load_config
+from hawk.lots.store import lots_file
+from hawk.lots.values import LotStoreError
+
+LOT_COMMANDS: Final = frozenset({"backup", "restore"})
+_FAILED: Final = 1
+
+
+def add_lot_commands(commands: Any) -> None:
+    """Add both commands to the subparsers of the command line."""
+    backup = commands.add_parser("backup", help="write a copy of all lots and surveys, also while the daemon runs")
+    backup.add_argument("file", type=values.new(), metavar="FILE", help="the file to write; it must be new")
+    backup.set_defaults(action_of=_backup)
+    restore = commands.add_parser("restore", help="put a backup of lots and surveys in place of those in the store")
+    restore.add_argument("file", type=values.file, metavar="FILE", help="a file that hawk-drone backup wrote")
+    restore.set_defaults(action_of=_restore)
+    for parser in (backup, restore):
+        parser.set_defaults(action=_run)
+        parser.add_argument(
+            "--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default"
+        )
+        parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
+
+
+def _run(options: argparse.Namespace) -> int:
+    config = _settings(options)
+    try:
+        print(options.action_of(lots_file(config.store.directory, config.store.lots), options.file))
+    except LotStoreError as error:
+        print(f"hawk-drone: {error}", file=sys.stderr)
+        return _FAILED
+    return 0
+
+
+def _settings(options: argparse.Namespace) -> Config:
+    overrides = {} if options.store is None else {"store": {"directory": options.store}}
+    return load_config(options.config, overrides=overrides)
+
+
+def _backup(store: Path, file: Path) -> str:
+    from hawk.lots.backup import backup
+
+    backup(store, file)
+    return f"{file}: a copy of {store}, {file.stat().st_size / 1e6:.1f} MB"
+
+
+def _restore(store: Path, file: Path) -> str:
+    from hawk.lots.backup import restore
+
+    kept = restore(store, file)
+    return f"{store}: restored from {file}" + ("" if kept is None else f"; {kept} keeps the former content")

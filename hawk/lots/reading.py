@@ -1,0 +1,165 @@
+"""Lots and surveys as JSON values with the keys of ``/api/lots.json``; and the changes that the API asks for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from typing import Any, Final
+
+from sqlalchemy import Connection, RowMapping, func, select
+
+from hawk.lots import changes, operations
+from hawk.lots.changes import Change, Done, Row
+from hawk.lots.operations import LotRows
+from hawk.lots.saving import new_id, present_stalls, used_labels
+from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.values import NotFoundError, Placed, outline_of
+
+_Shown = Mapping[str, Any] | RowMapping
+
+CHANGES_SHOWN: Final = 20
+"""Newest changes that are listed."""
+_SHOWN: Final = ("id", "seq", "lot", "placed", "free", "taken", "unknown", "simulated", "program")
+
+
+def lots(connection: Connection) -> dict[str, Any]:
+    """Return every lot that was not merged into another one, the surveys that wait for an answer, and the changes."""
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    shown = [_lot(connection, row) for row in rows]
+    known = {lot["id"] for lot in shown}
+    asked = connection.execute(select(SURVEY).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings()
+    waiting = [
+        {**_survey(row), "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]} for row in asked
+    ]
+    return {"lots": shown, "undecided": waiting, "changes": _changes(connection)}
+
+
+def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
+    """Return a lot with its outline, its surveys in their order, and its stalls with the last look at each.
+
+    Raises NotFoundError.
+    """
+    row = _there(connection, lot_id).values
+    assert row is not None  # noqa: S101 - it is there
+    outline = outline_of(row["outline"])
+    surveys = connection.execute(select(SURVEY).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings()
+    looks = _last_looks(connection, lot_id)
+    unseen = {"state": None, "taken_probability": None, "looked": None}
+    return {
+        **_lot(connection, row),
+        "datum": [row["latitude"], row["longitude"]],
+        "outline": [[list(corner) for corner in ring] for ring in outline.polygons],
+        "surveys": [_survey(each) for each in surveys],
+        "stalls": [
+            {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
+            | {"width": stall.width, "length": stall.length, **looks.get(key, unseen)}
+            for stall, key in present_stalls(connection, lot_id).items()
+        ],
+    }
+
+
+def rename(connection: Connection, lot_id: str, name: object, who: str, now: float) -> Done:
+    """Name a lot. Raises LotInputError, NotFoundError."""
+    return changes.write(connection, changes.named(_there(connection, lot_id), name), who, now)
+
+
+def merge(connection: Connection, lot_id: str, other: object, who: str, now: float) -> Done:
+    """Merge another lot into this one. Raises LotInputError, NotFoundError."""
+    kept, beside = _whole(connection, lot_id), _whole(connection, str(other), "with")
+    return changes.write(connection, operations.merged(kept, beside, who, now), who, now)
+
+
+def split(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Split the stalls within ``outline`` off as a lot called ``name``. Raises LotInputError, NotFoundError."""
+    name, part = changes.checked_name(asked.get("name")), operations.checked_outline(asked.get("outline"))
+    change = operations.split(_whole(connection, lot_id), part, name, new_id(), who, now)
+    return changes.write(connection, change, who, now)
+
+
+def move(connection: Connection, survey_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Move a survey to the lot ``lot``; None: to a new one, called ``name``. Raises LotInputError, NotFoundError."""
+    found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
+    if found is None:
+        raise NotFoundError("survey: there is none with this id; reload the list")
+    survey = changes.row_of(connection, SURVEY.name, (found,))
+    looks = changes.rows_where(connection, OBSERVATION, survey=found)
+    return changes.write(connection, _move(connection, survey, looks, asked, now), who, now)
+
+
+def _move(connection: Connection, survey: Row, looks: list[Row], asked: Mapping[str, Any], now: float) -> Change:
+    target = asked.get("lot")
+    if target is not None:
+        return operations.moved(survey, looks, str(_there(connection, str(target)).key[0]))
+    number = connection.execute(select(func.count()).select_from(LOT)).scalar_one() + 1
+    name = changes.checked_name(asked.get("name", f"Lot {number}"))
+    first_key = int(connection.execute(select(func.max(STALL.c.key))).scalar() or 0) + 1
+    begun = operations.begun(survey, name, new_id(), first_key, now)
+    gone = tuple(Row(row.table, row.key, None) for row in looks)
+    return Change(begun.kind, begun.lot, (*gone, *begun.rows))
+
+
+def _there(connection: Connection, lot_id: str, field: str = "lot") -> Row:
+    found = changes.row_of(connection, LOT.name, (lot_id,))
+    if found.values is None or found.values["merged_into"] is not None:
+        raise NotFoundError(f"{field}: there is no lot with this id; reload the list")
+    return found
+
+
+def _whole(connection: Connection, lot_id: str, field: str = "lot") -> LotRows:
+    found = _there(connection, lot_id, field)
+    read: Callable[..., list[Row]] = changes.rows_where
+    return LotRows(
+        lot=found,
+        layouts=tuple(read(connection, LAYOUT, lot=lot_id)),
+        stalls=tuple(read(connection, STALL, lot=lot_id)),
+        zones=tuple(read(connection, ZONE, lot=lot_id)),
+        surveys=tuple(read(connection, SURVEY, lot=lot_id)),
+        used=used_labels(connection, lot_id),
+    )
+
+
+def _lot(connection: Connection, row: _Shown) -> dict[str, Any]:
+    asked = select(func.count(), func.max(SURVEY.c.seq)).where(SURVEY.c.lot == row["id"])
+    surveys, newest = connection.execute(asked).one()
+    last = connection.execute(select(SURVEY).where(SURVEY.c.seq == newest)).mappings().first()
+    present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
+    stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
+    return {
+        "id": row["id"],
+        "name": row["name"],
+        "stalls": stalls,
+        "survey_count": surveys,
+        "last_survey": None if last is None else _survey(last),
+    }
+
+
+def _survey(row: _Shown) -> dict[str, Any]:
+    shown = {name: row[name] for name in _SHOWN}
+    return {**shown, "began": _utc(row["began"]), "ended": _utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+
+
+def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]]:
+    """Return the look of the newest survey at each stall of a lot, by the stall's key."""
+    newest = func.max(OBSERVATION.c.survey).label("newest")
+    of_lot = select(OBSERVATION.c.stall, newest).join(STALL, STALL.c.key == OBSERVATION.c.stall)
+    latest = of_lot.where(STALL.c.lot == lot_id).group_by(OBSERVATION.c.stall).subquery()
+    is_latest = (OBSERVATION.c.stall == latest.c.stall) & (OBSERVATION.c.survey == latest.c.newest)
+    rows = connection.execute(select(OBSERVATION).join(latest, is_latest)).mappings()
+    return {
+        row["stall"]: {"state": row["state"], "taken_probability": row["taken"], "looked": _utc(row["looked"])}
+        for row in rows
+    }
+
+
+def _changes(connection: Connection) -> list[dict[str, Any]]:
+    newest = select(CHANGE).order_by(CHANGE.c.seq.desc()).limit(CHANGES_SHOWN)
+    return [
+        {"seq": row["seq"], "kind": row["kind"], "who": row["who"], "made": _utc(row["made"])}
+        | {"undone": None if row["undone"] is None else _utc(row["undone"])}
+        for row in connection.execute(newest).mappings()
+    ]
+
+
+def _utc(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")

@@ -1,0 +1,242 @@
+"""Saves a survey that has ended, in the transaction of a connection: lot, layout, stalls and observations.
+
+The same survey saved again, after a battery swap, replaces what it saved before. It never takes an id or a label from
+a stall.
+"""
+
+from __future__ import annotations
+
+import json
+import uuid
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
+
+from hawk.lots.labels import lasting_labels
+from hawk.lots.place import Answer, LotPlace, which_lot
+from hawk.lots.tables import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.values import (
+    FinishedSurvey,
+    Placed,
+    Register,
+    Saved,
+    StoredStall,
+    SurveyStall,
+    outline_json,
+    outline_of,
+    pack_stalls,
+)
+from hawk.model.lot_map import StallState
+
+FIRST_FLIGHT: Final = "found by the first survey"
+PROGRAM: Final = "hawk"
+"""The one who makes a layout that no person made."""
+
+
+def save(connection: Connection, survey: FinishedSurvey, register: Register | None = None) -> Saved:
+    """Save a survey and return where it belongs.
+
+    ``register`` finds its stalls among those of a known lot; without one the survey is kept with its stalls, and no
+    stall of the lot is observed.
+    """
+    before = connection.execute(select(SURVEY).where(SURVEY.c.origin == survey.origin)).mappings().first()
+    lot, placed, candidates = _place(connection, survey, before)
+    values = _row(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
+    if before is None:
+        inserted = connection.execute(insert(SURVEY).values(id=new_id(), **values))
+        seq = int(inserted.inserted_primary_key[0])  # type: ignore[index]
+    else:
+        seq = int(before["seq"])
+        values["began"] = min(survey.began, before["began"])
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
+        connection.execute(delete(OBSERVATION).where(OBSERVATION.c.survey == seq))
+    if placed is Placed.FIRST:
+        lot = lot or make_lot(connection, survey, seq)
+        extend_layout(connection, lot, seq, survey)
+    elif lot is not None and register is not None:
+        placed = _register(connection, lot, seq, survey, register)
+    saved = Saved(seq, _id_of(connection, seq), lot, _name_of(connection, lot), placed, candidates)
+    connection.execute(insert(OUTBOX).values(kind="survey", body=_message(saved, survey), made=survey.ended))
+    return saved
+
+
+def new_id() -> str:
+    """Return a UUID that nothing else has."""
+    return str(uuid.uuid4())
+
+
+def _place(
+    connection: Connection, survey: FinishedSurvey, before: RowMapping | None
+) -> tuple[str | None, Placed, tuple[str, ...]]:
+    """Return the lot (None for one that is to be made), the relation to it, and the lots to choose from."""
+    if before is not None and before["lot"] is not None:
+        placed = Placed.FIRST if before["placed"] == Placed.FIRST else Placed.UNREGISTERED
+        return before["lot"], placed, ()
+    decision = which_lot(survey.outline, lot_places(connection))
+    if decision.answer is Answer.KNOWN:
+        return decision.lot, Placed.UNREGISTERED, ()
+    if decision.answer is Answer.ASK:
+        return None, Placed.UNDECIDED, tuple(each.lot for each in decision.candidates)
+    is_lot = decision.answer is Answer.NEW and len(survey.stalls) > 0
+    return None, Placed.FIRST if is_lot else Placed.NOTHING, ()
+
+
+def lot_places(connection: Connection) -> list[LotPlace]:
+    """Return the outlines of all lots that were not merged into another one."""
+    rows = connection.execute(select(LOT.c.id, LOT.c.outline).where(LOT.c.merged_into.is_(None)))
+    return [LotPlace(row.id, outline_of(row.outline)) for row in rows]
+
+
+def _row(
+    survey: FinishedSurvey, lot: str | None, placed: Placed, candidates: tuple[str, ...], *, is_sure: bool
+) -> dict[str, Any]:
+    states = [stall.state for stall in survey.stalls]
+    return {
+        "origin": survey.origin,
+        "lot": lot,
+        "layout": None,
+        "placed": placed.value,
+        "candidates": json.dumps(candidates),
+        "began": survey.began,
+        "ended": survey.ended,
+        "time_is_sure": is_sure,
+        "latitude": survey.datum.latitude,
+        "longitude": survey.datum.longitude,
+        "outline": outline_json(survey.outline),
+        "free": states.count(StallState.FREE),
+        "taken": states.count(StallState.TAKEN),
+        "unknown": states.count(StallState.UNKNOWN),
+        "stalls": pack_stalls(survey.stalls),
+        "program": survey.program,
+        "simulated": survey.simulated,
+    }
+
+
+def _time_is_sure(connection: Connection, survey: FinishedSurvey) -> bool:
+    """Return whether the survey's time can be believed: not one before that of an earlier survey."""
+    earlier = select(func.max(SURVEY.c.ended)).where(SURVEY.c.time_is_sure, SURVEY.c.origin != survey.origin)
+    newest = connection.execute(earlier).scalar()
+    return survey.time_is_sure and (newest is None or survey.ended >= newest)
+
+
+def make_lot(connection: Connection, survey: FinishedSurvey, seq: int, name: str = "") -> str:
+    """Make a lot with an empty first layout for a survey, and return its id. Its datum is the survey's."""
+    lot = new_id()
+    number = connection.execute(select(func.count()).select_from(LOT)).scalar_one() + 1
+    place = {"latitude": survey.datum.latitude, "longitude": survey.datum.longitude, "datum_is_pinned": False}
+    shown = {"name": name or f"Lot {number}", "outline": outline_json(survey.outline)}
+    connection.execute(insert(LOT).values(id=lot, **place, **shown, made=survey.ended))
+    layout = {"version": 1, "valid_from": survey.began, "why": FIRST_FLIGHT, "who": PROGRAM}
+    connection.execute(insert(LAYOUT).values(lot=lot, **layout))
+    connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(lot=lot))
+    return lot
+
+
+def extend_layout(connection: Connection, lot: str, seq: int, survey: FinishedSurvey) -> None:
+    """Bring a lot's first layout to what the survey that made it found, and store what it saw of each stall.
+
+    A stall that has an id keeps it, and its label. Once the layout has another version, no stall is added or moved.
+    """
+    version = newest_layout(connection, lot)
+    known = {
+        row["first_id"]: row
+        for row in connection.execute(select(STALL).where(STALL.c.lot == lot, STALL.c.first_survey == seq)).mappings()
+    }
+    place = {"lot": lot, "layout": version, "north": 0, "east": 0, "turn": 0}
+    connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**place))
+    if version == 1:
+        connection.execute(update(LOT).where(LOT.c.id == lot).values(outline=outline_json(survey.outline)))
+        _follow(connection, lot, seq, survey.stalls, known)
+    mine = select(STALL.c.first_id, STALL.c.key).where(STALL.c.lot == lot, STALL.c.first_survey == seq)
+    keys = {row.first_id: row.key for row in connection.execute(mine)}
+    observe(connection, seq, keys, survey.stalls)
+
+
+def _follow(
+    connection: Connection, lot: str, seq: int, stalls: Sequence[SurveyStall], known: Mapping[int, RowMapping]
+) -> None:
+    """Add stalls that are new, move known ones, and end those that are there no more; confirmed ones stay."""
+    ids = {stall.id for stall in stalls}
+    for number, row in known.items():
+        if number not in ids and not row["is_confirmed"]:
+            connection.execute(update(STALL).where(STALL.c.key == row["key"]).values(ends=row["begins"]))
+    for stall in stalls:
+        former = known.get(stall.id)
+        if former is not None and not former["is_confirmed"]:
+            connection.execute(update(STALL).where(STALL.c.key == former["key"]).values(ends=None, **shape(stall)))
+    kept = {number: str(row["label"]) for number, row in known.items()}
+    labels = lasting_labels({stall.id: stall.on_map() for stall in stalls}, kept, used_labels(connection, lot))
+    new = [stall for stall in stalls if stall.id not in known]
+    if not new:
+        return
+    rows = [
+        {"id": new_id(), "lot": lot, "label": labels[stall.id], **shape(stall), "kind": "", "is_confirmed": False}
+        | {"begins": 1, "ends": None, "first_survey": seq, "first_id": stall.id}
+        for stall in new
+    ]
+    connection.execute(insert(STALL), rows)
+    connection.execute(insert(LABEL), [{"lot": lot, "label": row["label"], "stall": row["id"]} for row in rows])
+
+
+def used_labels(connection: Connection, lot: str) -> set[str]:
+    """Return every label that a lot ever gave."""
+    return set(connection.execute(select(LABEL.c.label).where(LABEL.c.lot == lot)).scalars())
+
+
+def newest_layout(connection: Connection, lot: str) -> int:
+    """Return the newest version of a lot's layout; 0 without one."""
+    return int(connection.execute(select(func.max(LAYOUT.c.version)).where(LAYOUT.c.lot == lot)).scalar() or 0)
+
+
+def shape(stall: SurveyStall) -> dict[str, float]:
+    """Return place and size of a stall as columns of the table of stalls."""
+    return {name: getattr(stall, name) for name in ("north", "east", "angle", "width", "length")}
+
+
+def observe(connection: Connection, seq: int, keys: Mapping[int, int], stalls: Sequence[SurveyStall]) -> None:
+    """Store what a survey saw of known stalls. ``keys``: id in the survey -> key of the stall."""
+    rows = [
+        {"survey": seq, "stall": keys[stall.id], "looked": stall.looked, "taken": stall.taken}
+        | {"state": stall.state.value, "seen": stall.seen}
+        for stall in stalls
+        if stall.id in keys
+    ]
+    if rows:
+        connection.execute(insert(OBSERVATION), rows)
+
+
+def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:
+    """Return the stalls of a lot's newest layout, each with its key."""
+    version = newest_layout(connection, lot)
+    is_in = (STALL.c.begins <= version) & (STALL.c.ends.is_(None) | (STALL.c.ends > version))
+    rows = connection.execute(select(STALL).where(STALL.c.lot == lot, is_in).order_by(STALL.c.key)).mappings()
+    names = ("id", "label", "north", "east", "angle", "width", "length")
+    return {StoredStall(**{name: row[name] for name in names}): int(row["key"]) for row in rows}
+
+
+def _register(connection: Connection, lot: str, seq: int, survey: FinishedSurvey, register: Register) -> Placed:
+    """Store the survey's looks at the lot's stalls, when it is certain which they are."""
+    known = present_stalls(connection, lot)
+    found = register(tuple(known), survey.stalls)
+    if found is None:
+        return Placed.UNREGISTERED
+    keys = {stall.id: key for stall, key in known.items()}
+    observe(connection, seq, {number: keys[same] for number, same in found.same.items()}, survey.stalls)
+    values = {"north": found.north, "east": found.east, "turn": found.turn, "placed": Placed.REGISTERED.value}
+    layout = newest_layout(connection, lot)
+    connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(layout=layout, **values))
+    return Placed.REGISTERED
+
+
+def _id_of(connection: Connection, seq: int) -> str:
+    return str(connection.execute(select(SURVEY.c.id).where(SURVEY.c.seq == seq)).scalar_one())
+
+
+def _name_of(connection: Connection, lot: str | None) -> str:
+    return connection.execute(select(LOT.c.name).where(LOT.c.id == lot)).scalar() or ""
+
+
+def _message(saved: Saved, survey: FinishedSurvey) -> str:
+    facts = {"survey": saved.survey, "lot": saved.lot, "placed": saved.placed.value, "stalls": len(survey.stalls)}
+    return json.dumps(facts | {"simulated": survey.simulated})

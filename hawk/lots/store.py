@@ -1,0 +1,151 @@
+"""The lots' store for the event loop: every call runs on one thread of its own, which nothing of a flight waits for.
+
+The file is opened by the first call, and again after a call that failed: a disk that was full, or a backup that was
+restored, needs no new start of the program. SQLAlchemy is loaded on that thread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from hawk.lots.values import LotStoreError, Register, Saved
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
+
+    from hawk.lots.backup import FlightLock
+    from hawk.lots.database import Database
+    from hawk.lots.finished import LandedSurvey
+
+_LOG = logging.getLogger(__name__)
+T = TypeVar("T")
+
+FILE: Final = "lots.db"
+"""Name of the store in the folder of the daemon's files."""
+_NICENESS: Final = 15
+"""The thread steps back behind every other one of the program."""
+
+
+class LotStore:
+    """Saves surveys, reads lots, changes them. `close` at the end."""
+
+    def __init__(self, path: Path, register: Register | None = None, pragmas: Mapping[str, int] | None = None) -> None:
+        """Nothing is opened yet.
+
+        Args:
+            path: The file; it is made when there is none.
+            register: Finds a survey's stalls among those of a known lot; None: such surveys stay unregistered.
+            pragmas: SQLite's, set on the connection.
+        """
+        self.path = path
+        self._register = register
+        self._pragmas = pragmas
+        self._database: Database | None = None
+        self._lock: FlightLock | None = None
+        self._executor = ThreadPoolExecutor(1, thread_name_prefix="lots", initializer=_step_back)
+
+    async def open(self) -> str:
+        """Open the file; return words on what an operator should know of it, else nothing. Raises LotStoreError."""
+        return await self._run(lambda: self._opened().notice)
+
+    async def save(self, landed: LandedSurvey) -> Saved:
+        """Save a survey in one transaction. Raises LotStoreError; nothing is written then."""
+
+        def work() -> Saved:
+            from hawk.lots.finished import finished
+            from hawk.lots.saving import save
+
+            survey = finished(landed)
+            with self._opened().writing() as connection:
+                return save(connection, survey, self._register)
+
+        return await self._run(work)
+
+    async def read(self, query: Callable[[Connection], T]) -> T:
+        """Return what a query finds in one consistent view. Raises LotStoreError."""
+
+        def work() -> T:
+            with self._opened().reading() as connection:
+                return query(connection)
+
+        return await self._run(work)
+
+    async def write(self, change: Callable[[Connection], T]) -> T:
+        """Change the store in one transaction. Raises LotStoreError; nothing is written then."""
+
+        def work() -> T:
+            with self._opened().writing() as connection:
+                return change(connection)
+
+        return await self._run(work)
+
+    async def fly(self, *, is_flown: bool) -> None:
+        """Keep restores away while a survey is flown. A lock that cannot be taken is logged and stops nothing."""
+
+        def work() -> None:
+            from hawk.lots.backup import FlightLock
+
+            self._lock = self._lock or FlightLock(self.path)
+            try:
+                (self._lock.hold if is_flown else self._lock.release)()
+            except OSError as error:
+                _LOG.warning("%s: %s. Restore no backup while a survey is flown", self.path, error.strerror or error)
+
+        await self._run(work)
+
+    async def close(self) -> None:
+        """Close the file. A call that runs is waited for; those that wait behind it are dropped."""
+
+        def work() -> None:
+            self._drop()
+            if self._lock is not None:
+                self._lock.release()
+
+        with contextlib.suppress(LotStoreError):
+            await self._run(work)
+        self._executor.shutdown(wait=False, cancel_futures=True)
+
+    async def _run(self, work: Callable[[], T]) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._executor, self._guarded, work)
+
+    def _guarded(self, work: Callable[[], T]) -> T:
+        """Do some work; after an error of the store the file is opened again by the next call."""
+        try:
+            return work()
+        except LotStoreError:
+            raise
+        except BaseException:
+            self._drop()
+            raise
+
+    def _opened(self) -> Database:
+        from hawk.lots.database import Database
+
+        if self._database is not None and self._database.is_replaced:
+            self._drop()
+        if self._database is None:
+            self._database = Database(self.path, self._pragmas)
+        return self._database
+
+    def _drop(self) -> None:
+        if self._database is not None:
+            self._database.close()
+            self._database = None
+
+
+def lots_file(folder: Path, named: Path | None = None) -> Path:
+    """Return the store's file: the one that the settings name, else the one in the folder of the daemon's files."""
+    return named or folder / FILE
+
+
+def _step_back() -> None:
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)

@@ -1,0 +1,156 @@
+"""Tables of the lots' store, as the newest revision in `hawk.lots.revisions` makes them.
+
+Times are UTC, Unix seconds. Places in a lot or survey are metres north and east of its datum.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from sqlalchemy import (
+    Boolean,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+
+APPLICATION_ID: Final = 0x4841574B
+"""SQLite's application_id of this store: "HAWK"."""
+VERSION: Final = 2
+"""Newest version, as in SQLite's user_version and in the names of the revisions."""
+
+METADATA: Final = MetaData()
+
+LOT: Final = Table(
+    "lot",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("latitude", Float, nullable=False),
+    Column("longitude", Float, nullable=False),
+    Column("datum_is_pinned", Boolean, nullable=False),
+    Column("merged_into", ForeignKey("lot.id")),
+    Column("made", Float, nullable=False),
+)
+LAYOUT: Final = Table(
+    "layout",
+    METADATA,
+    Column("lot", ForeignKey("lot.id"), primary_key=True),
+    Column("version", Integer, primary_key=True, autoincrement=False),
+    Column("valid_from", Float, nullable=False),
+    Column("why", Text, nullable=False),
+    Column("who", Text, nullable=False),
+)
+SURVEY: Final = Table(
+    "survey",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("id", String(36), nullable=False, unique=True),
+    Column("origin", Text, nullable=False, unique=True),
+    Column("lot", ForeignKey("lot.id"), index=True),
+    Column("layout", Integer),
+    Column("placed", String(12), nullable=False),
+    Column("candidates", Text, nullable=False),
+    Column("began", Float, nullable=False),
+    Column("ended", Float, nullable=False),
+    Column("time_is_sure", Boolean, nullable=False),
+    Column("latitude", Float, nullable=False),
+    Column("longitude", Float, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("north", Float),
+    Column("east", Float),
+    Column("turn", Float),
+    Column("free", Integer, nullable=False),
+    Column("taken", Integer, nullable=False),
+    Column("unknown", Integer, nullable=False),
+    Column("stalls", LargeBinary, nullable=False),
+    Column("program", Text, nullable=False),
+    Column("simulated", Boolean, nullable=False),
+    sqlite_autoincrement=True,
+)
+"""Ordered by ``seq``: a clock may step. ``stalls``: `hawk.lots.values.pack_stalls`."""
+STALL: Final = Table(
+    "stall",
+    METADATA,
+    Column("key", Integer, primary_key=True),
+    Column("id", String(36), nullable=False, unique=True),
+    Column("lot", ForeignKey("lot.id"), nullable=False, index=True),
+    Column("label", Text, nullable=False),
+    Column("north", Float, nullable=False),
+    Column("east", Float, nullable=False),
+    Column("angle", Float, nullable=False),
+    Column("width", Float, nullable=False),
+    Column("length", Float, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("is_confirmed", Boolean, nullable=False),
+    Column("begins", Integer, nullable=False),
+    Column("ends", Integer),
+    Column("first_survey", ForeignKey("survey.seq")),
+    Column("first_id", Integer),
+    sqlite_autoincrement=True,
+)
+"""``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and
+``first_id``: the survey that found it, and its number there."""
+LABEL: Final = Table(
+    "label",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("label", Text, primary_key=True),
+    Column("stall", String(36), nullable=False),
+)
+"""Every label that a lot ever gave, and whose it was. Rows are never removed."""
+ZONE: Final = Table(
+    "zone",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", ForeignKey("lot.id"), nullable=False, index=True),
+    Column("name", Text, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("begins", Integer, nullable=False),
+    Column("ends", Integer),
+)
+OBSERVATION: Final = Table(
+    "observation",
+    METADATA,
+    Column("survey", ForeignKey("survey.seq"), primary_key=True),
+    Column("stall", ForeignKey("stall.key"), primary_key=True),
+    Column("looked", Float, nullable=False),
+    Column("taken", Float, nullable=False),
+    Column("state", String(8), nullable=False),
+    Column("seen", Integer, nullable=False),
+    Index("ix_observation_stall", "stall"),
+    sqlite_with_rowid=False,
+)
+OUTBOX: Final = Table(
+    "outbox",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("body", Text, nullable=False),
+    Column("made", Float, nullable=False),
+    Column("sent", Float),
+    sqlite_autoincrement=True,
+)
+"""Messages to others, written in the transaction that they report."""
+CHANGE: Final = Table(
+    "change",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("who", Text, nullable=False),
+    Column("made", Float, nullable=False),
+    Column("before", Text, nullable=False),
+    Column("after", Text, nullable=False),
+    Column("undone", Float),
+    sqlite_autoincrement=True,
+)
+"""Changes by persons: the rows as they were and as they are since (`hawk.lots.changes`)."""

@@ -1,0 +1,223 @@
+"""Values of the lots' store: a survey that has ended, its stalls, and the errors. Nothing here needs a database."""
+
+from __future__ import annotations
+
+import json
+import math
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from typing import Any, Final
+
+from hawk.model.lot_map import Stall, StallState
+from hawk.model.plans import Outline
+from hawk.model.poses import GlobalPose
+
+
+class LotStoreError(Exception):
+    """The store cannot be used, or refuses; the text names the file and the remedy."""
+
+
+class LotInputError(LotStoreError):
+    """A value cannot be used. ``field`` names it."""
+
+    def __init__(self, field: str, reason: str) -> None:
+        super().__init__(f"{field}: {reason}")
+        self.field = field
+        self.reason = reason
+
+
+class NotFoundError(LotStoreError):
+    """There is no such lot, survey or change."""
+
+
+class Placed(StrEnum):
+    """Relation of a survey to a lot's stalls."""
+
+    FIRST = "first"
+    """It made the lot's first layout."""
+    REGISTERED = "registered"
+    """Its stalls are known ones of the lot."""
+    UNREGISTERED = "unregistered"
+    """The lot is known; its stalls were not compared, or not with certainty."""
+    UNDECIDED = "undecided"
+    """Several lots may be meant: a person is asked."""
+    NOTHING = "nothing"
+    """No lot was found."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyStall:
+    """A stall as a survey saw it: `Stall`, with the time of the last look in place of the daemon's clock.
+
+    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds.
+    """
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    taken: float
+    state: StallState
+    score: float
+    seen: int
+    looked: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no number. Raises LotInputError."""
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, float) and not math.isfinite(value):
+                raise LotInputError(f"stalls[{self.id}].{each.name}", f"must be a finite number, not {value}")
+
+    @classmethod
+    def of(cls, stall: Stall, looked: float) -> SurveyStall:
+        """Return a stall of the map with the time of its last look (UTC, Unix seconds)."""
+        return cls(
+            id=stall.id,
+            north=float(stall.north),
+            east=float(stall.east),
+            angle=float(stall.angle),
+            width=float(stall.width),
+            length=float(stall.length),
+            taken=float(stall.taken),
+            state=stall.state,
+            score=float(stall.score),
+            seen=int(stall.seen),
+            looked=looked,
+        )
+
+    def on_map(self) -> Stall:
+        """Return the stall as one of a map, without a time."""
+        shown = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "looked"}
+        return Stall(**shown, last_seen=0.0, version=0)
+
+
+@dataclass(frozen=True, slots=True)
+class FinishedSurvey:
+    """A survey that has ended.
+
+    ``name``: that of its journal. ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time
+    server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
+    without the suggested ones.
+    """
+
+    name: str
+    datum: GlobalPose
+    began: float
+    ended: float
+    time_is_sure: bool
+    outline: Outline
+    stalls: tuple[SurveyStall, ...]
+    program: str
+    simulated: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what is no number. Raises LotInputError."""
+        given = {"datum.latitude": self.datum.latitude, "datum.longitude": self.datum.longitude}
+        given |= {"began": self.began, "ended": self.ended}
+        corners = [corner for ring in (*self.outline.polygons, *self.outline.holes) for corner in ring]
+        given |= {f"outline[{n}]": sum(map(abs, corner)) for n, corner in enumerate(corners)}
+        for field, value in given.items():
+            if not math.isfinite(value):
+                raise LotInputError(field, f"must be a finite number, not {value}")
+
+    @property
+    def origin(self) -> str:
+        """Identity of the survey across saves: its journal and its datum, which no other survey shares."""
+        return f"{self.name} {self.datum.latitude:.9f} {self.datum.longitude:.9f}"
+
+
+@dataclass(frozen=True, slots=True)
+class StoredStall:
+    """A stall of a lot's layout; ``id`` (UUID) and ``label`` are never another stall's.
+
+    ``north``, ``east``: centre in the lot's frame, metres; ``angle`` as in `Stall`.
+    """
+
+    id: str
+    label: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Registration:
+    """Place of a survey among a lot's stalls: a rigid move of the survey's frame, and the stalls that are the same.
+
+    ``north``, ``east`` (metres) and ``turn`` (radians clockwise) bring the survey's frame onto the lot's. ``same``:
+    the survey's stall id -> the stored stall's UUID, each at most once.
+    """
+
+    north: float
+    east: float
+    turn: float
+    same: Mapping[int, str]
+
+
+Register = Callable[[Sequence[StoredStall], Sequence[SurveyStall]], Registration | None]
+"""Registers a survey's stalls with those of a lot; None: not certain. States must be no argument."""
+
+
+@dataclass(frozen=True, slots=True)
+class Saved:
+    """Outcome of a save. ``lot``: UUID, None without one. ``candidates``: the lots that may be meant, by UUID."""
+
+    seq: int
+    survey: str
+    lot: str | None
+    lot_name: str
+    placed: Placed
+    candidates: tuple[str, ...] = ()
+
+
+_SCALES: Final = {"north": 100, "east": 100, "angle": 1e4, "width": 100, "length": 100, "taken": 1000, "score": 1000}
+"""Whole steps of a unit in a packed snapshot: centimetres, 0.1 mrad, thousandths."""
+_COLUMNS: Final = tuple(each.name for each in fields(SurveyStall))
+
+
+def pack_stalls(stalls: Sequence[SurveyStall]) -> bytes:
+    """Return the stalls as a compressed table by columns: about 25 bytes a stall."""
+    table: dict[str, list[Any]] = {}
+    for name in _COLUMNS:
+        values = [getattr(stall, name) for stall in stalls]
+        scale = _SCALES.get(name)
+        table[name] = values if scale is None else [round(value * scale) for value in values]
+    table["looked"] = [round(value, 1) for value in table["looked"]]
+    return zlib.compress(json.dumps(table, allow_nan=False, separators=(",", ":")).encode(), 9)
+
+
+def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
+    """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
+    try:
+        table = json.loads(zlib.decompress(data))
+        columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
+        rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+        return tuple(SurveyStall(**{**row, "state": StallState(row["state"])}) for row in rows)
+    except (zlib.error, ValueError, KeyError, TypeError) as error:
+        raise LotStoreError(f"the stalls of a survey cannot be read: {error}") from error
+
+
+def outline_json(outline: Outline) -> str:
+    """Return an outline as JSON: rings of [latitude, longitude], degrees."""
+    rounded = {
+        name: [[[round(a, 8), round(b, 8)] for a, b in ring] for ring in rings]
+        for name, rings in (("polygons", outline.polygons), ("holes", outline.holes))
+    }
+    return json.dumps(rounded, allow_nan=False, separators=(",", ":"))
+
+
+def outline_of(text: str) -> Outline:
+    """Return the outline of `outline_json`."""
+    found = json.loads(text)
+    rings = [tuple(tuple((float(a), float(b)) for a, b in ring) for ring in found[name]) for name in _RINGS]
+    return Outline(rings[0], rings[1])
+
+
+_RINGS: Final = ("polygons", "holes")

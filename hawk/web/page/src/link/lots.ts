@@ -1,0 +1,66 @@
+import { say } from "../words/say.ts";
+import { fetchJson } from "./fetch-json.ts";
+
+/** A lot that lasts, with its newest survey. */
+export interface Lot {
+  id: string;
+  name: string;
+  stalls: number;
+  surveys: number;
+  /** UTC in ISO 8601; null without a survey. */
+  lastSeen: string | null;
+}
+
+/** A survey that waits for the answer to "which lot is it?". */
+export interface Undecided {
+  id: string;
+  ended: string;
+  candidates: string[];
+}
+
+export interface Lots {
+  lots: Lot[];
+  undecided: Undecided[];
+}
+
+interface Listed {
+  lots: { id: string; name: string; stalls: number; survey_count: number; last_survey: { ended: string } | null }[];
+  undecided: Undecided[];
+}
+
+/** Asks the drone for its lots; null when it does not answer. */
+export async function fetchLots(): Promise<Lots | null> {
+  const answer = (await fetchJson("api/lots.json")) as Listed | null;
+  if (!Array.isArray(answer?.lots) || !Array.isArray(answer.undecided)) return null;
+  const lots = answer.lots.map(({ id, name, stalls, survey_count, last_survey }) => ({
+    id,
+    name,
+    stalls,
+    surveys: survey_count,
+    lastSeen: last_survey?.ended ?? null,
+  }));
+  return { lots, undecided: answer.undecided };
+}
+
+/** Names a lot; returns the reason why that failed, else nothing. */
+export function nameLot(lot: string, name: string): Promise<string> {
+  return change(`api/lots/${lot}/name`, { name });
+}
+
+/** Moves a survey to a lot, to a new one for null; returns the reason why that failed, else nothing. */
+export function moveSurvey(survey: string, lot: string | null): Promise<string> {
+  return change(`api/surveys/${survey}/move`, { lot });
+}
+
+async function change(address: string, body: object): Promise<string> {
+  try {
+    const answer = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), cache: "no-store" });
+    if (answer.ok) return "";
+    const text = await answer.text();
+    if (answer.headers.get("Content-Type")?.startsWith("application/json") !== true) return text;
+    const { field, reason } = JSON.parse(text) as { field: string; reason: string };
+    return field === "" ? reason : `${field}: ${reason}`;
+  } catch {
+    return say("file-unanswered");
+  }
+}

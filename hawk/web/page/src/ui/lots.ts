@@ -1,0 +1,88 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, state } from "lit/decorators.js";
+import { fetchLots, type Lot, type Lots, moveSurvey, nameLot, type Undecided } from "../link/lots.ts";
+import { isViewer } from "../words/actions.ts";
+import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
+import { Part } from "./element.ts";
+import { drone } from "./quoting.ts";
+
+/** As the drone allows. */
+export const LONGEST_LOT_NAME = 80;
+
+/** The lots that last: their names, and the question which of them a survey means. */
+@customElement("hawk-lots")
+export class LotsList extends Part {
+  @state() private known: Lots | null = null;
+  @state() private renamed: string | null = null;
+  @state() private problem = "";
+  private askedFor = "";
+
+  override render(): TemplateResult | typeof nothing {
+    const { known } = this;
+    if (known === null || known.lots.length + known.undecided.length === 0) return nothing;
+    return html`<section class="lots" aria-label=${say("lots")}>
+      <b>${say("lots")}</b>
+      ${known.undecided.map((survey) => this.question(survey, known.lots))}
+      <ul>${known.lots.map((lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}</li>`)}</ul>
+      <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div>
+    </section>`;
+  }
+
+  /** Asks again when a message has come: each survey that was stored is one. */
+  protected override updated(): void {
+    const wanted = JSON.stringify([this.model.view().landedAt, this.model.flight.lines.length]);
+    if (wanted === this.askedFor) return;
+    this.askedFor = wanted;
+    void this.ask();
+  }
+
+  private async ask(): Promise<void> {
+    this.known = (await fetchLots()) ?? this.known;
+  }
+
+  private row(lot: Lot): TemplateResult {
+    const seen = lot.lastSeen === null ? "" : say("lot-seen", { when: format.day(lot.lastSeen) });
+    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.surveys })} ${seen}</span></span>
+      ${this.mayChange() ? html`<button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>` : nothing}`;
+  }
+
+  private form(lot: Lot): TemplateResult {
+    return html`<form @submit=${(event: SubmitEvent) => this.save(event, lot)}>
+      <input type="text" name="lot-name" aria-label=${say("name-of-lot")} maxlength=${LONGEST_LOT_NAME} .defaultValue=${lot.name} />
+      <button type="submit">${say("save")}</button>
+    </form>`;
+  }
+
+  private question(survey: Undecided, lots: Lot[]): TemplateResult {
+    const candidates = lots.filter((lot) => survey.candidates.includes(lot.id));
+    const choose = (lot: string | null): Promise<void> => this.change(moveSurvey(survey.id, lot));
+    return html`<div class="which" role="group" aria-label=${say("which-lot")}>
+      <span><b>${say("which-lot")}</b><span class="sub">${say("survey-of", { when: format.day(survey.ended) })}</span></span>
+      ${
+        this.mayChange()
+          ? html`<div class="choices">
+              ${candidates.map((lot) => html`<button @click=${() => choose(lot.id)}>${lot.name}</button>`)}
+              <button @click=${() => choose(null)}>${say("a-new-lot")}</button>
+            </div>`
+          : nothing
+      }
+    </div>`;
+  }
+
+  private mayChange(): boolean {
+    return !isViewer(this.model.view());
+  }
+
+  private async save(event: SubmitEvent, lot: Lot): Promise<void> {
+    event.preventDefault();
+    const field = (event.currentTarget as HTMLFormElement).elements.namedItem("lot-name") as HTMLInputElement;
+    await this.change(nameLot(lot.id, field.value));
+    if (this.problem === "") this.renamed = null;
+  }
+
+  private async change(asked: Promise<string>): Promise<void> {
+    this.problem = await asked;
+    await this.ask();
+  }
+}

@@ -1,0 +1,95 @@
+import "./dom.ts";
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, describe, it } from "node:test";
+import { LotsList } from "../src/ui/lots.ts";
+import { flying } from "./rig.ts";
+import { Stage, words } from "./stage.ts";
+
+const HTML = "<b onclick='alert(1)'>North</b>";
+const LISTED = {
+  lots: [
+    { id: "a", name: HTML, stalls: 144, survey_count: 2, last_survey: { ended: "2026-05-04T12:00:00Z" } },
+    { id: "b", name: "South", stalls: 1, survey_count: 1, last_survey: null },
+  ],
+  undecided: [{ id: "s", ended: "2026-05-05T12:00:00Z", candidates: ["b"] }],
+  changes: [],
+};
+
+describe("the lots", () => {
+  const before = globalThis.fetch;
+  let sent: [string, unknown][];
+  let answer: () => Response;
+
+  beforeEach(() => {
+    sent = [];
+    answer = () => Response.json({ seq: 1 });
+    globalThis.fetch = (address, options) => {
+      if (options?.method !== "POST") return Promise.resolve(Response.json(LISTED));
+      sent.push([address as string, JSON.parse(options.body as string)]);
+      return Promise.resolve(answer());
+    };
+  });
+
+  afterEach(() => {
+    globalThis.fetch = before;
+  });
+
+  const shown = async (): Promise<Stage<LotsList>> => {
+    const stage = new Stage(new LotsList(), flying({ State: "Idle", Armed: false }).operator);
+    await stage.drawn();
+    return stage;
+  };
+  const press = async (stage: Stage<LotsList>, label: string): Promise<void> => {
+    const found = [...stage.part.querySelectorAll("button")].find((button) => words(button) === label);
+    assert.ok(found, label);
+    found.click();
+    await stage.drawn();
+  };
+
+  it("are listed with stalls, surveys and the last day; HTML in a name is text", async () => {
+    const stage = await shown();
+    const rows = [...stage.part.querySelectorAll("li")].map((row) => words(row));
+    assert.match(rows[0] ?? "", /144 stalls · 2 surveys · last seen 2026-05-04/);
+    assert.match(rows[1] ?? "", /South1 stall · 1 survey/);
+    assert.equal(stage.part.querySelector("li b")?.textContent, HTML);
+    assert.equal(stage.part.querySelectorAll("li b b").length, 0);
+  });
+
+  it("are renamed", async () => {
+    const stage = await shown();
+    await press(stage, "Rename");
+    const field = stage.part.querySelector("input");
+    assert.ok(field);
+    assert.equal(field.value, HTML);
+    field.value = "North Street";
+    await press(stage, "Save");
+    assert.deepEqual(sent, [["api/lots/a/name", { name: "North Street" }]]);
+    assert.equal(stage.part.querySelector("form"), null);
+  });
+
+  it("say why a name is refused, and keep the field", async () => {
+    answer = () => Response.json({ field: "name", reason: "is empty: write one or more letters" }, { status: 422 });
+    const stage = await shown();
+    await press(stage, "Rename");
+    await press(stage, "Save");
+    assert.match(words(stage.find("[role=alert]")), /name: is empty: write one or more letters/);
+    assert.notEqual(stage.part.querySelector("form"), null);
+  });
+
+  it("answer which one a survey means: a candidate or a new one", async () => {
+    const stage = await shown();
+    assert.match(words(stage.find(".which")), /Which lot is it\?Survey of 2026-05-05/);
+    await press(stage, "South");
+    await press(stage, "A new lot");
+    assert.deepEqual(sent, [
+      ["api/surveys/s/move", { lot: "b" }],
+      ["api/surveys/s/move", { lot: null }],
+    ]);
+  });
+
+  it("are left out while there are none", async () => {
+    globalThis.fetch = () => Promise.resolve(new Response("", { status: 404 }));
+    const stage = await shown();
+    assert.equal(stage.part.querySelector("section"), null);
+  });
+});

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hawk.lots.finished import LandedSurvey, finished, seen_lot
+from hawk.lots.place import about, ground_about
+from hawk.lots.values import LotInputError
+from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, EncodedTile, OccupancyMap, Stall, StallState
+from hawk.results.survey_map import SurveyMap
+from tests.unit.lots.surveys import BEGAN, DATUM, box
+
+STALL = Stall(1, -10.0, 10.0, 0.0, 2.5, 5.0, 0.9, StallState.TAKEN, 0.95, 12, last_seen=40.0, version=3)
+
+
+def lot_map(stalls: dict[int, Stall]) -> OccupancyMap:
+    """One tile: a lot of 14 by 14 m with a hedge of 1 m across it, and a lone patch of 2 by 2 m."""
+    cells = np.full((TILE_CELLS, TILE_CELLS), Cell.NON_LOT, np.uint8)
+    cells[20:160, 20:160] = Cell.LOT
+    cells[80:90, 20:160] = Cell.NON_LOT
+    cells[236:256, 236:256] = Cell.LOT
+    cells[236:256, 20:50] = Cell.UNKNOWN
+    return OccupancyMap(tiles={(0, 0): EncodedTile(1, zlib.compress(cells.tobytes()))}, stalls=stalls, version=5)
+
+
+def landed(current: OccupancyMap) -> LandedSurvey:
+    return LandedSurvey(
+        name="000001-x", datum=DATUM, current=current, outline=None, seconds=100.0, utc=BEGAN, time_is_sure=True,
+        flown_s=600.0, program="0.3.0", speed=4.0,
+    )  # fmt: skip
+
+
+def test_stalls_have_the_time_of_their_last_look_at_any_speed_of_the_clock() -> None:
+    survey = finished(landed(lot_map({1: STALL})))
+    (found,) = survey.stalls
+    assert found.looked == pytest.approx(BEGAN - 15.0)
+    assert survey.began == pytest.approx(BEGAN - 600.0)
+    assert (found.id, found.north, found.taken, found.state, found.seen) == (1, -10.0, 0.9, StallState.TAKEN, 12)
+
+
+def test_suggested_stalls_are_not_of_the_survey() -> None:
+    assert finished(landed(lot_map({1: replace(STALL, state=StallState.SUGGESTED)}))).stalls == ()
+
+
+def test_the_ground_of_a_lot_is_its_outline_without_its_islands_and_without_lone_patches() -> None:
+    outline = seen_lot(SurveyMap.of(DATUM, lot_map({})))
+    (ring,) = outline.polygons
+    ground = ground_about((DATUM.latitude, DATUM.longitude), outline)
+    assert ground.area == pytest.approx(196.0, rel=0.08)
+    corners = about((DATUM.latitude, DATUM.longitude), np.array(ring))
+    north, east = -20 * CELL_M, 20 * CELL_M
+    assert corners[:, 0].max() == pytest.approx(north, abs=0.7)
+    assert corners[:, 1].min() == pytest.approx(east, abs=0.7)
+    assert corners[:, 0].min() == pytest.approx(north - 14, abs=0.7)
+
+
+def test_the_outline_that_was_asked_for_is_the_survey_s() -> None:
+    asked = box(0, 0, 10, 10)
+    assert finished(replace(landed(lot_map({})), outline=asked)).outline == asked
+
+
+def test_stalls_without_cells_have_their_hull_and_nothing_has_no_outline() -> None:
+    outline = finished(landed(OccupancyMap(stalls={1: STALL, 2: replace(STALL, id=2, east=30.0)}))).outline
+    area = ground_about((DATUM.latitude, DATUM.longitude), outline).area
+    assert area == pytest.approx(5.0 * 22.5, rel=0.01)
+    assert finished(landed(OccupancyMap())).outline.polygons == ()
+
+
+@pytest.mark.fault(
+    "a survey holds numbers that are none",
+    "refused by the field's name",
+)
+def test_a_stall_without_a_place_is_refused_by_name() -> None:
+    with pytest.raises(LotInputError, match=r"stalls\[1\]\.north: must be a finite number"):
+        finished(landed(lot_map({1: replace(STALL, north=math.nan)})))

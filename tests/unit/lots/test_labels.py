@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hawk.lots.labels import lasting_labels, parts_of
+from hawk.lots.values import SurveyStall
+from hawk.model.lot_map import Stall
+from tests.unit.lots.surveys import stall
+
+
+def on_map(found: SurveyStall) -> Stall:
+    names = ("id", "north", "east", "angle", "width", "length", "taken", "state", "score", "seen")
+    return Stall(**{name: getattr(found, name) for name in names}, last_seen=0.0, version=0)
+
+
+def stalls(*numbers: int) -> dict[int, Stall]:
+    return {number: on_map(stall(number)) for number in numbers}
+
+
+def test_a_first_map_has_the_labels_of_its_rows() -> None:
+    labels = lasting_labels(stalls(*range(1, 41)), {}, set())
+    assert labels == {number: f"{'AB'[(number - 1) // 20]} {(number - 1) % 20 + 1}" for number in range(1, 41)}
+
+
+def test_a_row_north_of_all_gets_the_next_letter_and_no_other_row_another_one() -> None:
+    kept = lasting_labels(stalls(*range(1, 41)), {}, set())
+    above = {number: replace(on_map(stall(number - 100, north=9.0)), id=number) for number in range(101, 121)}
+    labels = lasting_labels(stalls(*range(1, 41)) | above, kept, set(kept.values()))
+    assert {key: labels[key] for key in kept} == kept
+    assert [labels[number] for number in range(101, 121)] == [f"C {number}" for number in range(1, 21)]
+
+
+def test_a_stall_between_known_ones_gets_the_next_number_of_the_row() -> None:
+    kept = lasting_labels(stalls(*range(1, 10), *range(11, 21)), {}, set())
+    labels = lasting_labels(stalls(*range(1, 21)), kept, set(kept.values()))
+    assert labels[10] == "A 20"
+    assert labels[11] == "A 10"
+
+
+def test_a_label_that_an_owner_gave_stays_and_belongs_to_no_row_of_ours() -> None:
+    labels = lasting_labels(stalls(*range(1, 21)), {3: "P2-014"}, {"P2-014", "A 7"})
+    assert labels[3] == "P2-014"
+    assert labels[1] == "B 1"
+    assert parts_of("P2-014") is None
+    assert parts_of("AB 12") == ("AB", 12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(flights=st.lists(st.sets(st.integers(1, 60), min_size=1), min_size=1, max_size=5))
+def test_no_label_is_ever_given_twice(flights: list[set[int]]) -> None:
+    """A stall that comes back after its end is a new one here: it has lost its label."""
+    used: dict[str, object] = {}
+    kept: dict[int, str] = {}
+    for flight in flights:
+        before = {key: label for key, label in kept.items() if key in flight}
+        kept = lasting_labels(stalls(*sorted(flight)), before, set(used))
+        new = [label for key, label in kept.items() if key not in before]
+        assert len(set(kept.values())) == len(kept) == len(flight)
+        assert not used.keys() & set(new)
+        used |= dict.fromkeys(new)

@@ -1,0 +1,256 @@
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import Table, select
+
+from hawk.lots.database import Database
+from hawk.lots.labels import parts_of
+from hawk.lots.saving import present_stalls, save
+from hawk.lots.tables import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.values import (
+    FinishedSurvey,
+    LotInputError,
+    Placed,
+    Register,
+    Registration,
+    Saved,
+    StoredStall,
+    outline_of,
+    pack_stalls,
+    unpack_stalls,
+)
+from hawk.model.lot_map import StallState
+from hawk.model.plans import Outline
+from hawk.model.poses import GlobalPose
+from tests.unit.lots.surveys import BEGAN, box, later, stall, survey
+
+MOST_BYTES = 40_000
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "lots.db")
+    yield opened
+    opened.close()
+
+
+def saved(store: Database, given: FinishedSurvey, register: Register | None = None) -> Saved:
+    with store.writing() as connection:
+        return save(connection, given, register)
+
+
+def rows(store: Database, table: Table) -> list[dict[str, Any]]:
+    with store.reading() as connection:
+        return [dict(row) for row in connection.execute(select(table)).mappings()]
+
+
+def layout(store: Database, lot: str | None) -> dict[str, StoredStall]:
+    assert lot is not None
+    with store.reading() as connection:
+        return {each.label: each for each in present_stalls(connection, lot)}
+
+
+def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database) -> None:
+    first = saved(store, survey(stalls=40))
+    assert (first.seq, first.placed, first.lot_name) == (1, Placed.FIRST, "Lot 1")
+    labels = [f"{row} {number}" for row in "AB" for number in range(1, 21)]
+    assert sorted(layout(store, first.lot)) == sorted(labels)
+    (lot,) = rows(store, LOT)
+    assert (lot["id"], lot["latitude"], lot["longitude"], lot["merged_into"]) == (first.lot, 52.0, 5.0, None)
+    (version,) = rows(store, LAYOUT)
+    assert (version["lot"], version["version"], version["valid_from"]) == (first.lot, 1, BEGAN)
+    seen = {row["stall"]: row for row in rows(store, OBSERVATION)}
+    for row in rows(store, STALL):
+        found = stall(row["first_id"])
+        look = seen[row["key"]]
+        assert (look["looked"], look["taken"], look["seen"]) == (found.looked, found.taken, found.seen)
+        assert look["state"] == found.state
+    assert len(seen) == 40
+    (message,) = rows(store, OUTBOX)
+    assert json.loads(message["body"]) == {
+        "survey": first.survey, "lot": first.lot, "placed": "first", "stalls": 40, "simulated": False,
+    }  # fmt: skip
+
+
+def test_a_survey_of_a_known_lot_without_registration_is_kept_with_its_stalls(store: Database) -> None:
+    first = saved(store, survey())
+    second = saved(store, later(survey(seed=1), 2))
+    assert (second.lot, second.placed, second.seq) == (first.lot, Placed.UNREGISTERED, 2)
+    assert len(rows(store, OBSERVATION)) == 40
+    kept = unpack_stalls(rows(store, SURVEY)[1]["stalls"])
+    assert [each.id for each in kept] == list(range(1, 41))
+    for each, given in zip(kept, survey(seed=1).stalls, strict=True):
+        assert (each.state, each.seen) == (given.state, given.seen)
+        assert math.hypot(each.north - given.north, each.east - given.east) < 0.0071
+        assert (each.angle, each.taken) == pytest.approx((given.angle, given.taken), abs=0.0005)
+        assert each.looked == pytest.approx(given.looked, abs=0.051)
+
+
+def test_a_registered_survey_observes_the_lot_s_stalls(store: Database) -> None:
+    first = saved(store, survey())
+    known = layout(store, first.lot)
+
+    def register(stored: object, found: object) -> Registration:
+        assert sorted(each.label for each in stored) == sorted(known)  # type: ignore[attr-defined]
+        assert len(found) == 40  # type: ignore[arg-type]
+        return Registration(0.4, -0.2, 0.01, {1: known["A 2"].id, 7: known["B 5"].id})
+
+    second = saved(store, later(survey(seed=1), 2), register)
+    assert second.placed is Placed.REGISTERED
+    row = rows(store, SURVEY)[1]
+    assert (row["placed"], row["layout"], row["north"], row["east"], row["turn"]) == ("registered", 1, 0.4, -0.2, 0.01)
+    keys = {each["key"]: each["label"] for each in rows(store, STALL)}
+    looks = {keys[each["stall"]]: each for each in rows(store, OBSERVATION) if each["survey"] == 2}
+    assert {label: look["seen"] for label, look in looks.items()} == {
+        "A 2": stall(1, 1).seen,
+        "B 5": stall(7, 1).seen,
+    }
+
+
+def test_a_registration_that_is_not_certain_leaves_the_survey_unregistered(store: Database) -> None:
+    saved(store, survey())
+    second = saved(store, later(survey(seed=1), 2), lambda stored, found: None)
+    assert second.placed is Placed.UNREGISTERED
+    assert {each["survey"] for each in rows(store, OBSERVATION)} == {1}
+
+
+def test_a_survey_that_goes_on_keeps_ids_and_labels_and_adds_to_its_rows(store: Database) -> None:
+    half = replace(survey(), stalls=survey().stalls[:30])  # the second row to its middle
+    first = saved(store, half)
+    before = layout(store, first.lot)
+    again = saved(store, replace(survey(stalls=60), began=BEGAN + 700))  # it goes on after a battery swap
+    after = layout(store, first.lot)
+    assert (again.seq, again.survey, again.lot, again.placed) == (1, first.survey, first.lot, Placed.FIRST)
+    assert {label: each.id for label, each in after.items() if label in before} == {
+        label: each.id for label, each in before.items()
+    }
+    assert sorted(set(after) - set(before), key=lambda label: parts_of(label) or ("", 0)) == [
+        *(f"B {number}" for number in range(11, 21)),
+        *(f"C {number}" for number in range(1, 21)),
+    ]
+    (row,) = rows(store, SURVEY)
+    assert (row["began"], row["ended"]) == (BEGAN, BEGAN + 900)
+    assert len(rows(store, OBSERVATION)) == 60
+    assert outline_of(rows(store, LOT)[0]["outline"]) == outline_of(rows(store, SURVEY)[0]["outline"])
+
+
+def test_a_stall_that_a_survey_gives_up_ends_and_its_label_is_never_used_again(store: Database) -> None:
+    first = saved(store, survey())
+    gone = layout(store, first.lot)["B 20"]
+    saved(store, replace(survey(), stalls=survey().stalls[:39]))
+    assert "B 20" not in layout(store, first.lot)
+    other = replace(stall(40), id=77)
+    saved(store, replace(survey(), stalls=(*survey().stalls[:39], other)))
+    after = layout(store, first.lot)
+    assert "B 20" not in after
+    assert after["B 21"].id != gone.id
+    owners = {each["label"]: each["stall"] for each in rows(store, LABEL)}
+    assert owners["B 20"] == gone.id
+
+
+def test_two_lots_that_overlap_the_flight_are_a_question_and_a_near_one_is_too(store: Database) -> None:
+    west = saved(store, replace(survey(), outline=box(0, 0, 40, 100)))
+    far = later(survey(), 2)
+    east = saved(store, replace(far, outline=box(0, 500, 40, 100)))
+    assert east.placed is Placed.FIRST
+    both = saved(store, replace(later(survey(), 3), outline=box(0, 50, 40, 500)))
+    assert (both.lot, both.placed) == (None, Placed.UNDECIDED)
+    assert set(both.candidates) == {west.lot, east.lot}
+    near = saved(store, replace(later(survey(), 4), outline=box(0, 150, 40, 40)))
+    assert (near.placed, near.candidates) == (Placed.UNDECIDED, (west.lot,))
+    assert json.loads(rows(store, SURVEY)[3]["candidates"]) == [west.lot]
+    assert len(rows(store, LOT)) == 2
+
+
+@pytest.mark.fault(
+    "a survey that found nothing is stored",
+    "stored without a lot",
+)
+def test_a_survey_of_nothing_is_stored_and_makes_no_lot(store: Database) -> None:
+    nothing = saved(store, survey(stalls=0))
+    assert (nothing.lot, nothing.placed) == (None, Placed.NOTHING)
+    field = saved(store, replace(later(survey(stalls=0), 2), outline=box(0, 0, 40, 100)))
+    assert (field.lot, field.placed) == (None, Placed.NOTHING)
+    assert rows(store, LOT) == []
+    assert [row["free"] + row["taken"] + row["unknown"] for row in rows(store, SURVEY)] == [0, 0]
+
+
+@pytest.mark.fault(
+    "the clock is in 1970, or jumps by a year",
+    "surveys keep their order; the time is marked unsure",
+)
+def test_surveys_keep_their_order_and_a_time_that_goes_back_is_unsure(store: Database) -> None:
+    year = 8766.0
+    given = [
+        replace(survey(), began=0.0, ended=900.0, time_is_sure=False),  # 1970, nothing keeps the clock
+        later(survey(), 2),
+        later(survey(), 3, hours=-year),  # kept, the clock says, yet a year before the last one
+        later(survey(), 4, hours=48),
+    ]
+    seqs = [saved(store, each).seq for each in given]
+    assert seqs == [1, 2, 3, 4]
+    assert [row["time_is_sure"] for row in rows(store, SURVEY)] == [False, True, False, True]
+    assert [row["origin"].split("-")[0] for row in rows(store, SURVEY)] == ["000001", "000002", "000003", "000004"]
+
+
+def test_a_stored_survey_of_300_stalls_takes_no_more_than_40_000_bytes(store: Database) -> None:
+    first = saved(store, survey(stalls=300))
+    known = layout(store, first.lot)
+    ids = [known[label].id for label in sorted(known)]
+
+    def register(_: object, found: object) -> Registration:
+        return Registration(0.0, 0.0, 0.0, dict(enumerate(ids, 1)))
+
+    sizes = []
+    for number in range(2, 7):
+        saved(store, later(survey(stalls=300, seed=number), number, hours=number), register)
+        sizes.append(store.path.stat().st_size)
+    assert (sizes[-1] - sizes[0]) / 4 <= MOST_BYTES
+    assert len(rows(store, OBSERVATION)) == 6 * 300
+
+
+@pytest.mark.slow
+def test_a_lot_of_20_000_stalls_is_stored_and_read(store: Database) -> None:
+    first = saved(store, survey(stalls=20_000))
+    assert len(layout(store, first.lot)) == 20_000
+    second = saved(store, later(survey(stalls=20_000, seed=1), 2))
+    assert second.lot == first.lot
+    assert unpack_stalls(rows(store, SURVEY)[1]["stalls"])[19_999].id == 20_000
+
+
+@pytest.mark.fault("a survey holds numbers that are none")
+@pytest.mark.parametrize("name", ["north", "east", "angle", "width", "length", "taken", "score", "looked"])
+def test_a_stall_with_a_number_that_is_none_is_refused_by_name(name: str) -> None:
+    changed: dict[str, Any] = {name: math.nan}
+    with pytest.raises(LotInputError, match=f"stalls\\[3\\]\\.{name}: must be a finite number, not nan") as refused:
+        replace(stall(3), **changed)
+    assert refused.value.field == f"stalls[3].{name}"
+
+
+@pytest.mark.parametrize(
+    ("field", "changed"),
+    [
+        ("datum.latitude", {"datum": GlobalPose(math.nan, 5.0, 0.0)}),
+        ("datum.longitude", {"datum": GlobalPose(52.0, math.inf, 0.0)}),
+        ("began", {"began": math.inf}),
+        ("ended", {"ended": math.nan}),
+        ("outline[1]", {"outline": Outline((((52.0, 5.0), (52.0, math.nan), (52.1, 5.0)),))}),
+    ],
+)
+def test_a_survey_with_a_number_that_is_none_is_refused_by_name(field: str, changed: dict[str, Any]) -> None:
+    with pytest.raises(LotInputError) as refused:
+        replace(survey(), **changed)
+    assert refused.value.field == field
+
+
+def test_a_snapshot_keeps_the_state_that_is_unknown() -> None:
+    given = (replace(stall(1), state=StallState.UNKNOWN),)
+    assert unpack_stalls(pack_stalls(given))[0].state is StallState.UNKNOWN
+    assert unpack_stalls(pack_stalls(())) == ()

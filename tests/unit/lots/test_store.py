@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+from pathlib import Path
+
+import pytest
+from sqlalchemy import Connection, select
+
+from hawk.lots.backup import restore
+from hawk.lots.finished import LandedSurvey
+from hawk.lots.store import LotStore, lots_file
+from hawk.lots.tables import SURVEY
+from hawk.lots.values import LotStoreError, Placed
+from tests.unit.comm.waiting import until
+from tests.unit.lots.test_finished import STALL, landed, lot_map
+
+
+def a_survey() -> LandedSurvey:
+    return landed(lot_map({1: STALL}))
+
+
+def names(connection: Connection) -> list[str]:
+    return [row.split()[0] for row in connection.execute(select(SURVEY.c.origin)).scalars()]
+
+
+async def test_a_survey_is_saved_on_a_thread_of_the_store_and_read_again(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    assert await store.open() == ""
+    saved = await store.save(a_survey())
+    assert (saved.placed, saved.lot_name) == (Placed.FIRST, "Lot 1")
+    assert await store.read(names) == ["000001-x"]
+    threads = {await store.read(lambda _: threading.current_thread().name) for _ in range(3)}
+    assert threads == {"lots_0"}
+    await store.close()
+
+
+async def test_the_loop_goes_on_while_the_store_works(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    await store.open()
+    begun = threading.Event()
+    held = threading.Event()
+
+    def slow(connection: Connection) -> list[str]:
+        begun.set()
+        held.wait(10)
+        return names(connection)
+
+    reading = asyncio.create_task(store.read(slow))
+    await until(begun.is_set)
+    assert not reading.done()
+    held.set()
+    assert await reading == []
+    await store.close()
+
+
+@pytest.mark.fault(
+    "the store of lots is damaged while a daemon runs",
+    "a message with the remedy; the restored store is used without a new start",
+)
+async def test_a_store_that_could_not_be_opened_is_opened_once_it_was_restored(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    other = LotStore(tmp_path / "copy.db")
+    await other.save(a_survey())
+    await other.close()
+    path.write_bytes(b"x" * 200)
+    store = LotStore(path)
+    for call in (store.open(), store.save(a_survey()), store.read(names)):
+        with pytest.raises(LotStoreError, match="hawk-drone restore FILE"):
+            await call
+    restore(path, tmp_path / "copy.db")
+    assert await store.read(names) == ["000001-x"]
+    await store.close()
+
+
+async def test_a_store_whose_file_was_replaced_is_opened_again(tmp_path: Path) -> None:
+    store, other = LotStore(tmp_path / "lots.db"), LotStore(tmp_path / "copy.db")
+    await store.open()
+    await other.save(a_survey())
+    await other.close()
+    (tmp_path / "copy.db").replace(tmp_path / "lots.db")
+    assert await store.read(names) == ["000001-x"]
+    await store.close()
+
+
+async def test_no_backup_is_restored_while_a_survey_is_flown(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    await store.save(a_survey())
+    (tmp_path / "copy.db").write_bytes((tmp_path / "lots.db").read_bytes())
+    await store.fly(is_flown=True)
+    with pytest.raises(LotStoreError, match="a survey is flown"):
+        restore(tmp_path / "lots.db", tmp_path / "copy.db")
+    await store.fly(is_flown=False)
+    restore(tmp_path / "lots.db", tmp_path / "copy.db")
+    await store.close()
+
+
+async def test_a_lock_that_cannot_be_taken_stops_no_flight(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    store = LotStore(tmp_path / "none" / "lots.db")
+    await store.fly(is_flown=True)
+    assert "Restore no backup while a survey is flown" in caplog.text
+    await store.close()
+
+
+def test_the_end_of_a_store_that_was_never_opened_opens_nothing(tmp_path: Path) -> None:
+    asyncio.run(LotStore(tmp_path / "lots.db").close())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_settings_name_another_file(tmp_path: Path) -> None:
+    assert lots_file(tmp_path) == tmp_path / "lots.db"
+    assert lots_file(tmp_path, tmp_path / "all.db") == tmp_path / "all.db"

@@ -1,0 +1,293 @@
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from hawk.comm.protocol.authority import Role
+from hawk.lots.saving import save
+from hawk.lots.store import LotStore
+from hawk.lots.values import FinishedSurvey, Saved
+from tests.unit.lots.surveys import DATUM, box, later, survey
+from tests.unit.web.rig import Rig
+from tests.unit.web.stand import Stand
+
+HTML = "<b onclick='alert(1)'>North & South</b>"
+NOWHERE = "0" * 36
+
+
+@dataclass
+class Lots:
+    """The API as an operator's program sees it."""
+
+    stand: Stand
+    store: LotStore
+    session: aiohttp.ClientSession
+
+    async def add(self, given: FinishedSurvey) -> Saved:
+        return await self.store.write(lambda connection: save(connection, given))
+
+    def address(self, path: str) -> Any:
+        assert self.stand.rig.server is not None
+        return self.stand.rig.server.make_url(path)
+
+    async def get(self, path: str = "/api/lots.json") -> Any:
+        async with self.session.get(self.address(path)) as response:
+            assert response.status == 200
+            return await response.json()
+
+    async def post(self, path: str, **body: object) -> tuple[int, dict[str, Any]]:
+        async with self.session.post(self.address(path), json=body) as response:
+            return response.status, await response.json()
+
+    async def names(self) -> list[str]:
+        return [lot["name"] for lot in (await self.get())["lots"]]
+
+    async def stalls(self, lot: str) -> dict[str, dict[str, Any]]:
+        return {each["label"]: each for each in (await self.get(f"/api/lots/{lot}.json"))["stalls"]}
+
+    async def done(self, path: str, **body: object) -> dict[str, Any]:
+        status, answer = await self.post(path, **body)
+        assert status == 200, answer
+        return answer
+
+    async def undo(self, change: dict[str, Any]) -> tuple[int, dict[str, Any]]:
+        return await self.post(f"/api/lot-changes/{change['seq']}/undo")
+
+    async def everything(self) -> str:
+        listed = await self.get()
+        shown = [await self.get(f"/api/lots/{lot['id']}.json") for lot in listed["lots"]]
+        return json.dumps([listed["lots"], listed["undecided"], shown])
+
+
+@pytest.fixture
+async def lots(tmp_path: Path, rig: Rig) -> AsyncIterator[Lots]:
+    store = rig.lots = LotStore(tmp_path / "lots.db")
+    stand, rig.folder = Stand(rig, tmp_path), tmp_path
+    await rig.start()
+    yield Lots(stand, store, await stand.tool(Role.OPERATOR))
+    await stand.close()
+    await store.close()
+
+
+async def test_lots_are_listed_with_their_surveys_and_stalls(lots: Lots) -> None:
+    first = await lots.add(survey())
+    await lots.add(replace(later(survey(seed=1), 2), time_is_sure=False))
+    (lot,) = (await lots.get())["lots"]
+    assert (lot["id"], lot["name"], lot["stalls"], lot["survey_count"]) == (first.lot, "Lot 1", 40, 2)
+    assert lot["last_survey"]["placed"] == "unregistered"
+    assert lot["last_survey"]["time_is_sure"] is False
+    shown = await lots.get(f"/api/lots/{first.lot}.json")
+    assert [each["seq"] for each in shown["surveys"]] == [1, 2]
+    assert shown["surveys"][0]["ended"] == "2026-02-02T02:55:00Z"
+    looked = {each["label"]: each for each in shown["stalls"]}
+    assert looked["A 1"]["state"] == survey().stalls[0].state
+    assert len(shown["outline"][0]) == 4
+
+
+async def test_a_name_is_text_and_html_in_it_stays_as_it_is(lots: Lots) -> None:
+    first = await lots.add(survey())
+    change = await lots.done(f"/api/lots/{first.lot}/name", name=f"  {HTML} ")
+    async with lots.session.get(lots.address("/api/lots.json")) as response:
+        assert response.content_type == "application/json"
+        assert response.headers["X-Content-Type-Options"] == "nosniff"
+    assert await lots.names() == [HTML]
+    assert await lots.undo(change) == (200, {"seq": change["seq"], "kind": "name"})
+    assert await lots.names() == ["Lot 1"]
+    status, refusal = await lots.undo(change)
+    assert (status, refusal["field"]) == (409, "change")
+    assert "was undone already" in refusal["reason"]
+
+
+async def test_a_later_change_is_undone_first(lots: Lots) -> None:
+    first = await lots.add(survey())
+    changes = [await lots.done(f"/api/lots/{first.lot}/name", name=name) for name in ("North", "South")]
+    status, refusal = await lots.undo(changes[0])
+    assert (status, refusal["reason"].split(";")[1]) == (409, " undo the later changes first")
+    assert [(await lots.undo(change))[0] for change in reversed(changes)] == [200, 200]
+    assert await lots.names() == ["Lot 1"]
+    assert [each["undone"] is not None for each in (await lots.get())["changes"]] == [True, True]
+
+
+async def test_lots_beside_each_other_are_merged_and_undone(lots: Lots) -> None:
+    west = await lots.add(survey())
+    moved = replace(survey(), datum=replace(DATUM, longitude=5.01))
+    east = await lots.add(replace(later(moved, 2), outline=box(0, 0, 20, 54, moved.datum)))
+    before = await lots.everything()
+    ids = {each["id"] for lot in (west, east) for each in (await lots.stalls(lot.lot or "")).values()}
+    change = await lots.done(f"/api/lots/{west.lot}/merge", **{"with": east.lot})
+    stalls = await lots.stalls(west.lot or "")
+    assert {each["id"] for each in stalls.values()} == ids
+    assert sorted({label.split()[0] for label in stalls}) == ["A", "B", "C", "D"]
+    assert stalls["C 1"]["east"] - stalls["A 1"]["east"] == pytest.approx(686.5, abs=1.0)
+    (lot,) = (await lots.get())["lots"]
+    assert (lot["stalls"], lot["survey_count"], lot["last_survey"]["placed"]) == (80, 2, "registered")
+    assert (await lots.post(f"/api/lots/{east.lot}/name", name="East"))[0] == 404
+    assert (await lots.undo(change))[0] == 200
+    assert await lots.everything() == before
+    await lots.done(f"/api/lots/{west.lot}/merge", **{"with": east.lot})
+    assert {label.split()[0] for label in await lots.stalls(west.lot or "")} == {"A", "B", "E", "F"}  # none again
+
+
+async def test_two_lots_of_one_ground_are_merged_without_a_guess(lots: Lots) -> None:
+    first = await lots.add(survey())
+    asked = await lots.add(replace(later(survey(seed=1), 2), outline=box(60, 0, 20, 50)))
+    again = await lots.done(f"/api/surveys/{asked.survey}/move", lot=None, name="The same")
+    await lots.done(f"/api/lots/{first.lot}/merge", **{"with": again["lot"]})
+    second = await lots.add(later(survey(seed=2), 3))
+    assert second.lot == first.lot
+    before = await lots.stalls(first.lot or "")
+    new = await lots.done(f"/api/surveys/{second.survey}/move", lot=None, name="Twin")
+    change = await lots.done(f"/api/lots/{first.lot}/merge", **{"with": new["lot"]})
+    after = await lots.stalls(first.lot or "")
+    assert after.keys() == before.keys()
+    shown = await lots.get(f"/api/lots/{first.lot}.json")
+    assert [each["placed"] for each in shown["surveys"]] == ["first", "registered", "unregistered"]
+    assert (await lots.undo(change))[0] == 200
+    assert len(await lots.stalls(new["lot"])) == 40
+
+
+async def test_a_lot_is_split_by_an_outline_and_undone(lots: Lots) -> None:
+    first = await lots.add(survey(stalls=60))
+    before = await lots.everything()
+    old = await lots.stalls(first.lot or "")
+    part = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
+    change = await lots.done(f"/api/lots/{first.lot}/split", outline=part, name="Back row")
+    (made,) = [lot for lot in (await lots.get())["lots"] if lot["name"] == "Back row"]
+    kept, gone = await lots.stalls(first.lot or ""), await lots.stalls(made["id"])
+    assert ({label[0] for label in kept}, {label[0] for label in gone}) == ({"A", "B"}, {"C"})
+    assert {label: each["id"] for label, each in (kept | gone).items()} == {
+        label: each["id"] for label, each in old.items()
+    }
+    assert gone["C 1"]["state"] == old["C 1"]["state"]
+    assert (await lots.undo(change))[0] == 200
+    assert await lots.everything() == before
+
+
+async def test_a_split_is_not_undone_while_surveys_are_in_the_lot_that_it_made(lots: Lots) -> None:
+    first = await lots.add(survey(stalls=60))
+    part = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
+    change = await lots.done(f"/api/lots/{first.lot}/split", outline=part, name="Back row")
+    back = await lots.add(replace(later(survey(), 2), outline=box(-28, -5, 14, 70)))
+    assert back.lot_name == "Back row"
+    before = await lots.everything()
+    status, refusal = await lots.undo(change)
+    assert (status, refusal["field"]) == (409, "change")
+    assert "move them to another lot first" in refusal["reason"]
+    assert await lots.everything() == before
+
+
+async def test_which_lot_is_it_is_answered_by_a_move_and_undone(lots: Lots) -> None:
+    first = await lots.add(survey())
+    asked = await lots.add(replace(later(survey(seed=1), 2), outline=box(60, 0, 20, 50)))
+    (waiting,) = (await lots.get())["undecided"]
+    assert (waiting["id"], waiting["candidates"]) == (asked.survey, [first.lot])
+    before = await lots.everything()
+    known = await lots.done(f"/api/surveys/{asked.survey}/move", lot=first.lot)
+    assert (await lots.get())["undecided"] == []
+    assert (await lots.get())["lots"][0]["survey_count"] == 2
+    assert (await lots.undo(known))[0] == 200
+    new = await lots.done(f"/api/surveys/{asked.survey}/move", lot=None)
+    assert await lots.names() == ["Lot 1", "Lot 2"]
+    assert len(await lots.stalls(new["lot"])) == 40
+    assert (await lots.undo(new))[0] == 200
+    assert await lots.everything() == before
+
+
+LOT, SURVEY = "LOT", "SURVEY"
+WRONG: list[tuple[str, dict[str, object], int, str, str]] = [
+    (f"lots/{LOT}/name", {}, 422, "name", "must be text"),
+    (f"lots/{LOT}/name", {"name": 7}, 422, "name", "must be text"),
+    (f"lots/{LOT}/name", {"name": "  \n "}, 422, "name", "is empty: write one or more letters"),
+    (f"lots/{LOT}/name", {"name": "x" * 81}, 422, "name", "has 81 characters: write 80 or fewer"),
+    (f"lots/{LOT}/name", {"name": "a\u202eb"}, 422, "name", "cannot be shown"),
+    (f"lots/{LOT}/name", {"name": "a\0b"}, 422, "name", "cannot be shown"),
+    (f"lots/{NOWHERE}/name", {"name": "x"}, 404, "lot", "reload the list"),
+    (f"lots/{LOT}/merge", {"with": LOT}, 422, "with", "is the lot itself"),
+    (f"lots/{LOT}/merge", {}, 404, "with", "reload the list"),
+    (f"lots/{LOT}/split", {"name": "x"}, 422, "outline", "3 to 500 corners"),
+    (f"lots/{LOT}/split", {"name": "x", "outline": [[52, 5]] * 501}, 422, "outline", "3 to 500 corners"),
+    (f"lots/{LOT}/split", {"name": "x", "outline": [[52, 5], [52, 6], [52, "5"]]}, 422, "outline[2]", "two finite"),
+    (f"lots/{LOT}/split", {"name": "x", "outline": [[52, 5], [52, True], [52, 5]]}, 422, "outline[1]", "two finite"),
+    (f"lots/{LOT}/split", {"name": "x", "outline": [[500000, 5], [52, 6], [52, 5]]}, 422, "outline[0]", "degrees"),
+    (f"lots/{LOT}/split", {"name": "x", "outline": [[50, 1], [50, 2], [51, 1]]}, 422, "outline", "holds no stall"),
+    (f"lots/{LOT}/split", {"name": "x", "outline": [[51.9, 4.9], [51.9, 5.1], [52.1, 5]]}, 422, "outline", "every"),
+    (f"lots/{LOT}/split", {"outline": [[50, 1], [50, 2], [51, 1]]}, 422, "name", "must be text"),
+    (f"surveys/{SURVEY}/move", {}, 422, "lot", "write null for a new one"),
+    (f"surveys/{SURVEY}/move", {"lot": LOT}, 422, "lot", "has this survey already"),
+    (f"surveys/{SURVEY}/move", {"lot": 12}, 404, "lot", "reload the list"),
+    (f"surveys/{NOWHERE}/move", {"lot": LOT}, 404, "survey", "reload the list"),
+    ("lot-changes/99/undo", {}, 404, "change", "there is none with the number 99"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("path", "body", "status", "field", "reason"), WRONG)
+async def test_a_value_that_cannot_be_used_is_named_with_its_remedy_and_changes_nothing(
+    lots: Lots, path: str, body: dict[str, object], status: int, field: str, reason: str
+) -> None:
+    first = await lots.add(survey())
+    before = await lots.everything()
+    named = {"LOT": first.lot, "SURVEY": first.survey}
+    asked = {key: named.get(value, value) if isinstance(value, str) else value for key, value in body.items()}
+    for word, value in named.items():
+        path = path.replace(word, str(value))
+    found, refusal = await lots.post(f"/api/{path}", **asked)
+    assert (found, refusal["field"]) == (status, field)
+    assert reason in refusal["reason"]
+    assert await lots.everything() == before
+
+
+@pytest.mark.fault("a survey holds numbers that are none")
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (b"{", "is no JSON"),
+        (b"[1]", "must be a JSON object"),
+        (b"\xff", "is no JSON"),
+        (b"[" * 50_000, "is no JSON"),
+        (b'{"name": "x", "outline": [[52, 5], [52, NaN], [52, 5]]}', "two finite"),
+    ],
+)  # fmt: skip
+async def test_a_body_that_is_no_object_of_numbers_is_refused(lots: Lots, body: bytes, reason: str) -> None:
+    first = await lots.add(survey())
+    async with lots.session.post(lots.address(f"/api/lots/{first.lot}/split"), data=body) as response:
+        assert response.status == 422
+        assert reason in (await response.json())["reason"]
+
+
+async def test_a_viewer_reads_and_changes_nothing(lots: Lots) -> None:
+    first = await lots.add(survey())
+    viewer = await lots.stand.tool(Role.VIEWER)
+    assert await lots.stand.status(viewer, "/api/lots.json") == 200
+    for path in (f"lots/{first.lot}/name", f"surveys/{first.survey}/move", "lot-changes/1/undo"):
+        async with viewer.post(lots.address(f"/api/{path}"), json={"name": "x"}) as response:
+            assert (response.status, await response.text()) == (
+                403,
+                "Lots are changed by operators: log in as operator.",
+            )
+    assert await lots.names() == ["Lot 1"]
+
+
+@pytest.mark.fault("the store of lots is damaged while a daemon runs")
+async def test_a_damaged_store_is_an_answer_with_the_remedy(tmp_path: Path, lots: Lots) -> None:
+    (tmp_path / "lots.db").write_bytes(b"x" * 300)
+    async with lots.session.get(lots.address("/api/lots.json")) as response:
+        assert response.status == 409
+        assert "hawk-drone restore FILE" in (await response.json())["reason"]
+
+
+async def test_a_server_without_a_store_says_so(rig: Rig) -> None:
+    server = await rig.start()
+    async with aiohttp.ClientSession() as session, session.get(server.make_url("/api/lots.json")) as response:
+        assert (response.status, (await response.json())["reason"]) == (404, "There is no store of lots here.")
+
+
+async def test_twenty_readers_at_once_are_answered(lots: Lots) -> None:
+    await lots.add(survey())
+    assert await asyncio.gather(*(lots.names() for _ in range(20))) == [["Lot 1"]] * 20
