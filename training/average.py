@@ -45,11 +45,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         type=Path,
         help="torch weights (.pt) as training.train --keep writes them, or networks (.onnx)",
     )
+    parser.add_argument("--keep", type=Path, help="also write torch's weights here")
     parser.add_argument("--out", type=Path, required=True, help="ONNX file to write")
     options = parser.parse_args(arguments)
     if len({path.suffix == ".onnx" for path in options.weights}) > 1:
         parser.error("argument weights: name torch weights (.pt) or exported networks (.onnx), not both")
     state = average([_state(path) for path in options.weights])
+    if options.keep:
+        torch.save(state, options.keep)
     network = StallNet(widths_of_state(state))
     network.load_state_dict(state)
     print(f"{options.out}: differs from torch by {export(network, options.out):.1g}", flush=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import copy
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -35,7 +35,7 @@ from training.widen import widen, widths_of_state
 Batch = tuple[Tensor, Tensor, Tensor]
 
 _TAKEN_AT_ONCE = 4
-_SCENE_OVER_CROP = 1.5
+SCENE_OVER_CROP = 1.5
 _CALIBRATION_BATCHES = 8
 
 
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     checkpoint = CheckpointFile(options.checkpoint) if options.checkpoint else None
     drawn = checkpoint.drawn() if checkpoint else 0
-    pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * _SCENE_OVER_CROP), drawn=drawn)
+    pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * SCENE_OVER_CROP), drawn=drawn)
     try:
         if options.start_from and not drawn:  # a checkpoint holds weights that came from them
             _start_from(network, options.start_from, pool, plan)
@@ -176,6 +176,13 @@ def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan, ground
         torch.from_numpy(np.stack([getattr(s, name) for s in samples])) for name in ("picture", "target", "sun")
     )
     return picture.contiguous(memory_format=torch.channels_last), target, sun
+
+
+def batches(pool: ScenePool, plan: TrainingPlan, ground: Ground | None, count: int) -> Iterator[Batch]:
+    """Yield batches as a training takes them."""
+    rng = np.random.default_rng((plan.seed, 4))
+    for _ in range(count):
+        yield _batch(pool, rng, plan, ground)
 
 
 @torch.no_grad()

@@ -40,7 +40,7 @@ FEATURES: Final = (
     "core", "core less rims", "core at the ends", "found", "found squared", "lot", "lot squared", "car",
     "car less rims", "found at the back", "found beside", "found on both sides",
 )  # fmt: skip
-WEIGHTS: Final = np.array([-4.63, 1.65, 2.63, -1.57, 2.26, -1.31, 2.61, -2.08, 0.45, 0.37, 1.11, 2.0, 2.02])
+WEIGHTS: Final = np.array([-4.39, 1.83, 3.18, -1.8, 1.4, -0.44, 0.79, -0.66, 0.53, -0.25, 1.07, 2.15, 1.88])
 """Constant and weight of each feature."""
 
 

@@ -26,28 +26,32 @@ def options(tmp_path: Path) -> list[str]:
 
 
 def test_every_region_is_left_out_once(options: list[str]) -> None:
-    folds = [parse_training(stage.arguments) for stage in stages(parse(options)) if stage.name.startswith("ground")]
+    given = [stage for stage in stages(parse(options)) if stage.name.startswith("ground")]
+    *folds, every = [parse_training(stage.arguments) for stage in given]
+    assert every.leave_out == []
     assert sorted(name for fold in folds for name in fold.leave_out) == REGIONS
     assert len({fold.seed for fold in folds}) == len(folds) == 3
 
 
 def test_each_stage_begins_from_what_the_one_before_makes(options: list[str]) -> None:
-    first, *folds, mean, fit = stages(parse(options))
+    first, *trainings, mean, settled, fit = stages(parse(options))
     drawn = parse_training(first.arguments)
-    for fold in folds:
-        ground = parse_training(fold.arguments)
+    assert len(trainings) == 4
+    for training in trainings:
+        ground = parse_training(training.arguments)
         assert ground.start_from == ground.teacher == drawn.out
         assert str(ground.keep) in mean.arguments
-    assert str(mean.result) in fit.arguments
+    assert settled.arguments[0] == mean.arguments[mean.arguments.index("--keep") + 1]
+    assert str(settled.result) in fit.arguments
     assert fit.command is rows.main
 
 
 def test_device_painters_and_seed_reach_every_training(options: list[str]) -> None:
     given = stages(parse([*options, "--device", "cuda", "--painters", "14", "--seed", "40"]))
-    trainings = [parse_training(stage.arguments) for stage in given[:4]]
+    trainings = [parse_training(stage.arguments) for stage in given[:5]]
     assert {(training.device, training.painters) for training in trainings} == {("cuda", 14)}
-    assert [training.seed for training in trainings] == [40, 41, 42, 43]
-    assert [training.steps for training in trainings] == [34_000, 1_500, 1_500, 1_500]
+    assert [training.seed for training in trainings] == [40, 41, 42, 43, 44]
+    assert [training.steps for training in trainings] == [34_000, 1_500, 1_500, 1_500, 3_000]
 
 
 def test_a_command_that_was_ended_goes_on_with_the_first_stage_that_is_not_done(tmp_path: Path) -> None:

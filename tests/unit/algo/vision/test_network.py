@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hawk.algo.vision import network as network_module
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import (
+    CHANNELS,
     StallNetwork,
     VisionModelError,
     maps_from_output,
@@ -153,10 +154,19 @@ def test_the_sun_s_input_points_as_shadows_do_and_grows_with_their_length() -> N
     assert np.hypot(*short) < np.hypot(*long) < 1
 
 
-def test_a_network_that_does_not_say_shade_and_cover_says_none(network: StallNetwork) -> None:
-    maps = network.run(np.full((64, 96, 3), 80, np.uint8), sun_input(np.array([1.0, 0.0])))
+def test_a_network_that_does_not_say_shade_and_cover_says_none() -> None:
+    maps = maps_from_output(np.zeros((CHANNELS, 32, 48), np.float32))
+    assert maps.shade.shape == maps.cover.shape == maps.core.shape
     assert maps.shade.max() < 1e-6
     assert maps.cover.max() < 1e-6
+
+
+def test_the_network_of_the_package_takes_the_sun_and_says_shade_and_cover(network: StallNetwork) -> None:
+    picture = np.random.default_rng(2).integers(60, 200, (64, 96, 3), np.uint8)
+    dark, lit = network.run(picture), network.run(picture, sun_input(np.array([1.0, 0.0])))
+    assert 0 < lit.shade.max() < 1
+    assert 0 < lit.cover.max() < 1
+    assert not np.array_equal(dark.core, lit.core)
 
 
 def test_a_network_with_another_answer_is_refused_with_the_setting_s_name() -> None:
