@@ -129,10 +129,13 @@ class AlgorithmLoop:
         """Return the map's changes after a version (0: everything), between two frames."""
         return await self._on_worker(lambda: self._manager.mapper_app.changes_since(version))
 
-    async def restore_map(self, deltas: Iterable[Mapping[str, bytes]]) -> list[str]:
-        """Restore the map of an earlier run, oldest delta first; return the parts that cannot be read, in words."""
+    async def restore_map(self, deltas: Iterable[Mapping[str, bytes]], *, has_same_cars: bool = True) -> list[str]:
+        """Restore the map of an earlier run, oldest delta first; return the parts that cannot be read, in words.
+
+        ``has_same_cars``: the map is so young that its cars are still there.
+        """
         kept = list(deltas)
-        return await self._on_worker(lambda: self._manager.mapper_app.restore(kept))
+        return await self._on_worker(lambda: self._manager.mapper_app.restore(kept, has_same_cars=has_same_cars))
 
     async def begin_survey(self, map_id: str) -> None:
         """Begin an empty map under another id, between two frames."""

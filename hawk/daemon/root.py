@@ -184,7 +184,7 @@ class Daemon:
             is_new_world=is_new_world,
             continues=self._options.is_again,
         )
-        self._kept, self._set_aside = begun.kept, begun.words
+        self._kept, self._set_aside, self._has_same_cars = begun.kept, begun.words, begun.is_young
         self.autopilot.set_datum(self._kept.datum)
         if self._kept.arm_place is not None:
             self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
@@ -416,7 +416,7 @@ class Daemon:
             self.autopilot.telemetry.sun_at if self._config.vision.sun == "auto" else unknown_sun,
         )
         if self._kept.map_parts:
-            for problem in await algorithms.restore_map([self._kept.map_parts]):
+            for problem in await algorithms.restore_map([self._kept.map_parts], has_same_cars=self._has_same_cars):
                 _LOG.warning("the journalled map: %s", problem)
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)

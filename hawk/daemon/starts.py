@@ -27,10 +27,14 @@ SECOND_START: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class SurveyAtStart:
-    """The survey that this run works on. ``words`` say that another one was set aside; else they are empty."""
+    """The survey that this run works on. ``words`` say that another one was set aside; else they are empty.
+
+    ``is_young``: it was written within `CONTINUE_S`; its cars are still there.
+    """
 
     kept: JournalState
     words: str = ""
+    is_young: bool = True
 
 
 def survey_at_start(
@@ -56,7 +60,7 @@ def survey_at_start(
     is_begun = kept.datum is not None or kept.outline is not None
     age = _age(kept.last_written, moment())
     if is_begun and not is_new_world and (flies or continues or age < CONTINUE_S):
-        return SurveyAtStart(kept)
+        return SurveyAtStart(kept, is_young=age < CONTINUE_S)
     if kept.datum is None and not (is_new_world and kept.map_parts):  # nothing of a lot was mapped without one
         return SurveyAtStart(replace(kept, arm_place=None))
     words = "" if is_new_world else _set_aside(kept, age, moment())

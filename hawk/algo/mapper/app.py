@@ -121,10 +121,13 @@ class MapperApp:
         """Return the changes after a version of the map (0: everything), for the flight journal."""
         return self._core.changes_since(version)
 
-    def restore(self, deltas: Iterable[Mapping[str, bytes]]) -> list[str]:
-        """Replace the map by that of deltas' parts, oldest first; return the parts that cannot be read, in words."""
+    def restore(self, deltas: Iterable[Mapping[str, bytes]], *, has_same_cars: bool = True) -> list[str]:
+        """Replace the map by that of deltas' parts, oldest first; return the parts that cannot be read, in words.
+
+        ``has_same_cars``: the map is so young that its cars are still there.
+        """
         core = MapCore(self._settings, "")
-        problems = core.restore(deltas)
+        problems = core.restore(deltas, has_same_cars=has_same_cars)
         self._core = core
         return problems
 

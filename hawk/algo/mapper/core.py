@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
+from hawk.algo.mapper.after_swap import REACH_M, SAME_CARS_S, AfterSwap, Stalls, TooFewError
 from hawk.algo.mapper.evidence import (
     EVIDENCE_M,
     CellEvidence,
@@ -29,7 +30,6 @@ from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.mosaic import Mosaic
 from hawk.algo.mapper.published import StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
-from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
@@ -116,7 +116,7 @@ class MapCore:
         self._looked_for_cars: MapPose | None = None
         self._flown_m = 0.0
         self._fused_at = math.inf
-        self._relocation: Relocation | None = None
+        self._relocation: AfterSwap | None = None
         self._earlier_m = 0.0
         self._frame = self._outlined_at = self._rows_at = self._cars_at = 0
         self._is_spent = False
@@ -135,7 +135,7 @@ class MapCore:
         self._attend(seen)
         found = Detections.of(seen.stalls)
         if seen.captured - self._fused_at > _BREAK_S:
-            self._begin_relocation()
+            self._begin_relocation(has_same_cars=seen.captured - self._fused_at < SAME_CARS_S)
         self._fused_at = seen.captured
         if self._relocation is not None and self._is_waiting(self._relocation, found, seen):
             return
@@ -220,8 +220,11 @@ class MapCore:
         parts[delta.META] = meta.to_bytes()
         return delta.MapDelta(self._version, parts)
 
-    def restore(self, deltas: Iterable[Mapping[str, bytes]]) -> list[str]:
-        """Restore a map; return the parts that cannot be read, in words. The others are kept."""
+    def restore(self, deltas: Iterable[Mapping[str, bytes]], *, has_same_cars: bool = True) -> list[str]:
+        """Restore a map; return the parts that cannot be read, in words. The others are kept.
+
+        ``has_same_cars``: it is younger than `SAME_CARS_S`.
+        """
         parts: dict[str, bytes] = {}
         for one in deltas:
             parts.update(one)
@@ -234,7 +237,7 @@ class MapCore:
                 problems.append(f"{name}: {error}")
         self.tracker.restore(np.concatenate(rows), self.tracker.next_id)
         self._flown_m = float(self.tracker.rows["born"].max(initial=0.0)) + 2 * self._settings.anchor_m
-        self._begin_relocation()
+        self._begin_relocation(has_same_cars=has_same_cars)
         everything = np.arange(len(self.tracker.rows))
         self.published.update(self.tracker.rows, everything, [], self._version)
         self._show_suggestions(-1)
@@ -289,11 +292,11 @@ class MapCore:
         places = np.stack([sure.north, sure.east, sure.angle], -1)
         return self.registration.update(known, places, drone, seen.captured, anchored).about(*drone)
 
-    def _begin_relocation(self) -> None:
-        """Look for the drone's place on the map as it is now: that of an earlier flight."""
-        self._relocation, self._earlier_m = Relocation(), self._flown_m
+    def _begin_relocation(self, *, has_same_cars: bool) -> None:
+        """Look for the drone's place on the map as it is now: that of the flight before."""
+        self._relocation, self._earlier_m = AfterSwap(has_same_cars=has_same_cars), self._flown_m
 
-    def _is_waiting(self, relocation: Relocation, found: Detections, seen: SeenGround) -> bool:
+    def _is_waiting(self, relocation: AfterSwap, found: Detections, seen: SeenGround) -> bool:
         """Return True while the frame must wait for its place on the earlier map; over other ground it need not."""
         pose, shift = seen.pose, self.registration.shift
         correction = shift.about(pose.north, pose.east)

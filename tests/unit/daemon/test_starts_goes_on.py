@@ -126,6 +126,15 @@ async def started(folder: Path, now: Moment, *, flies: bool = False, continues: 
         await again.close()
 
 
+async def test_only_a_young_survey_has_the_same_cars(tmp_path: Path) -> None:
+    def later(seconds: float) -> Moment:
+        return NOW.before(-seconds)
+
+    assert (await started(tmp_path / "a", later(CONTINUE_S - 1))).is_young
+    assert not (await started(tmp_path / "b", later(CONTINUE_S + 1), continues=True)).is_young
+    assert not (await started(tmp_path / "c", later(CONTINUE_S + 1), flies=True)).is_young
+
+
 @pytest.mark.fault(
     "the wall clock steps by 3 days between two starts on the ground",
     "the survey goes on; one that is set aside is shown in log and page",

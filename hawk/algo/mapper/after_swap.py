@@ -1,7 +1,8 @@
-"""Finds where the drone is on a map of an earlier flight: another flight's position is off by another metre or two.
+"""Finds where the drone is on the map of the flight before a battery swap: its position is off by another metre or two.
 
-Rows repeat at every pitch, so that places alone often fit a stall farther along as well. Row ends, and which stalls are
-taken, distinguish the shifts: cars stay while a battery is swapped. The frames until then are not fused.
+Rows repeat at every pitch, so that places alone often fit a stall farther along as well. Row ends distinguish the
+shifts, and so do taken stalls while the swap is young: cars stay for some minutes. The frames until then are not fused.
+A map of another day is registered as a whole (`hawk.algo.registration`).
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ Bools = NDArray[np.bool_]
 Inside = Callable[[Floats], Bools]
 """Returns True for the places (N, 2) that lie inside some ground."""
 
+SAME_CARS_S: Final = 1800.0
+"""After this time other cars may stand in the stalls."""
 REACH_M: Final = 3.0
 """Largest shift that is sought, along each axis."""
 STEP_M: Final = 0.3
@@ -47,10 +50,12 @@ class Stalls:
     taken: Floats
 
 
-class Relocation:
+class AfterSwap:
     """Adds up how well each shift fits, frame by frame, until one is better than all others."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, has_same_cars: bool = True) -> None:
+        """Begin. ``has_same_cars``: the swap is younger than `SAME_CARS_S`; else the states of stalls say nothing."""
+        self._has_same_cars = has_same_cars
         steps = np.arange(-round(REACH_M / STEP_M), round(REACH_M / STEP_M) + 1) * STEP_M
         north, east = np.meshgrid(steps, steps, indexing="ij")
         self._shifts = np.column_stack([north.ravel(), east.ravel()])
@@ -105,7 +110,8 @@ class Relocation:
         nearest = np.where(is_match, nearest, 0)
         is_match &= quads.angle_between(known.angles[nearest], np.tile(found.angles, len(shifts))) < _ANGLE
         alike = 1 - np.abs(known.taken[nearest] - np.tile(found.taken, len(shifts)))
-        worth = (_OTHER_STATE + (1 - _OTHER_STATE) * alike) * (1 - (np.where(is_match, away, 0) / _MATCH_M) ** 2)
+        state = _OTHER_STATE + (1 - _OTHER_STATE) * alike if self._has_same_cars else np.ones(len(nearest))
+        worth = state * (1 - (np.where(is_match, away, 0) / _MATCH_M) ** 2)
         score = np.where(is_match, worth, np.where(was_seen(places), _NO_STALL, 0.0)).reshape(-1, count).sum(1)
         back = (known.places - shifts[:, None]).reshape(-1, 2)
         missed = in_picture(back) & ~np.isfinite(cKDTree(found.places).query(back, distance_upper_bound=_MATCH_M)[0])
