@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from sqlalchemy import select
+from sqlalchemy import select, update
 
 from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.daemon.lot_registration import registration
@@ -57,7 +57,7 @@ def survey_of(number: int, found: StallMap, datum: GlobalPose = DATUM) -> Finish
             angle=float(found.stalls.angle[k] % math.pi),
             width=float(found.stalls.width[k]),
             length=float(found.stalls.length[k]),
-            taken=float(drawn.random()),
+            taken=round(float(drawn.random()), 3),
             state=StallState.TAKEN if drawn.random() < 0.5 else StallState.FREE,
             score=0.9,
             seen=9,
@@ -173,7 +173,7 @@ def test_a_survey_without_its_ground_is_registered_nowhere(store: Database) -> N
     second = saved(store, replace(survey_of(2, LOT), seen=Outline()))
     assert (second.placed, second.doubt) == (Placed.UNREGISTERED, "the ground that the survey saw is not known")
     with store.writing() as connection:
-        connection.execute(SURVEY.update().where(SURVEY.c.seq == 1).values(seen=None))
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(seen=None))
     third = saved(store, survey_of(3, LOT))
     assert (third.placed, third.doubt) == (Placed.UNREGISTERED, "the ground of the lot's first survey is not known")
 
