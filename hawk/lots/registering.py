@@ -1,4 +1,4 @@
-"""Where a survey lies among the stalls of its lot: certain, or in doubt with places for a person to choose from.
+"""Place of a survey among the stalls of its lot: certain, or in doubt with places for a person to choose from.
 
 What decides is given (`hawk.lots.values.Register`); here the survey is brought into the lot's frame, and the result
 back to the survey's own.
@@ -45,7 +45,7 @@ _Row = Mapping[str, Any] | RowMapping
 
 @dataclass(frozen=True, slots=True)
 class Looked:
-    """What a survey found and saw, in its own frame about its ``datum`` (latitude, longitude)."""
+    """Stalls and ground that a survey found, in its own frame about its ``datum`` (latitude, longitude)."""
 
     datum: tuple[float, float]
     stalls: tuple[SurveyStall, ...] = field(repr=False)
