@@ -2,10 +2,10 @@
 
 ``python -m benchmarks.archive [--json FILE]``
 
-A lot of 300 and one of 2,000 stalls are flown over again, each time with other cars, 4 % of the stalls missed, 0.15 m of
-error a stall, GNSS 2 m off and 1.5 degrees of turn. A survey goes through the daemon's store and registration, on the
-store's thread, while an event loop runs a timer every 10 ms. The median of the surveys after the first one counts: the
-first one loads libraries.
+A lot of 300 and one of 2,000 stalls are flown over again, each time with other cars, 4 % of the stalls missed, 0.15 m
+of error a stall, GNSS 2 m off and 1.5 degrees of turn about the middle. A survey goes through the daemon's store and
+registration, on the store's thread, while an event loop runs a timer every 10 ms. The median of the surveys after the
+first one counts: the first one loads libraries.
 """
 
 from __future__ import annotations
@@ -67,16 +67,17 @@ class Measured:
 
 
 def drawn_lot(count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the centres (N, 2) of stalls in rows of drawn lengths that begin at drawn places."""
+    """Return the centres (N, 2) of stalls about their middle: rows of drawn lengths that begin at drawn places."""
     places: list[tuple[float, float]] = []
     longest = max(8, round(math.sqrt(count)))
     row = 0
     while len(places) < count:
         begin = float(rng.uniform(0, 20))
-        for k in range(int(rng.integers(longest // 2, longest * 3 // 2))):
-            places.append((-row * _APART_M, begin + k * _PITCH_M))
+        length = int(rng.integers(longest // 2, longest * 3 // 2))
+        places += [(-row * _APART_M, begin + k * _PITCH_M) for k in range(length)]
         row += 1
-    return np.array(places[:count])
+    centres = np.array(places[:count])
+    return np.asarray(centres - centres.mean(axis=0))
 
 
 def flight(number: int, centres: NDArray[np.float64], move: Move, rng: np.random.Generator) -> FinishedSurvey:
@@ -113,20 +114,27 @@ async def measure(path: Path, count: int, lag: LoopLag) -> Measured:
     store = LotStore(path, find_stalls)
     await _saved(store, flight(1, centres, Move(), rng))
     await _saved(store, flight(2, centres, BIAS, rng))
-    before, wrong = path.stat().st_size, 0
+    flown = [flight(number, centres, BIAS, rng) for number in range(3, 3 + FLIGHTS)]
+    before = _size(path)
     seconds: list[float] = []
     outcomes: list[Saved] = []
     sampling = asyncio.create_task(lag.run())
-    for number in range(3, 3 + FLIGHTS):
-        flown = flight(number, centres, BIAS, rng)
+    for each in flown:
         began = time.perf_counter()
-        outcomes.append(await _saved(store, flown))
+        outcomes.append(await _saved(store, each))
         seconds.append(time.perf_counter() - began)
-        wrong += await store.read(partial(wrong_ids, seq=outcomes[-1].seq, flown=flown))
     sampling.cancel()
-    size = (path.stat().st_size - before) / FLIGHTS
+    size = (_size(path) - before) / FLIGHTS
+    wrong = [
+        await store.read(partial(wrong_ids, seq=saved.seq, flown=each))
+        for saved, each in zip(outcomes, flown, strict=True)
+    ]
     await store.close()
-    return Measured(seconds, size, wrong, sum(each.placed is Placed.REGISTERED for each in outcomes))
+    return Measured(seconds, size, sum(wrong), sum(saved.placed is Placed.REGISTERED for saved in outcomes))
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size
 
 
 def wrong_ids(connection: Connection, seq: int, flown: FinishedSurvey) -> int:

@@ -44,6 +44,10 @@ class Move:
         ((north, east),) = self.of(np.array([[first.north, first.east]])).tolist()
         return Move(north, east, first.turn + self.turn)
 
+    def back(self, places: Floats) -> Floats:
+        """Return places (N, 2) as they were before the move."""
+        return Move(turn=-self.turn).of(places - np.array([self.north, self.east]))
+
     def stalls(self, stalls: Sequence[SurveyStall]) -> tuple[SurveyStall, ...]:
         """Return stalls after the move."""
         places = self.of(np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)).tolist()

@@ -16,6 +16,7 @@ from hawk.lots.operations import LotRows
 from hawk.lots.registering import (
     Doubt,
     Looked,
+    datum_of,
     move_of,
     newest_layout,
     newest_registered,
@@ -61,7 +62,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     unseen = {"state": None, "taken_probability": None, "looked": None}
     return {
         **_lot(connection, row),
-        "datum": [row["latitude"], row["longitude"]],
+        "datum": list(datum_of(connection, lot_id)),
         "outline": [[list(corner) for corner in ring] for ring in outline.polygons],
         "surveys": [_survey(each) for each in surveys],
         "stalls": [

@@ -36,7 +36,9 @@ from hawk.lots.values import (
     unpack_stalls,
 )
 from hawk.model.plans import Outline
+from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
+from hawk.results.survey_map import to_global
 
 EDGE_M: Final = 2.0
 """A stall nearer than this to the edge of what was seen is not expected to be found."""
@@ -145,9 +147,26 @@ def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:
 
 
 def datum_of(connection: Connection, lot: str) -> tuple[float, float]:
-    """Return the origin of a lot's frame: latitude, longitude."""
-    row = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.id == lot)).one()
-    return float(row.latitude), float(row.longitude)
+    """Return the origin of a lot's frame: latitude, longitude.
+
+    Each survey puts the origin where its own GNSS has it; the mean of all that are placed counts, each alike, unless an
+    operator pinned the datum.
+    """
+    row = connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
+    kept = (float(row["latitude"]), float(row["longitude"]))
+    is_placed = SURVEY.c.placed.in_([Placed.FIRST.value, Placed.REGISTERED.value]) & SURVEY.c.north.is_not(None)
+    asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn")))
+    surveys = connection.execute(asked.where(SURVEY.c.lot == lot, is_placed)).all()
+    if row["datum_is_pinned"] or not surveys:
+        return kept
+    origins = []
+    for latitude, longitude, north, east, turn in surveys:
+        ((a, b),) = Move(north, east, turn).back(np.zeros((1, 2))).tolist()
+        frame = frame_of(kept, (latitude, longitude))
+        origins.append(frame.of(np.array([[a, b]]))[0])
+    mean = np.mean(origins, axis=0)[None]
+    ((latitude, longitude),) = to_global(GlobalPose(*kept, 0.0), mean).tolist()
+    return latitude, longitude
 
 
 def known_ground(connection: Connection, lot: str) -> BaseGeometry:

@@ -19,6 +19,7 @@ from hawk.lots import changes, reading
 from hawk.lots.database import Database
 from hawk.lots.frames import Move, frame_of
 from hawk.lots.saving import save
+from hawk.lots.tables import LOT as LOT_TABLE
 from hawk.lots.tables import OBSERVATION, STALL, SURVEY
 from hawk.lots.values import FinishedSurvey, LotInputError, LotStoreError, Placed, Saved, SurveyStall
 from hawk.model.lot_map import StallState
@@ -230,6 +231,19 @@ def test_a_place_that_is_none_of_them_is_refused_with_its_remedy(store: Database
     with store.writing() as connection, pytest.raises(LotInputError) as refused:
         reading.choose(connection, second.survey, {"place": place}, "operator", BEGAN)
     assert (refused.value.field, refused.value.reason) == ("place", "must be the number of one of the places: 0 to 1")
+
+
+def test_the_datum_of_a_lot_is_the_mean_over_its_surveys_until_it_is_pinned(store: Database) -> None:
+    first = saved(store, survey_of(1, LOT))
+    assert shown(store, first.lot)["datum"] == pytest.approx([DATUM.latitude, DATUM.longitude], abs=1e-9)
+    for number, shift in ((2, (3.0, 0.0)), (3, (0.0, -3.0))):
+        flown = replace(LOT.stalls, centres=LOT.stalls.centres + shift)
+        assert saved(store, survey_of(number, StallMap(flown, LOT.seen))).placed is Placed.REGISTERED
+    middle = to_global(DATUM, np.array([[1.0, -1.0]]))[0].tolist()  # the mean of (0, 0), (3, 0) and (0, -3)
+    assert shown(store, first.lot)["datum"] == pytest.approx(middle, abs=2e-6)
+    with store.writing() as connection:
+        connection.execute(update(LOT_TABLE).values(datum_is_pinned=True))
+    assert shown(store, first.lot)["datum"] == [DATUM.latitude, DATUM.longitude]
 
 
 def test_what_the_newest_survey_found_and_missed_is_listed_and_changes_nothing(store: Database) -> None:

@@ -32,6 +32,7 @@ def stored(number: int, label: str, **changed: float) -> StoredStall:
 @given(PLACES, MOVES, MOVES)
 def test_two_moves_one_after_the_other_are_one_move(places: np.ndarray, first: Move, then: Move) -> None:
     assert then.after(first).of(places) == pytest.approx(then.of(first.of(places)), abs=1e-6)
+    assert first.back(first.of(places)) == pytest.approx(places, abs=1e-6)
 
 
 @given(PLACES, LATITUDES, st.floats(-40, 40), st.floats(-40, 40))
