@@ -7,8 +7,14 @@
 ``survey.doubt``: JSON. A place brings the survey's frame onto the lot's, metres and radians clockwise; ``score`` is in
 nats; ``chosen`` is the number, from 0, of the place that a person chose::
 
-    {"why": "two places fit alike", "places": [{"north": 0.4, "east": 2.5, "turn": 0.01, "score": 61.2}, ...],
-     "chosen": null}
+    {
+        "why": "two places fit alike",
+        "places": [{"north": 0.4, "east": 2.5, "turn": 0.01, "score": 61.2}, ...],
+        "chosen": null
+    }
+
+The ground is that of all cells of the map that are not unknown, with the holes in it, simplified by less than 0.6 m.
+``chosen`` stays with a survey that goes on after a battery swap: the program does not overrule a person.
 
 Both are empty for surveys of earlier versions. Such a survey is registered nowhere: without its ground, a row that the
 edge of the flight cuts is a shorter row.
