@@ -22,7 +22,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-small newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-small newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -157,6 +157,9 @@ bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)
 
 # The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
+bench-archive: setup
+	$(BIN)/python -m benchmarks.archive $(ARGS)
+
 bench-small: setup
 	$(BIN)/python -m benchmarks.small $(ARGS)
 

@@ -16,7 +16,7 @@ from typing import Final
 
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore
-from hawk.lots.values import LotStoreError, Placed, Saved
+from hawk.lots.values import Doubtful, FoundStalls, KnownStalls, LotStoreError, Placed, Registration, Saved
 from hawk.model.operation import Level
 from hawk.model.sentences import say
 
@@ -26,6 +26,13 @@ SETTLE_S: Final = 1.0
 """Real seconds after a landing in which the last pictures come into the map."""
 RETRY_S: Final = 60.0
 """Real seconds between two tries of a save."""
+
+
+def find_stalls(known: KnownStalls, found: FoundStalls) -> Registration | Doubtful:
+    """Return which stalls of a lot a survey found, or the doubt. Loads scipy, on the store's thread."""
+    from hawk.daemon.lot_registration import registration
+
+    return registration(known, found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,5 +150,12 @@ class LotKeeper:
             )
         elif saved.placed is Placed.FIRST:
             self._add_message("info", say("The survey is stored as the first one of {name}.", name=saved.lot_name), "")
+        elif saved.placed is Placed.REGISTERED:
+            count = say("{known} of {stalls} stalls are known ones.", known=saved.known, stalls=saved.stalls)
+            self._add_message("info", say("The survey is stored as one of {name}.", name=saved.lot_name), count)
+        elif saved.doubt:
+            words = say("Not certain where it lies on {name}: {doubt}.", name=saved.lot_name, doubt=saved.doubt)
+            stored = say("The survey is stored as one of {name}.", name=saved.lot_name)
+            self._add_message("warning", stored, words)
         elif saved.placed is not Placed.NOTHING:
             self._add_message("info", say("The survey is stored as one of {name}.", name=saved.lot_name), "")

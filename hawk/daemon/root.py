@@ -35,7 +35,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
-from hawk.daemon.lot_keeper import LotKeeper
+from hawk.daemon.lot_keeper import LotKeeper, find_stalls
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
@@ -521,7 +521,7 @@ class Daemon:
 
     def _make_lots(self) -> None:
         store = self._config.store
-        self._lots = LotStore(lots_file(store.directory, store.lots))
+        self._lots = LotStore(lots_file(store.directory, store.lots), find_stalls)
         self._lot_keeper = LotKeeper(
             self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
         )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hawk.lots.values import FinishedSurvey, SurveyStall
 from hawk.model.lot_map import Cell, OccupancyMap
 from hawk.model.plans import Outline
-from hawk.model.poses import GlobalPose
+from hawk.model.poses import GlobalPose, Ring
 from hawk.results.survey_map import SurveyMap, to_global
 
 _STEP: Final = 4
@@ -24,6 +24,10 @@ _LEAST_M2: Final = 50.0
 """A smaller piece of ground is no part of a lot: four stalls."""
 _OFF_M: Final = 0.6
 """Distance by which a simplified outline may leave the cells."""
+_SEEN_OFF_M: Final = 0.5
+"""The same for the ground that was seen."""
+_LEAST_HOLE_M2: Final = 4.0
+"""A smaller hole in the ground that was seen hides no stall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +68,7 @@ def finished(landed: LandedSurvey) -> FinishedSurvey:
         ),
         program=landed.program,
         simulated=landed.simulated,
+        seen=seen_ground(survey),
     )
 
 
@@ -92,6 +97,27 @@ def seen_lot(survey: SurveyMap) -> Outline:
         if len(kept) >= 3:
             polygons.append(np.column_stack((cells.north - kept[:, 1] * side, cells.east + kept[:, 0] * side)))
     return Outline(tuple(_ring(survey.datum, polygon) for polygon in polygons))
+
+
+def seen_ground(survey: SurveyMap) -> Outline:
+    """Return all ground that was seen, WGS-84, with the holes in it; simplified by less than `_OFF_M`.
+
+    An outline without polygons when nothing was seen.
+    """
+    cells = survey.cells()
+    side = cells.cell_m * _STEP
+    seen = np.pad((cells.values[::_STEP, ::_STEP] != Cell.UNKNOWN).astype(np.uint8), 1)
+    rings, tree = cv2.findContours(seen, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    polygons: list[Ring] = []
+    holes: list[Ring] = []
+    for ring, (*_, parent) in zip(rings, () if tree is None else tree[0].tolist(), strict=True):
+        if cv2.contourArea(ring) * side**2 < (_LEAST_M2 if parent < 0 else _LEAST_HOLE_M2):
+            continue
+        kept = cv2.approxPolyDP(ring, _SEEN_OFF_M / side, closed=True).reshape(-1, 2) - 0.5
+        if len(kept) >= 3:
+            places = np.column_stack((cells.north - kept[:, 1] * side, cells.east + kept[:, 0] * side))
+            (polygons if parent < 0 else holes).append(_ring(survey.datum, places))
+    return Outline(tuple(polygons), tuple(holes))
 
 
 def _hull_of(datum: GlobalPose, corners: NDArray[np.float64]) -> Outline:

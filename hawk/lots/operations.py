@@ -201,7 +201,8 @@ def begun(survey: Row, name: str, made: str, first_key: int, now: float) -> Chan
     place = {name: _column(survey, name) for name in ("latitude", "longitude", "outline")}
     lot = {"id": made, "name": name, **place, "datum_is_pinned": False, "merged_into": None, "made": now}
     labels = lasting_labels({stall.id: stall.on_map() for stall in found}, {}, ())
-    home = {"lot": made, "layout": 1, "placed": Placed.FIRST.value, "candidates": json.dumps([])}
+    home: dict[str, Any] = {"lot": made, "layout": 1, "placed": Placed.FIRST.value, "candidates": json.dumps([])}
+    home |= {"doubt": None}
     rows = [Row("lot", (made,), lot), _layout(made, 1, FIRST_FLIGHT, PROGRAM, began)]
     rows.append(changed(survey, **home, north=0.0, east=0.0, turn=0.0))
     looks = []
@@ -231,7 +232,7 @@ def _carried(survey: Row, kept: LotRows, other: LotRows) -> Row:
 
 
 def _unregistered(survey: Row, lot: str) -> Row:
-    place: Mapping[str, Any] = {"north": None, "east": None, "turn": None, "layout": None}
+    place: Mapping[str, Any] = dict.fromkeys(("north", "east", "turn", "layout", "doubt"))
     return changed(survey, lot=lot, placed=Placed.UNREGISTERED.value, candidates=json.dumps([]), **place)
 
 

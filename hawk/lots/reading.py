@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from typing import Any, Final
 
@@ -12,9 +13,20 @@ from sqlalchemy import Connection, RowMapping, func, select
 from hawk.lots import changes, operations
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.operations import LotRows
-from hawk.lots.saving import new_id, present_stalls, used_labels
+from hawk.lots.registering import (
+    Doubt,
+    Looked,
+    datum_of,
+    move_of,
+    newest_layout,
+    newest_registered,
+    placed_by,
+    present_stalls,
+    registered,
+)
+from hawk.lots.saving import looks_of, new_id, registered_place, used_labels
 from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
-from hawk.lots.values import NotFoundError, Placed, outline_of
+from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of
 
 _Shown = Mapping[str, Any] | RowMapping
 
@@ -38,6 +50,8 @@ def lots(connection: Connection) -> dict[str, Any]:
 def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     """Return a lot with its outline, its surveys in their order, and its stalls with the last look at each.
 
+    ``newest_registered`` says how that survey differs from the layout. Nothing follows from it without a person.
+
     Raises NotFoundError.
     """
     row = _there(connection, lot_id).values
@@ -48,7 +62,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     unseen = {"state": None, "taken_probability": None, "looked": None}
     return {
         **_lot(connection, row),
-        "datum": [row["latitude"], row["longitude"]],
+        "datum": list(datum_of(connection, lot_id)),
         "outline": [[list(corner) for corner in ring] for ring in outline.polygons],
         "surveys": [_survey(each) for each in surveys],
         "stalls": [
@@ -56,6 +70,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
             | {"width": stall.width, "length": stall.length, **looks.get(key, unseen)}
             for stall, key in present_stalls(connection, lot_id).items()
         ],
+        "newest_registered": newest_registered(connection, lot_id),
     }
 
 
@@ -77,26 +92,78 @@ def split(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: st
     return changes.write(connection, change, who, now)
 
 
-def move(connection: Connection, survey_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
-    """Move a survey to the lot ``lot``; None: to a new one, called ``name``. Raises LotInputError, NotFoundError."""
+def move(
+    connection: Connection, survey_id: str, asked: Mapping[str, Any], who: str, now: float, register: Register | None
+) -> Done:
+    """Move a survey to the lot ``lot``; None: to a new one, called ``name``. Raises LotInputError, NotFoundError.
+
+    ``register`` finds its stalls among those of that lot; where it is not certain, the survey is unregistered there.
+    """
+    survey = _survey_there(connection, survey_id)
+    looks = changes.rows_where(connection, OBSERVATION, survey=survey.key[0])
+    return changes.write(connection, _move(connection, survey, looks, asked, now, register), who, now)
+
+
+def choose(connection: Connection, survey_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Register a survey at ``place``, the number of one of those that its doubt names, from 0.
+
+    Raises LotInputError, NotFoundError, and LotStoreError for a survey that waits for no place.
+    """
+    survey = _survey_there(connection, survey_id)
+    assert survey.values is not None  # noqa: S101 - it is there
+    doubt = Doubt.read(survey.values["doubt"])
+    if survey.values["placed"] != Placed.UNREGISTERED or doubt is None:
+        raise LotStoreError("survey: waits for no place; reload the list")
+    number = doubt.choice(asked.get("place"))
+    lot_id, looked = survey.values["lot"], Looked.stored(survey.values)
+    outcome = placed_by(connection, lot_id, looked, move_of(doubt.places[number]))
+    chosen = changes.changed(survey, doubt=replace(doubt, chosen=number).json())
+    return changes.write(connection, Change("place", lot_id, _at(connection, chosen, looked, outcome)), who, now)
+
+
+def _at(connection: Connection, survey: Row, looked: Looked, outcome: Registration | Doubtful) -> tuple[Row, ...]:
+    """Return the rows of an unregistered survey as they are after the outcome of its registration."""
+    if isinstance(outcome, Doubtful):
+        return (changes.changed(survey, doubt=Doubt(outcome.why, outcome.places).json()),)
+    assert survey.values is not None  # noqa: S101 - it is there
+    lot_id = str(survey.values["lot"])
+    keys = {stall.id: key for stall, key in present_stalls(connection, lot_id).items()}
+    looks = looks_of(survey.key[0], {number: keys[same] for number, same in outcome.same.items()}, looked.stalls)
+    placed = changes.changed(survey, **registered_place(outcome, newest_layout(connection, lot_id)))
+    return (placed, *(Row(OBSERVATION.name, (look["survey"], look["stall"]), look) for look in looks))
+
+
+def _survey_there(connection: Connection, survey_id: str) -> Row:
     found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
     if found is None:
         raise NotFoundError("survey: there is none with this id; reload the list")
-    survey = changes.row_of(connection, SURVEY.name, (found,))
-    looks = changes.rows_where(connection, OBSERVATION, survey=found)
-    return changes.write(connection, _move(connection, survey, looks, asked, now), who, now)
+    return changes.row_of(connection, SURVEY.name, (found,))
 
 
-def _move(connection: Connection, survey: Row, looks: list[Row], asked: Mapping[str, Any], now: float) -> Change:
+def _move(
+    connection: Connection,
+    survey: Row,
+    looks: list[Row],
+    asked: Mapping[str, Any],
+    now: float,
+    register: Register | None,
+) -> Change:
     target = asked.get("lot")
     if target is not None:
-        return operations.moved(survey, looks, str(_there(connection, str(target)).key[0]))
+        lot_id = str(_there(connection, str(target)).key[0])
+        change = operations.moved(survey, looks, lot_id)
+        home, *gone = change.rows
+        if register is None or home.values is None:
+            return change
+        looked = Looked.stored(home.values)
+        outcome = registered(connection, lot_id, looked, register)
+        return Change(change.kind, change.lot, (*gone, *_at(connection, home, looked, outcome)))
     number = connection.execute(select(func.count()).select_from(LOT)).scalar_one() + 1
     name = changes.checked_name(asked.get("name", f"Lot {number}"))
     first_key = int(connection.execute(select(func.max(STALL.c.key))).scalar() or 0) + 1
     begun = operations.begun(survey, name, new_id(), first_key, now)
-    gone = tuple(Row(row.table, row.key, None) for row in looks)
-    return Change(begun.kind, begun.lot, (*gone, *begun.rows))
+    ended = tuple(Row(row.table, row.key, None) for row in looks)
+    return Change(begun.kind, begun.lot, (*ended, *begun.rows))
 
 
 def _there(connection: Connection, lot_id: str, field: str = "lot") -> Row:
@@ -136,6 +203,10 @@ def _lot(connection: Connection, row: _Shown) -> dict[str, Any]:
 
 def _survey(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
+    doubt = Doubt.read(row["doubt"])
+    is_placed = row["north"] is not None
+    shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
+    shown["doubt"] = None if doubt is None else asdict(doubt)
     return {**shown, "began": _utc(row["began"]), "ended": _utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
 
 

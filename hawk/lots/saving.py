@@ -13,18 +13,22 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
+from hawk.lots.frames import Move
 from hawk.lots.labels import lasting_labels
 from hawk.lots.place import Answer, LotPlace, which_lot
+from hawk.lots.registering import Doubt, Looked, newest_layout, placed_by, present_stalls, registered
 from hawk.lots.tables import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.values import (
+    Doubtful,
     FinishedSurvey,
     Placed,
     Register,
+    Registration,
     Saved,
-    StoredStall,
     SurveyStall,
     outline_json,
     outline_of,
+    pack_outline,
     pack_stalls,
 )
 from hawk.model.lot_map import StallState
@@ -37,8 +41,8 @@ PROGRAM: Final = "hawk"
 def save(connection: Connection, survey: FinishedSurvey, register: Register | None = None) -> Saved:
     """Save a survey and return where it belongs.
 
-    ``register`` finds its stalls among those of a known lot; without one the survey is kept with its stalls, and no
-    stall of the lot is observed.
+    ``register`` finds its stalls among those of a known lot; without one, and where it is not certain, the survey is
+    kept with its stalls, and no stall of the lot is observed.
     """
     before = connection.execute(select(SURVEY).where(SURVEY.c.origin == survey.origin)).mappings().first()
     lot, placed, candidates = _place(connection, survey, before)
@@ -54,9 +58,15 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
     if placed is Placed.FIRST:
         lot = lot or make_lot(connection, survey, seq)
         extend_layout(connection, lot, seq, survey)
-    elif lot is not None and register is not None:
-        placed = _register(connection, lot, seq, survey, register)
-    saved = Saved(seq, _id_of(connection, seq), lot, _name_of(connection, lot), placed, candidates)
+    known, doubt = 0, ""
+    if placed is Placed.UNREGISTERED and lot is not None and register is not None:
+        outcome = _register(connection, lot, seq, survey, register, before)
+        if isinstance(outcome, Registration):
+            placed, known = Placed.REGISTERED, len(outcome.same)
+        else:
+            doubt = outcome.why
+    where = (seq, _id_of(connection, seq), lot, _name_of(connection, lot), placed, candidates)
+    saved = Saved(*where, stalls=len(survey.stalls), known=known, doubt=doubt)
     connection.execute(insert(OUTBOX).values(kind="survey", body=_message(saved, survey), made=survey.ended))
     return saved
 
@@ -110,6 +120,9 @@ def _row(
         "stalls": pack_stalls(survey.stalls),
         "program": survey.program,
         "simulated": survey.simulated,
+        "seen": pack_outline(survey.seen) if survey.seen.polygons else None,
+        "doubt": None,
+        **dict.fromkeys(("north", "east", "turn")),
     }
 
 
@@ -184,11 +197,6 @@ def used_labels(connection: Connection, lot: str) -> set[str]:
     return set(connection.execute(select(LABEL.c.label).where(LABEL.c.lot == lot)).scalars())
 
 
-def newest_layout(connection: Connection, lot: str) -> int:
-    """Return the newest version of a lot's layout; 0 without one."""
-    return int(connection.execute(select(func.max(LAYOUT.c.version)).where(LAYOUT.c.lot == lot)).scalar() or 0)
-
-
 def shape(stall: SurveyStall) -> dict[str, float]:
     """Return place and size of a stall as columns of the table of stalls."""
     return {name: getattr(stall, name) for name in ("north", "east", "angle", "width", "length")}
@@ -196,37 +204,52 @@ def shape(stall: SurveyStall) -> dict[str, float]:
 
 def observe(connection: Connection, seq: int, keys: Mapping[int, int], stalls: Sequence[SurveyStall]) -> None:
     """Store what a survey saw of known stalls. ``keys``: id in the survey -> key of the stall."""
-    rows = [
+    if rows := looks_of(seq, keys, stalls):
+        connection.execute(insert(OBSERVATION), rows)
+
+
+def looks_of(seq: int, keys: Mapping[int, int], stalls: Sequence[SurveyStall]) -> list[dict[str, Any]]:
+    """Return the rows of the table of observations: what a survey saw of known stalls. ``keys`` as in `observe`."""
+    return [
         {"survey": seq, "stall": keys[stall.id], "looked": stall.looked, "taken": stall.taken}
         | {"state": stall.state.value, "seen": stall.seen}
         for stall in stalls
         if stall.id in keys
     ]
-    if rows:
-        connection.execute(insert(OBSERVATION), rows)
 
 
-def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:
-    """Return the stalls of a lot's newest layout, each with its key."""
-    version = newest_layout(connection, lot)
-    is_in = (STALL.c.begins <= version) & (STALL.c.ends.is_(None) | (STALL.c.ends > version))
-    rows = connection.execute(select(STALL).where(STALL.c.lot == lot, is_in).order_by(STALL.c.key)).mappings()
-    names = ("id", "label", "north", "east", "angle", "width", "length")
-    return {StoredStall(**{name: row[name] for name in names}): int(row["key"]) for row in rows}
+def _register(
+    connection: Connection, lot: str, seq: int, survey: FinishedSurvey, register: Register, before: RowMapping | None
+) -> Registration | Doubtful:
+    """Store the survey's looks at the lot's stalls where it is certain which they are, else the doubt.
+
+    A survey that goes on keeps the place that a person chose, and the one that it has, where the new one is not
+    certain.
+    """
+    looked = Looked.of(survey)
+    former = None if before is None or before["lot"] != lot else Doubt.read(before["doubt"])
+    if former is not None and former.move is not None:
+        outcome: Registration | Doubtful = placed_by(connection, lot, looked, former.move)
+        doubt: Doubt | None = former
+    else:
+        outcome = registered(connection, lot, looked, register)
+        doubt = Doubt(outcome.why, outcome.places) if isinstance(outcome, Doubtful) else None
+        if doubt is not None and before is not None and before["placed"] == Placed.REGISTERED:
+            place = Move(before["north"], before["east"], before["turn"])
+            outcome, doubt = placed_by(connection, lot, looked, place), None
+    values: dict[str, Any] = {"doubt": None if doubt is None else doubt.json()}
+    if isinstance(outcome, Registration):
+        keys = {stall.id: key for stall, key in present_stalls(connection, lot).items()}
+        observe(connection, seq, {number: keys[same] for number, same in outcome.same.items()}, survey.stalls)
+        values |= registered_place(outcome, newest_layout(connection, lot))
+    connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
+    return outcome
 
 
-def _register(connection: Connection, lot: str, seq: int, survey: FinishedSurvey, register: Register) -> Placed:
-    """Store the survey's looks at the lot's stalls, when it is certain which they are."""
-    known = present_stalls(connection, lot)
-    found = register(tuple(known), survey.stalls)
-    if found is None:
-        return Placed.UNREGISTERED
-    keys = {stall.id: key for stall, key in known.items()}
-    observe(connection, seq, {number: keys[same] for number, same in found.same.items()}, survey.stalls)
-    values = {"north": found.north, "east": found.east, "turn": found.turn, "placed": Placed.REGISTERED.value}
-    layout = newest_layout(connection, lot)
-    connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(layout=layout, **values))
-    return Placed.REGISTERED
+def registered_place(registration: Registration, layout: int) -> dict[str, Any]:
+    """Return the columns of a survey that is registered with a version of the layout."""
+    place = {"north": registration.north, "east": registration.east, "turn": registration.turn}
+    return {**place, "placed": Placed.REGISTERED.value, "layout": layout}
 
 
 def _id_of(connection: Connection, seq: int) -> str:

@@ -42,11 +42,12 @@ class LotStore:
 
         Args:
             path: The file; it is made when there is none.
-            register: Finds a survey's stalls among those of a known lot; None: such surveys stay unregistered.
+            register: Finds a survey's stalls among those of a known lot, on the store's thread; None: such surveys
+                stay unregistered.
             pragmas: SQLite's, set on the connection.
         """
         self.path = path
-        self._register = register
+        self.register = register
         self._pragmas = pragmas
         self._database: Database | None = None
         self._lock: FlightLock | None = None
@@ -65,7 +66,7 @@ class LotStore:
 
             survey = finished(landed)
             with self._opened().writing() as connection:
-                return save(connection, survey, self._register)
+                return save(connection, survey, self.register)
 
         return await self._run(work)
 

@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 2
+VERSION: Final = 3
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -74,9 +74,12 @@ SURVEY: Final = Table(
     Column("stalls", LargeBinary, nullable=False),
     Column("program", Text, nullable=False),
     Column("simulated", Boolean, nullable=False),
+    Column("seen", LargeBinary),
+    Column("doubt", Text),
     sqlite_autoincrement=True,
 )
-"""Ordered by ``seq``: a clock may step. ``stalls``: `hawk.lots.values.pack_stalls`."""
+"""Ordered by ``seq``: a clock may step. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen``: `pack_outline` of the
+ground that was seen. ``doubt``: JSON of `hawk.lots.registering.Doubt`, of a survey whose place was not certain."""
 STALL: Final = Table(
     "stall",
     METADATA,

@@ -6,13 +6,16 @@ import json
 import math
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 
 class LotStoreError(Exception):
@@ -102,7 +105,7 @@ class FinishedSurvey:
 
     ``name``: that of its journal. ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
-    without the suggested ones.
+    without the suggested ones. ``seen``: all ground that was seen, of the lot or beside it.
     """
 
     name: str
@@ -114,6 +117,7 @@ class FinishedSurvey:
     stalls: tuple[SurveyStall, ...]
     program: str
     simulated: bool = False
+    seen: Outline = field(default=Outline(), repr=False)
 
     def __post_init__(self) -> None:
         """Refuse what is no number. Raises LotInputError."""
@@ -121,9 +125,9 @@ class FinishedSurvey:
         given |= {"began": self.began, "ended": self.ended}
         corners = [corner for ring in (*self.outline.polygons, *self.outline.holes) for corner in ring]
         given |= {f"outline[{n}]": sum(map(abs, corner)) for n, corner in enumerate(corners)}
-        for field, value in given.items():
+        for name, value in given.items():
             if not math.isfinite(value):
-                raise LotInputError(field, f"must be a finite number, not {value}")
+                raise LotInputError(name, f"must be a finite number, not {value}")
 
     @property
     def origin(self) -> str:
@@ -161,13 +165,50 @@ class Registration:
     same: Mapping[int, str]
 
 
-Register = Callable[[Sequence[StoredStall], Sequence[SurveyStall]], Registration | None]
-"""Registers a survey's stalls with those of a lot; None: not certain. States must be no argument."""
+@dataclass(frozen=True, slots=True)
+class KnownStalls:
+    """A lot's stalls, and the ground on which it would know every stall; metres (north, east) in the lot's frame."""
+
+    stalls: tuple[StoredStall, ...] = field(repr=False)
+    seen: BaseGeometry = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class FoundStalls:
+    """A survey's stalls, and the ground that it saw; metres (north, east) in the lot's frame as GNSS places it."""
+
+    stalls: tuple[SurveyStall, ...] = field(repr=False)
+    seen: BaseGeometry = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class PossiblePlace:
+    """A place of a survey among a lot's stalls: a move as in `Registration`, and how well it fits, nats."""
+
+    north: float
+    east: float
+    turn: float
+    score: float
+
+
+@dataclass(frozen=True, slots=True)
+class Doubtful:
+    """It is not certain where a survey lies. ``why``: a sentence; ``places`` to choose from, the best first."""
+
+    why: str
+    places: tuple[PossiblePlace, ...] = ()
+
+
+Register = Callable[[KnownStalls, FoundStalls], Registration | Doubtful]
+"""Finds a survey's stalls among those of a lot, by where they are. States must be no argument."""
 
 
 @dataclass(frozen=True, slots=True)
 class Saved:
-    """Outcome of a save. ``lot``: UUID, None without one. ``candidates``: the lots that may be meant, by UUID."""
+    """Outcome of a save. ``lot``: UUID, None without one. ``candidates``: the lots that may be meant, by UUID.
+
+    ``stalls``: how many the survey found, ``known`` of them are the lot's. ``doubt``: why it is unregistered.
+    """
 
     seq: int
     survey: str
@@ -175,6 +216,9 @@ class Saved:
     lot_name: str
     placed: Placed
     candidates: tuple[str, ...] = ()
+    stalls: int = 0
+    known: int = 0
+    doubt: str = ""
 
 
 _SCALES: Final = {"north": 100, "east": 100, "angle": 1e4, "width": 100, "length": 100, "taken": 1000, "score": 1000}
@@ -202,6 +246,21 @@ def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
         return tuple(SurveyStall(**{**row, "state": StallState(row["state"])}) for row in rows)
     except (zlib.error, ValueError, KeyError, TypeError) as error:
         raise LotStoreError(f"the stalls of a survey cannot be read: {error}") from error
+
+
+def pack_outline(outline: Outline) -> bytes:
+    """Return an outline as compressed JSON."""
+    return zlib.compress(outline_json(outline).encode(), 9)
+
+
+def unpack_outline(data: bytes | None) -> Outline:
+    """Return the outline of `pack_outline`; one without polygons for None. Raises LotStoreError."""
+    if data is None:
+        return Outline()
+    try:
+        return outline_of(zlib.decompress(data).decode())
+    except (zlib.error, ValueError, KeyError, TypeError) as error:
+        raise LotStoreError(f"the ground that a survey saw cannot be read: {error}") from error
 
 
 def outline_json(outline: Outline) -> str:

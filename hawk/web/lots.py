@@ -36,6 +36,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_post(f"/api/lots/{_ID}/merge", _answered(merge))
     app.router.add_post(f"/api/lots/{_ID}/split", _answered(split))
     app.router.add_post(f"/api/surveys/{_ID}/move", _answered(move))
+    app.router.add_post(f"/api/surveys/{_ID}/place", _answered(choose))
     app.router.add_post(r"/api/lot-changes/{seq:\d{1,9}}/undo", _answered(undo))
 
 
@@ -92,7 +93,15 @@ async def move(store: LotStore, request: web.Request, body: Body) -> object:
     if "lot" not in body:
         raise LotInputError("lot", "is missing: name a lot, or write null for a new one")
     survey, who, now = request.match_info["id"], _who(request), _now(request)
-    return asdict(await store.write(lambda c: reading.move(c, survey, body, who, now)))
+    return asdict(await store.write(lambda c: reading.move(c, survey, body, who, now, store.register)))
+
+
+async def choose(store: LotStore, request: web.Request, body: Body) -> object:
+    """Register a survey whose place was not certain: ``place``, the number of one of its places, from 0."""
+    from hawk.lots import reading
+
+    survey, who, now = request.match_info["id"], _who(request), _now(request)
+    return asdict(await store.write(lambda c: reading.choose(c, survey, body, who, now)))
 
 
 async def undo(store: LotStore, request: web.Request, _: Body) -> object:

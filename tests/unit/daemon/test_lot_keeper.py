@@ -4,12 +4,13 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 from sqlalchemy import Connection, select
 
-from hawk.daemon.lot_keeper import KeeperTimes, LotKeeper
+from hawk.daemon.lot_keeper import KeeperTimes, LotKeeper, find_stalls
 from hawk.lots.backup import restore
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore
@@ -20,6 +21,8 @@ from tests.unit.comm.waiting import until
 from tests.unit.lots.surveys import box
 from tests.unit.lots.test_finished import STALL, landed, lot_map
 
+ROWS = ((4.0, 7), (9.0, 4), (4.0, 5))
+"""East of the first stall of each row, metres, and how many there are."""
 TIMES = KeeperTimes(settle_s=0.0, retry_s=0.01)
 
 
@@ -60,6 +63,10 @@ async def flown(
     await drone.store.close()
 
 
+def has_more_than(messages: list[tuple[str, str, str]], count: int) -> bool:
+    return len(messages) > count
+
+
 async def test_each_landing_is_a_save_and_a_message(tmp_path: Path) -> None:
     async with flown(tmp_path / "lots.db") as drone:
         drone.fly("1", box(0, 0, 40, 100))
@@ -75,6 +82,27 @@ async def test_each_landing_is_a_save_and_a_message(tmp_path: Path) -> None:
         "Which lot is it? The survey is stored without one.",
     ]
     assert drone.messages[2][2] == "1 lots may be meant: choose one under Lots."
+
+
+async def test_a_message_says_how_many_stalls_are_known_ones_or_what_is_in_doubt(tmp_path: Path) -> None:
+    places = [(-4.0 - 8.0 * row, begin + 2.5 * k) for row, (begin, count) in enumerate(ROWS) for k in range(count)]
+    stalls = {n: replace(STALL, id=n, north=north, east=east) for n, (north, east) in enumerate(places, 1)}
+    async with flown(tmp_path / "lots.db") as drone:
+        drone.store.register = find_stalls
+        for found in (stalls, stalls, {1: STALL}):
+            known = len(drone.messages)
+            drone.keeper.note(armed=True)
+            drone.survey = replace(landed(lot_map(found)), name=str(known))
+            drone.keeper.note(armed=False)
+            await until(partial(has_more_than, drone.messages, known))
+    assert drone.messages[1:] == [
+        ("info", "The survey is stored as one of Lot 1.", "16 of 16 stalls are known ones."),
+        (
+            "warning",
+            "The survey is stored as one of Lot 1.",
+            "Not certain where it lies on Lot 1: too few stalls are on ground that both saw.",
+        ),
+    ]
 
 
 async def test_nothing_is_saved_in_flight_and_no_backup_is_restored_then(tmp_path: Path) -> None:

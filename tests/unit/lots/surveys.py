@@ -56,6 +56,7 @@ def survey(name: str = "000001-20260504T103000Z", stalls: int = 40, seed: int = 
         outline=box(-9.0 * rows + 4, -3, 9.0 * rows, PITCH * A_ROW + 4) if stalls else Outline(),
         stalls=tuple(stall(number, seed) for number in range(1, stalls + 1)),
         program="0.3.0",
+        seen=box(-9.0 * rows - 4, -15, 9.0 * rows + 18, PITCH * A_ROW + 28) if stalls else Outline(),
     )
 
 

@@ -118,7 +118,7 @@ def refusal(path: Path) -> str:
 def test_a_store_with_wrong_bytes_is_read_or_refused_and_never_written(whole: Path, tmp_path: Path) -> None:
     drawn, data = random.Random(5), whole.read_bytes()
     path, refused = tmp_path / "lots.db", 0
-    for _ in range(50):
+    for _ in range(100):
         begin = drawn.randrange(len(data) - 600)
         wrong = data[:begin] + drawn.randbytes(600) + data[begin + 600 :]
         path.write_bytes(wrong)

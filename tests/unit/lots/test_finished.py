@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hawk.lots.finished import LandedSurvey, finished, seen_lot
+from hawk.lots.finished import LandedSurvey, finished, seen_ground, seen_lot
 from hawk.lots.place import about, ground_about
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, EncodedTile, OccupancyMap, Stall, StallState
@@ -56,6 +56,30 @@ def test_the_ground_of_a_lot_is_its_outline_without_its_islands_and_without_lone
     assert corners[:, 0].max() == pytest.approx(north, abs=0.7)
     assert corners[:, 1].min() == pytest.approx(east, abs=0.7)
     assert corners[:, 0].min() == pytest.approx(north - 14, abs=0.7)
+
+
+def test_the_ground_that_was_seen_is_all_of_it_with_its_holes() -> None:
+    seen = seen_ground(SurveyMap.of(DATUM, lot_map({})))
+    ground = ground_about((DATUM.latitude, DATUM.longitude), seen)
+    tile = CELL_M * TILE_CELLS
+    assert (len(seen.polygons), len(seen.holes)) == (1, 0)  # what was not seen lies at the edge
+    assert ground.area == pytest.approx(tile**2 - 6.0, rel=0.04)
+    south, west, north, east = ground.bounds
+    assert (south, west, north, east) == pytest.approx((-tile, 0.0, 0.0, tile), abs=0.6)
+    current = lot_map({})
+    cells = np.full((TILE_CELLS, TILE_CELLS), Cell.LOT, np.uint8)
+    cells[100:150, 100:150] = Cell.UNKNOWN
+    cells[50:60, 50:60] = Cell.UNKNOWN  # hides no stall
+    holed = replace(current, tiles={(0, 0): EncodedTile(1, zlib.compress(cells.tobytes()))})
+    survey = finished(landed(holed))
+    assert (len(survey.seen.polygons), len(survey.seen.holes)) == (1, 1)
+    (hole,) = survey.seen.holes
+    corners = about((DATUM.latitude, DATUM.longitude), np.array(hole))[:, :2]
+    assert (*corners.min(0), *corners.max(0)) == pytest.approx((-15.0, 10.0, -10.0, 15.0), abs=0.7)
+
+
+def test_nothing_was_seen_without_cells() -> None:
+    assert finished(landed(OccupancyMap(stalls={1: STALL}))).seen.polygons == ()
 
 
 def test_the_outline_that_was_asked_for_is_the_survey_s() -> None:

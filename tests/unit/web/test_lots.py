@@ -13,7 +13,7 @@ import pytest
 from hawk.comm.protocol.authority import Role
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
-from hawk.lots.values import FinishedSurvey, Saved
+from hawk.lots.values import Doubtful, FinishedSurvey, PossiblePlace, Saved
 from tests.unit.lots.surveys import DATUM, box, later, survey
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
@@ -200,6 +200,44 @@ async def test_which_lot_is_it_is_answered_by_a_move_and_undone(lots: Lots) -> N
     assert await lots.everything() == before
 
 
+async def test_a_person_chooses_where_a_survey_lies_and_undoes_it(lots: Lots) -> None:
+    first = await lots.add(survey())
+    places = (PossiblePlace(0.0, 0.0, 0.0, 20.0), PossiblePlace(0.0, 2.5, 0.0, 19.5))
+
+    def doubtful(known: object, found: object) -> Doubtful:
+        return Doubtful("two places fit alike", places)
+
+    second = await lots.store.write(lambda connection: save(connection, later(survey(seed=1), 2), doubtful))
+    before = await lots.everything()
+    waiting = (await lots.get(f"/api/lots/{first.lot}.json"))["surveys"][1]
+    assert (waiting["placed"], waiting["place"]) == ("unregistered", None)
+    assert waiting["doubt"]["why"] == "two places fit alike"
+    assert [round(place["east"], 6) for place in waiting["doubt"]["places"]] == [0.0, 2.5]
+    status, refusal = await lots.post(f"/api/surveys/{second.survey}/place", place=2)
+    assert (status, refusal) == (422, {"field": "place", "reason": "must be the number of one of the places: 0 to 1"})
+    done = await lots.done(f"/api/surveys/{second.survey}/place", place=1)
+    shown = await lots.get(f"/api/lots/{first.lot}.json")
+    assert (shown["surveys"][1]["placed"], shown["surveys"][1]["doubt"]["chosen"]) == ("registered", 1)
+    assert {each["label"] for each in shown["newest_registered"]["missed"]} == {"A 1", "B 1"}
+    assert [each["id"] for each in shown["newest_registered"]["found"]] == [20, 40]
+    stalls = {each["label"]: each for each in shown["stalls"]}
+    assert stalls["A 2"]["state"] == survey(seed=1).stalls[0].state
+    status, refusal = await lots.post(f"/api/surveys/{second.survey}/place", place=0)
+    assert (status, refusal["field"], refusal["reason"]) == (409, "survey", "waits for no place; reload the list")
+    assert (await lots.undo(done))[0] == 200
+    assert await lots.everything() == before
+    assert (await lots.undo(done))[0] == 409
+
+
+async def test_a_doubt_without_a_place_says_what_to_do(lots: Lots) -> None:
+    await lots.add(survey())
+    given = later(survey(seed=1), 2)
+    second = await lots.store.write(lambda c: save(c, given, lambda known, found: Doubtful("too few stalls")))
+    status, refusal = await lots.post(f"/api/surveys/{second.survey}/place", place=0)
+    assert (status, refusal["field"]) == (422, "place")
+    assert refusal["reason"] == "cannot be chosen, there is none: too few stalls. Fly the lot again"
+
+
 LOT, SURVEY = "LOT", "SURVEY"
 WRONG: list[tuple[str, dict[str, object], int, str, str]] = [
     (f"lots/{LOT}/name", {}, 422, "name", "must be text"),
@@ -223,6 +261,8 @@ WRONG: list[tuple[str, dict[str, object], int, str, str]] = [
     (f"surveys/{SURVEY}/move", {"lot": LOT}, 422, "lot", "has this survey already"),
     (f"surveys/{SURVEY}/move", {"lot": 12}, 404, "lot", "reload the list"),
     (f"surveys/{NOWHERE}/move", {"lot": LOT}, 404, "survey", "reload the list"),
+    (f"surveys/{SURVEY}/place", {"place": 0}, 409, "survey", "waits for no place"),
+    (f"surveys/{NOWHERE}/place", {"place": 0}, 404, "survey", "reload the list"),
     ("lot-changes/99/undo", {}, 404, "change", "there is none with the number 99"),
 ]  # fmt: skip
 
@@ -265,7 +305,12 @@ async def test_a_viewer_reads_and_changes_nothing(lots: Lots) -> None:
     first = await lots.add(survey())
     viewer = await lots.stand.tool(Role.VIEWER)
     assert await lots.stand.status(viewer, "/api/lots.json") == 200
-    for path in (f"lots/{first.lot}/name", f"surveys/{first.survey}/move", "lot-changes/1/undo"):
+    for path in (
+        f"lots/{first.lot}/name",
+        f"surveys/{first.survey}/move",
+        f"surveys/{first.survey}/place",
+        "lot-changes/1/undo",
+    ):
         async with viewer.post(lots.address(f"/api/{path}"), json={"name": "x"}) as response:
             assert (response.status, await response.text()) == (
                 403,

@@ -1,0 +1,69 @@
+"""The registration of maps as the lots' store asks for it: with its values, and doubts in sentences."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from hawk.algo.registration.likelihood import StallMap
+from hawk.algo.registration.whole_map import Candidate, Doubt, register
+from hawk.algo.rows.fit import Rectangles
+from hawk.lots.frames import Move
+from hawk.lots.values import (
+    Doubtful,
+    FoundStalls,
+    KnownStalls,
+    PossiblePlace,
+    Registration,
+    StoredStall,
+    SurveyStall,
+)
+from hawk.model.sentences import say
+
+_WORDS: Final = {
+    Doubt.TOO_FEW: say("too few stalls are on ground that both saw"),
+    Doubt.ALIKE: say("two places fit alike"),
+    Doubt.DIFFERENT: say("the stalls differ too much"),
+    Doubt.FAR: say("it fits better farther off than a receiver errs"),
+}
+
+
+def registration(known: KnownStalls, found: FoundStalls) -> Registration | Doubtful:
+    """Return the place of a survey's stalls among those of a lot, or the doubt with one or two places.
+
+    States are no argument: equal stalls with other cars are the same stalls.
+    """
+    outcome = register(_map(known.stalls, known.seen), _map(found.stalls, found.seen))
+    if outcome.doubt is not None or outcome.best is None:
+        places = tuple(_place(each) for each in (outcome.best, outcome.second) if each is not None)
+        return Doubtful(_WORDS[outcome.doubt or Doubt.TOO_FEW], places)
+    same = {found.stalls[theirs].id: known.stalls[mine].id for mine, theirs in outcome.pairs.tolist()}
+    move = _move(outcome.best)
+    return Registration(move.north, move.east, move.turn, same)
+
+
+def _map(stalls: tuple[StoredStall, ...] | tuple[SurveyStall, ...], seen: BaseGeometry) -> StallMap:
+    values = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in stalls], float).reshape(-1, 5)
+    return StallMap(Rectangles(values[:, :2], *values[:, 2:].T), _polygons(seen))
+
+
+def _polygons(ground: BaseGeometry) -> MultiPolygon:
+    """Return the ground without lines and points that a cut leaves."""
+    parts = shapely.get_parts(shapely.get_parts(ground))
+    return MultiPolygon([part for part in parts if isinstance(part, Polygon) and not part.is_empty])
+
+
+def _move(candidate: Candidate) -> Move:
+    """Return a placement, which turns about a pivot, as one that turns about the origin."""
+    placement = candidate.placement
+    (origin,) = placement.of(np.zeros((1, 2))).tolist()
+    return Move(origin[0], origin[1], placement.turn)
+
+
+def _place(candidate: Candidate) -> PossiblePlace:
+    move = _move(candidate)
+    return PossiblePlace(move.north, move.east, move.turn, candidate.fit.score)

@@ -1,0 +1,101 @@
+"""Frames of lots and surveys, metres north and east of a datum each: rigid moves between them, and pairs of stalls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from hawk.lots.place import about
+from hawk.lots.values import StoredStall, SurveyStall
+
+MATCH_M: Final = 1.0
+"""Two stalls farther apart are not one."""
+_ALIKE: Final = 0.2
+"""Radians by which the directions of two stalls that are one may differ."""
+_ARM: Final = 0.001
+"""Degrees of latitude over which the turn between two frames is measured."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A rigid move: a ``turn`` about the origin, radians clockwise, then a shift, metres."""
+
+    north: float = 0.0
+    east: float = 0.0
+    turn: float = 0.0
+
+    def of(self, places: Floats) -> Floats:
+        """Return places (N, 2) of (north, east) after the move."""
+        cosine, sine = math.cos(self.turn), math.sin(self.turn)
+        turned = places @ np.array([[cosine, sine], [-sine, cosine]])
+        return np.asarray(turned + np.array([self.north, self.east]), np.float64)
+
+    def after(self, first: Move) -> Move:
+        """Return this move and another one before it as one move."""
+        ((north, east),) = self.of(np.array([[first.north, first.east]])).tolist()
+        return Move(north, east, first.turn + self.turn)
+
+    def back(self, places: Floats) -> Floats:
+        """Return places (N, 2) as they were before the move."""
+        return Move(turn=-self.turn).of(places - np.array([self.north, self.east]))
+
+    def stalls(self, stalls: Sequence[SurveyStall]) -> tuple[SurveyStall, ...]:
+        """Return stalls after the move."""
+        places = self.of(np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)).tolist()
+        return tuple(
+            replace(stall, north=north, east=east, angle=(stall.angle + self.turn) % math.pi)
+            for stall, (north, east) in zip(stalls, places, strict=True)
+        )
+
+    def ground(self, ground: BaseGeometry) -> BaseGeometry:
+        """Return ground after the move."""
+        return shapely.transform(ground, self.of)
+
+
+def frame_of(datum: tuple[float, float], other: tuple[float, float]) -> Move:
+    """Return the move that brings the frame about ``other`` onto the one about ``datum`` (latitude, longitude).
+
+    North differs between two places: their meridians meet at a pole. Right to a millimetre for datums 100 m apart.
+    """
+    latitude, longitude = other
+    origin, north = about(datum, np.array([[latitude, longitude], [latitude + _ARM, longitude]]))[:, :2]
+    turn = math.atan2(float(north[1] - origin[1]), float(north[0] - origin[0]))
+    return Move(float(origin[0]), float(origin[1]), turn)
+
+
+def same_stalls(known: Sequence[StoredStall], placed: Sequence[SurveyStall]) -> dict[int, str]:
+    """Return which known stall each placed one is: the nearest within `MATCH_M` of about the same direction.
+
+    The result is a survey's stall id -> a stored stall's UUID, each at most once; nearer pairs come first.
+    """
+    if not known or not placed:
+        return {}
+    there = np.array([(stall.north, stall.east) for stall in known])
+    here = np.array([(stall.north, stall.east) for stall in placed])
+    tree = shapely.STRtree(shapely.points(there))
+    mine, theirs = tree.query(shapely.points(here), predicate="dwithin", distance=MATCH_M)
+    away = np.hypot(*(here[mine] - there[theirs]).T)
+    same: dict[int, str] = {}
+    paired: set[str] = set()
+    for number in np.argsort(away, kind="stable").tolist():
+        found, stored = placed[mine[number]], known[theirs[number]]
+        if found.id in same or stored.id in paired or _between(found.angle, stored.angle) > _ALIKE:
+            continue
+        same[found.id] = stored.id
+        paired.add(stored.id)
+    return same
+
+
+def _between(first: float, second: float) -> float:
+    """Return the angle between two directions without a sense, radians."""
+    apart = abs(first - second) % math.pi
+    return min(apart, math.pi - apart)

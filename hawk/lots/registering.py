@@ -1,0 +1,231 @@
+"""Place of a survey among the stalls of its lot: certain, or in doubt with places for a person to choose from.
+
+What decides is given (`hawk.lots.values.Register`); here the survey is brought into the lot's frame, and the result
+back to the survey's own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Final, Self, TypeVar
+
+import numpy as np
+from shapely import contains_xy, union_all
+from shapely.geometry.base import BaseGeometry
+from sqlalchemy import Connection, RowMapping, func, select
+
+from hawk.lots.frames import Move, frame_of, same_stalls
+from hawk.lots.place import ground_about
+from hawk.lots.tables import LAYOUT, LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.values import (
+    Doubtful,
+    FinishedSurvey,
+    FoundStalls,
+    KnownStalls,
+    LotInputError,
+    Placed,
+    PossiblePlace,
+    Register,
+    Registration,
+    StoredStall,
+    SurveyStall,
+    outline_of,
+    unpack_outline,
+    unpack_stalls,
+)
+from hawk.model.plans import Outline
+from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say
+from hawk.results.survey_map import to_global
+
+EDGE_M: Final = 2.0
+"""A stall nearer than this to the edge of what was seen is not expected to be found."""
+_Row = Mapping[str, Any] | RowMapping
+
+
+@dataclass(frozen=True, slots=True)
+class Looked:
+    """Stalls and ground that a survey found, in its own frame about its ``datum`` (latitude, longitude)."""
+
+    datum: tuple[float, float]
+    stalls: tuple[SurveyStall, ...] = field(repr=False)
+    seen: Outline = field(repr=False)
+
+    @classmethod
+    def of(cls, survey: FinishedSurvey) -> Self:
+        """Return that of a survey that has ended."""
+        return cls((survey.datum.latitude, survey.datum.longitude), survey.stalls, survey.seen)
+
+    @classmethod
+    def stored(cls, row: _Row) -> Self:
+        """Return that of a row of the table of surveys. Raises LotStoreError."""
+        return cls((row["latitude"], row["longitude"]), unpack_stalls(row["stalls"]), unpack_outline(row["seen"]))
+
+    def ground(self, move: Move) -> BaseGeometry:
+        """Return the ground that was seen, after a move of the survey's frame."""
+        return move.ground(ground_about(self.datum, self.seen))
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """A doubt as the store keeps it. ``chosen``: the number of the place that a person chose, from 0."""
+
+    why: str
+    places: tuple[PossiblePlace, ...]
+    chosen: int | None = None
+
+    @classmethod
+    def read(cls, text: str | None) -> Self | None:
+        """Return the doubt of a column; None for an empty one."""
+        if text is None:
+            return None
+        found = json.loads(text)
+        return cls(found["why"], tuple(PossiblePlace(**place) for place in found["places"]), found["chosen"])
+
+    def json(self) -> str:
+        """Return the value of the column."""
+        return json.dumps(asdict(self), allow_nan=False)
+
+    def choice(self, number: object) -> int:
+        """Return the number of a place from a JSON value. Raises LotInputError."""
+        if not self.places:
+            raise LotInputError("place", f"cannot be chosen, there is none: {self.why}. Fly the lot again")
+        if type(number) is not int or not 0 <= number < len(self.places):
+            raise LotInputError("place", f"must be the number of one of the places: 0 to {len(self.places) - 1}")
+        return number
+
+    @property
+    def move(self) -> Move | None:
+        """The place that a person chose."""
+        return None if self.chosen is None else move_of(self.places[self.chosen])
+
+
+def move_of(place: PossiblePlace | Registration) -> Move:
+    """Return the move of a place."""
+    return Move(place.north, place.east, place.turn)
+
+
+def registered(connection: Connection, lot: str, looked: Looked, register: Register) -> Registration | Doubtful:
+    """Return where a survey lies among the stalls of a lot. Moves bring the survey's frame onto the lot's."""
+    if not looked.seen.polygons:
+        return Doubtful(say("the ground that the survey saw is not known"))
+    known = KnownStalls(tuple(present_stalls(connection, lot)), known_ground(connection, lot))
+    if known.seen.is_empty:
+        return Doubtful(say("the ground of the lot's first survey is not known"))
+    frame = frame_of(datum_of(connection, lot), looked.datum)
+    outcome = register(known, FoundStalls(frame.stalls(looked.stalls), looked.ground(frame)))
+    if isinstance(outcome, Registration):
+        move = move_of(outcome).after(frame)
+        return Registration(move.north, move.east, move.turn, outcome.same)
+    places = []
+    for place in outcome.places:
+        move = move_of(place).after(frame)
+        places.append(PossiblePlace(move.north, move.east, move.turn, place.score))
+    return Doubtful(outcome.why, tuple(places))
+
+
+def placed_by(connection: Connection, lot: str, looked: Looked, move: Move) -> Registration:
+    """Return the registration of a survey by a known move: its stalls are the nearest ones of the lot."""
+    same = same_stalls(tuple(present_stalls(connection, lot)), move.stalls(looked.stalls))
+    return Registration(move.north, move.east, move.turn, same)
+
+
+def newest_layout(connection: Connection, lot: str) -> int:
+    """Return the newest version of a lot's layout; 0 without one."""
+    return int(connection.execute(select(func.max(LAYOUT.c.version)).where(LAYOUT.c.lot == lot)).scalar() or 0)
+
+
+def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:
+    """Return the stalls of a lot's newest layout, each with its key."""
+    version = newest_layout(connection, lot)
+    is_in = (STALL.c.begins <= version) & (STALL.c.ends.is_(None) | (STALL.c.ends > version))
+    rows = connection.execute(select(STALL).where(STALL.c.lot == lot, is_in).order_by(STALL.c.key)).mappings()
+    names = ("id", "label", "north", "east", "angle", "width", "length")
+    return {StoredStall(**{name: row[name] for name in names}): int(row["key"]) for row in rows}
+
+
+def datum_of(connection: Connection, lot: str) -> tuple[float, float]:
+    """Return the origin of a lot's frame: latitude, longitude.
+
+    Each survey puts the origin where its own GNSS has it; the mean of all that are placed counts, each alike, unless an
+    operator pinned the datum.
+    """
+    row = connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
+    kept = (float(row["latitude"]), float(row["longitude"]))
+    is_placed = SURVEY.c.placed.in_([Placed.FIRST.value, Placed.REGISTERED.value]) & SURVEY.c.north.is_not(None)
+    asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn")))
+    surveys = connection.execute(asked.where(SURVEY.c.lot == lot, is_placed)).all()
+    if row["datum_is_pinned"] or not surveys:
+        return kept
+    origins = []
+    for latitude, longitude, north, east, turn in surveys:
+        ((a, b),) = Move(north, east, turn).back(np.zeros((1, 2))).tolist()
+        frame = frame_of(kept, (latitude, longitude))
+        origins.append(frame.of(np.array([[a, b]]))[0])
+    mean = np.mean(origins, axis=0)[None]
+    ((latitude, longitude),) = to_global(GlobalPose(*kept, 0.0), mean).tolist()
+    return latitude, longitude
+
+
+def known_ground(connection: Connection, lot: str) -> BaseGeometry:
+    """Return the ground on which a lot's layout would have every stall, in its frame.
+
+    It is what those surveys saw whose stalls make the layout, without the ground of other lots: a stall that a later
+    survey finds elsewhere is no contradiction.
+    """
+    makers = select(STALL.c.first_survey).where(STALL.c.lot == lot).distinct()
+    is_placed = SURVEY.c.seq.in_(makers) & SURVEY.c.north.is_not(None) & SURVEY.c.seen.is_not(None)
+    rows = connection.execute(select(SURVEY).where(is_placed)).mappings().all()
+    seen = union_all([Looked.stored(row).ground(Move(row["north"], row["east"], row["turn"])) for row in rows])
+    return seen.difference(other_ground(connection, lot))
+
+
+def other_ground(connection: Connection, lot: str) -> BaseGeometry:
+    """Return the ground of all other lots, in the frame of a lot."""
+    others = select(LOT.c.outline).where(LOT.c.merged_into.is_(None), LOT.c.id != lot)
+    datum = datum_of(connection, lot)
+    return union_all([ground_about(datum, outline_of(text)) for text in connection.execute(others).scalars()])
+
+
+def newest_registered(connection: Connection, lot: str) -> dict[str, Any] | None:
+    """Return how the newest registered survey differs from the layout, as JSON values; None without one.
+
+    ``found``: its stalls that the layout lacks, in the lot's frame; ``missed``: stalls of the layout on ground that it
+    saw, which it did not find.
+    """
+    is_asked = (SURVEY.c.lot == lot) & (SURVEY.c.placed == Placed.REGISTERED.value)
+    newest = select(SURVEY).where(is_asked).order_by(SURVEY.c.seq.desc()).limit(1)
+    row = connection.execute(newest).mappings().first()
+    if row is None:
+        return None
+    looked, move = Looked.stored(row), Move(row["north"], row["east"], row["turn"])
+    present = present_stalls(connection, lot)
+    looks = select(OBSERVATION.c.stall).where(OBSERVATION.c.survey == row["seq"])
+    seen_again = set(connection.execute(looks).scalars())
+    well_seen = looked.ground(move).buffer(-EDGE_M)
+    missed = _within(well_seen, [stall for stall, key in present.items() if key not in seen_again])
+    placed = move.stalls(looked.stalls)
+    same = same_stalls(tuple(present), placed)
+    new = [stall for stall in placed if stall.id not in same]
+    beside = {stall.id for stall in _within(other_ground(connection, lot), new)}
+    return {
+        "survey": row["id"],
+        "found": [_shown(stall) for stall in new if stall.id not in beside],
+        "missed": [{"id": stall.id, "label": stall.label} for stall in missed],
+    }
+
+
+_Stall = TypeVar("_Stall", StoredStall, SurveyStall)
+
+
+def _within(ground: BaseGeometry, stalls: Sequence[_Stall]) -> list[_Stall]:
+    """Return the stalls whose centre lies on some ground."""
+    places = np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)
+    return [stall for stall, lies in zip(stalls, contains_xy(ground, places).tolist(), strict=True) if lies]
+
+
+def _shown(stall: SurveyStall) -> dict[str, Any]:
+    names = ("id", "north", "east", "angle", "width", "length")
+    return {name: round(getattr(stall, name), 4) for name in names} | {"state": stall.state.value}
