@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from hawk.worlds.cars import SPRITE_M
-from hawk.worlds.light import Sun
 from training.ground import Ground, Region
 from training.targets import LABELS, UNKNOWN, TrainingScene
 from training.textures import Textures, cut_textures, woven
 
 PAVING, GRASS, CAR, PAINT = (150, 148, 146), (50, 110, 60), (200, 60, 40), (255, 255, 255)
-SUN = Sun((0.0, -1.0), (0.5, 0.5, 0.5), 0.1)
 
 
 def generator(seed: int = 0) -> np.random.Generator:
