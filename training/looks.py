@@ -28,7 +28,7 @@ _CAR_SHARE: Final = 0.75
 """Share of the cars of these kinds that a real one replaces: the others keep shapes that the pictures lack."""
 _UNDER_ROOF: Final = (34.0, 31.0, 29.0)
 """Blue, green, red of what a roof hides: glass in the dark."""
-_PAVED: Final = frozenset(("asphalt", "concrete", "pavers", "clinker", "grass grid", "gravel"))
+_PAVED: Final = ("asphalt", "concrete", "pavers", "clinker", "grass grid", "gravel")
 _LOW_PIXELS: Final = 16
 _LEAF_LIGHT_M: Final = 0.25
 _EXPOSURE: Final = (-0.3, 0.25)
@@ -56,14 +56,15 @@ class RealLooks(Looks):
         self._exposure = np.float32(np.exp(rng.uniform(*_EXPOSURE)))
         self._leaves = _picked(textures.leaves, rng)
         self._hue = np.float32(rng.uniform())
+        bare, plants = textures.grass, (*textures.grass, *textures.wild)
+        kinds = {"grass": plants, "dirt": bare, "bark": textures.wild, "rock": textures.wild}
+        self._sheets = {**dict.fromkeys(_PAVED, textures.paving), **kinds}
         self._grounds: dict[Material, Sheet | None] = {}
 
     def ground(self, material: Material, picture: Floats, metres_per_pixel: float) -> Floats:
-        """Give paving the structure of real paving, and grass that and a part of the hue of real grass."""
+        """Give ground the structure of real ground, and grass a part of its hue too."""
         if material not in self._grounds:
-            green, paved = material.kind == "grass", material.kind in _PAVED
-            sheets = self._textures.grass if green else self._textures.paving if paved else ()
-            self._grounds[material] = _picked(sheets, self._rng)
+            self._grounds[material] = _picked(self._sheets.get(material.kind, ()), self._rng)
         sheet = self._grounds[material]
         if sheet is None:
             return picture

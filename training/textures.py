@@ -31,12 +31,12 @@ _PAVINGS, _GREENS = 3, 2
 """Sheets of a region of paving, and of grass and of leaves."""
 _TREND_PIXELS: Final = 10.0
 """Brightness that varies over more than this is left to the drawing."""
-_PAVING_CONTRAST, _GRASS_CONTRAST, _LEAF_CONTRAST = 0.07, 0.16, 0.35
-"""Relative deviation at most; that of leaves is above that of grass."""
+_PAVING_CONTRAST, _GRASS_CONTRAST, _LEAF_CONTRAST, _WILD_CONTRAST = 0.09, 0.16, 0.35, 0.45
+"""Relative deviation at most; that of leaves and of wild ground is above that of grass."""
 _PAVING_EDGES, _PLANT_EDGES = 0.35, 0.2
 """Coherence of the gradients of paving and of plants at most: 1 is one straight edge (Bigun and Granlund 1987)."""
-_GREEN, _GRASS_GREEN, _LEAF_GREEN = 0.06, 0.08, 0.1
-"""(2 green - blue - red) / mean: paving has less, grass and leaves have more."""
+_GREEN, _WILD_GREEN, _GRASS_GREEN, _LEAF_GREEN = 0.06, 0.02, 0.08, 0.1
+"""(2 green - blue - red) / mean: paving has less, the others have more."""
 _LIT, _LIT_PLANTS = 0.7, 0.35
 """Share of a region's lit ground below which a patch, or the ground about a car, and plants are in the shade."""
 _LIT_PERCENTILE: Final = 75.0
@@ -71,10 +71,11 @@ class CarPicture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Textures:
-    """Everything that was cut; painters in other processes get it as a whole."""
+    """Everything that was cut; painters in other processes get it as a whole. ``wild`` is ground as of gardens."""
 
     paving: tuple[Sheet, ...]
     grass: tuple[Sheet, ...]
+    wild: tuple[Sheet, ...]
     leaves: tuple[Sheet, ...]
     cars: tuple[CarPicture, ...]
 
@@ -83,15 +84,17 @@ def cut_textures(ground: Ground, rng: np.random.Generator) -> Textures:
     """Cut what the regions of real ground show; regions that were left out are not among them."""
     paving: list[Sheet] = []
     grass: list[Sheet] = []
+    wild: list[Sheet] = []
     leaves: list[Sheet] = []
     cars: list[CarPicture] = []
     for region in ground.regions:
         look = _Look(region)
         paving += look.sheets(look.paving(), _PAVINGS, rng)
-        grass += look.sheets(look.green(_GRASS_GREEN, 0.0, _GRASS_CONTRAST), _GREENS, rng)
-        leaves += look.sheets(look.green(_LEAF_GREEN, _GRASS_CONTRAST, _LEAF_CONTRAST), _GREENS, rng)
+        grass += look.sheets(look.plants(_GRASS_GREEN, 0.0, _GRASS_CONTRAST), _GREENS, rng)
+        wild += look.sheets(look.plants(_WILD_GREEN, _GRASS_CONTRAST, _WILD_CONTRAST), _GREENS, rng)
+        leaves += look.sheets(look.plants(_LEAF_GREEN, _GRASS_CONTRAST, _LEAF_CONTRAST), _GREENS, rng)
         cars += look.cars()
-    return Textures(tuple(paving), tuple(grass), tuple(leaves), tuple(cars))
+    return Textures(tuple(paving), tuple(grass), tuple(wild), tuple(leaves), tuple(cars))
 
 
 class _Look:
@@ -128,7 +131,7 @@ class _Look:
         plain = (self._contrast < _PAVING_CONTRAST) & (self._greenness < _GREEN) & (self._edges < _PAVING_EDGES)
         return _whole(self._paved) & plain & (self._mean > _LIT * self._lit)
 
-    def green(self, greenness: float, least: float, most: float) -> Mask:
+    def plants(self, greenness: float, least: float, most: float) -> Mask:
         """Return the middles of patches of plants that are so green and whose contrast lies between two limits."""
         kept = (self._contrast >= least) & (self._contrast < most) & (self._greenness > greenness)
         kept &= (self._edges < _PLANT_EDGES) & (self._mean > _LIT_PLANTS * self._lit)

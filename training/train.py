@@ -146,8 +146,8 @@ def _dress(ground: Ground | None, options: argparse.Namespace) -> Dress | None:
     if ground is None or not options.textures:
         return None
     textures = cut_textures(ground, np.random.default_rng((options.seed, 4)))
-    counts = (len(textures.paving), len(textures.grass), len(textures.leaves), len(textures.cars))
-    print("textures: {} of paving, {} of grass, {} of leaves, {} cars".format(*counts), flush=True)
+    counts = [f"{name} {len(getattr(textures, name))}" for name in textures.__dataclass_fields__]
+    print("textures:", ", ".join(counts), flush=True)
     return Dress(textures, options.textures)
 
 

@@ -72,10 +72,22 @@ def test_grass_keeps_its_brightness_and_takes_a_part_of_the_hue_of_real_grass() 
 def test_other_ground_stays_as_it_is_drawn() -> None:
     drawn = np.full((40, 40, 3), 90, np.float32)
     looks = RealLooks(textures(), generator())
-    for kind in ("water", "dirt", "court"):
+    for kind in ("water", "roof", "court"):
         assert looks.ground(sample_material(generator(), kind), drawn, 0.1) is drawn
     asphalt = sample_material(generator(), "asphalt")
-    assert RealLooks(Textures((), (), (), ()), generator()).ground(asphalt, drawn, 0.1) is drawn
+    assert RealLooks(Textures((), (), (), (), ()), generator()).ground(asphalt, drawn, 0.1) is drawn
+
+
+def test_bark_and_rock_look_like_gardens_and_dirt_like_grass_in_their_own_colours() -> None:
+    rng = generator(3)
+    grass, wild = (woven([(100 + rng.normal(0, level, (32, 32, 3))).astype(np.float32)], rng) for level in (4, 30))
+    looks = RealLooks(replace(textures(), grass=(grass,), wild=(wild,)), rng)
+    for kind, rough in (("dirt", False), ("bark", True), ("rock", True)):
+        material = replace(sample_material(generator(2), kind), colour=(70.0, 90.0, 120.0))
+        drawn = np.full((200, 200, 3), material.colour, np.float32)
+        shown = looks.ground(material, drawn, 0.1)
+        np.testing.assert_allclose(shown.mean((0, 1)), material.colour, rtol=0.03)
+        assert (shown.std() / shown.mean() > 0.28) == rough
 
 
 @pytest.mark.parametrize("metres_per_pixel", [0.05, 0.1, 0.25])

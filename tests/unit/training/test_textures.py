@@ -106,13 +106,24 @@ def test_sheets_show_paving_and_grass_and_neither_paint_nor_cars() -> None:
             assert np.abs(shown - 1).max() < 8 * 5 / min(colour)
 
 
+def test_plants_are_sorted_by_their_contrast() -> None:
+    whole, rng = region().scene, generator(4)
+    for contrast, names in ((0.05, {"grass"}), (0.25, {"wild", "leaves"}), (0.7, set())):
+        image = whole.image.astype(np.float32)
+        rough = rng.normal(0, 1, (320, 120))
+        image[:, 200:] = np.array(GRASS) * (1 + contrast * rough[..., None])
+        scene = replace(whole, image=np.clip(image, 0, 255).astype(np.uint8))
+        look = cut_textures(Ground([Region("plants", scene)]), rng)
+        assert {name for name in ("grass", "wild", "leaves") if getattr(look, name)} == names
+
+
 def test_a_region_without_plain_ground_gives_no_sheet() -> None:
     whole = region().scene
     labels = whole.labels.copy()
     labels[..., 0] = UNKNOWN
     far = replace(whole, labels=labels, quads=whole.quads[:0], taken=whole.taken[:0], judged=whole.judged[:0])
     look = cut_textures(Ground([Region("unknown", replace(far, unclear=None))]), generator())
-    assert (look.paving, look.grass, look.leaves, look.cars) == ((), (), (), ())
+    assert (look.paving, look.grass, look.wild, look.leaves, look.cars) == ((),) * 5
 
 
 def test_a_woven_sheet_varies_as_its_patches_do_and_goes_on_at_its_border() -> None:
