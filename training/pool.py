@@ -10,6 +10,8 @@ from multiprocessing.queues import Queue
 import cv2
 import numpy as np
 
+from hawk.worlds.render import AS_DRAWN
+from training.looks import Dress
 from training.scenes import Scene, SceneStall, draw_scene
 from training.targets import TrainingScene
 
@@ -20,13 +22,28 @@ _WAITING = 24
 class ScenePool:
     """Newest scenes of drawing processes; beyond ``capacity`` a new scene replaces the oldest."""
 
-    def __init__(self, seed: int, capacity: int, painters: int = 1, side: int = SIDE_PIXELS, *, drawn: int = 0) -> None:
-        """Begin to draw. ``drawn`` scenes of the seed are left out: a training that goes on has seen them."""
+    def __init__(
+        self,
+        seed: int,
+        capacity: int,
+        painters: int = 1,
+        side: int = SIDE_PIXELS,
+        *,
+        drawn: int = 0,
+        dress: Dress | None = None,
+    ) -> None:
+        """Begin to draw. ``drawn`` scenes of the seed are left out: a training that goes on has seen them.
+
+        ``dress``: real textures for a part of the scenes.
+        """
         context = multiprocessing.get_context("spawn")
         self._queue: Queue[TrainingScene] = context.Queue(_WAITING)
         self._painters = [
             context.Process(
-                target=_paint, args=(self._queue, seed, drawn + k, painters, side), name=f"painter-{k}", daemon=True
+                target=_paint,
+                args=(self._queue, seed, drawn + k, painters, side, dress),
+                name=f"painter-{k}",
+                daemon=True,
             )
             for k in range(painters)
         ]
@@ -102,12 +119,15 @@ def _is_judged(stall: SceneStall) -> bool:
     return (stall.implied or not stall.hidden) and (stall.lines_visible or stall.taken or stall.framed)
 
 
-def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int, side: int) -> None:
+def _paint(
+    scenes: Queue[TrainingScene], seed: int, painter: int, painters: int, side: int, dress: Dress | None
+) -> None:
     os.nice(5)
     cv2.setNumThreads(1)
     index = painter
     while True:
-        scene = training_scene(draw_scene(np.random.default_rng((seed, index)), side))
+        looks = dress.looks(seed, index) if dress else AS_DRAWN
+        scene = training_scene(draw_scene(np.random.default_rng((seed, index)), side, looks=looks))
         if not _hand_over(scenes, scene):
             scenes.cancel_join_thread()  # nobody will ever empty the pipe
             return

@@ -14,7 +14,7 @@ from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.generate import SiteSize
 from hawk.worlds.light import sample_sun
 from hawk.worlds.plan import PlannedStall, SitePlan
-from hawk.worlds.render import draw_plan
+from hawk.worlds.render import AS_DRAWN, Looks, draw_plan
 from training.avenues import plant_avenue
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
@@ -128,10 +128,12 @@ def draw_scene(
     *,
     metres_per_pixel: float = 0.10,
     plan_site: Callable[[np.random.Generator], SitePlan] = plan_any_site,
+    looks: Looks = AS_DRAWN,
 ) -> Scene:
     """Draw a scene of ``size_px`` (a side, or height and width); the same generator state gives the same scene.
 
-    ``plan_site`` plans its site. Raises ValueError for a size that is too small.
+    ``plan_site`` plans its site; ``looks`` changes the picture and none of its labels. Raises ValueError for a size
+    that is too small.
     """
     height, width = (size_px, size_px) if isinstance(size_px, int) else size_px
     if min(height, width) < 32 or metres_per_pixel <= 0:
@@ -146,7 +148,7 @@ def draw_scene(
     x, y = _window_centre(rng, plan) - np.array([width, height]) * metres_per_pixel / 2
     canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
     sun = set_condition(plan, sample_condition(rng), sample_sun(rng), rng)
-    drawn = draw_plan(plan, canvas, sun, rng)
+    drawn = draw_plan(plan, canvas, sun, rng, looks)
     image, car, cover, roofs = _composite(rng, canvas, drawn.ground, FacetSet(drawn.layers))
     contrast = float(np.abs(np.array(plan.palette[0]) - plan.asphalt.colour).max())
     shown = [stall for stall in plan.stalls if canvas.touches(stall.corners, 1.0)]

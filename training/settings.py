@@ -76,13 +76,23 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         "--ground-share", type=_share, default=0.5, help="share of each batch from real ground, 0 to 1 (default 0.5)"
     )
     parser.add_argument(
+        "--textures",
+        type=_share,
+        default=0.0,
+        metavar="SHARE",
+        help="share of the drawn scenes with ground, leaves and cars cut from --ground, 0 to 1 (default 0)",
+    )
+    parser.add_argument(
         "--leave-out", action="append", default=[], metavar="PATTERN", help="names of real pictures not to train on"
     )
     parser.add_argument("--teacher", type=Path, help="network (.onnx) that labels real ground; the package's without")
     parser.add_argument(
         "--start-from", type=Path, help="torch weights (.pt) or an exported network (.onnx) to go on from"
     )
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if options.textures and options.ground is None:
+        parser.error("--textures needs --ground, the folder to cut them from")
+    return options
 
 
 def _above_zero(text: str) -> float:

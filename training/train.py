@@ -25,11 +25,13 @@ from training.average import average
 from training.checkpoint import CheckpointFile, Progress
 from training.export import export
 from training.ground import Ground, read_ground
+from training.looks import Dress
 from training.loss import loss
 from training.network import WIDTHS, StallNet, set_memory_format
 from training.pool import ScenePool
 from training.resume import load_onnx, widths_of_onnx
 from training.settings import TrainingPlan, parse, plan_of, rate
+from training.textures import cut_textures
 from training.widen import widen, widths_of_state
 
 Batch = tuple[Tensor, Tensor, Tensor]
@@ -114,11 +116,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     checkpoint = CheckpointFile(options.checkpoint) if options.checkpoint else None
     drawn = checkpoint.drawn() if checkpoint else 0
-    pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * SCENE_OVER_CROP), drawn=drawn)
+    ground = _ground(options)
+    side = round(plan.side * SCENE_OVER_CROP)
+    dress = _dress(ground, options)
+    pool = ScenePool(plan.seed, plan.capacity, plan.painters, side, drawn=drawn, dress=dress)
     try:
         if options.start_from and not drawn:  # a checkpoint holds weights that came from them
             _start_from(network, options.start_from, pool, plan)
-        trained = train(plan, network, pool, keep, checkpoint=checkpoint, ground=_ground(options))
+        trained = train(plan, network, pool, keep, checkpoint=checkpoint, ground=ground)
     finally:
         pool.close()
     keep(trained)
@@ -134,6 +139,16 @@ def _ground(options: argparse.Namespace) -> Ground | None:
     for region in ground.regions:
         print(f"ground {region.name}: {len(region.scene.quads)} stalls", flush=True)
     return ground
+
+
+def _dress(ground: Ground | None, options: argparse.Namespace) -> Dress | None:
+    """Cut textures where the command line asks for them."""
+    if ground is None or not options.textures:
+        return None
+    textures = cut_textures(ground, np.random.default_rng((options.seed, 4)))
+    counts = [f"{name} {len(getattr(textures, name))}" for name in textures.__dataclass_fields__]
+    print("textures:", ", ".join(counts), flush=True)
+    return Dress(textures, options.textures)
 
 
 def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPlan) -> None:

@@ -17,7 +17,7 @@ from hawk.worlds.cars import ShadowsAmong, Sprite, VehicleModel, dimmed, draw_ve
 from hawk.worlds.conditions import draw_leaves, draw_puddles, draw_snow
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
-from hawk.worlds.materials import Colour, texture
+from hawk.worlds.materials import Colour, Material, texture
 from hawk.worlds.plan import Gain, Post, SitePlan, Stroke, Surface, Vehicle
 from hawk.worlds.trees import draw_bare_tree, draw_tree, leaf_colours
 
@@ -37,14 +37,39 @@ class Drawn:
     shade: Floats
 
 
-def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator) -> Drawn:
+class Looks:
+    """Looks of drawn things: each method gets what was drawn and returns what is shown, of the same size and opaque in
+    the same places, so that the truth stays. These change nothing.
+    """
+
+    def ground(self, material: Material, picture: Floats, metres_per_pixel: float) -> Floats:
+        """Return a picture of ground, BGR float32 (H, W, 3), 0..255."""
+        del material, metres_per_pixel
+        return picture
+
+    def crown(self, layers: list[HeightLayer]) -> list[HeightLayer]:
+        """Return the slices of a crown with leaves, lowest first."""
+        return layers
+
+    def vehicle(self, vehicle: Vehicle, model: VehicleModel, sun: Sun) -> VehicleModel:
+        """Return a vehicle as it is before anything shades it."""
+        del vehicle, sun
+        return model
+
+
+AS_DRAWN = Looks()
+"""Nothing looks otherwise than it is drawn."""
+
+
+def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator, looks: Looks = AS_DRAWN) -> Drawn:
     """Draw the part of a plan that is on the canvas (its picture is filled in place)."""
-    canvas.image = texture(rng, plan.ground, canvas.height, canvas.width, canvas.metres_per_pixel)
+    mpp = canvas.metres_per_pixel
+    canvas.image = looks.ground(plan.ground, texture(rng, plan.ground, canvas.height, canvas.width, mpp), mpp)
     paint = Paint(canvas, plan.strokes)
     gains = deque(plan.gains)
     shown = _shown(canvas, plan.surfaces)
     for order, surface in enumerate([None, *plan.surfaces]):
-        patch = draw_surface(canvas, surface, rng) if surface is not None and shown[order - 1] else None
+        patch = draw_surface(canvas, surface, rng, looks) if surface is not None and shown[order - 1] else None
         if patch is not None:
             paint.bury(patch)
         while gains and gains[0].order <= order:
@@ -54,13 +79,13 @@ def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator
     paint.blend(plan.palette, plan.wear, rng)
     draw_snow(canvas, plan.snow, rng)
     for surface in plan.islands:
-        draw_surface(canvas, surface, rng)
+        draw_surface(canvas, surface, rng, looks)
     if plan.leaves:
         draw_leaves(canvas, plan, leaf_colours(rng), rng)
     shadows = Shadows(canvas, sun)
     for shade in plan.shades:
         shadows.add_block(shade, 0.0, tall=True)
-    layers = _draw_standing(plan, canvas, shadows, sun, rng)
+    layers = _draw_standing(plan, canvas, shadows, sun, rng, looks)
     for block in plan.blocks:
         if canvas.touches(block.polygon, _margin(4.0, block.height, sun)):
             shadows.add_block(block.polygon, block.height)
@@ -72,7 +97,7 @@ def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator
     return Drawn(canvas.image, tuple(layers), depth)
 
 
-def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> Patch | None:
+def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator, looks: Looks = AS_DRAWN) -> Patch | None:
     """Draw one surface; return its patch, None when it is outside the canvas."""
     patch = canvas.patch(surface.polygon, round_m=surface.round_m)
     if patch is None:
@@ -80,7 +105,8 @@ def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> 
     if surface.kerb is not None:
         _draw_kerb(canvas, surface, patch)
     rows, columns = patch.mask.shape
-    picture = texture(rng, surface.material, rows, columns, canvas.metres_per_pixel)
+    drawn = texture(rng, surface.material, rows, columns, canvas.metres_per_pixel)
+    picture = looks.ground(surface.material, drawn, canvas.metres_per_pixel)
     if surface.material.joints > 3 * canvas.metres_per_pixel:
         _draw_joints(canvas, surface, patch, picture, rng)
     canvas.cover(patch, picture)
@@ -136,7 +162,7 @@ def _draw_blocks(plan: SitePlan, canvas: Canvas, shadows: Shadows) -> None:
 
 
 def _draw_standing(
-    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator
+    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator, looks: Looks
 ) -> list[HeightLayer]:
     layers: list[HeightLayer] = []
     mpp = canvas.metres_per_pixel
@@ -152,21 +178,22 @@ def _draw_standing(
                 crown_layers, crown = draw_bare_tree(rng, tree, mpp)
             else:
                 crown_layers, crown = draw_tree(rng, tree, leaves, sun, mpp)
+                crown_layers = looks.crown(crown_layers)
             layers += crown_layers
             shadows.add_crown(tree.x, tree.y, tree.radius, tree.height, crown)
     for post in plan.posts:
         layers += _draw_post(post, canvas, shadows, sun)
-    return layers + _draw_vehicles(plan, canvas, shadows, sun, rng)
+    return layers + _draw_vehicles(plan, canvas, shadows, sun, rng, looks)
 
 
 def _draw_vehicles(
-    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator
+    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator, looks: Looks
 ) -> list[HeightLayer]:
     drawn: list[tuple[Vehicle, VehicleModel]] = []
     for vehicle in plan.vehicles:
         margin = max(6.0, length_m(vehicle.kind) / 2, _margin(0.0, 4.0, sun))
         if canvas.touches(np.array([[vehicle.x, vehicle.y]]), margin):
-            model = draw_vehicle(rng, vehicle.kind)
+            model = looks.vehicle(vehicle, draw_vehicle(rng, vehicle.kind), sun)
             if plan.dim_cars and rng.random() < plan.dim_cars:
                 model = dimmed(rng, model)
             drawn.append((vehicle, model))

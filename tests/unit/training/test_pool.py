@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hawk.worlds.render import AS_DRAWN, Looks
 from training import pool as pool_module
 from training.pool import ScenePool, training_scene
 from training.scenes import Scene, SceneStall
@@ -130,7 +131,7 @@ def test_a_painter_that_draws_nothing_is_reported(context: Queue) -> None:
 
 def test_each_painter_has_its_own_part_of_the_scenes(context: Queue) -> None:
     pool = ScenePool(seed=9, capacity=3, painters=3, side=200)
-    assert [args[1:] for args in Painter.started] == [(9, 0, 3, 200), (9, 1, 3, 200), (9, 2, 3, 200)]
+    assert [args[1:] for args in Painter.started] == [(9, k, 3, 200, None) for k in range(3)]
     pool.close()
     assert context.closed
     assert all(painter.ended for painter in pool._painters)  # type: ignore[attr-defined]
@@ -139,9 +140,10 @@ def test_each_painter_has_its_own_part_of_the_scenes(context: Queue) -> None:
 def test_painters_draw_every_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
     seeds: list[tuple[int, int]] = []
 
-    def draw(rng: tuple[int, int], side: int) -> Scene:
+    def draw(rng: tuple[int, int], side: int, looks: Looks) -> Scene:
         seeds.append(rng)
         assert side == 48
+        assert looks is AS_DRAWN
         return drawn(STALL)
 
     monkeypatch.setattr(pool_module, "draw_scene", draw)
@@ -162,7 +164,7 @@ def test_painters_draw_every_scene_once(monkeypatch: pytest.MonkeyPatch) -> None
 
     for painter in (0, 1):
         with pytest.raises(InterruptedError):
-            pool_module._paint(Full(), 7, painter, 2, 48)  # type: ignore[arg-type]
+            pool_module._paint(Full(), 7, painter, 2, 48, None)  # type: ignore[arg-type]
     assert sorted(seeds) == [(7, number) for number in range(8)]
 
 

@@ -50,6 +50,14 @@ def test_each_option_changes_its_own_setting_only(arguments: list[str], field: s
     assert [getattr(changed, name) for name in others] == [getattr(usual, name) for name in others]
 
 
+def test_textures_are_cut_from_real_ground(capsys: pytest.CaptureFixture[str]) -> None:
+    assert parse(OUT).textures == 0
+    assert parse([*OUT, "--ground", "pictures", "--textures", "0.5"]).textures == 0.5
+    with pytest.raises(SystemExit):
+        parse([*OUT, "--textures", "0.5"])
+    assert "--textures needs --ground" in capsys.readouterr().err
+
+
 def test_the_commands_of_the_model_card_are_understood() -> None:
     card = (Path(__file__).parents[3] / "docs" / "model-card.md").read_text(encoding="utf-8")
     commands = [line.strip().split()[3:] for line in card.splitlines() if "python -m training.train" in line]
