@@ -73,11 +73,14 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         "--ground", type=Path, help="folder of pictures of real ground (training.ground); without it, drawn"
     )
     parser.add_argument(
-        "--ground-share", type=_share, default=0.5, help="share of each batch from real ground, 0 to 1 (default 0.5)"
+        "--ground-share",
+        type=share_option,
+        default=0.5,
+        help="share of each batch from real ground, 0 to 1 (default 0.5)",
     )
     parser.add_argument(
         "--textures",
-        type=_share,
+        type=share_option,
         default=0.0,
         metavar="SHARE",
         help="share of the drawn scenes with ground, leaves and cars cut from --ground, 0 to 1 (default 0)",
@@ -102,7 +105,8 @@ def _above_zero(text: str) -> float:
     return value
 
 
-def _share(text: str) -> float:
+def share_option(text: str) -> float:
+    """Return a share that a command line names. Raises ArgumentTypeError, which argparse prints."""
     value = float(text)
     if not 0 <= value <= 1:
         raise argparse.ArgumentTypeError(f"must be from 0 to 1, not {text!r}")

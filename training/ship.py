@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from training import average, rows, settle, train
-from training.settings import DEVICES
+from training.settings import DEVICES, share_option
 
 Command = Callable[[Sequence[str]], None]
 
@@ -53,7 +53,7 @@ def stages(options: argparse.Namespace) -> list[Stage]:
     drawn = folder / "drawn.onnx"
     first = _training(folder, "drawn", [*common, "--steps", str(options.drawn_steps), "--seed", str(options.seed)])
     ground = ["--ground", str(options.ground), "--start-from", str(drawn), "--teacher", str(drawn)]
-    ground += ["--steps", str(options.ground_steps), "--rate", str(_GROUND_RATE)]
+    ground += ["--steps", str(options.ground_steps), "--rate", str(_GROUND_RATE), "--textures", str(options.textures)]
     regions = sorted(path.stem for path in options.ground.glob("*.jpg"))
     folds = []
     for number in range(_FOLDS):
@@ -97,6 +97,12 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--painters", type=int, default=1, help="processes that draw scenes (default 1)")
     parser.add_argument("--drawn-steps", type=int, default=DRAWN_STEPS, help=f"(default {DRAWN_STEPS})")
     parser.add_argument("--ground-steps", type=int, default=GROUND_STEPS, help=f"each (default {GROUND_STEPS})")
+    parser.add_argument(
+        "--textures",
+        type=share_option,
+        default=0.0,
+        help="share of the ground stages' drawn scenes with real looks (0)",
+    )
     return parser.parse_args(arguments)
 
 

@@ -145,7 +145,7 @@ def _dress(ground: Ground | None, options: argparse.Namespace) -> Dress | None:
     """Cut textures where the command line asks for them."""
     if ground is None or not options.textures:
         return None
-    textures = cut_textures(ground, np.random.default_rng((options.seed, 4)))
+    textures = cut_textures(ground, np.random.default_rng((options.seed, 5)))
     counts = [f"{name} {len(getattr(textures, name))}" for name in textures.__dataclass_fields__]
     print("textures:", ", ".join(counts), flush=True)
     return Dress(textures, options.textures)

@@ -54,6 +54,13 @@ def test_device_painters_and_seed_reach_every_training(options: list[str]) -> No
     assert [training.steps for training in trainings] == [34_000, 1_500, 1_500, 1_500, 3_000]
 
 
+def test_textures_reach_the_trainings_with_real_ground(options: list[str]) -> None:
+    for given, share in (([], 0.0), (["--textures", "0.4"], 0.4)):
+        first, *trainings = (parse_training(stage.arguments) for stage in stages(parse([*options, *given]))[:5])
+        assert first.textures == 0
+        assert {training.textures for training in trainings} == {share}
+
+
 def test_a_command_that_was_ended_goes_on_with_the_first_stage_that_is_not_done(tmp_path: Path) -> None:
     ran: list[str] = []
 
