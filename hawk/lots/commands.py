@@ -9,8 +9,6 @@ from typing import Any, Final
 
 from hawk.config import options as values
 from hawk.config.sections import Config, load_config
-from hawk.lots.store import lots_file
-from hawk.lots.values import LotStoreError
 
 LOT_COMMANDS: Final = frozenset({"backup", "restore"})
 _FAILED: Final = 1
@@ -33,6 +31,9 @@ def add_lot_commands(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from hawk.lots.store import lots_file  # loads numpy: not for the other commands
+    from hawk.lots.values import LotStoreError
+
     config = _settings(options)
     try:
         print(options.action_of(lots_file(config.store.directory, config.store.lots), options.file))

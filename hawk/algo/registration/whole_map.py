@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
+import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter, maximum_filter
 from scipy.spatial import cKDTree
 
 from hawk.algo.registration.likelihood import DEVIATION_M, Fit, Likelihood, Placement, StallMap
@@ -178,8 +178,8 @@ def _common_shifts(
     side = math.ceil((REACH_M + 2 * _BIN_M) / _BIN_M)
     edges = (np.arange(2 * side + 2) - side - 0.5) * _BIN_M
     counted, _, _ = np.histogram2d(shifts[:, 0], shifts[:, 1], bins=[edges, edges])
-    votes = gaussian_filter(counted, DEVIATION_M / _BIN_M, mode="constant")
-    tops = np.argwhere((votes == maximum_filter(votes, 3)) & (votes > 0))
+    votes = cv2.GaussianBlur(counted, (0, 0), DEVIATION_M / _BIN_M, borderType=cv2.BORDER_CONSTANT)
+    tops = np.argwhere((votes == cv2.dilate(votes, np.ones((3, 3), np.uint8))) & (votes > 0))
     most = tops[np.argsort(-votes[tops[:, 0], tops[:, 1]], kind="stable")][:_PEAKS_A_TURN]
     return [(float(votes[i, j]), ((i - side) * _BIN_M, (j - side) * _BIN_M)) for i, j in most.tolist()]
 
