@@ -19,8 +19,8 @@ import shapely
 from hawk.lots.changes import Change, Row, changed
 from hawk.lots.labels import lasting_labels, parts_of
 from hawk.lots.place import SAME_SHARE, about, ground_about, joined, without
-from hawk.lots.saving import FIRST_FLIGHT, PROGRAM, new_id, shape
-from hawk.lots.values import LotInputError, Placed, outline_json, outline_of, unpack_stalls
+from hawk.lots.saving import FIRST_FLIGHT, PROGRAM, looks_of, new_id, shape
+from hawk.lots.values import LotInputError, Placed, SurveyStall, outline_json, outline_of, unpack_stalls
 from hawk.model.plans import Outline
 from hawk.results.row_labels import letters
 
@@ -205,15 +205,19 @@ def begun(survey: Row, name: str, made: str, first_key: int, now: float) -> Chan
     home |= {"doubt": None}
     rows = [Row("lot", (made,), lot), _layout(made, 1, FIRST_FLIGHT, PROGRAM, began)]
     rows.append(changed(survey, **home, north=0.0, east=0.0, turn=0.0))
-    looks = []
-    for key, stall in enumerate(found, first_key):
+    keys = {stall.id: key for key, stall in enumerate(found, first_key)}
+    for stall in found:
+        key = keys[stall.id]
         ids = {"key": key, "id": new_id(), "lot": made, "label": labels[stall.id], "first_survey": seq}
         state = {"kind": "", "is_confirmed": False, "begins": 1, "ends": None, "first_id": stall.id}
         rows.append(Row("stall", (key,), {**ids, **shape(stall), **state}))
         rows.append(_label(made, labels[stall.id], str(ids["id"])))
-        look = {"looked": stall.looked, "taken": stall.taken, "state": stall.state.value, "seen": stall.seen}
-        looks.append(Row("observation", (seq, key), {"survey": seq, "stall": key, **look}))
-    return Change("move", made, (*rows, *looks))
+    return Change("move", made, (*rows, *look_rows(seq, keys, found)))
+
+
+def look_rows(seq: int, keys: Mapping[int, int], stalls: Sequence[SurveyStall]) -> list[Row]:
+    """Return the observations of a survey as rows to write. ``keys``: id in the survey -> key of the stall."""
+    return [Row("observation", (look["survey"], look["stall"]), look) for look in looks_of(seq, keys, stalls)]
 
 
 def _offset(kept: LotRows, other: LotRows) -> tuple[float, float]:

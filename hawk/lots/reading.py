@@ -24,7 +24,7 @@ from hawk.lots.registering import (
     present_stalls,
     registered,
 )
-from hawk.lots.saving import looks_of, new_id, registered_place, used_labels
+from hawk.lots.saving import new_id, registered_place, used_labels
 from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of
 
@@ -128,9 +128,9 @@ def _at(connection: Connection, survey: Row, looked: Looked, outcome: Registrati
     assert survey.values is not None  # noqa: S101 - it is there
     lot_id = str(survey.values["lot"])
     keys = {stall.id: key for stall, key in present_stalls(connection, lot_id).items()}
-    looks = looks_of(survey.key[0], {number: keys[same] for number, same in outcome.same.items()}, looked.stalls)
+    same = {number: keys[stall] for number, stall in outcome.same.items()}
     placed = changes.changed(survey, **registered_place(outcome, newest_layout(connection, lot_id)))
-    return (placed, *(Row(OBSERVATION.name, (look["survey"], look["stall"]), look) for look in looks))
+    return (placed, *operations.look_rows(survey.key[0], same, looked.stalls))
 
 
 def _survey_there(connection: Connection, survey_id: str) -> Row:

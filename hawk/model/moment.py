@@ -36,6 +36,7 @@ class Moment:
 
 _CLOCK_ERROR: Final = 5  # TIME_ERROR of adjtimex(2): nothing keeps the clock right
 _TIMEX_BYTES: Final = 512
+"""More than struct timex; all zero it asks for the state alone."""
 
 
 def is_wall_clock_kept() -> bool:

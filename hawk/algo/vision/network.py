@@ -27,7 +27,6 @@ EngineChoice = Literal["auto", "opencv", "onnxruntime"]
 """An engine, or the fastest that is installed."""
 DEFAULT_ENGINE: Final = "opencv"
 """The engine that is always installed."""
-_FASTEST_FIRST: Final[tuple[Engine, ...]] = ("onnxruntime", "opencv")
 
 Blob = NDArray[np.float32]
 Inputs = Mapping[str, Blob]
@@ -64,14 +63,12 @@ def open_runner(engine: Engine, onnx: bytes, threads: int) -> Runner:
 
 def open_chosen(choice: EngineChoice, onnx: bytes, threads: int) -> tuple[Engine, Runner]:
     """Read an ONNX file by the engine that is chosen; return which one it is. Raises as `open_runner` does."""
-    if choice != "auto":
-        return choice, open_runner(choice, onnx, threads)
-    for engine in _FASTEST_FIRST:
+    if choice == "auto":
         try:
-            return engine, open_runner(engine, onnx, threads)
+            return "onnxruntime", open_runner("onnxruntime", onnx, threads)
         except MissingEngineError:
-            continue
-    raise MissingEngineError("none is installed")
+            choice = DEFAULT_ENGINE
+    return choice, open_runner(choice, onnx, threads)
 
 
 class _OpenCv:

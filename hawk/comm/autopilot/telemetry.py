@@ -181,7 +181,7 @@ class Telemetry:
 
     def sun_at(self, time: float, pose: VehiclePose) -> SunPosition | None:
         """Return where the sun stands over a vehicle at a time, None while the autopilot's UTC is not known."""
-        moment = self._gnss_clock.at(time)
+        moment = self.utc_at(time)
         return None if moment is None else sun_position(moment, pose.global_.latitude, pose.global_.longitude)
 
     def utc_at(self, time: float) -> datetime | None:

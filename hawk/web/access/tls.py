@@ -206,7 +206,6 @@ RELEASED: Final = datetime(2026, 11, 26, tzinfo=UTC)
 """Day of the newest release (CHANGELOG.md): a clock that is earlier is wrong."""
 _BEFORE: Final = timedelta(days=2)
 """A certificate begins this long before it is made: clocks that are behind by less take it."""
-"""More than struct timex; all zero it asks for the state alone."""
 
 
 class CertificateError(Exception):
