@@ -18,6 +18,7 @@ from tests.contract.vehicle import (
     LAND,
     LANDING,
     LOITER,
+    METRES_A_DEGREE,
     ON_GROUND,
     RTL,
     STABILIZE,
@@ -26,7 +27,6 @@ from tests.contract.vehicle import (
 )
 
 pytestmark = pytest.mark.contract
-METRES_A_DEGREE = 111_100.0
 
 
 def test_takeoff_sets_guided_by_itself_and_climbs_to_the_height_set_in_mavsdk(grounded: Vehicle) -> None:
@@ -145,7 +145,7 @@ def test_rtl_lands_and_disarms_and_arming_again_needs_guided_first(flying: Vehic
     flying.wait(lambda: not flying.armed, 90.0)
     flying.wait(lambda: flying.landed == ON_GROUND, 5.0)
     assert pilot.landed[-2:] == [LANDING, ON_GROUND]
-    assert math.hypot(*flying.place[:2]) < 2.0
+    assert math.hypot(*flying.from_home) < 2.0
     pilot.action.hold()
     flying.wait(lambda: pilot.telemetry.flight_mode().name == "HOLD", 3.0)
     with pytest.raises(ActionError, match="FAILED"):

@@ -9,10 +9,9 @@ import pytest
 from mavsdk.plugins.mavlink_direct import MavlinkMessage
 from mavsdk.plugins.mission_raw import MissionItem
 
-from tests.contract.vehicle import HEIGHT, RTL, Vehicle
+from tests.contract.vehicle import HEIGHT, METRES_A_DEGREE, RTL, Vehicle
 
 pytestmark = pytest.mark.contract
-METRES_A_DEGREE = 111_100.0
 RALLY_POINT, RALLY, RELATIVE = 5100, 2, 3
 GPS_RAW_INT, SYS_STATUS = 24, 1
 COMPASS = 1 << 2
@@ -27,17 +26,9 @@ def rally_point(vehicle: Vehicle, north: float, east: float, up: float) -> Missi
     return MissionItem(0, RELATIVE, RALLY_POINT, 0, 1, 0.0, 0.0, 0.0, 0.0, round(x * 1e7), round(y * 1e7), up, RALLY)
 
 
-def from_home(vehicle: Vehicle) -> tuple[float, float]:
-    """Return where the vehicle is, metres north and east of home: home is where it was armed, wherever that was."""
-    home, here = vehicle.pilot.telemetry.home(), vehicle.pilot.telemetry.position()
-    shrunk = math.cos(math.radians(home.latitude_deg))
-    north, east = here.latitude_deg - home.latitude_deg, (here.longitude_deg - home.longitude_deg) * shrunk
-    return north * METRES_A_DEGREE, east * METRES_A_DEGREE
-
-
 def go_from_home(vehicle: Vehicle, north: float) -> None:
     """Fly to a place north of home, metres."""
-    at, place = from_home(vehicle), vehicle.place
+    at, place = vehicle.from_home, vehicle.place
     vehicle.go(place[0] - at[0] + north, place[1] - at[1], -HEIGHT)
 
 
@@ -56,7 +47,7 @@ def test_rtl_lands_at_a_rally_point_that_is_nearer_than_home(flying: Vehicle) ->
         go_from_home(flying, 14.0)
         flying.set_mode(RTL)
         flying.wait(lambda: not flying.armed, 120.0)
-        assert math.dist(from_home(flying), (18.0, 6.0)) < 2.5
+        assert math.dist(flying.from_home, (18.0, 6.0)) < 2.5
     finally:
         clear_rally_points(flying)
         flying.fly()  # home is where it is armed: bring it back
@@ -69,7 +60,7 @@ def test_a_rally_point_that_is_farther_than_home_is_passed_over(flying: Vehicle)
         go_from_home(flying, 5.0)
         flying.set_mode(RTL)
         flying.wait(lambda: not flying.armed, 120.0)
-        assert math.dist(from_home(flying), (0.0, 0.0)) < 2.5
+        assert math.dist(flying.from_home, (0.0, 0.0)) < 2.5
     finally:
         clear_rally_points(flying)
 

@@ -9,10 +9,9 @@ import pytest
 from mavsdk.plugins.action import ActionError
 from mavsdk.plugins.geofence import FenceType, GeofenceData, GeofenceError, Point, Polygon
 
-from tests.contract.vehicle import GUIDED, HEIGHT, RTL, Vehicle
+from tests.contract.vehicle import GUIDED, HEIGHT, METRES_A_DEGREE, RTL, Vehicle
 
 pytestmark = pytest.mark.contract
-METRES_A_DEGREE = 111_100.0
 AROUND = ((-45, -45), (45, -45), (45, 45), (-45, 45))
 ZONE = ((14, -8), (26, -8), (26, 8), (14, 8))
 SECOND = ((-30, -30), (-20, -30), (-25, -20))

@@ -25,6 +25,7 @@ ON_GROUND, IN_AIR, TAKING_OFF, LANDING = 1, 2, 3, 4
 SLACK_S = 10.0
 """Real seconds that a wait may take beyond its own: other programs use the machine, too."""
 HEIGHT = 10.0
+METRES_A_DEGREE = 111_100.0
 ASK_AGAIN_S = 8.0
 STREAMS = {"HEARTBEAT", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "ATTITUDE", "EXTENDED_SYS_STATE"}
 
@@ -234,6 +235,14 @@ class Vehicle:
     def place(self) -> tuple[float, float, float]:
         """EKF-local, metres: north, east, down."""
         return self.pilot.local
+
+    @property
+    def from_home(self) -> tuple[float, float]:
+        """Metres north and east of home. Home is where the vehicle was armed: a flight before may have ended there."""
+        home, here = self.pilot.telemetry.home(), self.pilot.telemetry.position()
+        shrunk = math.cos(math.radians(home.latitude_deg))
+        north, east = here.latitude_deg - home.latitude_deg, (here.longitude_deg - home.longitude_deg) * shrunk
+        return north * METRES_A_DEGREE, east * METRES_A_DEGREE
 
     @property
     def velocity(self) -> tuple[float, float, float]:
