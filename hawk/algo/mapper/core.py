@@ -1,6 +1,7 @@
 """The map: combines registration, evidence, stalls, outline, mosaic and encoding for each frame.
 
-Work that is not needed on every frame (outline, rows, mosaic) is done one piece a frame, so that no frame pays for two.
+Work that is not needed on every frame (outline, mosaic) is done one piece a frame, so that no frame pays for two; the
+rows go on by one step a frame.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class MapperSettings:
     mosaic_step_m: float = 1.5
     """Distance flown between two pictures that go into the mosaic."""
     rows_frames: int = 6
-    """Frames between two completions of the rows near the drone."""
+    """Frames between the begins of two completions of the rows near the drone, at least."""
     rows_reach_m: float = 28.0
     """Radius about the middle of the picture within which rows are completed."""
     outline_step_m: float = 2.0
@@ -123,7 +124,6 @@ class MapCore:
         self._touched: set[TileKey] = set()
         self._slow_steps: list[Callable[[CellEvidence, SeenGround], bool]] = [
             self._outline,
-            self._complete_rows,
             self._picture,
             lambda *_: self.grid.evict() > 0,
             self._suggest,
@@ -158,6 +158,7 @@ class MapCore:
                 self._slow_steps.remove(step)
                 self._slow_steps.append(step)
                 break
+        self._complete_rows(seen)
         self._show_stalls()
 
     def encode(self, pose: MapPose | None) -> None:
@@ -334,6 +335,7 @@ class MapCore:
         version = self._version + 1  # that of the frame which is fused next
         index = self.tracker.move_younger(self._earlier_m, step, version)
         self._encoder.mark_around(self.published.update(self.tracker.rows, index, [], version))
+        self._rows.drop()
         self.suggestions.forget_younger(self._earlier_m, version)
         self._show_suggestions(version - 1)
 
@@ -377,13 +379,13 @@ class MapCore:
         self._show_suggestions(self._version - 1)
         return True
 
-    def _complete_rows(self, _: CellEvidence, seen: SeenGround) -> bool:
-        if self._frame - self._rows_at < self._settings.rows_frames:
-            return False
-        self._rows_at = self._frame
-        self._is_spent = True
-        self._rows.run(self.tracker, self.grid, extent(seen.lot)[0], self._version)
-        return True
+    def _complete_rows(self, seen: SeenGround) -> None:
+        """Do one step of a run over the rows near the drone."""
+        if not self._rows.is_under_way and self._frame - self._rows_at >= self._settings.rows_frames:
+            self._rows_at = self._frame
+            self._rows.begin(self.tracker, self.grid, extent(seen.lot)[0])
+        elif self._rows.is_under_way:
+            self._rows.go_on(self.tracker, self._version)
 
     def _outline(self, evidence: CellEvidence, seen: SeenGround) -> bool:
         """Update the lot's outline around the picture."""

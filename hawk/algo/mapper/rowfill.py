@@ -6,6 +6,8 @@ like any other, with the same id. A find against which its row speaks is no stal
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,7 +21,7 @@ from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, ge
 from hawk.algo.rows.chosen import RowOptions
 from hawk.algo.rows.evidence import Ground
 from hawk.algo.rows.fit import Finds, row_of
-from hawk.algo.rows.lot import NO_ROW, RowStalls, complete_rows
+from hawk.algo.rows.lot import NO_ROW, RowStalls, completion
 from hawk.algo.vision import quads
 
 _OPTIONS: Final = RowOptions(shown_from=0.35)
@@ -54,32 +56,106 @@ _SAMPLES = (9, 5)
 Floats = NDArray[np.float64]
 
 
+class _FusedGround:
+    """The fused evidence about a place, read once for a run."""
+
+    def __init__(self, grid: EvidenceGrid, middle: tuple[float, float], reach_m: float) -> None:
+        about = np.array(middle) + np.array([[-reach_m, -reach_m], [reach_m, reach_m]])
+        self._window = Window.around(about, EVIDENCE_M)
+        core, car, lot, looks = (grid.layer(self._window, name) for name in ("core", "car", "lot", "looks"))
+        seen = looks >= _LOOKS
+        self._layers = np.stack([core, car, np.where(seen, 1 / (1 + np.exp(-lot)), 0.0), seen], axis=-1)
+
+    def at(self, places: Floats) -> Ground:
+        """Return the ground at places (..., 2) of (north, east)."""
+        rows, columns, inside = self._window.cells_at(places.reshape(-1, 2))
+        values = self._layers[rows, columns]
+        values[~inside] = 0
+        return Ground(*np.moveaxis(values.reshape(*places.shape[:-1], self._layers.shape[-1]), -1, 0))
+
+    def within(self, corners: Floats) -> tuple[Floats, Floats]:
+        """Return the mean core and car (N,) in the inner part of quads (N, 4, 2)."""
+        a, b = (np.linspace(0.5 - _INNER / 2, 0.5 + _INNER / 2, n) for n in _SAMPLES)
+        along, across = (v.ravel()[:, None] for v in np.meshgrid(a, b, indexing="ij"))
+        near = corners[:, None, 0] * (1 - across) + corners[:, None, 1] * across
+        far = corners[:, None, 3] * (1 - across) + corners[:, None, 2] * across
+        ground = self.at(near * (1 - along) + far * along)
+        return np.asarray(ground.core.mean(1), np.float64), np.asarray(ground.car.mean(1), np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """A run under way: its middle, the ground and the ids of the stalls as it began, and the steps to do."""
+
+    middle: tuple[float, float]
+    ground: _FusedGround
+    given: NDArray[np.int64]
+    steps: Generator[None, None, RowStalls]
+
+
 class RowFiller:
-    """Completes rows among the stalls near the drone."""
+    """Completes rows among the stalls near the drone: a run is begun, and goes on by one step a frame.
+
+    So no frame pays for a whole run. Stalls that come or go meanwhile are left to the next run.
+    """
 
     def __init__(self, reach_m: float) -> None:
         """``reach_m`` is the radius about a place within which rows are completed."""
         self._reach_m = reach_m
+        self._run: _Run | None = None
 
-    def run(self, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float], version: int) -> None:
-        """Complete the rows about a place (north, east); everything that changes is touched with ``version``."""
+    def __getstate__(self) -> dict[str, object]:
+        """Return the state of a copy: a run under way is not copied."""
+        return {"_reach_m": self._reach_m, "_run": None}
+
+    @property
+    def is_under_way(self) -> bool:
+        """A run has been begun and has not ended."""
+        return self._run is not None
+
+    def begin(self, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float]) -> None:
+        """Begin a run about a place (north, east), in place of one under way; not without a stall there."""
+        self._run = None
         near = tracker.near(*middle, self._reach_m)
         given = near[~tracker.rows["inferred"][near] & ~tracker.rows["raised"][near]]
         if len(given) == 0:
             return
-        inner = tracker.near(*middle, self._reach_m - _BEYOND_M)
         ground = _FusedGround(grid, middle, self._reach_m + _BEYOND_M)
-        completed = complete_rows(_finds(tracker.rows[given]), ground.at, _OPTIONS)
+        steps = completion(_finds(tracker.rows[given]), ground.at, _OPTIONS)
+        self._run = _Run(middle, ground, tracker.rows["id"][given], steps)
+
+    def go_on(self, tracker: StallTracker, version: int) -> None:
+        """Do the next step of the run under way. The last one changes stalls, and touches them with ``version``."""
+        run = self._run
+        if run is None:
+            return
+        try:
+            next(run.steps)
+        except StopIteration as end:
+            self._run = None
+            self._finish(run, end.value, tracker, version)
+
+    def drop(self) -> None:
+        """Give up a run under way: the stalls were moved."""
+        self._run = None
+
+    def _finish(self, run: _Run, completed: RowStalls, tracker: StallTracker, version: int) -> None:
+        now = _index_of(run.given, tracker.rows)
+        completed = completed[completed.inferred | (now[completed.source] >= 0)]
+        given = now[now >= 0]
+        inner = tracker.near(*run.middle, self._reach_m - _BEYOND_M)
         members = completed[~completed.inferred]
-        _judge_company(tracker.rows, given, given[members.source[members.row != NO_ROW]], inner, version)
-        unused = np.setdiff1d(np.intersect1d(given, inner), given[members.source])
+        member = now[members.source]
+        is_in_row = members.row != NO_ROW
+        _judge_company(tracker.rows, given, member[is_in_row], inner, version)
+        unused = np.setdiff1d(np.intersect1d(given, inner), member)
         _refuse(tracker.rows, unused[_touch(tracker.rows[unused], completed)], version)
         tracker.settle(version)
-        in_row = members[members.row != NO_ROW]
-        _pull(tracker.rows, given[in_row.source], in_row, version)
-        _support(tracker.rows, given[in_row.source[ground.within(in_row.corners())[0] >= _SUPPORTED]], version)
+        in_row, member = members[is_in_row], member[is_in_row]
+        _pull(tracker.rows, member, in_row, version)
+        _support(tracker.rows, member[run.ground.within(in_row.corners())[0] >= _SUPPORTED], version)
         implied = completed[completed.inferred]
-        around = tracker.near(*middle, self._reach_m + _BEYOND_M)
+        around = tracker.near(*run.middle, self._reach_m + _BEYOND_M)
         known, found = pair(geometry_of(tracker.rows[around]), (implied.north, implied.east, implied.angle))
         _place(tracker.rows, around[known], implied[found])
         fresh = implied[others(len(implied), found)]
@@ -88,7 +164,16 @@ class RowFiller:
         missing = inner[~is_implied[inner]]
         _judge(tracker, around[known], missing, version)
         _add(tracker, fresh, version)
-        _call(tracker.rows, ground, version)
+        _call(tracker.rows, run.ground, version)
+
+
+def _index_of(ids: NDArray[np.int64], rows: Rows) -> NDArray[np.intp]:
+    """Return the index of each id (N,) in the table, -1 for one that is gone."""
+    order = np.argsort(rows["id"])
+    at = np.searchsorted(rows["id"], ids, sorter=order)
+    index = order[np.minimum(at, len(order) - 1)] if len(order) else np.zeros(len(ids), np.intp)
+    is_there = rows["id"][index] == ids if len(order) else np.zeros(len(ids), np.bool_)
+    return np.where(is_there, index, -1)
 
 
 def _finds(rows: Rows) -> Finds:
@@ -153,33 +238,6 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
     rows["confirmed"][gains] |= rows["inferred"][gains] & (rows["exists"][gains] >= _COUNTS)
     rows["touched"][gains] = rows["touched"][loses] = version
     tracker.remove(loses[rows["exists"][loses] <= 0], version)
-
-
-class _FusedGround:
-    """The fused evidence about a place, read once for a run."""
-
-    def __init__(self, grid: EvidenceGrid, middle: tuple[float, float], reach_m: float) -> None:
-        about = np.array(middle) + np.array([[-reach_m, -reach_m], [reach_m, reach_m]])
-        self._window = Window.around(about, EVIDENCE_M)
-        core, car, lot, looks = (grid.layer(self._window, name) for name in ("core", "car", "lot", "looks"))
-        seen = looks >= _LOOKS
-        self._layers = np.stack([core, car, np.where(seen, 1 / (1 + np.exp(-lot)), 0.0), seen], axis=-1)
-
-    def at(self, places: Floats) -> Ground:
-        """Return the ground at places (..., 2) of (north, east)."""
-        rows, columns, inside = self._window.cells_at(places.reshape(-1, 2))
-        values = self._layers[rows, columns]
-        values[~inside] = 0
-        return Ground(*np.moveaxis(values.reshape(*places.shape[:-1], self._layers.shape[-1]), -1, 0))
-
-    def within(self, corners: Floats) -> tuple[Floats, Floats]:
-        """Return the mean core and car (N,) in the inner part of quads (N, 4, 2)."""
-        a, b = (np.linspace(0.5 - _INNER / 2, 0.5 + _INNER / 2, n) for n in _SAMPLES)
-        along, across = (v.ravel()[:, None] for v in np.meshgrid(a, b, indexing="ij"))
-        near = corners[:, None, 0] * (1 - across) + corners[:, None, 1] * across
-        far = corners[:, None, 3] * (1 - across) + corners[:, None, 2] * across
-        ground = self.at(near * (1 - along) + far * along)
-        return np.asarray(ground.core.mean(1), np.float64), np.asarray(ground.car.mean(1), np.float64)
 
 
 def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> None:

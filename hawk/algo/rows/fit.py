@@ -6,8 +6,9 @@ A row is a line or a flat arc. Coordinates are any metric ones in which a direct
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass, field, fields
-from typing import Any, Final, Self
+from typing import Any, Final, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,9 @@ _LEAST_TO_SPLIT: Final = 4
 _WHOLE_STEPS: Final = 6
 _LONGEST_GAP_M: Final = 14.0
 _SAME_LENGTH, _SAME_PITCH = 0.2, 0.09
+_GROUPS_A_STEP: Final = 3
+
+_Outcome = TypeVar("_Outcome")
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,12 +119,31 @@ class Row:
 
 def fit_rows(finds: Finds, least_score: float) -> list[Row]:
     """Return the rows of the finds with at least this score; parts of one row are joined, the longest row first."""
+    return outcome(fit(finds, least_score))
+
+
+def fit(finds: Finds, least_score: float) -> Generator[None, None, list[Row]]:
+    """Do the work of `fit_rows` in steps of a few milliseconds."""
     used = np.flatnonzero(finds.score >= least_score)
     if not len(used):
         return []
     group = row_of(finds[used])
-    rows = (row for k in range(int(group.max()) + 1) for row in _rows_of(finds, used[group == k]))
-    return _joined(list(rows), finds)
+    rows: list[Row] = []
+    for number in range(int(group.max()) + 1):
+        if number % _GROUPS_A_STEP == 0:
+            yield
+        rows.extend(_rows_of(finds, used[group == number]))
+    yield
+    return _joined(rows, finds)
+
+
+def outcome(steps: Generator[None, None, _Outcome]) -> _Outcome:
+    """Do all the steps of some work and return its outcome."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return cast("_Outcome", end.value)
 
 
 def _rows_of(finds: Finds, members: Indices) -> list[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass, field, fields
 from typing import Final
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.rows.chosen import Chosen, RowOptions, choose
 from hawk.algo.rows.evidence import GroundAt, strip
-from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit_rows
+from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
@@ -18,6 +19,8 @@ NO_ROW: Final = -1
 _OVERLAP, _TOUCH = 0.2, 0.12
 _OF_ROW, _MOST_OF_ROW = 0.1, 30.0
 """Of two stalls that overlap that one stays which has more log-odds, with this share of its row's, up to a limit."""
+
+_ROWS_A_STEP: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +55,18 @@ def complete_rows(finds: Finds, ground_at: GroundAt, options: RowOptions | None 
 
     Finds against which their row speaks are left out; so are those in no row below the score for that.
     """
-    options = options or RowOptions()
-    rows = fit_rows(finds, options.finds_from)
-    parts = [_stalls(k, row, choose(row, strip(row, ground_at, finds), finds, options)) for k, row in enumerate(rows)]
+    return outcome(completion(finds, ground_at, options or RowOptions()))
+
+
+def completion(finds: Finds, ground_at: GroundAt, options: RowOptions) -> Generator[None, None, RowStalls]:
+    """Do the work of `complete_rows` in steps of a few milliseconds."""
+    rows = yield from fit(finds, options.finds_from)
+    yield
+    parts = []
+    for number, row in enumerate(rows):
+        parts.append(_stalls(number, row, choose(row, strip(row, ground_at, finds), finds, options)))
+        if number % _ROWS_A_STEP == _ROWS_A_STEP - 1:
+            yield
     stalls = _join([*parts, _none()])
     total = np.bincount(stalls.row, stalls.log_odds, len(rows))
     rank = stalls.log_odds + _OF_ROW * np.minimum(total[stalls.row], _MOST_OF_ROW)

@@ -46,7 +46,19 @@ def see(tracker: StallTracker, stalls: NDArray[np.float64], frames: int) -> None
 
 def run(tracker: StallTracker, grid: EvidenceGrid, times: int = 3) -> None:
     for i in range(times):
-        RowFiller(34.0).run(tracker, grid, (0.0, 0.0), 100 + i)
+        finish(RowFiller(34.0), tracker, grid, (0.0, 0.0), 100 + i)
+
+
+def finish(
+    filler: RowFiller, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float], version: int
+) -> None:
+    filler.begin(tracker, grid, middle)
+    end(filler, tracker, version)
+
+
+def end(filler: RowFiller, tracker: StallTracker, version: int) -> None:
+    while filler.is_under_way:
+        filler.go_on(tracker, version)
 
 
 def test_a_hole_in_a_row_is_filled_when_the_ground_bears_it_out() -> None:
@@ -100,7 +112,7 @@ def test_a_find_of_its_own_makes_an_inferred_stall_real_under_the_same_id() -> N
 def test_rows_are_not_doubled_by_runs_from_other_places() -> None:
     tracker, grid = tracker_of(ROW), grid_of(ROW, ROW[:0])
     for i, east in enumerate(np.linspace(-40, 40, 17)):
-        RowFiller(20.0).run(tracker, grid, (0.0, float(east)), 100 + i)
+        finish(RowFiller(20.0), tracker, grid, (0.0, float(east)), 100 + i)
     assert len(tracker.rows) == len(ROW)
 
 
@@ -124,3 +136,41 @@ def test_nothing_known_gives_nothing() -> None:
     tracker = StallTracker()
     run(tracker, EvidenceGrid())
     assert len(tracker.rows) == 0
+
+
+def test_stalls_that_come_and_go_during_a_run_are_left_to_the_next_one() -> None:
+    tracker, grid, filler = tracker_of(np.delete(ROW, 5, 0)), grid_of(ROW, ROW[:0]), RowFiller(34.0)
+    filler.begin(tracker, grid, (0.0, 0.0))
+    for _ in range(2):
+        filler.go_on(tracker, 100)
+    gone, kept = int(tracker.rows["id"][0]), tracker.rows["id"][1:].tolist()
+    tracker.remove(np.array([0]), 100)
+    see(tracker, np.array([[0.0, 40.0, 0.0, 2.6, 5.2]]), 5)
+    end(filler, tracker, 101)
+    ids = tracker.rows["id"].tolist()
+    assert gone not in ids
+    assert set(kept) < set(ids)
+    assert tracker.rows["inferred"].sum() == 1
+
+
+def test_a_run_takes_several_steps_and_changes_stalls_in_the_last_one_alone() -> None:
+    tracker, grid, filler = tracker_of(np.delete(ROW, 5, 0)), grid_of(ROW, ROW[:0]), RowFiller(34.0)
+    before = tracker.rows.copy()
+    filler.begin(tracker, grid, (0.0, 0.0))
+    steps = 0
+    while filler.is_under_way:
+        assert (tracker.rows == before).all()
+        filler.go_on(tracker, 101)
+        steps += 1
+    assert steps > 2
+    assert len(tracker.rows) == len(ROW)
+
+
+def test_a_dropped_run_changes_nothing() -> None:
+    tracker, grid, filler = tracker_of(np.delete(ROW, 5, 0)), grid_of(ROW, ROW[:0]), RowFiller(34.0)
+    before = tracker.rows.copy()
+    filler.begin(tracker, grid, (0.0, 0.0))
+    filler.drop()
+    filler.go_on(tracker, 101)
+    assert not filler.is_under_way
+    assert (tracker.rows == before).all()
