@@ -67,7 +67,7 @@ class WideLot:
         core = GroundImage(_drawn(lot, near, 0.74), affine, valid)
         car = GroundImage(_drawn(lot, near[near["state"] == TAKEN], 0.8), affine, valid)
         picture = self._picture(pose)
-        return SeenGround(_found(lot, near), lot, car, core, picture, pose, captured)
+        return SeenGround(_found(lot, near), lot, car, core, car, picture, pose, captured)
 
     def _make_stalls(self) -> Rows:
         along = np.arange(math.ceil((2 * self.half + BEYOND_M) / _WIDTH_M))

@@ -10,6 +10,9 @@ names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where
 ``--photos``: photographs of one flight with Pix4D's tags, of which one has labels (``--photo-labels``); the labels are
 carried to the others. ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
 
+``--plan``: ``--lots`` and ``--regions`` with their labels as a plan, shifted and turned by a receiver's and a compass's
+errors.
+
 The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
 neither right nor wrong. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions
 ``regions_``, those of photographs ``photo_`` and ``photos_``, those of frames over drawn worlds ``frames_``.
@@ -32,7 +35,7 @@ from benchmarks.perception.photo_labels import PHOTO_LOT, read_labels
 from benchmarks.perception.photos import Photos
 from benchmarks.perception.places import folder_option
 from benchmarks.perception.regions import Regions, ground_option, left_out_option
-from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections
+from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections, plan_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
 from hawk.algo.vision.decode import NetworkFinder
@@ -62,7 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     material = Material(
         options.lots, options.tiles, options.negatives, options.negatives_scale, options.seeds, regions, photos
     )
-    print_and_write(network_sections(network, material), options.json)
+    sections = plan_sections if options.plan else network_sections
+    print_and_write(sections(network, material), options.json)
     return 0
 
 
@@ -90,6 +94,9 @@ def _parser() -> argparse.ArgumentParser:
         "--left-out", action="append", default=[], type=_option(left_out_option), metavar="FILE=PATTERN",
         help="a network that was not trained on the regions of these names looks at them",
     )  # fmt: skip
+    parser.add_argument(
+        "--plan", action="store_true", help="give the labels of places and regions as a plan that is known, and no more"
+    )
     parser.add_argument("--photos", type=folder_option, help="photographs of one flight over a labelled lot")
     parser.add_argument(
         "--photo-labels", type=Path, default=PHOTO_LOT, help="the labels of one of them (those of Garfield's lot)"

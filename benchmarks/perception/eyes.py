@@ -17,7 +17,7 @@ from hawk.algo.mapper.shown import lot_outline
 from hawk.algo.mapper.suggestions import WIDTH_M, car_boxes, length_about, on_stalls
 from hawk.algo.mapper.table import published_size
 from hawk.algo.rows.evidence import Ground
-from hawk.algo.rows.fit import Finds
+from hawk.algo.rows.fit import Finds, Rectangles
 from hawk.algo.rows.lot import RowStalls, complete_rows
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
@@ -72,10 +72,21 @@ class NetworkEye:
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
 
+    def maps(self, image: NDArray[np.uint8], metres_per_pixel: float) -> NetworkMaps:
+        """Return the network's maps of a picture."""
+        return self._network.run(_shown(image, metres_per_pixel, 1.0), self._sun)
+
 
 def stalls_of(maps: NetworkMaps) -> Stalls:
     """Return the stalls that the maps show, in cells, their rows completed."""
     return _stalls(complete_rows(finds_of(decode.vote(maps, CELL_M)), partial(ground_at, maps)))
+
+
+def boxes_of_maps(maps: NetworkMaps) -> tuple[Rectangles, FloatArray]:
+    """Return the stalls that the maps show, rows completed, and their scores (N,); metres from the picture's corner."""
+    stalls = stalls_of(maps)
+    centres = np.column_stack([stalls.column, stalls.row]) * CELL_M + GROUND_M / 2
+    return Rectangles(centres, stalls.angle, stalls.width * CELL_M, stalls.length * CELL_M), stalls.score
 
 
 def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:

@@ -15,6 +15,7 @@ from benchmarks.perception.eyes import Eye, NetworkEye
 from benchmarks.perception.measures import MEASURES, Looked, false_alarms, line, look, measure, pooled
 from benchmarks.perception.photos import Photos, photo_section
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
+from benchmarks.perception.plans import plan_section
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
 from hawk.algo.vision.decode import NetworkFinder
@@ -87,6 +88,14 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         sections.append(_drawn(NetworkFinder(network), material.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
+
+
+def plan_sections(network: StallNetwork, material: Material) -> list[Section]:
+    """Measure places and regions with their labels as the plan."""
+    places = [] if material.lots is None else list(read_lots(material.lots))
+    if material.regions is not None:
+        places += material.regions.read()
+    return [plan_section(NetworkEye(network), places)]
 
 
 def look_left_out(eye: Eye, regions: Regions) -> list[Looked]:

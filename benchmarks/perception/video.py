@@ -77,4 +77,4 @@ def _seen(finder: NetworkFinder, image: NDArray[np.uint8], metres_per_pixel: flo
     found = finder.find(ground)
     middle = ground.map_points(np.array(ground.valid.shape[::-1]) / 2)
     pose = MapPose(float(middle[0]), float(middle[1]), _HEIGHT_M, 0.0, 0.0, 0.0)
-    return SeenGround(found.stalls, found.lot, found.car, found.core, ground, pose, time)
+    return SeenGround(found.stalls, found.lot, found.car, found.core, found.taken, ground, pose, time)

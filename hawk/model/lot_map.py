@@ -36,7 +36,8 @@ class Stall:
 
     ``angle`` is the direction of the long side in [0, pi); ``taken`` the probability of being taken; ``score`` the
     probability of being a stall at all; ``seen`` the number of frames that showed it, of passes for a suggested one;
-    ``version`` rises when its shown content changes.
+    ``version`` rises when its shown content changes. ``known`` is the UUID of that stall in the lot's plan, where a
+    person has confirmed it: then ``score`` is only what the flight saw of it.
     """
 
     id: int
@@ -51,6 +52,12 @@ class Stall:
     seen: int
     last_seen: float
     version: int
+    known: str = ""
+
+    @property
+    def existence(self) -> float:
+        """Probability of being a stall at all: a confirmed one is."""
+        return 1.0 if self.known else self.score
 
     def corners(self) -> NDArray[np.float64]:
         """Return the four corners, (4, 2) of (north, east) metres: two ends of the near short side, then the far."""
@@ -137,7 +144,7 @@ def free_variance(score: float, taken: float) -> float:
 
 def variance_of(stalls: Iterable[Stall]) -> float:
     """Return the variance of the number of free stalls among these."""
-    return sum(free_variance(stall.score, stall.taken) for stall in stalls)
+    return sum(free_variance(stall.existence, stall.taken) for stall in stalls)
 
 
 def free_interval(counts: Counts, explore: ExploreStatus | None) -> tuple[int, int] | None:

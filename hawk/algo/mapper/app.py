@@ -57,6 +57,7 @@ class MapperApp:
             mappable = frame.pose is not None and not frame.map_problem
             if mappable and ground is not None and ground.captured == frame.captured:
                 _check(frame, ground)
+                self._core.know(frame.known)
                 self._core.fuse(ground)
             self._core.encode(frame.pose)
         except AlgoError as error:
@@ -142,7 +143,7 @@ class MapperApp:
 def _check(frame: FrameInput, ground: SeenGround) -> None:
     if frame.pose is None or not frame.pose.is_finite() or not math.isfinite(frame.captured):
         raise AlgoError(say("the pose of the frame is not finite: it is not mapped"))
-    for name in ("lot", "car", "core", "picture"):
+    for name in ("lot", "car", "core", "taken", "picture"):
         image = getattr(ground, name)
         if image.values.shape[:2] != image.valid.shape or not np.isfinite(image.to_map).all():
             raise AlgoError(say("vision's {name} picture does not fit the ground: it is not mapped", name=name))

@@ -29,6 +29,7 @@ from hawk.algo.mapper.evidence import (
 )
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.mosaic import Mosaic
+from hawk.algo.mapper.plan_on_map import PlanOnMap, given_look
 from hawk.algo.mapper.published import StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.rowfill import RowFiller
@@ -37,6 +38,7 @@ from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
 from hawk.algo.vision.seen import GroundImage, SeenGround
+from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey
 from hawk.model.plans import Inbound
 from hawk.model.poses import MapPose
@@ -118,6 +120,7 @@ class MapCore:
         self._flown_m = 0.0
         self._fused_at = math.inf
         self._relocation: AfterSwap | None = None
+        self._plan = PlanOnMap()
         self._earlier_m = 0.0
         self._frame = self._outlined_at = self._rows_at = self._cars_at = 0
         self._is_spent = False
@@ -159,7 +162,15 @@ class MapCore:
                 self._slow_steps.append(step)
                 break
         self._complete_rows(seen)
+        self._place_plan()
         self._show_stalls()
+
+    def know(self, lot: KnownLot | None) -> None:
+        """Take the plan of the lot that is flown over: its place is looked for, then confirmed stalls are given.
+
+        None changes nothing: what is given stays so.
+        """
+        self._plan.know(lot)
 
     def encode(self, pose: MapPose | None) -> None:
         """Encode a bounded number of changed tiles and renew the index; only one tile after the costliest step."""
@@ -342,8 +353,10 @@ class MapCore:
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
         middle, radius = extent(seen.lot)
         still = self._settings.still_weight
-        look = Look(found, weight, seen.captured, evidence.in_picture, self._version, self._flown_m, still)
-        self.tracker.fuse(look, self.tracker.near(*middle, radius + _REACH_M))
+        local = self.tracker.near(*middle, radius + _REACH_M)
+        given = given_look(self.tracker.rows, local, seen)
+        look = Look(found, weight, seen.captured, evidence.in_picture, self._version, self._flown_m, still, given)
+        self.tracker.fuse(look, local)
 
     def _show_stalls(self) -> None:
         rows = self.tracker.rows
@@ -386,6 +399,15 @@ class MapCore:
             self._rows.begin(self.tracker, self.grid, extent(seen.lot)[0])
         elif self._rows.is_under_way:
             self._rows.go_on(self.tracker, self._version)
+
+    def _place_plan(self) -> None:
+        """Go on to look for the place of the lot's plan; it comes onto the map once that is certain."""
+        index = self._plan.go_on(self.tracker, self.grid, self._version)
+        if index is not None:
+            self._rows.drop()
+            self.published.plan = self._plan.ids
+            gone = self.tracker.take_gone()
+            self._encoder.mark_around(self.published.update(self.tracker.rows, index, gone, self._version))
 
     def _outline(self, evidence: CellEvidence, seen: SeenGround) -> bool:
         """Update the lot's outline around the picture."""
@@ -451,6 +473,7 @@ def _corrected(seen: SeenGround, correction: NDArray[np.float64]) -> SeenGround:
         lot=moved(seen.lot, correction),
         car=moved(seen.car, correction),
         core=moved(seen.core, correction),
+        taken=moved(seen.taken, correction),
         picture=moved(seen.picture, correction),
         pose=replace(pose, north=float(north), east=float(east)),
     )

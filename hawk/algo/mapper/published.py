@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window, shard_of_tile, tile_window
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, probability, published_geometry, to_stall
+from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, probability, published_geometry, shown_state, to_stall
 from hawk.algo.vision import quads
 from hawk.model.lot_map import (
     CELL_M,
@@ -95,8 +96,9 @@ def raster(grid: EvidenceGrid, key: TileKey, stalls: Rows) -> NDArray[np.uint8]:
     if len(near) == 0:
         return cells
     corners = quads.corners(*published_geometry(near))
+    states = shown_state(near)
     for state, cell in _CELLS:
-        _draw(cells, corners[near["state"] == state], window, cell)
+        _draw(cells, corners[states == state], window, cell)
     return cells
 
 
@@ -125,6 +127,8 @@ class StallIndex:
         self.stalls: Sharded[int, Stall] = Sharded(lambda stall_id: stall_id // _SHARD)
         self.unclear: dict[int, Stall] = {}
         """Those whose state is not known."""
+        self.plan: tuple[str, ...] = ()
+        """Ids of the stalls of the lot's plan, by their numbers from 1."""
         self._counts = dict.fromkeys(StallState, 0)
         self._variances = 0  # of the number of free ones, in parts of `_FINE`: whole numbers add up without drift
 
@@ -140,10 +144,11 @@ class StallIndex:
         table = rows[index]
         for position, stall_id, values in zip(index, table["id"].tolist(), _shown(table), strict=True):
             known = None if stall_id in lost else self.stalls.get(stall_id)
-            if known is not None and not _differs(known, values):
+            of_plan = self._known(rows[position])
+            if known is not None and known.known == of_plan and not _differs(known, values):
                 continue
             rows["version"][position] = version
-            news[stall_id] = fresh = to_stall(rows[position])
+            news[stall_id] = fresh = to_stall(rows[position], of_plan)
             if known is None or _is_redrawn(known, values):
                 redrawn += [fresh] if known is None else [fresh, known]
         self._count(lost, news)
@@ -156,6 +161,10 @@ class StallIndex:
         news = {i: stall for i, stall in those.items() if stall is not None and self._is_news(stall)}
         self._count(lost, news)
         self.stalls = self.stalls.changed(news, lost)
+
+    def _known(self, row: Any) -> str:
+        number = int(row["plan"])
+        return self.plan[number - 1] if row["given"] and 0 < number <= len(self.plan) else ""
 
     def _is_news(self, stall: Stall) -> bool:
         known = self.stalls.get(stall.id)
@@ -187,14 +196,14 @@ class StallIndex:
 
 
 def _variance(stall: Stall) -> int:
-    return 0 if stall.state is StallState.SUGGESTED else round(free_variance(stall.score, stall.taken) * _FINE)
+    return 0 if stall.state is StallState.SUGGESTED else round(free_variance(stall.existence, stall.taken) * _FINE)
 
 
 def _shown(rows: Rows) -> list[tuple[float, ...]]:
     columns = (
         *published_geometry(rows),
         probability(rows["taken"]),
-        rows["state"],
+        shown_state(rows),
         rows["last_seen"],
         probability(rows["exists"]),
     )

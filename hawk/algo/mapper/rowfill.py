@@ -6,7 +6,6 @@ like any other, with the same id. A find against which its row speaks is no stal
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,12 +15,14 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
+from hawk.algo.mapper.plan_rows import is_extra
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
 from hawk.algo.rows.chosen import RowOptions
 from hawk.algo.rows.evidence import Ground
 from hawk.algo.rows.fit import Finds, row_of
 from hawk.algo.rows.lot import NO_ROW, RowStalls, completion
+from hawk.algo.steps import Steps
 from hawk.algo.vision import quads
 
 _OPTIONS: Final = RowOptions(shown_from=0.35)
@@ -90,7 +91,7 @@ class _Run:
     middle: tuple[float, float]
     ground: _FusedGround
     given: NDArray[np.int64]
-    steps: Generator[None, None, RowStalls]
+    steps: Steps[RowStalls]
 
 
 class RowFiller:
@@ -178,7 +179,8 @@ def _index_of(ids: NDArray[np.int64], rows: Rows) -> NDArray[np.intp]:
 
 def _finds(rows: Rows) -> Finds:
     north, east, angle, width, length = geometry_of(rows)
-    return Finds(np.column_stack([north, east]), angle, width, length, score_of(rows["exists"]))
+    score = np.where(rows["given"], 1.0, score_of(rows["exists"]))
+    return Finds(np.column_stack([north, east]), angle, width, length, score)
 
 
 def _judge_company(
@@ -220,7 +222,7 @@ def _touch(rows: Rows, stalls: RowStalls) -> NDArray[np.bool_]:
 
 def _refuse(rows: Rows, refused: NDArray[np.intp], version: int) -> None:
     """Count one run against finds that contradict their row; finds of a stall outweigh it, as it stands."""
-    doubted = refused[rows["exists"][refused] > 0]
+    doubted = refused[(rows["exists"][refused] > 0) & ~rows["given"][refused]]
     rows["exists"][doubted] += _REFUSED
     rows["touched"][doubted] = version
 
@@ -236,6 +238,7 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
     rows["exists"][gains] = np.minimum(rows["exists"][gains] + _IMPLIED, _MOST)
     rows["exists"][loses] += _NOT_IMPLIED
     rows["confirmed"][gains] |= rows["inferred"][gains] & (rows["exists"][gains] >= _COUNTS)
+    rows["extra"][gains] = is_extra(rows, gains)
     rows["touched"][gains] = rows["touched"][loses] = version
     tracker.remove(loses[rows["exists"][loses] <= 0], version)
 
@@ -243,6 +246,7 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
 def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> None:
     """Move stalls towards their places in the row, where these are near."""
     near = np.hypot(to.north - rows["north"][index], to.east - rows["east"][index]) < _NEAR_PLACE_M
+    near &= ~rows["given"][index]
     index, to = index[near], to[near]
     moved = rows[index]
     for name, value in columns_of(to):

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from hawk.algo.mapper import table
+from hawk.algo.mapper import plan_rows, table
 from hawk.algo.mapper.delta import Recent
+from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
@@ -40,6 +41,8 @@ _KEEP = 0.1  # and down to which it is kept
 _CHANGED = 0.9  # probability with which a look shows another state
 _OVERLAP = 0.3
 _CLOSE_M = 2.2
+_ON_GIVEN_M, _ON_GIVEN = 6.0, 0.1
+"""A find lies on a given stall where they overlap by more than this, intersection over union."""
 _ATTEND_STEP_M = 20.0  # distance flown until the rows about the drone are chosen again
 
 RAISED = 0.06
@@ -49,9 +52,24 @@ _MOST_LEAN_LOOKS = 20.0
 
 
 @dataclass(frozen=True, slots=True)
+class GivenLook:
+    """What one frame shows of given stalls: their rows ``index`` (N,), the probability (N,) that each is taken, and the
+    share (N,) of each that is in the picture.
+    """
+
+    index: NDArray[np.intp]
+    taken: Floats
+    visible: Floats
+
+
+_NOTHING_GIVEN = GivenLook(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True)
 class Look:
     """One frame as the tracker sees it: stalls, weight as an independent look, time, what lies in the picture, the
-    map's version, the metres flown so far, and the weight of a car that came or left while nothing else was new.
+    map's version, the metres flown so far, the weight of a car that came or left while nothing else was new, and the
+    states of given stalls.
     """
 
     found: table.Detections
@@ -61,6 +79,7 @@ class Look:
     version: int
     flown_m: float = 0.0
     change: float = 0.0
+    given: GivenLook = _NOTHING_GIVEN
 
 
 class StallTracker:
@@ -74,6 +93,11 @@ class StallTracker:
         self._just_gone: list[int] = []
         self._far = table.FarStalls()
         self._attended: tuple[float, float, float] | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of all rows."""
+        return len(self.rows) + self._far.count
 
     @property
     def confirmed(self) -> table.Rows:
@@ -118,17 +142,21 @@ class StallTracker:
         """Fuse one frame. ``local`` are the rows that may be in the picture."""
         before = self.rows[local].copy()
         k, f = table.pair(table.geometry_of(before), (look.found.north, look.found.east, look.found.angle))
-        self._hit(local[k], look.found.take(f), look)
-        self._miss(np.delete(local, k), look)
+        is_given = before["given"][k]
+        self._look_at_given(local[k[is_given]], look.found.score[f[is_given]], look)
+        self._hit(local[k[~is_given]], look.found.take(f[~is_given]), look)
+        missed = np.delete(local, k)
+        self._miss(missed[~self.rows["given"][missed]], look)
         if look.weight > 0:
-            self._birth(look.found.take(others(len(look.found), f)), look)
+            fresh = look.found.take(others(len(look.found), f))
+            self._birth(fresh.take(~_lies_on(fresh, before[before["given"]])), look)
         self._drop(look.version)
         self._merge(look)
         self.settle(look.version)
 
     def settle(self, version: int) -> None:
         """Decide which of the rows touched in this version are valid: found well enough, not alone, on the ground."""
-        index = np.flatnonzero((self.rows["touched"] == version) & ~self.rows["inferred"])
+        index = np.flatnonzero((self.rows["touched"] == version) & ~self.rows["inferred"] & ~self.rows["given"])
         rows = self.rows[index]
         good = rows["exists"] >= np.where(rows["confirmed"], _CONFIRM - _REVOKE, _CONFIRM)
         counts = good & ~rows["lone"] & ~rows["raised"]
@@ -136,6 +164,22 @@ class StallTracker:
         for stall_id in rows["id"][~rows["confirmed"] & counts].tolist():
             self.gone.forget(stall_id)
         self.rows["confirmed"][index] = counts
+        self.rows["extra"][index] = plan_rows.is_extra(self.rows, index)
+
+    def put_plan(self, plan: Rectangles, is_confirmed: Mask, version: int) -> NDArray[np.intp]:
+        """Put the stalls of the lot's plan (N,) into the table, in place of an earlier plan; see `plan_rows.with_plan`.
+
+        All rows are loaded until `attend` is called. Returns the indices of those that changed.
+        """
+        everything = np.concatenate([self.rows, self._far.all()])
+        self._far, self._attended = table.FarStalls(), None
+        self.rows, lost = plan_rows.with_plan(everything, plan, is_confirmed, version)
+        fresh = self.rows["id"] == 0
+        self.rows["id"][fresh] = self.next_id + np.arange(int(fresh.sum()))
+        self.next_id += int(fresh.sum())
+        self._part_with(lost, version)
+        self.settle(version)
+        return np.flatnonzero(self.rows["touched"] == version)
 
     def take_gone(self) -> list[int]:
         """Return the ids that went since the last call."""
@@ -170,16 +214,25 @@ class StallTracker:
         note_leans(rows, found.lean)
         gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
-        votes = np.where(_shows_change(rows, found), np.maximum(weight, look.change), weight)
-        votes *= np.clip(found.visible, 0, 1)
-        rows["taken"] = np.clip(rows["taken"] + votes * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
-        rows["looks"] += weight
-        rows["seen"] += 1
-        rows["last_seen"] = look.time
         rows["born"] = np.where(rows["inferred"], look.flown_m, rows["born"])
         rows["inferred"] = False
-        rows["state"] = call_state(rows["taken"], rows["state"])
-        rows["touched"] = look.version
+        _vote(rows, found.taken, found.visible, weight, look)
+        self.rows[index] = rows
+
+    def _look_at_given(self, found: NDArray[np.intp], score: Floats, look: Look) -> None:
+        """Take the states of given stalls, and count for or against each whether the frame found it, too.
+
+        They are neither moved nor lost by that.
+        """
+        index, given = look.given.index, look.given
+        rows = self.rows[index]
+        weight = _novelty(rows["looks"], look.weight)
+        scores = np.full(len(self.rows), np.nan)
+        scores[found] = score
+        shown = scores[index]
+        gain = np.where(np.isnan(shown), (given.visible > _WHOLE) * _MISS, _SCORE_GAIN * (shown - _SCORE_ZERO))
+        rows["exists"] = np.clip(rows["exists"] + weight * gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
+        _vote(rows, given.taken, given.visible, weight, look)
         self.rows[index] = rows
 
     def _miss(self, index: NDArray[np.intp], look: Look) -> None:
@@ -210,7 +263,7 @@ class StallTracker:
         self.add(rows)
 
     def _drop(self, version: int) -> None:
-        bad = (self.rows["exists"] < _DROP) & ~self.rows["inferred"]
+        bad = (self.rows["exists"] < _DROP) & ~self.rows["inferred"] & ~self.rows["given"]
         self.remove(np.flatnonzero(bad), version)
 
     def add(self, rows: table.Rows) -> None:
@@ -231,7 +284,7 @@ class StallTracker:
             self._just_gone.append(stall_id)
 
     def _merge(self, look: Look) -> None:
-        """Keep one of two rows that overlap: a valid one before others, then the older id."""
+        """Keep one of two rows that overlap: a given one, then a valid one before others, then the older id."""
         if len(self.rows) < 2:
             return
         fresh = np.flatnonzero(self.rows["touched"] == look.version)
@@ -245,6 +298,7 @@ class StallTracker:
         if len(pairs) == 0:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
+        pairs = pairs[~self.rows["given"][pairs].all(1)]
         overlap = quads.overlap_more(
             table.corners_of(self.rows[pairs[:, 0]]), table.corners_of(self.rows[pairs[:, 1]]), _OVERLAP
         )
@@ -254,16 +308,39 @@ class StallTracker:
                 losers.add(int(min((first, second), key=self._standing)))
         self.remove(np.array(sorted(losers), np.intp), look.version)
 
-    def _standing(self, index: int) -> tuple[bool, bool, int]:
+    def _standing(self, index: int) -> tuple[bool, bool, bool, int]:
         row = self.rows[index]
-        return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
+        return bool(row["given"]), bool(row["confirmed"]), not row["inferred"], -int(row["id"])
 
 
-def _shows_change(rows: table.Rows, found: table.Detections) -> NDArray[np.bool_]:
+def _vote(rows: table.Rows, taken: Floats, visible: Floats, weight: Floats, look: Look) -> None:
+    """Count a look at stalls (N,): the probability that each is taken, the share of each that is in the picture."""
+    votes = np.where(_shows_change(rows, taken), np.maximum(weight, look.change), weight)
+    votes *= np.clip(visible, 0, 1)
+    rows["taken"] = np.clip(rows["taken"] + votes * _taken_log_odds(taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
+    rows["looks"] += weight
+    rows["seen"] += 1
+    rows["last_seen"] = look.time
+    rows["state"] = call_state(rows["taken"], rows["state"])
+    rows["touched"] = look.version
+
+
+def _shows_change(rows: table.Rows, taken: Floats) -> NDArray[np.bool_]:
     """Return True (N,) for the stalls that a look shows clearly in another state than the called one."""
-    came = (rows["state"] != table.TAKEN) & (found.taken >= _CHANGED)
-    left = (rows["state"] != table.FREE) & (found.taken <= 1 - _CHANGED)
+    came = (rows["state"] != table.TAKEN) & (taken >= _CHANGED)
+    left = (rows["state"] != table.FREE) & (taken <= 1 - _CHANGED)
     return np.asarray(came | left)
+
+
+def _lies_on(found: table.Detections, rows: table.Rows) -> Mask:
+    """Return which found stalls (N,) lie on one of the rows."""
+    on = np.zeros(len(found), np.bool_)
+    if len(found) and len(rows):
+        places = np.column_stack([found.north, found.east])
+        i, j = quads.near_pairs(places, np.column_stack([rows["north"], rows["east"]]), _ON_GIVEN_M)
+        shapes = quads.corners(found.north, found.east, found.angle, found.width, found.length)
+        on[i[quads.overlap_more(shapes[i], table.corners_of(rows[j]), _ON_GIVEN)]] = True
+    return on
 
 
 def note_leans(rows: table.Rows, leans: NDArray[np.float64]) -> None:

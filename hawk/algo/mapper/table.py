@@ -33,9 +33,9 @@ _FAR = 1e3
 SMALLEST_M = (2.3, 4.8)
 """Width and length of the smallest stalls of lots without paint, as they are drawn to train on (`training.paved`)."""
 
-STATES = (StallState.UNKNOWN, StallState.FREE, StallState.TAKEN)
-"""States by the number in the ``state`` column."""
-UNKNOWN, FREE, TAKEN = range(3)
+STATES = (StallState.UNKNOWN, StallState.FREE, StallState.TAKEN, StallState.SUGGESTED)
+"""States by the number in the ``state`` column, and of `shown_state`."""
+UNKNOWN, FREE, TAKEN, SUGGESTED = range(4)
 
 STALL_DTYPE = np.dtype(
     [
@@ -59,6 +59,9 @@ STALL_DTYPE = np.dtype(
         ("raised", "?"),  # stands off the ground (`hawk.algo.mapper.stalls`)
         ("lean", "f8"),
         ("lean_looks", "f8"),
+        ("plan", "i8"),  # number of the stall in the lot's plan, 1 the first; 0: the plan has it not
+        ("given", "?"),  # a person has confirmed it: it stays as it is
+        ("extra", "?"),  # found where the plan has none: proposed, not counted
         ("confirmed", "?"),
         ("version", "i8"),  # of the last visible change
         ("touched", "i8"),  # of the last change of anything
@@ -66,7 +69,7 @@ STALL_DTYPE = np.dtype(
 )
 
 
-_LATER = ("raised", "lean", "lean_looks")
+_LATER = ("raised", "lean", "lean_looks", "plan", "given", "extra")
 """Columns that older journals lack: nothing was known of them."""
 
 
@@ -111,13 +114,18 @@ def columns_of(stalls: Detections | RowStalls) -> tuple[tuple[str, Floats], ...]
     )
 
 
+def shown_state(rows: Rows) -> NDArray[np.int64]:
+    """Return the states as they are published, by their numbers: `SUGGESTED` for what the plan has not."""
+    return np.where(rows["extra"], SUGGESTED, rows["state"])
+
+
 def probability(log_odds: Floats) -> Floats:
     """Return the probability of log-odds."""
     return np.asarray(1 / (1 + np.exp(-log_odds)))
 
 
-def to_stall(row: Any) -> Stall:
-    """Return one row as a published stall, rounded."""
+def to_stall(row: Any, known: str = "") -> Stall:
+    """Return one row as a published stall, rounded. ``known``: the id of that stall in the lot's plan."""
     north, east, angle, width, length = published_geometry(row)
     return Stall(
         id=int(row["id"]),
@@ -127,11 +135,12 @@ def to_stall(row: Any) -> Stall:
         width=round(float(width), 3),
         length=round(float(length), 3),
         taken=round(float(probability(row["taken"])), 3),
-        state=STATES[int(row["state"])],
+        state=STATES[int(shown_state(row))],
         score=round(float(probability(row["exists"])), 3),
         seen=int(row["seen"]),
         last_seen=round(float(row["last_seen"]), 3),
         version=int(row["version"]),
+        known=known,
     )
 
 
@@ -159,6 +168,11 @@ class FarStalls:
     def __init__(self) -> None:
         self._rows: dict[Square, Rows] = {}
         self._touched: dict[Square, int] = {}
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return sum(map(len, self._rows.values()))
 
     def put(self, rows: Rows) -> None:
         """Add rows."""

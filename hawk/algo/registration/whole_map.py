@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.registration.likelihood import DEVIATION_M, Fit, Likelihood, Placement, StallMap
 from hawk.algo.rows.fit import Indices
+from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
@@ -90,14 +91,22 @@ class Registration:
 
 def register(known: StallMap, found: StallMap) -> Registration:
     """Return where ``found`` lies on ``known``; both are given as they are placed so far."""
+    return outcome(registering(known, found))
+
+
+def registering(known: StallMap, found: StallMap) -> Steps[Registration]:
+    """Do the work of `register` in steps of a few milliseconds, for lots of some hundred stalls."""
     if min(len(known.stalls), len(found.stalls)) < LEAST_PAIRS:
         return Registration(None, None, Doubt.TOO_FEW)
     likelihood = Likelihood(known, found)
-    candidates = _candidates(likelihood)
+    yield
+    candidates = yield from _candidates(likelihood)
     if not candidates:
         return Registration(None, None, Doubt.TOO_FEW)
     best = max(candidates, key=lambda one: one.fit.score)
-    candidates += [refined(likelihood, place) for place in _stalls_away(known, best.placement)]
+    for place in _stalls_away(known, best.placement):
+        yield
+        candidates.append(refined(likelihood, place))
     best = max(candidates, key=lambda one: one.fit.score)
     others = [one for one in candidates if _apart(one.placement, best.placement, found) > _OTHER_M]
     second = max(others, key=lambda one: one.fit.score, default=None)
@@ -142,9 +151,13 @@ def _least_squares(known: FloatArray, found: FloatArray, weight: FloatArray, piv
     return Placement(turn, (north, east), pivot)
 
 
-def _candidates(likelihood: Likelihood) -> list[Candidate]:
+def _candidates(likelihood: Likelihood) -> Steps[list[Candidate]]:
     """Return the best places, refined, from the shifts that many pairs of stalls have in common at each turn."""
-    peaks = sorted(_peaks(likelihood.known, likelihood.found), key=lambda peak: -peak[0])
+    peaks: list[tuple[float, Placement]] = []
+    for at_one_turn in _peaks(likelihood.known, likelihood.found):
+        peaks.extend(at_one_turn)
+        yield
+    peaks.sort(key=lambda peak: -peak[0])
     candidates: list[Candidate] = []
     for _, placement in peaks:
         if any(_apart(placement, taken.placement, likelihood.found) < DEVIATION_M for taken in candidates):
@@ -152,10 +165,11 @@ def _candidates(likelihood: Likelihood) -> list[Candidate]:
         candidates.append(refined(likelihood, placement))
         if len(candidates) == _REFINED:
             break
+        yield
     return candidates
 
 
-def _peaks(known: StallMap, found: StallMap) -> Iterator[tuple[float, Placement]]:
+def _peaks(known: StallMap, found: StallMap) -> Iterator[list[tuple[float, Placement]]]:
     """Yield, for each turn, the shifts that most pairs of stalls have in common, with how many."""
     centres = found.stalls.centres
     middle = centres.mean(axis=0)
@@ -165,8 +179,8 @@ def _peaks(known: StallMap, found: StallMap) -> Iterator[tuple[float, Placement]
     tree = cKDTree(known.stalls.centres)
     for turn in np.linspace(-REACH_RAD, REACH_RAD, 2 * count + 1).tolist():
         placed = Placement(turn, (0.0, 0.0), pivot).of(centres)
-        for weight, shift in _common_shifts(known, tree, placed, found.stalls.angle + turn):
-            yield weight, Placement(turn, shift, pivot)
+        common = _common_shifts(known, tree, placed, found.stalls.angle + turn)
+        yield [(weight, Placement(turn, shift, pivot)) for weight, shift in common]
 
 
 def _common_shifts(

@@ -6,9 +6,8 @@ A row is a line or a flat arc. Coordinates are any metric ones in which a direct
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass, field, fields
-from typing import Any, Final, Self, TypeVar, cast
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
@@ -38,8 +38,6 @@ _WHOLE_STEPS: Final = 6
 _LONGEST_GAP_M: Final = 14.0
 _SAME_LENGTH, _SAME_PITCH = 0.2, 0.09
 _GROUPS_A_STEP: Final = 3
-
-_Outcome = TypeVar("_Outcome")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +120,7 @@ def fit_rows(finds: Finds, least_score: float) -> list[Row]:
     return outcome(fit(finds, least_score))
 
 
-def fit(finds: Finds, least_score: float) -> Generator[None, None, list[Row]]:
+def fit(finds: Finds, least_score: float) -> Steps[list[Row]]:
     """Do the work of `fit_rows` in steps of a few milliseconds."""
     used = np.flatnonzero(finds.score >= least_score)
     if not len(used):
@@ -135,15 +133,6 @@ def fit(finds: Finds, least_score: float) -> Generator[None, None, list[Row]]:
         rows.extend(_rows_of(finds, used[group == number]))
     yield
     return _joined(rows, finds)
-
-
-def outcome(steps: Generator[None, None, _Outcome]) -> _Outcome:
-    """Do all the steps of some work and return its outcome."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return cast("_Outcome", end.value)
 
 
 def _rows_of(finds: Finds, members: Indices) -> list[Row]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass, field, fields
 from typing import Final
 
@@ -11,7 +10,8 @@ from numpy.typing import NDArray
 
 from hawk.algo.rows.chosen import Chosen, RowOptions, choose
 from hawk.algo.rows.evidence import GroundAt, strip
-from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit, outcome
+from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit
+from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
@@ -58,7 +58,7 @@ def complete_rows(finds: Finds, ground_at: GroundAt, options: RowOptions | None 
     return outcome(completion(finds, ground_at, options or RowOptions()))
 
 
-def completion(finds: Finds, ground_at: GroundAt, options: RowOptions) -> Generator[None, None, RowStalls]:
+def completion(finds: Finds, ground_at: GroundAt, options: RowOptions) -> Steps[RowStalls]:
     """Do the work of `complete_rows` in steps of a few milliseconds."""
     rows = yield from fit(finds, options.finds_from)
     yield

@@ -7,14 +7,14 @@ has variance w^2 / 12), the maps under the rectangle give its score and the prob
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
-from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps, StallNetwork, sun_input
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray, NetworkMaps, StallNetwork, sun_input
 from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
 
 _EDGE_CELLS = 2
@@ -66,6 +66,19 @@ class Stalls:
         return quads.corners(self.column, self.row, self.angle, self.width, self.length)
 
 
+class StateMaps(Protocol):
+    """Maps, each (rows, columns), that say whether a stall is taken: see `NetworkMaps`."""
+
+    @property
+    def core(self) -> MapArray: ...  # noqa: D102 - as in `NetworkMaps`
+
+    @property
+    def taken(self) -> MapArray: ...  # noqa: D102
+
+    @property
+    def car(self) -> MapArray: ...  # noqa: D102
+
+
 class NetworkFinder:
     """Finds stalls by the network and its votes."""
 
@@ -90,6 +103,7 @@ class NetworkFinder:
             lot=GroundImage(maps.lot, cells.to_map, cells.valid),
             car=GroundImage(maps.car, cells.to_map, cells.valid),
             core=cells,
+            taken=GroundImage(maps.taken, cells.to_map, cells.valid),
         )
 
 
@@ -114,13 +128,13 @@ def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = N
     return found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
 
 
-def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
+def occupancy(maps: StateMaps, stalls: Stalls) -> FloatArray:
     """Return the probability (N,) that each stall is taken, by a logistic regression over `state_features`."""
     log_odds = STATE_WEIGHTS[0] + state_features(maps, stalls) @ STATE_WEIGHTS[1:]
     return np.asarray(1 / (1 + np.exp(-log_odds)))
 
 
-def state_features(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
+def state_features(maps: StateMaps, stalls: Stalls) -> FloatArray:
     """Return what the network says of the state of each stall: (N, F), columns as `STATE_FEATURES`."""
     points = sample_points(stalls)
     core, taken, car = (sample(values, points) for values in (maps.core, maps.taken, maps.car))

@@ -85,13 +85,15 @@ class StallSeen:
 class Found:
     """Stalls of one rectified picture with float32 probabilities (0..1) at 0.2 m.
 
-    ``lot`` is parking lot, ``car`` is car, ``core`` is the inner part of a stall.
+    ``lot`` is parking lot, ``car`` is car, ``core`` is the inner part of a stall, ``taken`` is that a stall there is
+    taken.
     """
 
     stalls: tuple[StallSeen, ...]
     lot: GroundImage = field(repr=False)
     car: GroundImage = field(repr=False)
     core: GroundImage = field(repr=False)
+    taken: GroundImage = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)

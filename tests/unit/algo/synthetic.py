@@ -104,7 +104,7 @@ class SyntheticVision:
         stalls = self._stalls(real, lot)
         core = replace(lot, values=self._drawn(lot, corners, 0.74))
         car = replace(lot, values=self._drawn(lot, corners[self.truth.taken], 0.8))
-        return SeenGround(tuple(stalls), lot, car, core, self._picture(pose), pose, captured)
+        return SeenGround(tuple(stalls), lot, car, core, car, self._picture(pose), pose, captured)
 
     def _lot(self, pose: MapPose, real: MapPose) -> tuple[GroundImage, NDArray[np.float64]]:
         shape = (round(pose.height * 720 / 914 / LAYER_M), round(pose.height * 1280 / 914 / LAYER_M))

@@ -102,7 +102,7 @@ def test_a_stall_that_many_frames_show_counts_once() -> None:
             np.zeros((*size, 3), np.uint8), np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]]), np.ones(size, np.bool_)
         )
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
-        frames.watch(Glance(SeenGround(seen, image, image, image, image, pose, 0.0), (0.0, 0.0)))
+        frames.watch(Glance(SeenGround(seen, image, image, image, image, image, pose, 0.0), (0.0, 0.0)))
     assert frames.recall_once == pytest.approx(0.5)
     assert Pool(tuple(frames.judgements)).tally.recall == pytest.approx(2 / 3)
 
@@ -117,7 +117,7 @@ def test_a_stall_was_looked_at_once_it_was_wholly_in_the_good_part_of_a_picture(
         to_map = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, left]])
         image = GroundImage(np.zeros((200, 200, 3), np.uint8), to_map, np.ones((200, 200), np.bool_))
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
-        frames.watch(Glance(SeenGround((), image, image, image, image, pose, 0.0), (0.0, 0.0)))
+        frames.watch(Glance(SeenGround((), image, image, image, image, image, pose, 0.0), (0.0, 0.0)))
         assert frames.looked_at == (count, 3)
 
 
@@ -159,7 +159,7 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(
     )
     pose = MapPose(off[0], off[1], 35.0, 0.0, 0.0, 0.0)
     frames = measure.SingleFrames(world)
-    frames.watch(Glance(SeenGround(seen, image, image, image, image, pose, 0.0), off))
+    frames.watch(Glance(SeenGround(seen, image, image, image, image, image, pose, 0.0), off))
     (one,) = frames.judgements
     assert (one.tally.matched, one.tally.found, one.tally.true) == (count, count, count)
     assert one.tally.state_accuracy == 1.0

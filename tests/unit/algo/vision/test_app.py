@@ -46,7 +46,7 @@ class SetFinder(NetworkFinder):
         half = GroundImage(
             np.full(picture.valid[::2, ::2].shape, self.lot, np.float32), picture.to_map, picture.valid[::2, ::2]
         )
-        return Found(self.stalls, half, half, half)
+        return Found(self.stalls, half, half, half, half)
 
 
 class Rig:

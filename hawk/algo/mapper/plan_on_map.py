@@ -1,0 +1,96 @@
+"""The plan of the lot that is flown over, as it comes onto the map of the flight."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import MultiPolygon, Polygon
+
+from hawk.algo.ground import COARSE_M, Window
+from hawk.algo.known.judging import judge
+from hawk.algo.known.placing import PlanPlacing
+from hawk.algo.mapper.grid import EvidenceGrid
+from hawk.algo.mapper.stalls import GivenLook, StallTracker
+from hawk.algo.mapper.table import Rows, geometry_of
+from hawk.algo.registration.likelihood import StallMap
+from hawk.algo.rows.fit import Rectangles
+from hawk.algo.vision.seen import SeenGround
+from hawk.model.known_lot import KnownLot
+
+_LEAST_SHOWN: Final = 0.6
+"""Share of a given stall in the picture from which its state is judged."""
+
+
+class PlanOnMap:
+    """Brings plans onto the map: one at a time, each once."""
+
+    def __init__(self) -> None:
+        self._placing: PlanPlacing | None = None
+        self.ids: tuple[str, ...] = ()
+        """Ids of the stalls of the plan that is on the map, by their numbers from 1."""
+
+    def know(self, lot: KnownLot | None) -> None:
+        """Take the plan of the lot that is flown over. None changes nothing: what is on the map stays."""
+        if lot is not None and (self._placing is None or self._placing.lot is not lot):
+            self._placing = PlanPlacing(lot)
+
+    def go_on(self, tracker: StallTracker, grid: EvidenceGrid, version: int) -> NDArray[np.intp] | None:
+        """Look on for the place of the plan; once it is certain, put it on the map.
+
+        Returns the indices of the rows that changed then, and None before and after.
+        """
+        placing = self._placing
+        if placing is None or placing.is_over:
+            return None
+        plan = placing.go_on(tracker.count, lambda: found_map(tracker, grid))
+        if plan is None:
+            return None
+        self.ids = tuple(stall.id for stall in placing.lot.stalls)
+        is_confirmed = np.array([stall.is_confirmed for stall in placing.lot.stalls], np.bool_)
+        return tracker.put_plan(plan, is_confirmed, version)
+
+
+def found_map(tracker: StallTracker, grid: EvidenceGrid) -> StallMap:
+    """Return the valid stalls that pictures have shown, and the ground that was seen well."""
+    rows = tracker.confirmed
+    rows = rows[~rows["inferred"] & (rows["seen"] > 0)]
+    return StallMap(rectangles_of(rows), well_seen(grid))
+
+
+def well_seen(grid: EvidenceGrid) -> MultiPolygon:
+    """Return the ground that was seen well, (north, east) metres, to the half of a coarse cell."""
+    extent = grid.extent()
+    if extent is None:
+        return MultiPolygon()
+    window = Window.around(extent, COARSE_M)
+    mask = np.pad((grid.coarse(window).well > 0.5).astype(np.uint8), 1)
+    rings, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    grounds = []
+    for ring, (_, _, _, parent) in zip(rings, [] if tree is None else tree[0], strict=True):
+        if len(ring) >= 3:
+            column, row = ring[:, 0].T.astype(np.float64) - 1
+            corners = np.column_stack(window.centres(row, column))
+            grounds.append((Polygon(corners).buffer(0), bool(parent >= 0)))
+    outer, holes = (
+        shapely.union_all([ground for ground, is_hole in grounds if is_hole is wanted]) for wanted in (False, True)
+    )
+    left = shapely.get_parts(outer.difference(holes).buffer(COARSE_M / 2))
+    return MultiPolygon([part for part in left if isinstance(part, Polygon)])
+
+
+def given_look(rows: Rows, local: NDArray[np.intp], seen: SeenGround) -> GivenLook:
+    """Return what a frame shows of the given stalls among the rows ``local``."""
+    index = local[rows["given"][local]]
+    taken, visible = judge(seen, rectangles_of(rows[index]))
+    shown = visible >= _LEAST_SHOWN
+    return GivenLook(index[shown], taken[shown], visible[shown])
+
+
+def rectangles_of(rows: Rows) -> Rectangles:
+    """Return rows (N,) as rectangles."""
+    north, east, angle, width, length = geometry_of(rows)
+    return Rectangles(np.column_stack([north, east]), angle, width, length)

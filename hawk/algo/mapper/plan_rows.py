@@ -1,0 +1,99 @@
+"""The plan of a lot in the table of stalls.
+
+A stall that a person has confirmed is given: the map takes its state from the pictures, and keeps all else. The other
+stalls of the plan are as if found before: flights may move and lose them. What is found beside given stalls, and is not
+in the plan, is extra: proposed to a person, and not counted.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from hawk.algo.mapper.register import mutual_nearest
+from hawk.algo.mapper.table import STALL_DTYPE, UNKNOWN, Rows, angle_of, corners_of
+from hawk.algo.rows.fit import Rectangles
+from hawk.algo.vision import quads
+
+EXTRA_M: Final = 15.0
+"""Ground this near to a stall of the plan is known ground: two rows and an aisle."""
+_BEFORE_M: Final = -1e6
+"""``born`` of a stall that earlier flights knew."""
+_PRIOR: Final = 2.5
+"""Log-odds of a stall of the plan that nobody has confirmed: some looks that show none end it. A given stall begins
+with 0: they are what the flight has seen of it, and decide nothing."""
+_ON: Final = 0.2
+"""What overlaps a given stall by more than this, intersection over union, is that stall."""
+_NEAR_M: Final = 6.0
+
+
+def with_plan(
+    rows: Rows, plan: Rectangles, is_confirmed: NDArray[np.bool_], version: int
+) -> tuple[Rows, NDArray[np.int64]]:
+    """Return the table with the stalls of a plan (N,), and the ids of valid rows that had to go.
+
+    A row that is a stall of the plan keeps its id and its state. New rows have the id 0. Rows of an earlier plan that
+    this one has not are rows like any other.
+    """
+    rows = rows.copy()
+    was_planned = rows["plan"] > 0
+    rows["plan"], rows["given"] = 0, False
+    rows["touched"][was_planned] = version
+    places = np.column_stack([rows["north"], rows["east"], angle_of(rows)])
+    known, ours = mutual_nearest(places, plan.centres, plan.angle)
+    rows["plan"][known], rows["given"][known] = ours + 1, is_confirmed[ours]
+    rows["touched"][known] = version
+    rows["confirmed"][known] |= is_confirmed[ours]
+    fixed = is_confirmed[ours]
+    _shape(rows, known[fixed], plan, ours[fixed])
+    fresh = np.setdiff1d(np.arange(len(plan)), ours)
+    added = _new_rows(plan, fresh, is_confirmed[fresh], version)
+    gone = _on_given(rows, np.concatenate([rows[rows["given"]], added[added["given"]]]))
+    lost: NDArray[np.int64] = rows["id"][gone & rows["confirmed"]]
+    return np.concatenate([rows[~gone], added]), lost
+
+
+def is_extra(rows: Rows, index: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return which of the rows ``index`` are extra: not in the plan, but near a given stall of it."""
+    extra = np.zeros(len(index), np.bool_)
+    planned = np.flatnonzero(rows["plan"] > 0)
+    beside = np.flatnonzero(rows["plan"][index] == 0)
+    if len(planned) and len(beside):
+        known = cKDTree(np.column_stack([rows["north"][planned], rows["east"][planned]]))
+        asked = index[beside]
+        away, nearest = known.query(np.column_stack([rows["north"][asked], rows["east"][asked]]))
+        extra[beside] = (away < EXTRA_M) & rows["given"][planned[nearest]]
+    return extra
+
+
+def _shape(rows: Rows, index: NDArray[np.intp], plan: Rectangles, ours: NDArray[np.intp]) -> None:
+    """Give rows the shape of stalls of the plan, as an earlier pass would have found them."""
+    rows["north"][index], rows["east"][index] = plan.centres[ours].T
+    rows["cos2"][index], rows["sin2"][index] = np.cos(2 * plan.angle[ours]), np.sin(2 * plan.angle[ours])
+    rows["width"][index], rows["length"][index] = plan.width[ours], plan.length[ours]
+    rows["born"][index] = _BEFORE_M
+    for name in ("inferred", "lone", "raised", "extra"):
+        rows[name][index] = False
+
+
+def _new_rows(plan: Rectangles, ours: NDArray[np.intp], is_confirmed: NDArray[np.bool_], version: int) -> Rows:
+    rows = np.zeros(len(ours), STALL_DTYPE)
+    _shape(rows, np.arange(len(ours)), plan, ours)
+    rows["plan"], rows["given"] = ours + 1, is_confirmed
+    rows["exists"], rows["solidity"], rows["state"] = np.where(is_confirmed, 0.0, _PRIOR), 1.0, UNKNOWN
+    rows["confirmed"], rows["touched"] = True, version
+    return rows
+
+
+def _on_given(rows: Rows, given: Rows) -> NDArray[np.bool_]:
+    """Return which rows (N,) lie on a given stall without being one."""
+    on = np.zeros(len(rows), np.bool_)
+    others = np.flatnonzero(~rows["given"])
+    if len(others) and len(given):
+        places, known = (np.column_stack([each["north"], each["east"]]) for each in (rows[others], given))
+        i, j = quads.near_pairs(places, known, _NEAR_M)
+        on[others[i[quads.overlap_more(corners_of(rows[others[i]]), corners_of(given[j]), _ON)]]] = True
+    return on

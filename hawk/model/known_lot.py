@@ -1,0 +1,37 @@
+"""A lot as earlier surveys and persons know it, for a flight over it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hawk.model.poses import Ring
+
+
+@dataclass(frozen=True, slots=True)
+class KnownStall:
+    """A stall of a lot's plan: metres (north, east) as the receiver's position places the plan on the map.
+
+    ``id`` is the UUID that lasts; ``angle`` (radians), ``width`` and ``length`` (metres) as in
+    `hawk.model.lot_map.Stall`. ``is_confirmed``: a person says that it is there.
+    """
+
+    id: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    is_confirmed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class KnownLot:
+    """The plan of a lot.
+
+    ``ground`` is the ground whose stalls are known: pieces of an outer ring and its holes, metres (north, east). Where
+    the lot really lies on the map is found in flight: a receiver errs by metres, a compass by degrees.
+    """
+
+    id: str
+    stalls: tuple[KnownStall, ...] = field(repr=False)
+    ground: tuple[tuple[Ring, ...], ...] = field(repr=False)

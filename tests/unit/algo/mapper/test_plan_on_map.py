@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.app import MapperApp
+from hawk.model.known_lot import KnownLot, KnownStall
+from hawk.model.lot_map import OccupancyMap, Stall, StallState
+from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
+
+SHIFT, TURN = np.array([1.2, -0.9]), math.radians(1.0)
+PASS = np.arange(-30, 31, 1.0)
+NOISE = {"noise_m": 0.15, "miss": 0.1, "state_error": 0.05}
+
+
+def plan_of(stalls: NDArray[np.float64], confirmed: Sequence[bool] | bool = True) -> KnownLot:
+    """The stalls as a receiver and a compass that err place them."""
+    c, s = math.cos(TURN), math.sin(TURN)
+    places = stalls[:, :2] @ np.array([[c, s], [-s, c]]) + SHIFT
+    flags = [confirmed] * len(stalls) if isinstance(confirmed, bool) else list(confirmed)
+    known = tuple(
+        KnownStall(
+            f"stall-{k}", float(n), float(e), float((row[2] + TURN) % math.pi), float(row[3]), float(row[4]), flag
+        )
+        for k, ((n, e), row, flag) in enumerate(zip(places, stalls, flags, strict=True))
+    )
+    box = ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))
+    return KnownLot("lot", known, ((box,),))
+
+
+class Flight:
+    def __init__(self, truth: Truth, known: KnownLot | None, **faults: float) -> None:
+        self.vision = SyntheticVision(truth, np.random.default_rng(1), **faults)  # type: ignore[arg-type]
+        self.mapper = MapperApp(map_id="survey")
+        self.mapper.init(self.vision, None)  # type: ignore[arg-type]
+        self.known = known
+        self.number = 0
+
+    def fly(self, easts: Sequence[float] | NDArray[np.float64] = PASS) -> OccupancyMap:
+        for east in easts:
+            self.number += 1
+            frame = replace(frame_at(pose_at(0.0, float(east), math.pi / 2), self.number), known=self.known)
+            self.mapper.fuse(frame, self.vision.see(frame))
+        return self.mapper.get_occupancy_map()
+
+
+def of_plan(shown: OccupancyMap) -> dict[int, Stall]:
+    return {int(stall.known.split("-")[1]): stall for stall in shown.stalls.values() if stall.known}
+
+
+TRUTH = rows_lot(turn=0.3)
+
+
+@pytest.fixture(scope="module")
+def flown() -> OccupancyMap:
+    flight = Flight(TRUTH, plan_of(TRUTH.stalls), **NOISE)
+    flight.fly()
+    return flight.fly(PASS[::-1])
+
+
+def test_each_confirmed_stall_is_on_the_map_at_its_place_under_its_id(flown: OccupancyMap) -> None:
+    found = of_plan(flown)
+    assert sorted(found) == list(range(len(TRUTH.stalls)))
+    assert flown.counts.total == len(TRUTH.stalls)
+    away = [math.dist(TRUTH.stalls[k, :2], (stall.north, stall.east)) for k, stall in found.items()]
+    assert max(away) < 0.5
+
+
+def test_the_pictures_tell_the_state_of_each(flown: OccupancyMap) -> None:
+    right = [StallState.TAKEN if TRUTH.taken[k] else StallState.FREE for k in range(len(TRUTH.taken))]
+    assert [stall.state for _, stall in sorted(of_plan(flown).items())] == right
+
+
+def test_the_shape_of_the_plan_stays() -> None:
+    flight = Flight(TRUTH, plan_of(TRUTH.stalls), noise_m=0.4, miss=0.3)
+    flight.fly([*PASS, *PASS[::-1]])
+    before = of_plan(flight.fly())
+    after = of_plan(flight.fly(PASS[::-1]))
+    assert len(after) == len(TRUTH.stalls)
+    assert {k: (s.north, s.east, s.angle) for k, s in before.items()} == {
+        k: (s.north, s.east, s.angle) for k, s in after.items()
+    }
+    gaps = [math.dist((before[k].north, before[k].east), (before[k + 1].north, before[k + 1].east)) for k in range(19)]
+    assert max(abs(gap - 2.6) for gap in gaps) < 0.01
+
+
+def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_told() -> None:
+    hidden = 25
+    seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))
+    flight = Flight(seen, plan_of(TRUTH.stalls), **NOISE)
+    flight.fly()
+    found = of_plan(flight.fly(PASS[::-1]))
+    assert len(found) == len(TRUTH.stalls)
+    assert found[hidden].state is StallState.FREE
+    assert found[hidden].score < 0.3
+    assert found[hidden].existence == 1.0
+
+
+def test_what_is_found_beside_confirmed_stalls_is_proposed_and_not_counted() -> None:
+    known = np.delete(TRUTH.stalls, [10, 48], 0)
+    flight = Flight(TRUTH, plan_of(known), **NOISE)
+    flight.fly()
+    shown = flight.fly(PASS[::-1])
+    assert shown.counts.total == len(known)
+    beside = [stall for stall in shown.stalls.values() if not stall.known]
+    assert len(beside) == 2
+    assert {stall.state for stall in beside} == {StallState.SUGGESTED}
+
+
+def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
+    known = np.vstack([TRUTH.stalls, TRUTH.stalls[5:6] + np.array([-7.5, 0, 0, 0, 0])])
+    flight = Flight(TRUTH, plan_of(known, confirmed=False), **NOISE)
+    flight.fly()
+    shown = flight.fly(PASS[::-1])
+    assert shown.counts.total == len(TRUTH.stalls)
+    assert not of_plan(shown)
+
+
+def test_a_confirmed_row_does_not_make_proposals_of_an_unconfirmed_one() -> None:
+    flags = [k < 20 for k in range(len(TRUTH.stalls))]
+    flight = Flight(TRUTH, plan_of(TRUTH.stalls, flags), **NOISE)
+    flight.fly()
+    shown = flight.fly(PASS[::-1])
+    assert sorted(of_plan(shown)) == list(range(20))
+    assert shown.counts.total == len(TRUTH.stalls)
+    assert shown.counts.suggested == 0
+
+
+def test_the_plan_of_another_lot_is_not_put_onto_the_map() -> None:
+    other = rows_lot(turn=0.3, columns=14)
+    stalls = other.stalls + np.array([0.0, 3.9, 0.0, 0.0, 0.0])
+    stalls[:, 3] = 3.4
+    stalls[:, 1] *= 3.4 / 2.6
+    shown = Flight(TRUTH, plan_of(stalls), **NOISE).fly()
+    assert not of_plan(shown)
+    assert shown.counts.suggested == 0
+
+
+def test_a_plan_that_a_person_changes_in_flight_replaces_the_one_before() -> None:
+    flight = Flight(TRUTH, plan_of(TRUTH.stalls[:-1]), **NOISE)
+    flight.fly()
+    assert len(of_plan(flight.fly(PASS[::-1]))) == len(TRUTH.stalls) - 1
+    flight.known = plan_of(TRUTH.stalls)
+    flight.fly()
+    shown = flight.fly(PASS[::-1])
+    assert sorted(of_plan(shown)) == list(range(len(TRUTH.stalls)))
+    assert shown.counts.suggested == 0
