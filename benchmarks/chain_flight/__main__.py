@@ -4,6 +4,7 @@
     python -m benchmarks.chain_flight --lots DIR --drift 0 --only "surrey*"
     python -m benchmarks.chain_flight --lots DIR --drift 0.5 --pairs 20
     python -m benchmarks.chain_flight --seeds 1-3 --height 1.2
+    python -m benchmarks.chain_flight --lots DIR --plan
 
 Prints the scores of the fused map and of single frames against the truth, the share of the labelled stalls that the
 flight looked at, the distance flown beside that of the planner alone on the exploration's model of a map, and the
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     cv2.setNumThreads(1)
     errors = Errors(options.drift, options.height, math.radians(options.compass))
     try:
-        figures = measure_worlds(_worlds(options), errors, options.model, options.out)
+        figures = measure_worlds(_worlds(options), errors, options.model, options.out, is_known=options.plan)
     except BenchmarkError as error:
         print(error, file=sys.stderr)
         return 1
@@ -60,6 +61,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--pairs", type=int, default=0, metavar="N", help="N pairs of those places with a drive between"
+    )
+    parser.add_argument(
+        "--plan", action="store_true", help="the true stalls are the plan of a known lot, moved a little"
     )
     parser.add_argument("--only", default="*", metavar="PATTERN", help="those of such names (surrey*, 'pair 3,*')")
     parser.add_argument(

@@ -21,6 +21,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.seen import SeenGround
 from hawk.ddc.motion import Goal
+from hawk.model.known_lot import KnownLot
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters, PathPlan
@@ -85,9 +86,10 @@ def fly(
     errors: Errors | None = None,
     seed: int = 0,
     watch: Callable[[Glance], None] = lambda _: None,
+    known: KnownLot | None = None,
 ) -> Flown:
     """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` gets every frame that was projected
-    to the ground.
+    to the ground. ``known`` is the plan of the lot.
     """
     errors = errors or Errors()
     vision = vision or VisionApp(VisionSettings())
@@ -103,7 +105,8 @@ def fly(
         true, pose = drone.true, errors.reported(drone.believed)
         goal = goal_of(waiting, pose, goal)
         picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
-        output = manager.run(_frame(len(costs), drone, picture, camera_model, pose, lot.fence))
+        frame = _frame(len(costs), drone, picture, camera_model, pose, lot.fence)
+        output = manager.run(replace(frame, known=known))
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
         if vision.seen.ground is not None:

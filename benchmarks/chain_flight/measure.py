@@ -157,10 +157,26 @@ class SingleFrames:
 
 
 @dataclass(frozen=True, slots=True)
+class Given:
+    """A flight over a known lot: how many of its ``stalls`` came onto the map, ``named`` of those have a true state, of
+    which ``right`` agree; ``proposed`` are beside the plan, ``false`` of them count as false alarms. ``off_m``: the
+    stalls off their true places, 95th percentile, NaN without any.
+    """
+
+    stalls: int
+    judged: int
+    named: int
+    right: int
+    proposed: int
+    false: int
+    off_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Result:
     """One flight: the report of its map, scores fused and frame by frame, recall of stalls not hidden, and the distance
     (metres) of the planner over the same lot on the exploration's model of a map. ``once`` is the recall of single
-    frames with every stall counted once (`SingleFrames.recall_once`).
+    frames with every stall counted once (`SingleFrames.recall_once`). ``given``: of a flight over a known lot.
     """
 
     name: str
@@ -172,6 +188,7 @@ class Result:
     model_distance_m: float
     once: float | None = None
     looked_at: tuple[int, int] = (0, 0)
+    given: Given | None = None
 
     @property
     def looked_at_share(self) -> float | None:
@@ -252,6 +269,11 @@ def line(result: Result) -> str:
         f"{result.flown.distance_m:.0f} m (model {result.model_distance_m:.0f} m) {result.flown.seconds:.0f} s, "
         f"mapper p99 {np.percentile(result.flown.mapper_ms, 99):.1f} ms",
     ]
+    if (given := result.given) is not None:
+        parts.append(
+            f"known {given.judged}/{given.stalls}, state {given.right}/{given.named}, {given.proposed} proposed, "
+            f"{given.false} false, off {given.off_m:.2f} m"
+        )
     return f"{result.name}: " + ", ".join(parts)
 
 
