@@ -16,11 +16,13 @@ from typing import Any, Final
 from sqlalchemy import Connection, Table, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
-from hawk.lots.tables import CHANGE, LABEL, LAYOUT, METADATA, SURVEY
+from hawk.lots.plan.follow import read_again
+from hawk.lots.plan.versions import check_not_edited, newest_layout
+from hawk.lots.tables import CHANGE, LABEL, LAYOUT, METADATA, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
 
 LONGEST_NAME: Final = 80
-"""Characters of a lot's name."""
+"""Characters of a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +52,17 @@ class Done:
     lot: str
 
 
-def checked_name(name: object) -> str:
-    """Return a lot's name without space around it. Any text is one; nothing of it is read. Raises LotInputError."""
+def checked_name(name: object, field: str = "name") -> str:
+    """Return a name without space around it. Any text is one; nothing of it is read. Raises LotInputError."""
     if not isinstance(name, str):
-        raise LotInputError("name", "must be text")
+        raise LotInputError(field, "must be text")
     tidy = " ".join(name.split())
     if not tidy:
-        raise LotInputError("name", "is empty: write one or more letters")
+        raise LotInputError(field, "is empty: write one or more letters")
     if len(tidy) > LONGEST_NAME:
-        raise LotInputError("name", f"has {len(tidy)} characters: write {LONGEST_NAME} or fewer")
+        raise LotInputError(field, f"has {len(tidy)} characters: write {LONGEST_NAME} or fewer")
     if not tidy.isprintable():
-        raise LotInputError("name", "holds characters that cannot be shown: write it without")
+        raise LotInputError(field, "holds characters that cannot be shown: write it without")
     return tidy
 
 
@@ -79,6 +81,7 @@ def write(connection: Connection, change: Change, who: str, now: float) -> Done:
     """Write a change, and the rows as they were. Raises LotStoreError for rows that do not fit the others."""
     before = [row_of(connection, row.table, row.key) for row in change.rows]
     _put(connection, change.rows)
+    _read_again(connection, (*before, *change.rows))
     made = connection.execute(
         insert(CHANGE).values(kind=change.kind, who=who, made=now, before=_json(before), after=_json(change.rows))
     )
@@ -102,6 +105,10 @@ def undo(connection: Connection, seq: int, now: float) -> str:
         raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
     before = [row for row in _rows(found["before"]) if row.table != LABEL.name]
     ended = [row.key for row in before if row.table == LAYOUT.name and row.values is None]
+    for lot, version in ended:
+        check_not_edited(connection, lot)
+        if newest_layout(connection, lot) != version:
+            raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
     own = {row.key for row in before if row.table == SURVEY.name}
     later = (row for lot, version in ended for row in rows_where(connection, SURVEY, lot=lot, layout=version))
     if any(row.key not in own for row in later):
@@ -109,10 +116,18 @@ def undo(connection: Connection, seq: int, now: float) -> str:
     try:
         _put(connection, tuple(reversed(before)))
     except IntegrityError as error:
-        words = "surveys were stored since in the lot that it made; move them to another lot first"
+        words = "surveys or stalls were stored since in the lot that it made; move them to another lot first"
         raise LotStoreError(f"change: {seq} cannot be undone: {words}") from error
+    _read_again(connection, (*before, *after))
     connection.execute(update(CHANGE).where(CHANGE.c.seq == seq).values(undone=now))
     return str(found["kind"])
+
+
+def _read_again(connection: Connection, rows: Sequence[Row]) -> None:
+    """Let those who follow the plans of rows read them again."""
+    of_plans = [row.values for row in rows if row.table in (STALL.name, ZONE.name) and row.values is not None]
+    for lot in {str(values["lot"]) for values in of_plans}:
+        read_again(connection, lot)
 
 
 def row_of(connection: Connection, table: str, key: Sequence[Any]) -> Row:

@@ -85,12 +85,12 @@ def merged(kept: LotRows, other: LotRows, who: str, now: float) -> Change:
     why = f"merged with {_column(other.lot, 'name')}"
     rows = [_layout(kept.id, version, why, who, now)]
     if share >= SAME_SHARE:
-        rows += [changed(row, ends=other.version) for row in other.present()]
+        rows += [changed(row, ends=other.version) for row in (*other.present(), *_present_zones(other))]
         rows += [_unregistered(row, kept.id) for row in other.surveys]
     else:
         rows += _brought(kept, other, version)
+        rows += _zones_brought(kept, other, version)
         rows += [_carried(row, kept, other) for row in other.surveys]
-    rows += [changed(row, lot=kept.id) for row in other.zones]
     outline = outline_json(joined([kept.outline, other.outline]))
     rows += [changed(kept.lot, outline=outline), changed(other.lot, merged_into=kept.id)]
     return Change("merge", kept.id, tuple(rows))
@@ -108,6 +108,20 @@ def _brought(kept: LotRows, other: LotRows, version: int) -> list[Row]:
         place = {"north": _column(row, "north") + north, "east": _column(row, "east") + east}
         rows.append(changed(row, lot=kept.id, label=label, begins=version, ends=None, **place))
         rows.append(_label(kept.id, label, _column(row, "id")))
+    return rows
+
+
+def _present_zones(lot: LotRows) -> list[Row]:
+    return [row for row in lot.zones if _column(row, "ends") is None]
+
+
+def _zones_brought(kept: LotRows, other: LotRows, version: int) -> list[Row]:
+    """Return the other lot's areas without stalls in the frame of the kept one."""
+    north, east = _offset(kept, other)
+    rows = []
+    for row in _present_zones(other):
+        outline = [[a + north, b + east] for a, b in json.loads(_column(row, "outline"))]
+        rows.append(changed(row, lot=kept.id, begins=version, ends=None, outline=json.dumps(outline)))
     return rows
 
 
@@ -159,15 +173,20 @@ def split(lot: LotRows, part: Outline, name: str, made: str, who: str, now: floa
     assert lot.lot.values is not None  # noqa: S101 - it is there
     shown = {"id": made, "name": name, "outline": outline_json(part), "merged_into": None, "made": now}
     moved = [row for row, goes in zip(present, inside.tolist(), strict=True) if goes]
+    zones = [row for row in _present_zones(lot) if ground.contains(_middle(row))]
     rows = [
         Row("lot", (made,), {**lot.lot.values, **shown}),
         _layout(made, 1, f"split from {lot.lot.values['name']}", who, now),
         _layout(lot.id, lot.version + 1, f"{name} split off", who, now),
-        *(changed(row, lot=made, begins=1, ends=None) for row in moved),
+        *(changed(row, lot=made, begins=1, ends=None) for row in (*moved, *zones)),
         *(_label(made, str(_column(row, "label")), _column(row, "id")) for row in moved),
         changed(lot.lot, outline=outline_json(without(lot.outline, part))),
     ]
     return Change("split", lot.id, tuple(rows))
+
+
+def _middle(zone: Row) -> shapely.Point:
+    return shapely.Polygon(json.loads(_column(zone, "outline"))).representative_point()
 
 
 def moved(survey: Row, looks: Sequence[Row], lot: str) -> Change:

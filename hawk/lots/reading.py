@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
 from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, func, select
@@ -13,12 +12,14 @@ from sqlalchemy import Connection, RowMapping, func, select
 from hawk.lots import changes, operations
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.operations import LotRows
+from hawk.lots.plan import editing, follow
+from hawk.lots.plan import reading as plans
+from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.registering import (
     Doubt,
     Looked,
     datum_of,
     move_of,
-    newest_layout,
     newest_registered,
     placed_by,
     present_stalls,
@@ -26,7 +27,7 @@ from hawk.lots.registering import (
 )
 from hawk.lots.saving import new_id, registered_place, used_labels
 from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
-from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of
+from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of, utc
 
 _Shown = Mapping[str, Any] | RowMapping
 
@@ -50,7 +51,9 @@ def lots(connection: Connection) -> dict[str, Any]:
 def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     """Return a lot with its outline, its surveys in their order, and its stalls with the last look at each.
 
-    ``newest_registered`` says how that survey differs from the layout. Nothing follows from it without a person.
+    ``zones``: areas without stalls; ``layouts``: the versions of the layout; ``edit``: who edits the plan, whose
+    ``revision`` rises with every change. ``newest_registered`` says how that survey differs from the layout. Nothing
+    follows from it without a person.
 
     Raises NotFoundError.
     """
@@ -67,9 +70,14 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
         "surveys": [_survey(each) for each in surveys],
         "stalls": [
             {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
-            | {"width": stall.width, "length": stall.length, **looks.get(key, unseen)}
+            | {"width": stall.width, "length": stall.length, "kind": stall.kind, "is_confirmed": stall.is_confirmed}
+            | looks.get(key, unseen)
             for stall, key in present_stalls(connection, lot_id).items()
         ],
+        "zones": plans.zones_json(connection, lot_id),
+        "layouts": plans.layouts_json(connection, lot_id),
+        "edit": plans.edit_json(connection, lot_id),
+        "revision": follow.revision_of(connection, lot_id),
         "newest_registered": newest_registered(connection, lot_id),
     }
 
@@ -119,6 +127,24 @@ def choose(connection: Connection, survey_id: str, asked: Mapping[str, Any], who
     outcome = placed_by(connection, lot_id, looked, move_of(doubt.places[number]))
     chosen = changes.changed(survey, doubt=replace(doubt, chosen=number).json())
     return changes.write(connection, Change("place", lot_id, _at(connection, chosen, looked, outcome)), who, now)
+
+
+def plan(connection: Connection, lot_id: str, since: int | None = None, layout: int | None = None) -> dict[str, Any]:
+    """Return the plan of a lot: all, those stalls that changed since a revision, or that of a layout.
+
+    Raises NotFoundError.
+    """
+    _there(connection, lot_id)
+    return plans.plan(connection, lot_id, since) if layout is None else plans.plan_of(connection, lot_id, layout)
+
+
+def undo(connection: Connection, seq: int, now: float) -> str:
+    """Undo a change; return its kind. Raises NotFoundError, and LotStoreError when something followed it."""
+    kind = connection.execute(select(CHANGE.c.kind).where(CHANGE.c.seq == seq)).scalar()
+    if kind != editing.KIND:
+        return changes.undo(connection, seq, now)
+    editing.undo_edit(connection, seq, now)
+    return editing.KIND
 
 
 def _at(connection: Connection, survey: Row, looked: Looked, outcome: Registration | Doubtful) -> tuple[Row, ...]:
@@ -175,6 +201,7 @@ def _there(connection: Connection, lot_id: str, field: str = "lot") -> Row:
 
 def _whole(connection: Connection, lot_id: str, field: str = "lot") -> LotRows:
     found = _there(connection, lot_id, field)
+    check_not_edited(connection, lot_id)
     read: Callable[..., list[Row]] = changes.rows_where
     return LotRows(
         lot=found,
@@ -207,7 +234,7 @@ def _survey(row: _Shown) -> dict[str, Any]:
     is_placed = row["north"] is not None
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
-    return {**shown, "began": _utc(row["began"]), "ended": _utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+    return {**shown, "began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
 
 
 def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]]:
@@ -218,7 +245,7 @@ def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]
     is_latest = (OBSERVATION.c.stall == latest.c.stall) & (OBSERVATION.c.survey == latest.c.newest)
     rows = connection.execute(select(OBSERVATION).join(latest, is_latest)).mappings()
     return {
-        row["stall"]: {"state": row["state"], "taken_probability": row["taken"], "looked": _utc(row["looked"])}
+        row["stall"]: {"state": row["state"], "taken_probability": row["taken"], "looked": utc(row["looked"])}
         for row in rows
     }
 
@@ -226,11 +253,7 @@ def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]
 def _changes(connection: Connection) -> list[dict[str, Any]]:
     newest = select(CHANGE).order_by(CHANGE.c.seq.desc()).limit(CHANGES_SHOWN)
     return [
-        {"seq": row["seq"], "kind": row["kind"], "who": row["who"], "made": _utc(row["made"])}
-        | {"undone": None if row["undone"] is None else _utc(row["undone"])}
+        {"seq": row["seq"], "kind": row["kind"], "who": row["who"], "made": utc(row["made"])}
+        | {"undone": None if row["undone"] is None else utc(row["undone"])}
         for row in connection.execute(newest).mappings()
     ]
-
-
-def _utc(seconds: float) -> str:
-    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")

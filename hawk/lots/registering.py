@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Final, Self, TypeVar
 
 import numpy as np
-from shapely import contains_xy, union_all
+from shapely import Polygon, contains_xy, union_all
 from shapely.geometry.base import BaseGeometry
-from sqlalchemy import Connection, RowMapping, func, select
+from sqlalchemy import Connection, RowMapping, select
 
 from hawk.lots.frames import Move, frame_of, same_stalls
 from hawk.lots.place import ground_about
-from hawk.lots.tables import LAYOUT, LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.plan.versions import newest_layout
+from hawk.lots.tables import LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.values import (
     Doubtful,
     FinishedSurvey,
@@ -132,17 +133,12 @@ def placed_by(connection: Connection, lot: str, looked: Looked, move: Move) -> R
     return Registration(move.north, move.east, move.turn, same)
 
 
-def newest_layout(connection: Connection, lot: str) -> int:
-    """Return the newest version of a lot's layout; 0 without one."""
-    return int(connection.execute(select(func.max(LAYOUT.c.version)).where(LAYOUT.c.lot == lot)).scalar() or 0)
-
-
 def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:
     """Return the stalls of a lot's newest layout, each with its key."""
     version = newest_layout(connection, lot)
     is_in = (STALL.c.begins <= version) & (STALL.c.ends.is_(None) | (STALL.c.ends > version))
     rows = connection.execute(select(STALL).where(STALL.c.lot == lot, is_in).order_by(STALL.c.key)).mappings()
-    names = ("id", "label", "north", "east", "angle", "width", "length")
+    names = tuple(each.name for each in fields(StoredStall))
     return {StoredStall(**{name: row[name] for name in names}): int(row["key"]) for row in rows}
 
 
@@ -192,8 +188,8 @@ def other_ground(connection: Connection, lot: str) -> BaseGeometry:
 def newest_registered(connection: Connection, lot: str) -> dict[str, Any] | None:
     """Return how the newest registered survey differs from the layout, as JSON values; None without one.
 
-    ``found``: its stalls that the layout lacks, in the lot's frame; ``missed``: stalls of the layout on ground that it
-    saw, which it did not find.
+    ``found``: its stalls that the layout lacks, in the lot's frame, without those in areas without stalls; ``missed``:
+    stalls of the layout on ground that it saw, which it did not find.
     """
     is_asked = (SURVEY.c.lot == lot) & (SURVEY.c.placed == Placed.REGISTERED.value)
     newest = select(SURVEY).where(is_asked).order_by(SURVEY.c.seq.desc()).limit(1)
@@ -205,16 +201,24 @@ def newest_registered(connection: Connection, lot: str) -> dict[str, Any] | None
     looks = select(OBSERVATION.c.stall).where(OBSERVATION.c.survey == row["seq"])
     seen_again = set(connection.execute(looks).scalars())
     well_seen = looked.ground(move).buffer(-EDGE_M)
-    missed = _within(well_seen, [stall for stall, key in present.items() if key not in seen_again])
     placed = move.stalls(looked.stalls)
     same = same_stalls(tuple(present), placed)
+    known = {*same.values()}
+    missed = [stall for stall, key in present.items() if key not in seen_again and stall.id not in known]
     new = [stall for stall in placed if stall.id not in same]
-    beside = {stall.id for stall in _within(other_ground(connection, lot), new)}
+    not_here = union_all([other_ground(connection, lot), *(Polygon(zone) for zone in no_stalls(connection, lot))])
+    beside = {stall.id for stall in _within(not_here, new)}
     return {
         "survey": row["id"],
         "found": [_shown(stall) for stall in new if stall.id not in beside],
-        "missed": [{"id": stall.id, "label": stall.label} for stall in missed],
+        "missed": [{"id": stall.id, "label": stall.label} for stall in _within(well_seen, missed)],
     }
+
+
+def no_stalls(connection: Connection, lot: str) -> list[list[tuple[float, float]]]:
+    """Return the areas of a lot's plan without stalls: rings of (north, east), metres in its frame."""
+    is_asked = (ZONE.c.lot == lot) & (ZONE.c.kind == NO_STALLS) & ZONE.c.ends.is_(None)
+    return [json.loads(text) for text in connection.execute(select(ZONE.c.outline).where(is_asked)).scalars()]
 
 
 _Stall = TypeVar("_Stall", StoredStall, SurveyStall)

@@ -16,7 +16,9 @@ from sqlalchemy import Connection, RowMapping, delete, func, insert, select, upd
 from hawk.lots.frames import Move
 from hawk.lots.labels import lasting_labels
 from hawk.lots.place import Answer, LotPlace, which_lot
-from hawk.lots.registering import Doubt, Looked, newest_layout, placed_by, present_stalls, registered
+from hawk.lots.plan.follow import read_again
+from hawk.lots.plan.versions import newest_layout
+from hawk.lots.registering import Doubt, Looked, placed_by, present_stalls, registered
 from hawk.lots.tables import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.values import (
     Doubtful,
@@ -161,6 +163,7 @@ def extend_layout(connection: Connection, lot: str, seq: int, survey: FinishedSu
     if version == 1:
         connection.execute(update(LOT).where(LOT.c.id == lot).values(outline=outline_json(survey.outline)))
         _follow(connection, lot, seq, survey.stalls, known)
+        read_again(connection, lot)
     mine = select(STALL.c.first_id, STALL.c.key).where(STALL.c.lot == lot, STALL.c.first_survey == seq)
     keys = {row.first_id: row.key for row in connection.execute(mine)}
     observe(connection, seq, keys, survey.stalls)

@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 3
+VERSION: Final = 4
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -98,10 +98,25 @@ STALL: Final = Table(
     Column("ends", Integer),
     Column("first_survey", ForeignKey("survey.seq")),
     Column("first_id", Integer),
+    Index("ix_stall_place", "lot", "north"),
     sqlite_autoincrement=True,
 )
 """``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and
-``first_id``: the survey that found it, and its number there."""
+``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`."""
+FORMER: Final = Table(
+    "former",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("stall", ForeignKey("stall.key"), primary_key=True),
+    Column("ends", Integer, primary_key=True, autoincrement=False),
+    Column("label", Text, nullable=False),
+    *(Column(name, Float, nullable=False) for name in ("north", "east", "angle", "width", "length")),
+    Column("kind", Text, nullable=False),
+    Column("is_confirmed", Boolean, nullable=False),
+    Index("ix_former_stall", "stall"),
+    sqlite_with_rowid=False,
+)
+"""Stalls as they were in the layout versions before ``ends``, back to the row of the next smaller ``ends``."""
 LABEL: Final = Table(
     "label",
     METADATA,
@@ -121,6 +136,9 @@ ZONE: Final = Table(
     Column("begins", Integer, nullable=False),
     Column("ends", Integer),
 )
+"""``outline``: JSON, a ring of [north, east], metres in the lot's frame, not closed. ``kind``: `NO_STALLS`."""
+NO_STALLS: Final = "no_stalls"
+"""Kind of a zone that has no stall."""
 OBSERVATION: Final = Table(
     "observation",
     METADATA,
@@ -157,3 +175,39 @@ CHANGE: Final = Table(
     sqlite_autoincrement=True,
 )
 """Changes by persons: the rows as they were and as they are since (`hawk.lots.changes`)."""
+PLAN: Final = Table(
+    "plan",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("revision", Integer, nullable=False),
+    Column("whole", Integer, nullable=False),
+)
+"""``revision`` rises with every change of a lot's stalls and zones. ``whole``: the last one that no step of an edit
+made; who knows an earlier one reads the plan again. Rows are never removed: revisions never fall."""
+EDIT: Final = Table(
+    "edit",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", String(36), nullable=False),
+    Column("version", Integer, nullable=False),
+    Column("who", Text, nullable=False),
+    Column("began", Float, nullable=False),
+    Column("touched", Float, nullable=False),
+    Column("closed", Float),
+)
+"""Edits of plans by persons. ``version``: of the layout that it makes."""
+Index("ix_edit_open", EDIT.c.lot, unique=True, sqlite_where=EDIT.c.closed.is_(None))
+STEP: Final = Table(
+    "step",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("edit", ForeignKey("edit.id"), nullable=False, index=True),
+    Column("kind", Text, nullable=False),
+    Column("made", Float, nullable=False),
+    Column("revision", Integer, nullable=False),
+    Column("state", String(8), nullable=False),
+    Column("body", Text, nullable=False),
+    sqlite_autoincrement=True,
+)
+"""Operations of edits. ``state``: `hawk.lots.plan.steps.State`. ``revision``: of the plan when it was last done,
+undone or done again. ``body``: `hawk.lots.plan.steps.Group`s as JSON."""

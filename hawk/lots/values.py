@@ -7,6 +7,7 @@ import math
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
@@ -33,6 +34,20 @@ class LotInputError(LotStoreError):
 
 class NotFoundError(LotStoreError):
     """There is no such lot, survey or change."""
+
+
+class BeingEditedError(LotStoreError):
+    """A person edits the plan of a lot: ``who``, since ``since`` (UTC, Unix seconds)."""
+
+    def __init__(self, who: str, since: float, reason: str) -> None:
+        super().__init__(f"edit: {reason}")
+        self.who = who
+        self.since = since
+
+
+def utc(seconds: float) -> str:
+    """Return a time, Unix seconds, as ISO 8601 text in UTC."""
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 class Placed(StrEnum):
@@ -139,7 +154,7 @@ class FinishedSurvey:
 class StoredStall:
     """A stall of a lot's layout; ``id`` (UUID) and ``label`` are never another stall's.
 
-    ``north``, ``east``: centre in the lot's frame, metres; ``angle`` as in `Stall`.
+    ``north``, ``east``: centre in the lot's frame, metres; ``angle`` as in `Stall`; ``kind`` of `hawk.lots.plan.kinds`.
     """
 
     id: str
@@ -149,6 +164,8 @@ class StoredStall:
     angle: float
     width: float
     length: float
+    kind: str = ""
+    is_confirmed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,7 @@ class Lots:
 
     async def everything(self) -> str:
         listed = await self.get()
-        shown = [await self.get(f"/api/lots/{lot['id']}.json") for lot in listed["lots"]]
+        shown = [await self.get(f"/api/lots/{lot['id']}.json") | {"revision": None} for lot in listed["lots"]]
         return json.dumps([listed["lots"], listed["undecided"], shown])
 
 

@@ -1,0 +1,300 @@
+"""Operations on a plan as the API takes them, one model each; ``do`` names it.
+
+Places are [north, east], metres in the lot's frame; angles are radians, clockwise from north.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+
+from hawk.lots.plan.kinds import Kind
+from hawk.lots.values import LotInputError
+
+FARTHEST_M: Final = 20_000.0
+"""Places farther from the lot's datum are none of the lot."""
+WIDTHS_M: Final = (0.5, 10.0)
+LENGTHS_M: Final = (0.5, 25.0)
+MOST_STALLS: Final = 1000
+"""Stalls that one operation names, and that one row has."""
+MOST_CORNERS: Final = 100
+LONGEST_LABEL: Final = 20
+"""Characters of an owner's label."""
+STEEPEST: Final = math.radians(65)
+"""Lean of the stalls of an angled row: at 65° they stand at 25° to the aisle."""
+
+
+def _tidy(label: str) -> str:
+    found = " ".join(label.split())
+    if not found or not found.isprintable():
+        raise ValueError("is empty or holds characters that cannot be shown: write letters and digits")
+    return found
+
+
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=-FARTHEST_M, le=FARTHEST_M)]
+Radians = Annotated[float, Field(allow_inf_nan=False, ge=-2 * math.pi, le=2 * math.pi)]
+Width = Annotated[float, Field(allow_inf_nan=False, ge=WIDTHS_M[0], le=WIDTHS_M[1])]
+Length = Annotated[float, Field(allow_inf_nan=False, ge=LENGTHS_M[0], le=LENGTHS_M[1])]
+Place = Annotated[tuple[Metres, Metres], Field(strict=False)]
+Id = Annotated[str, Field(min_length=1, max_length=36)]
+Label = Annotated[str, Field(max_length=LONGEST_LABEL), AfterValidator(_tidy)]
+Letter = Annotated[str, Field(pattern=r"^[A-Z]{1,3}$")]
+
+
+class Asked(BaseModel):
+    """An operation."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, regex_engine="python-re")
+
+
+class AddStall(Asked):
+    """Adds a stall by its middle. Without a ``label`` it gets the next one of the row that it joins."""
+
+    do: Literal["add_stall"]
+    north: Metres
+    east: Metres
+    angle: Radians
+    width: Width
+    length: Length
+    kind: Kind = ""
+    label: Label | None = None
+
+    @model_validator(mode="after")
+    def _is_long(self) -> Self:
+        if self.width > self.length:
+            raise _problem("width", "is more than the length: exchange both, and turn the angle by 90°")
+        return self
+
+
+class AddRow(Asked):
+    """Adds a row: its ``front`` from end to end, and a place on its far side.
+
+    The count is ``count``, else the one whose pitch is nearest to ``pitch``, else to the lot's own. ``lean``: radians
+    by which the stalls lean towards the second end of the front. ``parallel``: cars stand along the front. ``double``:
+    two rows back to back; the far side is the front of the second one.
+    """
+
+    do: Literal["add_row"]
+    front: Annotated[tuple[Place, Place], Field(strict=False)]
+    far: Place
+    count: Annotated[int, Field(ge=1, le=MOST_STALLS)] | None = None
+    pitch: Annotated[float, Field(allow_inf_nan=False, ge=WIDTHS_M[0], le=LENGTHS_M[1])] | None = None
+    lean: Annotated[float, Field(allow_inf_nan=False, ge=-STEEPEST, le=STEEPEST)] = 0.0
+    parallel: bool = False
+    double: bool = False
+    kind: Kind = ""
+
+    @model_validator(mode="after")
+    def _is_one_row(self) -> Self:
+        if self.count is not None and self.pitch is not None:
+            raise _problem("pitch", "follows from the count: leave one of both out")
+        if self.parallel and self.lean:
+            raise _problem("lean", "is none of a parallel row: leave it out")
+        return self
+
+
+class Selecting(Asked):
+    """An operation on stalls: those with the ids ``stalls``, those of the ``row`` with a letter, or ``all``."""
+
+    stalls: Annotated[list[Id], Field(min_length=1, max_length=MOST_STALLS)] | None = None
+    row: Letter | None = None
+    every: Annotated[bool, Field(alias="all")] = False
+
+    @model_validator(mode="after")
+    def _is_one_selection(self) -> Self:
+        if (self.stalls is not None) + (self.row is not None) + self.every != 1:
+            raise _problem("stalls", 'names no stalls, or twice: write ids, "row" with a letter, or "all": true')
+        if self.stalls is not None and len(set(self.stalls)) < len(self.stalls):
+            raise _problem("stalls", "names a stall twice: name each once")
+        return self
+
+
+class Remove(Selecting):
+    """Removes stalls."""
+
+    do: Literal["remove"]
+
+
+class Move(Selecting):
+    """Moves stalls."""
+
+    do: Literal["move"]
+    north: Metres
+    east: Metres
+
+
+class Turn(Selecting):
+    """Turns stalls ``by`` an angle, about the ``middle`` of all, or ``each`` about its own."""
+
+    do: Literal["turn"]
+    by: Radians
+    about: Literal["middle", "each"] = "middle"
+
+
+class Widen(Selecting):
+    """Gives stalls another width or length, or both, about their middles."""
+
+    do: Literal["widen"]
+    width: Width | None = None
+    length: Length | None = None
+
+    @model_validator(mode="after")
+    def _is_size(self) -> Self:
+        if self.width is None and self.length is None:
+            raise _problem("width", "is missing: write a width, a length, or both")
+        return self
+
+
+class SetKind(Selecting):
+    """Sets the kind of stalls."""
+
+    do: Literal["set_kind"]
+    kind: Kind
+
+
+class Confirm(Selecting):
+    """Confirms stalls: they are where the plan has them."""
+
+    do: Literal["confirm"]
+
+
+class Renumber(Selecting):
+    """Gives stalls other labels, in the order of ``stalls``, else in that of their numbers.
+
+    They are ``letter`` with numbers from ``first`` on, or the owner's own ``labels``.
+    """
+
+    do: Literal["renumber"]
+    letter: Letter | None = None
+    first: Annotated[int, Field(ge=0, le=99_999)] = 1
+    labels: Annotated[list[Label], Field(min_length=1, max_length=MOST_STALLS)] | None = None
+
+    @model_validator(mode="after")
+    def _is_one_numbering(self) -> Self:
+        if (self.letter is None) == (self.labels is None):
+            raise _problem("letter", "and labels are both there or both missing: write one of them")
+        if self.labels is not None and len(set(self.labels)) < len(self.labels):
+            raise _problem("labels", "holds a label twice: write each once")
+        if self.every:
+            raise _problem("all", "has no order: name the stalls, or a row")
+        return self
+
+
+class Split(Asked):
+    """Splits a stall into ``parts`` beside each other. The first one keeps its id and label."""
+
+    do: Literal["split"]
+    stall: Id
+    parts: Annotated[int, Field(ge=2, le=20)]
+
+
+class Forbid(Asked):
+    """Makes an area without stalls; those whose middle is in it are removed."""
+
+    do: Literal["forbid"]
+    outline: Annotated[list[Place], Field(min_length=3, max_length=MOST_CORNERS)]
+    name: Annotated[str, Field(max_length=80)] = ""
+
+
+class Allow(Asked):
+    """Removes an area without stalls."""
+
+    do: Literal["allow"]
+    zone: Id
+
+
+Operation = (
+    AddStall
+    | AddRow
+    | Remove
+    | Move
+    | Turn
+    | Widen
+    | SetKind
+    | Confirm
+    | Renumber
+    | Split
+    | Forbid
+    | Allow
+)  # fmt: skip
+_OPERATIONS: Final[TypeAdapter[Operation]] = TypeAdapter(Annotated[Operation, Field(discriminator="do")])
+NAMES: Final = tuple(
+    each.model_fields["do"].annotation.__args__[0]  # type: ignore[union-attr]
+    for each in (AddStall, AddRow, Remove, Move, Turn, Widen, SetKind, Confirm, Renumber, Split, Forbid, Allow)
+)
+"""Names of all operations."""
+
+
+def operation_of(given: object) -> Operation:
+    """Return the operation of a JSON value. Raises LotInputError with the field and the remedy."""
+    if not isinstance(given, dict):
+        raise LotInputError("operation", f"must be an object with do: {', '.join(NAMES)}")
+    try:
+        return _OPERATIONS.validate_python(given)
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        raise _explained(problem) from None
+
+
+class _FieldError(ValueError):
+    """A problem of one field that a model finds as a whole."""
+
+    def __init__(self, field: str, reason: str) -> None:
+        super().__init__(reason)
+        self.field = field
+
+
+def _problem(field: str, reason: str) -> ValueError:
+    return _FieldError(field, reason)
+
+
+_REASONS: Final = {
+    "missing": "is missing: write it",
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "bool_type": "must be true or false",
+    "string_type": "must be text",
+    "list_type": "must be a list",
+    "tuple_type": "must be a list of two",
+    "string_pattern_mismatch": "must be one to three capital letters, such as B",
+}
+"""Pydantic's name of an error -> words behind the field's name."""
+_LIMITS: Final = {
+    "greater_than_equal": ("ge", "must be {} or more"),
+    "less_than_equal": ("le", "must be {} or less"),
+    "too_short": ("min_length", "has too few: write {} or more"),
+    "too_long": ("max_length", "has too many: write {} or fewer"),
+    "string_too_short": ("min_length", "is too short: write {} or more characters"),
+    "string_too_long": ("max_length", "is too long: write {} or fewer characters"),
+    "literal_error": ("expected", "must be {}"),
+}
+"""The same for errors with a limit: its name in pydantic's context, and the words about it."""
+
+
+def _explained(problem: Any) -> LotInputError:
+    kind, context = problem["type"], problem.get("ctx", {})
+    location = [*problem["loc"]]
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        return LotInputError("do", f"must be one of {', '.join(NAMES)}")
+    field = _path(location[1:])
+    found = context.get("error")
+    if isinstance(found, _FieldError):
+        return LotInputError(found.field, str(found))
+    if kind == "value_error":
+        return LotInputError(field, str(found))
+    if kind == "extra_forbidden":
+        return LotInputError(field[:LONGEST_LABEL], f"is no field of {location[0]}: leave it out")
+    if kind in _LIMITS:
+        name, words = _LIMITS[kind]
+        limit = context[name]
+        return LotInputError(field, words.format(f"{limit:.6g}" if isinstance(limit, float) else limit))
+    return LotInputError(field, _REASONS.get(kind, problem["msg"]))
+
+
+def _path(location: Iterable[object]) -> str:
+    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    return path.removeprefix(".") or "operation"

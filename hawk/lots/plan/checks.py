@@ -1,0 +1,108 @@
+"""Checks of a draft against the plan: overlaps, areas without stalls, labels that were another stall's.
+
+Each refusal names the field and the remedy; nothing is written then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from hawk.lots.labels import lasting_labels, parts_of
+from hawk.lots.plan import geometry
+from hawk.lots.plan.asked import FARTHEST_M
+from hawk.lots.plan.values import NEW, Draft, PlanStall, Zone, shapes_of
+from hawk.lots.values import LotInputError
+from hawk.model.lot_map import Stall, StallState
+from hawk.results.row_labels import letters
+
+MOST_OVERLAP: Final = 0.10
+"""Share of the smaller of two stalls that may be the other one's: lines have a width, and vision errs by some of it."""
+_WORSE: Final = 1e-3
+"""A larger share of two stalls that overlapped before is a new overlap."""
+
+
+def check_places(draft: Draft, around: Sequence[PlanStall], zones: Sequence[Zone]) -> None:
+    """Refuse stalls that overlap others, stand where none may be, or are far off. Raises LotInputError.
+
+    ``around``: the stalls of the plan near the draft's, without those that it changes or ends.
+    """
+    placed = draft.placed
+    shapes = shapes_of(placed)
+    far = np.flatnonzero(np.abs(shapes[:, :2]).max(axis=1, initial=0.0) > FARTHEST_M)
+    if len(far):
+        raise LotInputError(draft.field, f"{_name(placed[far[0]])} would be 20 km off: write metres in the lot's frame")
+    _check_overlaps(draft, placed, around)
+    for zone in (*zones, *draft.forbidden):
+        inside = geometry.within(zone.outline, shapes[:, :2])
+        if any(inside):
+            area = f'"{zone.name}"' if zone.name else "an area"
+            name = _name(placed[inside.index(True)])
+            raise LotInputError(draft.field, f"{name} would stand in {area} without stalls: allow stalls there first")
+
+
+def _check_overlaps(draft: Draft, placed: Sequence[PlanStall], around: Sequence[PlanStall]) -> None:
+    former = {new.id: old for old, new in draft.changed}
+    everything = (*placed, *around)
+    for first, second, share in geometry.overlaps(shapes_of(placed), shapes_of(around), MOST_OVERLAP):
+        one, other = everything[first], everything[second]
+        before = _share(former.get(one.id, one), former.get(other.id, other))
+        if share > before + _WORSE:
+            words = f"{_name(one)} would overlap {_name(other)} by {share:.0%}: 10% is the most. Move or remove one"
+            raise LotInputError(draft.field, words)
+
+
+def _share(one: PlanStall, other: PlanStall) -> float:
+    """Return by how much two stalls of the plan overlap; 0 where one is new."""
+    if NEW in (one.key, other.key):
+        return 0.0
+    found = geometry.overlaps(shapes_of([one]), shapes_of([other]), 0.0)
+    return found[0][2] if found else 0.0
+
+
+def _name(stall: PlanStall) -> str:
+    return stall.label or "the new stall"
+
+
+def check_labels(draft: Draft, owners: Mapping[str, str], highest: Mapping[str, int]) -> None:
+    """Refuse labels that were another stall's. Raises LotInputError.
+
+    Args:
+        draft: The draft.
+        owners: Label -> id of the stall whose it was, of the labels that the draft gives.
+        highest: The highest number that was given in each row, by letter.
+    """
+    given = [stall for stall in draft.added if stall.label]
+    given += [new for old, new in draft.changed if old.label != new.label]
+    for stall in given:
+        owner = owners.get(stall.label, stall.id)
+        if owner != stall.id:
+            letter = next(each for each in letters() if each not in highest)
+            words = f"{stall.label} was another stall's, no label is used again: take a new letter, as {letter}"
+            raise LotInputError("label" if stall.key == NEW else draft.field, words)
+
+
+def labelled(added: Sequence[PlanStall], around: Sequence[PlanStall], highest: Mapping[str, int]) -> list[PlanStall]:
+    """Return new stalls with labels: the next ones of the row that they join, else those of a new row.
+
+    ``around``: the stalls near them, with their labels; a row that has none there is not joined.
+    """
+    if all(stall.label for stall in added):
+        return list(added)
+    near = {number: _on_map(number, stall) for number, stall in enumerate((*added, *around))}
+    kept = {number: stall.label for number, stall in enumerate((*added, *around)) if stall.label}
+    labels = lasting_labels(near, kept, {f"{letter} {number}" for letter, number in highest.items()})
+    return [replace(stall, label=labels[number]) for number, stall in enumerate(added)]
+
+
+def _on_map(number: int, stall: PlanStall) -> Stall:
+    seen = {"taken": 0.0, "state": StallState.UNKNOWN, "score": 1.0, "seen": 1, "last_seen": 0.0, "version": 0}
+    return Stall(number, *stall.shape, **seen)  # type: ignore[arg-type]
+
+
+def highest_numbers(rows: Sequence[tuple[str, int]]) -> dict[str, int]:
+    """Return the highest number by row letter, of pairs that may be parts of an owner's own labels."""
+    return {letter: number for letter, number in rows if parts_of(f"{letter} {number}") is not None}

@@ -1,0 +1,243 @@
+"""Edits of plans: one person at a time corrects a plan; an edit is one version of the layout until it is closed.
+
+Operations count at once: a survey that lands meanwhile is placed on the stalls as the person has them, and says the
+version. An edit is in the store, so that it outlives the program. Undo and redo go through all steps of the open edit.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, Final
+
+from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
+
+from hawk.lots.changes import checked_name
+from hawk.lots.plan import checks, drafting, follow, reading, steps
+from hawk.lots.plan.asked import operation_of
+from hawk.lots.plan.steps import Group, State
+from hawk.lots.plan.values import Draft
+from hawk.lots.plan.versions import Edit, check_not_edited, edit_of, newest_layout
+from hawk.lots.saving import new_id
+from hawk.lots.tables import CHANGE, EDIT, FORMER, LAYOUT, LOT, STALL, STEP, SURVEY
+from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, utc
+
+IDLE_S: Final = 15 * 60.0
+"""Seconds without an operation after which another person takes an edit over without being asked."""
+CORRECTED: Final = "corrected by hand"
+KIND: Final = "plan"
+"""Kind of the change that an edit is."""
+
+
+def open_edit(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Open an edit for the person ``who``, or go on with theirs; return it as JSON values.
+
+    Another person's edit is closed as it is and a new one opened where that one was idle for `IDLE_S`, or where
+    ``take_over`` is true. Raises LotInputError, NotFoundError and BeingEditedError.
+    """
+    _check_lot(connection, lot)
+    _check_keys(asked, ("who", "take_over"))
+    who = checked_name(asked.get("who"), "who")
+    if not isinstance(asked.get("take_over", False), bool):
+        raise LotInputError("take_over", "must be true or false")
+    edit = edit_of(connection, lot)
+    if edit is not None and edit.who == who:
+        connection.execute(update(EDIT).where(EDIT.c.id == edit.id).values(touched=now))
+        return _edit_json(connection, edit)
+    if edit is not None:
+        if not asked.get("take_over") and now - edit.touched < IDLE_S:
+            words = f"{edit.who} edits this plan since {utc(edit.began)}: wait until it is closed, or take it over"
+            raise BeingEditedError(edit.who, edit.began, words)
+        _close(connection, edit, f"taken over by {who}", now)
+    made = Edit(new_id(), lot, newest_layout(connection, lot) + 1, who, now, now)
+    values = {"version": made.version, "who": who, "began": now, "touched": now}
+    connection.execute(insert(EDIT).values(id=made.id, lot=lot, **values))
+    return _edit_json(connection, made)
+
+
+def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Do the ``operation`` within the open ``edit``; return the stalls that changed, as JSON values.
+
+    Raises LotInputError, NotFoundError and LotStoreError; nothing is written then.
+    """
+    _check_keys(asked, ("edit", "operation"))
+    operation = operation_of(asked.get("operation"))
+    edit = _held(connection, lot, asked, now)
+    stalls = reading.selected(connection, lot, operation)
+    draft = drafting.drafted(operation, stalls, reading.context_of(connection, lot, operation))
+    draft = _checked(connection, lot, draft)
+    if newest_layout(connection, lot) < edit.version:
+        first = {"version": edit.version, "valid_from": now, "why": CORRECTED, "who": edit.who}
+        connection.execute(insert(LAYOUT).values(lot=lot, **first))
+    groups = steps.store(connection, lot, edit.version, draft)
+    revision = follow.next_revision(connection, lot)
+    was_undone = (STEP.c.edit == edit.id) & (STEP.c.state == State.UNDONE.value)
+    connection.execute(update(STEP).where(was_undone).values(state=State.DROPPED.value))
+    step = {"kind": operation.do, "made": now, "revision": revision, "state": State.DONE.value}
+    connection.execute(insert(STEP).values(edit=edit.id, body=steps.step_json(groups), **step))
+    return _done_json(connection, edit, revision, groups)
+
+
+def _checked(connection: Connection, lot: str, draft: Draft) -> Draft:
+    """Return a draft that fits the plan, with the labels of new stalls."""
+    changing = [stall.key for stall in draft.ended] + [old.key for old, _ in draft.changed]
+    near = reading.around(connection, lot, draft.placed, changing)
+    checks.check_places(draft, near, reading.zones_of(connection, lot) if draft.placed else ())
+    labels = [stall.label for stall in draft.added if stall.label] + [new.label for _, new in draft.changed]
+    needs_labels = bool(draft.added) or any(old.label != new.label for old, new in draft.changed)
+    if not needs_labels:
+        return draft
+    highest = reading.highest_of(connection, lot)
+    checks.check_labels(draft, reading.owners_of(connection, lot, labels), highest)
+    known = [*near, *(new for _, new in draft.changed)]
+    added = checks.labelled(draft.added, known, highest)
+    return Draft(draft.changed, draft.ended, tuple(added), draft.forbidden, draft.allowed, draft.field)
+
+
+def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Undo the newest step of the open ``edit``; return the stalls that changed. Raises as `do`."""
+    edit = _held(connection, lot, asked, now, ("edit",))
+    newest = select(STEP).where(STEP.c.edit == edit.id, STEP.c.state == State.DONE.value).order_by(STEP.c.seq.desc())
+    row = connection.execute(newest.limit(1)).mappings().first()
+    if row is None:
+        raise LotStoreError("edit: nothing of it is left to undo")
+    return _stepped(connection, edit, row, State.UNDONE)
+
+
+def redo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Do the step again that was undone last; return the stalls that changed. Raises as `do`."""
+    edit = _held(connection, lot, asked, now, ("edit",))
+    oldest = select(STEP).where(STEP.c.edit == edit.id, STEP.c.state == State.UNDONE.value).order_by(STEP.c.seq)
+    row = connection.execute(oldest.limit(1)).mappings().first()
+    if row is None:
+        raise LotStoreError("edit: nothing of it is left to do again")
+    return _stepped(connection, edit, row, State.DONE)
+
+
+def _stepped(connection: Connection, edit: Edit, row: RowMapping, state: State) -> dict[str, Any]:
+    groups = steps.step_of(row["body"])
+    if state is State.UNDONE:
+        groups = tuple(group.back() for group in reversed(groups))
+    steps.apply(connection, groups)
+    revision = follow.next_revision(connection, edit.lot)
+    connection.execute(update(STEP).where(STEP.c.seq == row["seq"]).values(state=state.value, revision=revision))
+    return _done_json(connection, edit, revision, groups) | {"operation": row["kind"]}
+
+
+def close(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Close the open ``edit``: its version of the layout is final, with the reason ``why``.
+
+    Returns the number of the change, which undoes the whole edit, and the version; both None when nothing is changed.
+    Raises as `do`.
+    """
+    edit = _held(connection, lot, asked, now, ("edit", "why"))
+    why = CORRECTED if asked.get("why") in (None, "") else checked_name(asked["why"], "why")
+    return {"lot": lot, "edit": edit.id, **_close(connection, edit, why, now)}
+
+
+def _close(connection: Connection, edit: Edit, why: str, now: float) -> dict[str, Any]:
+    connection.execute(update(EDIT).where(EDIT.c.id == edit.id).values(closed=now))
+    is_version = (LAYOUT.c.lot == edit.lot) & (LAYOUT.c.version == edit.version)
+    if not _count(connection, edit, State.DONE):
+        if not _surveys_with(connection, edit.lot, edit.version):
+            _drop_version(connection, edit.lot, edit.version)
+        return {"seq": None, "layout": None}
+    connection.execute(update(LAYOUT).where(is_version).values(why=why))
+    named = json.dumps({"edit": edit.id})
+    change = {"kind": KIND, "who": edit.who, "made": now, "before": named, "after": named}
+    seq = connection.execute(insert(CHANGE).values(**change)).inserted_primary_key
+    assert seq is not None  # noqa: S101 - a row was inserted
+    return {"seq": int(seq[0]), "layout": edit.version}
+
+
+def _drop_version(connection: Connection, lot: str, version: int) -> None:
+    connection.execute(delete(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends == version))
+    connection.execute(delete(LAYOUT).where(LAYOUT.c.lot == lot, LAYOUT.c.version == version))
+
+
+def undo_edit(connection: Connection, seq: int, now: float) -> None:
+    """Undo a whole edit that was closed, the change with a number, once.
+
+    Raises LotStoreError when it was undone already, or when something was built upon it.
+    """
+    change = connection.execute(select(CHANGE).where(CHANGE.c.seq == seq)).mappings().one()
+    if change["undone"] is not None:
+        raise LotStoreError(f"change: {seq} was undone already; edit the plan again")
+    edit = connection.execute(select(EDIT).where(EDIT.c.id == json.loads(change["after"])["edit"])).mappings().one()
+    lot, version = edit["lot"], int(edit["version"])
+    check_not_edited(connection, lot)
+    merged = connection.execute(select(LOT.c.merged_into).where(LOT.c.id == lot)).scalar()
+    done = select(STEP.c.body).where(STEP.c.edit == edit["id"], STEP.c.state == State.DONE.value).order_by(STEP.c.seq)
+    whole = steps.net([steps.step_of(body) for body in connection.execute(done).scalars()])
+    if newest_layout(connection, lot) != version or merged is not None or not _are_there(connection, lot, whole):
+        raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
+    if _surveys_with(connection, lot, version):
+        raise LotStoreError(f"change: {seq} cannot be undone: surveys were registered since with the layout it made")
+    steps.apply(connection, [group.back() for group in whole])
+    _drop_version(connection, lot, version)
+    follow.read_again(connection, lot)
+    connection.execute(update(CHANGE).where(CHANGE.c.seq == seq).values(undone=now))
+
+
+def _are_there(connection: Connection, lot: str, groups: tuple[Group, ...]) -> bool:
+    """Return True when every stall that groups change is still one of the lot."""
+    keys = steps.rows_touched(groups, STALL.name)
+    there = select(func.count()).select_from(STALL).where(STALL.c.lot == lot, steps.is_among(STALL.c.key, keys))
+    return bool(connection.execute(there).scalar_one() == len(keys))
+
+
+def _surveys_with(connection: Connection, lot: str, version: int) -> int:
+    asked = select(func.count()).select_from(SURVEY).where(SURVEY.c.lot == lot, SURVEY.c.layout == version)
+    return int(connection.execute(asked).scalar_one())
+
+
+def _check_lot(connection: Connection, lot: str) -> None:
+    there = select(LOT.c.id).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))
+    if connection.execute(there).scalar() is None:
+        raise NotFoundError("lot: there is no lot with this id; reload the list")
+
+
+def _check_keys(asked: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    for key in asked:
+        if key not in known:
+            raise LotInputError(str(key)[:20], f"is no field of this request: it takes {', '.join(known)}")
+
+
+def _held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float, keys: tuple[str, ...] = ()) -> Edit:
+    """Return the open edit that a request names, which is not idle since now."""
+    _check_lot(connection, lot)
+    if keys:
+        _check_keys(asked, keys)
+    named = asked.get("edit")
+    if not isinstance(named, str):
+        raise LotInputError("edit", "must be the id of your edit: open one first")
+    edit = edit_of(connection, lot)
+    if edit is None or edit.id != named:
+        former = connection.execute(select(EDIT.c.closed).where(EDIT.c.id == named, EDIT.c.lot == lot)).scalar()
+        words = "there is none with this id" if former is None else f"it was closed at {utc(former)}"
+        if edit is None:
+            raise LotStoreError(f"edit: {words}; open another one")
+        words += f", and {edit.who} edits this plan since {utc(edit.began)}; wait, or take it over"
+        raise BeingEditedError(edit.who, edit.began, words)
+    connection.execute(update(EDIT).where(EDIT.c.id == edit.id).values(touched=now))
+    return edit
+
+
+def _count(connection: Connection, edit: Edit, state: State) -> int:
+    asked = select(func.count()).select_from(STEP).where(STEP.c.edit == edit.id, STEP.c.state == state.value)
+    return int(connection.execute(asked).scalar_one())
+
+
+def _edit_json(connection: Connection, edit: Edit) -> dict[str, Any]:
+    shown = {"edit": edit.id, "lot": edit.lot, "who": edit.who, "since": utc(edit.began), "layout": edit.version}
+    return {**shown, "revision": follow.revision_of(connection, edit.lot), **_steps_left(connection, edit)}
+
+
+def _steps_left(connection: Connection, edit: Edit) -> dict[str, int]:
+    return {"undo": _count(connection, edit, State.DONE), "redo": _count(connection, edit, State.UNDONE)}
+
+
+def _done_json(connection: Connection, edit: Edit, revision: int, groups: tuple[Group, ...]) -> dict[str, Any]:
+    changed = reading.touched_json(connection, steps.rows_touched(groups, STALL.name))
+    shown: dict[str, Any] = {"edit": edit.id, "revision": revision, **changed}
+    return {**shown, "zones": reading.zones_json(connection, edit.lot), **_steps_left(connection, edit)}

@@ -1,0 +1,80 @@
+"""Values of a plan: stalls and areas as a layout version has them, and the draft of a change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SHAPE: Final = ("north", "east", "angle", "width", "length")
+LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed")
+"""Columns of a stall that each layout version may have otherwise."""
+NEW: Final = 0
+"""Key of a stall that is not in the store yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanStall:
+    """A stall of the plan: middle (north, east), metres in the lot's frame; ``angle`` of its length, radians."""
+
+    key: int
+    id: str
+    label: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    kind: str = ""
+    is_confirmed: bool = False
+    begins: int = 1
+
+    @property
+    def shape(self) -> tuple[float, float, float, float, float]:
+        """North, east, angle, width, length."""
+        return self.north, self.east, self.angle, self.width, self.length
+
+    def at(self, shape: Sequence[float]) -> PlanStall:
+        """Return the stall with another shape."""
+        north, east, angle, width, length = shape
+        return replace(self, north=north, east=east, angle=angle, width=width, length=length)
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """An area without stalls; ``outline``: corners (north, east), metres in the lot's frame."""
+
+    id: str
+    name: str
+    outline: tuple[tuple[float, float], ...] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A change of a plan that was not checked yet.
+
+    ``changed``: stalls as they are and as they are to be; ``added``: without label, in the order of a row; ``field``:
+    the field of the operation that says where stalls stand.
+    """
+
+    changed: tuple[tuple[PlanStall, PlanStall], ...] = ()
+    ended: tuple[PlanStall, ...] = ()
+    added: tuple[PlanStall, ...] = ()
+    forbidden: tuple[Zone, ...] = ()
+    allowed: tuple[Zone, ...] = ()
+    field: str = "stalls"
+
+    @property
+    def placed(self) -> tuple[PlanStall, ...]:
+        """Stalls that stand elsewhere than before."""
+        return (*self.added, *(new for old, new in self.changed if old.shape != new.shape))
+
+
+def shapes_of(stalls: Sequence[PlanStall]) -> Floats:
+    """Return the shapes of stalls, (N, 5)."""
+    return np.array([stall.shape for stall in stalls], np.float64).reshape(-1, 5)
