@@ -12,8 +12,8 @@ from sqlalchemy import Connection, RowMapping, func, select
 from hawk.lots import changes, operations
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.operations import LotRows
-from hawk.lots.plan import editing, follow
-from hawk.lots.plan import reading as plans
+from hawk.lots.plan import editing, follow, shown
+from hawk.lots.plan.reading import zones_of
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.registering import (
     Doubt,
@@ -33,7 +33,7 @@ _Shown = Mapping[str, Any] | RowMapping
 
 CHANGES_SHOWN: Final = 20
 """Newest changes that are listed."""
-_SHOWN: Final = ("id", "seq", "lot", "placed", "free", "taken", "unknown", "simulated", "program")
+_SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "simulated", "program")
 
 
 def lots(connection: Connection) -> dict[str, Any]:
@@ -74,9 +74,9 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
             | looks.get(key, unseen)
             for stall, key in present_stalls(connection, lot_id).items()
         ],
-        "zones": plans.zones_json(connection, lot_id),
-        "layouts": plans.layouts_json(connection, lot_id),
-        "edit": plans.edit_json(connection, lot_id),
+        "zones": shown.zones_json(zones_of(connection, lot_id)),
+        "layouts": shown.layouts_json(connection, lot_id),
+        "edit": shown.edit_json(connection, lot_id),
         "revision": follow.revision_of(connection, lot_id),
         "newest_registered": newest_registered(connection, lot_id),
     }
@@ -135,7 +135,7 @@ def plan(connection: Connection, lot_id: str, since: int | None = None, layout: 
     Raises NotFoundError.
     """
     _there(connection, lot_id)
-    return plans.plan(connection, lot_id, since) if layout is None else plans.plan_of(connection, lot_id, layout)
+    return shown.plan(connection, lot_id, since) if layout is None else shown.plan_of(connection, lot_id, layout)
 
 
 def undo(connection: Connection, seq: int, now: float) -> str:

@@ -5,13 +5,13 @@ Each refusal names the field and the remedy; nothing is written then.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from hawk.lots.labels import lasting_labels, parts_of
+from hawk.lots.labels import lasting_labels
 from hawk.lots.plan import geometry
 from hawk.lots.plan.asked import FARTHEST_M
 from hawk.lots.plan.values import NEW, Draft, PlanStall, Zone, shapes_of
@@ -21,8 +21,8 @@ from hawk.results.row_labels import letters
 
 MOST_OVERLAP: Final = 0.10
 """Share of the smaller of two stalls that may be the other one's: lines have a width, and vision errs by some of it."""
-_WORSE: Final = 1e-3
-"""A larger share of two stalls that overlapped before is a new overlap."""
+_WORSE: Final = 1e-4
+"""Rounding of a share: two stalls that vision found with a larger overlap may go on together, and come no nearer."""
 
 
 def check_places(draft: Draft, around: Sequence[PlanStall], zones: Sequence[Zone]) -> None:
@@ -50,7 +50,7 @@ def _check_overlaps(draft: Draft, placed: Sequence[PlanStall], around: Sequence[
     for first, second, share in geometry.overlaps(shapes_of(placed), shapes_of(around), MOST_OVERLAP):
         one, other = everything[first], everything[second]
         before = _share(former.get(one.id, one), former.get(other.id, other))
-        if share > before + _WORSE:
+        if before <= MOST_OVERLAP or share > before + _WORSE:
             words = f"{_name(one)} would overlap {_name(other)} by {share:.0%}: 10% is the most. Move or remove one"
             raise LotInputError(draft.field, words)
 
@@ -67,22 +67,22 @@ def _name(stall: PlanStall) -> str:
     return stall.label or "the new stall"
 
 
-def check_labels(draft: Draft, owners: Mapping[str, str], highest: Mapping[str, int]) -> None:
+def check_labels(
+    given: Sequence[PlanStall], owners: Mapping[str, str], letters_used: Collection[str], field: str
+) -> None:
     """Refuse labels that were another stall's. Raises LotInputError.
 
     Args:
-        draft: The draft.
-        owners: Label -> id of the stall whose it was, of the labels that the draft gives.
-        highest: The highest number that was given in each row, by letter.
+        given: Stalls with the labels that they are to have.
+        owners: Label -> id of the stall whose it was, of these labels.
+        letters_used: Letters of all rows that the lot ever had.
+        field: The field that gives the labels.
     """
-    given = [stall for stall in draft.added if stall.label]
-    given += [new for old, new in draft.changed if old.label != new.label]
     for stall in given:
-        owner = owners.get(stall.label, stall.id)
-        if owner != stall.id:
-            letter = next(each for each in letters() if each not in highest)
+        if owners.get(stall.label, stall.id) != stall.id:
+            letter = next(each for each in letters() if each not in letters_used)
             words = f"{stall.label} was another stall's, no label is used again: take a new letter, as {letter}"
-            raise LotInputError("label" if stall.key == NEW else draft.field, words)
+            raise LotInputError(field, words)
 
 
 def labelled(added: Sequence[PlanStall], around: Sequence[PlanStall], highest: Mapping[str, int]) -> list[PlanStall]:
@@ -101,8 +101,3 @@ def labelled(added: Sequence[PlanStall], around: Sequence[PlanStall], highest: M
 def _on_map(number: int, stall: PlanStall) -> Stall:
     seen = {"taken": 0.0, "state": StallState.UNKNOWN, "score": 1.0, "seen": 1, "last_seen": 0.0, "version": 0}
     return Stall(number, *stall.shape, **seen)  # type: ignore[arg-type]
-
-
-def highest_numbers(rows: Sequence[tuple[str, int]]) -> dict[str, int]:
-    """Return the highest number by row letter, of pairs that may be parts of an owner's own labels."""
-    return {letter: number for letter, number in rows if parts_of(f"{letter} {number}") is not None}

@@ -7,16 +7,18 @@ version. An edit is in the store, so that it outlives the program. Undo and redo
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
-from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
+from sqlalchemy import Connection, RowMapping, bindparam, delete, func, insert, select, update
 
 from hawk.lots.changes import checked_name
-from hawk.lots.plan import checks, drafting, follow, reading, steps
+from hawk.lots.plan import checks, drafting, follow, reading, shown, steps
 from hawk.lots.plan.asked import operation_of
 from hawk.lots.plan.steps import Group, State
-from hawk.lots.plan.values import Draft
+from hawk.lots.plan.values import Draft, Zone
 from hawk.lots.plan.versions import Edit, check_not_edited, edit_of, newest_layout
 from hawk.lots.saving import new_id
 from hawk.lots.tables import CHANGE, EDIT, FORMER, LAYOUT, LOT, STALL, STEP, SURVEY
@@ -64,8 +66,10 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     operation = operation_of(asked.get("operation"))
     edit = _held(connection, lot, asked, now)
     stalls = reading.selected(connection, lot, operation)
-    draft = drafting.drafted(operation, stalls, reading.context_of(connection, lot, operation))
-    draft = _checked(connection, lot, draft)
+    context = reading.context_of(connection, lot, operation)
+    draft = _checked(connection, lot, drafting.drafted(operation, stalls, context), context.zones)
+    if draft.is_empty:
+        return _done_json(connection, edit, follow.revision_of(connection, lot), ())
     if newest_layout(connection, lot) < edit.version:
         first = {"version": edit.version, "valid_from": now, "why": CORRECTED, "who": edit.who}
         connection.execute(insert(LAYOUT).values(lot=lot, **first))
@@ -78,20 +82,21 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     return _done_json(connection, edit, revision, groups)
 
 
-def _checked(connection: Connection, lot: str, draft: Draft) -> Draft:
+def _checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone]) -> Draft:
     """Return a draft that fits the plan, with the labels of new stalls."""
     changing = [stall.key for stall in draft.ended] + [old.key for old, _ in draft.changed]
-    near = reading.around(connection, lot, draft.placed, changing)
-    checks.check_places(draft, near, reading.zones_of(connection, lot) if draft.placed else ())
-    labels = [stall.label for stall in draft.added if stall.label] + [new.label for _, new in draft.changed]
-    needs_labels = bool(draft.added) or any(old.label != new.label for old, new in draft.changed)
-    if not needs_labels:
+    margin = reading.ROW_M if draft.added else reading.OVERLAP_M
+    near = reading.around(connection, lot, draft.placed, margin, changing)
+    checks.check_places(draft, near, zones)
+    given = draft.given_labels
+    if not given and not draft.added:
         return draft
-    highest = reading.highest_of(connection, lot)
-    checks.check_labels(draft, reading.owners_of(connection, lot, labels), highest)
     known = [*near, *(new for _, new in draft.changed)]
-    added = checks.labelled(draft.added, known, highest)
-    return Draft(draft.changed, draft.ended, tuple(added), draft.forbidden, draft.allowed, draft.field)
+    highest = reading.highest_of(connection, lot, known)
+    if given:
+        owners = reading.owners_of(connection, lot, [stall.label for stall in given])
+        checks.check_labels(given, owners, highest, "label" if draft.added else draft.field)
+    return replace(draft, added=tuple(checks.labelled(draft.added, known, highest)))
 
 
 def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
@@ -138,7 +143,7 @@ def close(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
 def _close(connection: Connection, edit: Edit, why: str, now: float) -> dict[str, Any]:
     connection.execute(update(EDIT).where(EDIT.c.id == edit.id).values(closed=now))
     is_version = (LAYOUT.c.lot == edit.lot) & (LAYOUT.c.version == edit.version)
-    if not _count(connection, edit, State.DONE):
+    if not _steps_left(connection, edit)["undo"]:
         if not _surveys_with(connection, edit.lot, edit.version):
             _drop_version(connection, edit.lot, edit.version)
         return {"seq": None, "layout": None}
@@ -182,8 +187,8 @@ def undo_edit(connection: Connection, seq: int, now: float) -> None:
 def _are_there(connection: Connection, lot: str, groups: tuple[Group, ...]) -> bool:
     """Return True when every stall that groups change is still one of the lot."""
     keys = steps.rows_touched(groups, STALL.name)
-    there = select(func.count()).select_from(STALL).where(STALL.c.lot == lot, steps.is_among(STALL.c.key, keys))
-    return bool(connection.execute(there).scalar_one() == len(keys))
+    there = select(func.count()).select_from(STALL).where(STALL.c.lot == lot, steps.is_among(STALL.c.key))
+    return bool(connection.execute(there, {"among": json.dumps(keys)}).scalar_one() == len(keys))
 
 
 def _surveys_with(connection: Connection, lot: str, version: int) -> int:
@@ -223,21 +228,21 @@ def _held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
     return edit
 
 
-def _count(connection: Connection, edit: Edit, state: State) -> int:
-    asked = select(func.count()).select_from(STEP).where(STEP.c.edit == edit.id, STEP.c.state == state.value)
-    return int(connection.execute(asked).scalar_one())
-
-
 def _edit_json(connection: Connection, edit: Edit) -> dict[str, Any]:
-    shown = {"edit": edit.id, "lot": edit.lot, "who": edit.who, "since": utc(edit.began), "layout": edit.version}
-    return {**shown, "revision": follow.revision_of(connection, edit.lot), **_steps_left(connection, edit)}
+    facts = {"edit": edit.id, "lot": edit.lot, "who": edit.who, "since": utc(edit.began), "layout": edit.version}
+    return {**facts, "revision": follow.revision_of(connection, edit.lot), **_steps_left(connection, edit)}
 
 
 def _steps_left(connection: Connection, edit: Edit) -> dict[str, int]:
-    return {"undo": _count(connection, edit, State.DONE), "redo": _count(connection, edit, State.UNDONE)}
+    """Return how many steps can be undone and done again."""
+    states = Counter(connection.execute(_STATES, {"edit": edit.id}).scalars())
+    return {"undo": states[State.DONE.value], "redo": states[State.UNDONE.value]}
+
+
+_STATES: Final = select(STEP.c.state).where(STEP.c.edit == bindparam("edit"))
 
 
 def _done_json(connection: Connection, edit: Edit, revision: int, groups: tuple[Group, ...]) -> dict[str, Any]:
-    changed = reading.touched_json(connection, steps.rows_touched(groups, STALL.name))
-    shown: dict[str, Any] = {"edit": edit.id, "revision": revision, **changed}
-    return {**shown, "zones": reading.zones_json(connection, edit.lot), **_steps_left(connection, edit)}
+    changed = shown.touched_json(connection, steps.rows_touched(groups, STALL.name))
+    zones = shown.zones_json(reading.zones_of(connection, edit.lot))
+    return {"edit": edit.id, "revision": revision, **changed, "zones": zones, **_steps_left(connection, edit)}

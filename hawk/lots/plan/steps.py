@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final
 
@@ -47,7 +47,8 @@ class Group:
 
 def step_json(groups: Sequence[Group]) -> str:
     """Return the groups of a step as the store keeps them."""
-    return json.dumps([asdict(group) for group in groups], allow_nan=False, separators=(",", ":"))
+    rows = [{"table": each.table, "keys": each.keys, "before": each.before, "after": each.after} for each in groups]
+    return json.dumps(rows, allow_nan=False, separators=(",", ":"))
 
 
 def step_of(body: str) -> tuple[Group, ...]:
@@ -101,7 +102,7 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
         *_together("zone", [zone.id for zone in draft.forbidden], out_of_plan, in_plan),
         *_together("zone", [zone.id for zone in draft.allowed], in_plan, out_of_plan),
     )
-    _keep_former(connection, lot, version, [old.key for old, _ in draft.changed if old.begins < version])
+    _keep_former(connection, version, [old.key for old, _ in draft.changed if old.begins < version])
     apply(connection, groups)
     return groups
 
@@ -135,22 +136,25 @@ _NEXT_KEY: Final = text("SELECT 1 + max(coalesce((SELECT max(key) FROM stall), 0
 """The next key of a stall that SQLite would give: no key is given twice."""
 
 
-def _keep_former(connection: Connection, lot: str, version: int, keys: Sequence[int]) -> None:
+def _keep_former(connection: Connection, version: int, keys: Sequence[int]) -> None:
     """Keep stalls as the version before has them, unless they are kept already."""
     if not keys:
         return
-    names = ["lot", "stall", "ends", *LASTING]
-    ends: Any = bindparam("version", version).label("ends")
-    were = select(STALL.c.lot, STALL.c.key, ends, *(STALL.c[name] for name in LASTING)).where(
-        STALL.c.lot == lot, STALL.c.begins < version, is_among(STALL.c.key, keys)
-    )
-    connection.execute(insert(FORMER).prefix_with("OR IGNORE").from_select(names, were))
+    connection.execute(_FORMER, {"version": version, "among": json.dumps(keys)})
 
 
-def is_among(column: Any, keys: Sequence[Key]) -> Any:
-    """Return the condition that a column is one of any number of values."""
-    found = func.json_each(json.dumps(keys)).table_valued("value")
+def is_among(column: Any) -> Any:
+    """Return the condition that a column is one of any number of values: those in ``among``, a JSON list."""
+    found = func.json_each(bindparam("among")).table_valued("value")
     return column.in_(select(found.c.value))
+
+
+_FORMER: Final = insert(FORMER).prefix_with("OR IGNORE").from_select(
+    ["lot", "stall", "ends", *LASTING],
+    select(STALL.c.lot, STALL.c.key, bindparam("version", type_=FORMER.c.ends.type).label("ends"))
+    .add_columns(*(STALL.c[name] for name in LASTING))
+    .where(STALL.c.begins < bindparam("version"), is_among(STALL.c.key)),
+)  # fmt: skip
 
 
 def apply(connection: Connection, groups: Sequence[Group]) -> None:
@@ -160,7 +164,8 @@ def apply(connection: Connection, groups: Sequence[Group]) -> None:
         table = METADATA.tables[group.table]
         (key,) = table.primary_key
         if len(group.keys) > 1:
-            connection.execute(update(table).where(is_among(key, group.keys)).values(**group.after))
+            changed = update(table).where(is_among(key)).values(**group.after)
+            connection.execute(changed, {"among": json.dumps(group.keys)})
         else:
             names = tuple(sorted(group.after))
             single[group.table, names].append({"row": group.keys[0], **{f"new_{n}": group.after[n] for n in names}})

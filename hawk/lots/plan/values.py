@@ -70,9 +70,20 @@ class Draft:
     field: str = "stalls"
 
     @property
+    def is_empty(self) -> bool:
+        """True when nothing changes."""
+        return not (self.changed or self.ended or self.added or self.forbidden or self.allowed)
+
+    @property
     def placed(self) -> tuple[PlanStall, ...]:
         """Stalls that stand elsewhere than before."""
         return (*self.added, *(new for old, new in self.changed if old.shape != new.shape))
+
+    @property
+    def given_labels(self) -> tuple[PlanStall, ...]:
+        """Stalls with a label that a person gives them."""
+        added = (stall for stall in self.added if stall.label)
+        return (*added, *(new for old, new in self.changed if old.label != new.label))
 
 
 def shapes_of(stalls: Sequence[PlanStall]) -> Floats:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Final
 
-from sqlalchemy import Connection, func, select
+from sqlalchemy import Connection, bindparam, func, select
 
 from hawk.lots.tables import EDIT, LAYOUT
 from hawk.lots.values import BeingEditedError, utc
@@ -22,15 +23,20 @@ class Edit:
     touched: float
 
 
+_OPEN: Final = select(*(EDIT.c[each.name] for each in fields(Edit))).where(
+    EDIT.c.lot == bindparam("lot"), EDIT.c.closed.is_(None)
+)
+_NEWEST: Final = select(func.max(LAYOUT.c.version)).where(LAYOUT.c.lot == bindparam("lot"))
+
+
 def newest_layout(connection: Connection, lot: str) -> int:
     """Return the newest version of a lot's layout; 0 without one."""
-    return int(connection.execute(select(func.max(LAYOUT.c.version)).where(LAYOUT.c.lot == lot)).scalar() or 0)
+    return int(connection.execute(_NEWEST, {"lot": lot}).scalar() or 0)
 
 
 def edit_of(connection: Connection, lot: str) -> Edit | None:
     """Return the open edit of a lot's plan."""
-    columns = [EDIT.c[each.name] for each in fields(Edit)]
-    row = connection.execute(select(*columns).where(EDIT.c.lot == lot, EDIT.c.closed.is_(None))).first()
+    row = connection.execute(_OPEN, {"lot": lot}).first()
     return None if row is None else Edit(*row)
 
 

@@ -1,0 +1,93 @@
+"""Plans of lots as JSON values: all of a plan, its changes since a revision, and the plan of an earlier layout."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any, Final
+
+from sqlalchemy import Connection, RowMapping, select
+
+from hawk.lots.plan import follow
+from hawk.lots.plan.reading import COLUMNS, all_stalls, stalls_in, zones_of
+from hawk.lots.plan.steps import is_among, rows_touched, step_of
+from hawk.lots.plan.values import LASTING, PlanStall, Zone
+from hawk.lots.plan.versions import edit_of
+from hawk.lots.tables import EDIT, FORMER, LAYOUT, NO_STALLS, STALL, STEP
+from hawk.lots.values import NotFoundError, utc
+
+_TOUCHED: Final = (
+    select(*(STALL.c[name] for name in COLUMNS), STALL.c.ends).where(is_among(STALL.c.key)).order_by(STALL.c.key)
+)
+
+
+def plan(connection: Connection, lot: str, since: int | None = None) -> dict[str, Any]:
+    """Return the plan: all of it, or the stalls that changed after a revision; ``whole`` says which.
+
+    ``gone``: ids of stalls that are no part of the plan any more.
+    """
+    revision = follow.revision_of(connection, lot)
+    shown: dict[str, Any] = {"lot": lot, "revision": revision, "edit": edit_json(connection, lot)}
+    if since is None or since < follow.whole_since(connection, lot) or since > revision:
+        stalls = [stall_json(each) for each in all_stalls(connection, lot)]
+        shown |= {"whole": True, "stalls": stalls, "gone": []}
+    else:
+        steps = select(STEP.c.body).join(EDIT, EDIT.c.id == STEP.c.edit)
+        bodies = connection.execute(steps.where(EDIT.c.lot == lot, STEP.c.revision > since)).scalars()
+        keys = rows_touched([group for body in bodies for group in step_of(body)], STALL.name)
+        shown |= {"whole": False, **touched_json(connection, keys)}
+    return {**shown, "zones": zones_json(zones_of(connection, lot))}
+
+
+def plan_of(connection: Connection, lot: str, version: int) -> dict[str, Any]:
+    """Return the plan as a version of the layout has it. Raises NotFoundError."""
+    is_there = select(LAYOUT.c.version).where(LAYOUT.c.lot == lot, LAYOUT.c.version == version)
+    if connection.execute(is_there).scalar() is None:
+        raise NotFoundError(f"layout: there is no version {version}; read the lot again")
+    stalls = stalls_in(connection, lot, version)
+    asked = select(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends > version).order_by(FORMER.c.ends.desc())
+    former = {row["stall"]: row for row in connection.execute(asked).mappings()}  # that of the smallest `ends` is last
+    shown = [stall_json(each, former.get(each.key)) for each in stalls]
+    return {"lot": lot, "layout": version, "stalls": shown, "zones": zones_json(zones_of(connection, lot, version))}
+
+
+def touched_json(connection: Connection, keys: Sequence[int | str]) -> dict[str, Any]:
+    """Return stalls of some keys: ``stalls`` of the plan as they are, and the ids of those that are ``gone``."""
+    rows = connection.execute(_TOUCHED, {"among": json.dumps(keys)}).all()
+    stalls = [stall_json(PlanStall(*row[:-1])) for row in rows if row.ends is None]
+    return {"stalls": stalls, "gone": [row.id for row in rows if row.ends is not None]}
+
+
+def stall_json(stall: PlanStall, former: RowMapping | None = None) -> dict[str, Any]:
+    """Return a stall, with what a row of the table of former stalls says otherwise."""
+    if former is None:
+        return {"id": stall.id} | {name: getattr(stall, name) for name in LASTING}
+    return {"id": stall.id} | {name: former[name] for name in LASTING}
+
+
+def zones_json(zones: Sequence[Zone]) -> list[dict[str, Any]]:
+    """Return areas without stalls."""
+    return [
+        {"id": zone.id, "name": zone.name, "kind": NO_STALLS, "outline": [list(corner) for corner in zone.outline]}
+        for zone in zones
+    ]
+
+
+def edit_json(connection: Connection, lot: str) -> dict[str, Any] | None:
+    """Return who edits the plan, since when and until when last, with the version that it makes; None for nobody.
+
+    Its id is not shown: who has it may write.
+    """
+    edit = edit_of(connection, lot)
+    if edit is None:
+        return None
+    return {"who": edit.who, "since": utc(edit.began), "last": utc(edit.touched), "layout": edit.version}
+
+
+def layouts_json(connection: Connection, lot: str) -> list[dict[str, Any]]:
+    """Return the versions of a lot's layout: when, by whom and why each began."""
+    rows = connection.execute(select(LAYOUT).where(LAYOUT.c.lot == lot).order_by(LAYOUT.c.version)).mappings()
+    return [
+        {"version": row["version"], "valid_from": utc(row["valid_from"]), "who": row["who"], "why": row["why"]}
+        for row in rows
+    ]
