@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from hawk.lots import reading
-from hawk.lots.database import Database
+from hawk.lots.database import Database, migrate_file
 from hawk.lots.plan import editing
 from hawk.lots.plan.editing import IDLE_S
 from hawk.lots.saving import save
@@ -308,3 +310,44 @@ def test_the_stalls_that_a_first_survey_goes_on_to_find_are_seen_by_who_follows_
     found = ann.plan(since=begun)
     assert (found["whole"], len(found["stalls"])) == (True, 40)
     store.close()
+
+
+def test_the_plan_of_a_store_of_version_3_is_corrected_and_its_layout_kept(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    migrate_file(path, "0003")
+    lot, stall = "a" * 36, "b" * 36
+    with closing(sqlite3.connect(path)) as old:
+        empty = '{"polygons":[],"holes":[]}'
+        old.execute("INSERT INTO lot VALUES (?, 'South', ?, 52, 5, 0, NULL, 0)", (lot, empty))
+        old.execute("INSERT INTO layout VALUES (?, 1, 0, 'found by the first survey', 'hawk')", (lot,))
+        values = "1, ?, ?, 'A 1', 0, 0, 0, 2.5, 5, '', 0, 1, NULL, NULL, NULL"
+        old.execute(f"INSERT INTO stall VALUES ({values})", (stall, lot))  # noqa: S608 - the text is ours
+        old.execute("INSERT INTO label VALUES (?, 'A 1', ?)", (lot, stall))
+        old.commit()
+    ann = Person(Database(path, FAST), lot)
+    ann.open()
+    ann.do("move", all=True, north=1.0, east=0.0)
+    ann.do("add_stall", north=1.0, east=2.5, angle=0.0, width=2.5, length=5.0)
+    ann.close()
+    assert [(each["label"], each["north"]) for each in ann.plan(layout=1)["stalls"]] == [("A 1", 0.0)]
+    assert [(each["label"], each["north"]) for each in ann.plan()["stalls"]] == [("A 1", 1.0), ("A 2", 1.0)]
+    ann.store.close()
+
+
+@pytest.mark.fault(
+    "the disk is full while a plan is corrected",
+    "nothing of the operation is written; the error names file and remedy",
+)
+def test_a_full_disk_during_an_operation_leaves_the_plan_as_it_was(ann: Person) -> None:
+    plans = [ann.plan()]
+
+    def add_rows() -> None:
+        for north in range(20, 1000, 9):
+            ann.do("add_row", front=[[north, 0], [north, 75]], far=[north + 5, 0])
+            plans.append(ann.plan())
+
+    ann.store.close()
+    ann.store = Database(ann.store.path, {"max_page_count": 1, **FAST})  # SQLite takes the pages that there are
+    with pytest.raises(LotStoreError, match=r"lots\.db cannot grow: the disk is full"):
+        add_rows()
+    assert ann.plan() == plans[-1]

@@ -1,0 +1,230 @@
+"""Plans over HTTP: edits, operations, and who may do them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from hawk.comm.protocol.authority import Role
+from hawk.lots.saving import save
+from hawk.lots.store import LotStore
+from tests.unit.lots.plan.plans import drawn_lot
+from tests.unit.lots.surveys import DATUM, box, later, survey
+from tests.unit.web.rig import Rig
+from tests.unit.web.stand import Stand
+
+HTML = "<b onclick='alert(1)'>Ann & Bob</b>"
+NOWHERE = "0" * 36
+Answer = tuple[int, dict[str, Any]]
+
+
+@dataclass
+class Plans:
+    """The API as a page sees it. ``lot``: a drawn lot of three rows of ten."""
+
+    stand: Stand
+    store: LotStore
+    session: aiohttp.ClientSession
+    lot: str
+
+    def address(self, path: str) -> Any:
+        assert self.stand.rig.server is not None
+        return self.stand.rig.server.make_url(f"/api/lots/{self.lot}{path}")
+
+    def change(self, done: dict[str, Any]) -> Any:
+        return self.address("").with_path(f"/api/lot-changes/{done['seq']}/undo")
+
+    async def get(self, path: str = "/plan.json") -> Answer:
+        async with self.session.get(self.address(path)) as response:
+            return response.status, await response.json()
+
+    async def post(self, path: str, **body: object) -> Answer:
+        async with self.session.post(self.address(path), json=body) as response:
+            return response.status, await response.json()
+
+    async def done(self, path: str, **body: object) -> dict[str, Any]:
+        status, answer = await self.post(path, **body)
+        assert status == 200, answer
+        return answer
+
+    async def opened(self, who: str = "Ann") -> str:
+        return str((await self.done("/edit", who=who))["edit"])
+
+    async def stalls(self) -> dict[str, dict[str, Any]]:
+        return {each["label"]: each for each in (await self.get(".json"))[1]["stalls"]}
+
+
+@pytest.fixture
+async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
+    store = rig.lots = LotStore(tmp_path / "lots.db")
+    stand, rig.folder = Stand(rig, tmp_path), tmp_path
+    await rig.start()
+    lot = await store.write(lambda connection: drawn_lot(connection, 30))
+    yield Plans(stand, store, await stand.tool(Role.OPERATOR), lot)
+    await stand.close()
+    await store.close()
+
+
+async def test_a_plan_is_corrected_undone_done_again_and_closed(plans: Plans) -> None:
+    edit = await plans.opened()
+    first = (await plans.stalls())["A 1"]
+    assert (first["kind"], first["is_confirmed"], first["state"]) == ("", False, None)
+    kind = {"do": "set_kind", "stalls": [first["id"]], "kind": "disabled"}
+    done = await plans.done("/plan", edit=edit, operation=kind)
+    assert [(each["label"], each["kind"]) for each in done["stalls"]] == [("A 1", "disabled")]
+    assert (done["undo"], done["redo"]) == (1, 0)
+    assert (await plans.done("/plan/undo", edit=edit))["stalls"][0]["kind"] == ""
+    assert (await plans.done("/plan/redo", edit=edit))["stalls"][0]["kind"] == "disabled"
+    status, plan = await plans.get(f"/plan.json?since={done['revision'] - 1}")
+    assert (status, [each["label"] for each in plan["stalls"]], plan["edit"]["who"]) == (200, ["A 1"], "Ann")
+    closed = await plans.done("/edit/close", edit=edit, why="repainted")
+    _, lot = await plans.get(".json")
+    assert [(each["version"], each["who"], each["why"]) for each in lot["layouts"]][1] == (2, "Ann", "repainted")
+    assert (lot["edit"], lot["revision"], lot["zones"]) == (None, done["revision"] + 2, [])
+    assert (await plans.get("/plan.json?layout=1"))[1]["stalls"][0]["kind"] == ""
+    async with plans.session.post(plans.change(closed)) as response:
+        assert (response.status, await response.json()) == (200, {"seq": closed["seq"], "kind": "plan"})
+    assert (await plans.stalls())["A 1"]["kind"] == ""
+
+
+@pytest.mark.fault("a person's name holds HTML")
+async def test_a_person_who_edits_is_named_to_the_second_one_as_text(plans: Plans) -> None:
+    await plans.opened(HTML)
+    status, refusal = await plans.post("/edit", who="Bob")
+    assert (status, refusal["field"], refusal["who"]) == (409, "edit", HTML)
+    assert refusal["reason"].startswith(f"{HTML} edits this plan since {refusal['since']}: wait until it is closed")
+    assert (await plans.done("/edit", who="Bob", take_over=True))["who"] == "Bob"
+
+
+@pytest.mark.fault(
+    "two persons correct one plan at once",
+    "one edits; the other is told who and since when, and nothing of theirs is written",
+)
+async def test_of_two_persons_at_once_one_edits(plans: Plans) -> None:
+    answers = await asyncio.gather(*(plans.post("/edit", who=f"Person {number}") for number in range(8)))
+    assert sorted(status for status, _ in answers) == [200, *[409] * 7]
+    edit = next(answer["edit"] for status, answer in answers if status == 200)
+    removed = {"do": "remove", "row": "A"}
+    edits = ("none", edit, "none")
+    tried = await asyncio.gather(*(plans.post("/plan", edit=each, operation=removed) for each in edits))
+    assert sorted(status for status, _ in tried) == [200, 409, 409]
+    assert len(await plans.stalls()) == 20
+
+
+async def test_merge_split_and_undo_wait_until_an_edit_is_closed(plans: Plans) -> None:
+    other = await plans.store.write(lambda connection: drawn_lot(connection, 10))
+    edit = await plans.opened()
+    corners = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
+    for lot, path, body in (
+        (plans.lot, "/merge", {"with": other}),
+        (other, "/merge", {"with": plans.lot}),
+        (plans.lot, "/split", {"name": "x", "outline": corners}),
+    ):
+        at = Plans(plans.stand, plans.store, plans.session, lot)
+        status, refusal = await at.post(path, **body)
+        assert (status, refusal["who"]) == (409, "Ann")
+        assert refusal["reason"].endswith("close the edit first")
+    await plans.done("/edit/close", edit=edit)
+    assert (await plans.post("/split", name="x", outline=corners))[0] == 200
+
+
+async def test_an_area_without_stalls_goes_with_its_ground_into_another_lot(plans: Plans) -> None:
+    edit = await plans.opened()
+    for north, east in ((-18.0, 2.5), (0.0, 2.5)):
+        area = [[north - 3, east - 1], [north - 3, east + 1], [north + 3, east + 1], [north + 3, east - 1]]
+        await plans.done("/plan", edit=edit, operation={"do": "forbid", "outline": area, "name": f"{north:.0f}"})
+    await plans.done("/edit/close", edit=edit)
+    before = (await plans.get())[1]["zones"]
+    corners = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
+    split = await plans.done("/split", name="South", outline=corners)
+    assert [each["name"] for each in (await plans.get())[1]["zones"]] == ["0"]
+    async with plans.session.get(plans.address("").with_path("/api/lots.json")) as response:
+        (south,) = [each["id"] for each in (await response.json())["lots"] if each["name"] == "South"]
+    made = Plans(plans.stand, plans.store, plans.session, south)
+    assert [each["name"] for each in (await made.get())[1]["zones"]] == ["-18"]
+    merged = await plans.done("/merge", **{"with": south})
+    zones = (await plans.get())[1]["zones"]
+    assert {each["name"] for each in zones} == {"0", "-18"}
+    status, plan = await plans.get("/plan.json?since=2")
+    assert (status, plan["whole"]) == (200, True)
+    for change in (merged, split):
+        async with plans.session.post(plans.change(change)) as response:
+            assert response.status == 200, await response.text()
+    assert (await plans.get())[1]["zones"] == before
+
+
+async def test_the_areas_of_a_merged_lot_are_in_the_frame_of_the_kept_one(plans: Plans) -> None:
+    first = await plans.store.write(lambda connection: save(connection, survey()))
+    moved = replace(DATUM, longitude=5.01)
+    east = replace(later(survey(), 2), datum=moved, outline=box(0, 0, 20, 54, moved))
+    second = await plans.store.write(lambda connection: save(connection, east))
+    assert first.lot is not None
+    assert second.lot is not None
+    other = Plans(plans.stand, plans.store, plans.session, second.lot)
+    edit = await other.opened()
+    area = [[30.0, 0.0], [30.0, 5.0], [35.0, 5.0]]
+    await other.done("/plan", edit=edit, operation={"do": "forbid", "outline": area})
+    await other.done("/edit/close", edit=edit)
+    kept = Plans(plans.stand, plans.store, plans.session, first.lot)
+    await kept.done("/merge", **{"with": second.lot})
+    (zone,) = (await kept.get())[1]["zones"]
+    assert [corner[1] for corner in zone["outline"]] == pytest.approx([686.5, 691.5, 691.5], abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "status", "field"),
+    [
+        ("/edit", {}, 422, "who"),
+        ("/plan", {}, 422, "operation"),
+        ("/plan", {"edit": NOWHERE, "operation": {"do": "remove", "row": "A"}}, 409, "edit"),
+        ("/plan/undo", {"edit": "EDIT"}, 409, "edit"),
+        ("/plan/redo", {"edit": "EDIT"}, 409, "edit"),
+        ("/plan", {"edit": "EDIT", "operation": {"do": "remove", "row": "Q"}}, 422, "row"),
+        ("/plan", {"edit": "EDIT", "operation": {"do": "remove", "row": "A"}, "x": 1}, 422, "x"),
+        ("/edit/close", {"edit": "EDIT", "why": 7}, 422, "why"),
+    ],
+)  # fmt: skip
+async def test_a_request_that_cannot_be_used_is_named_with_its_remedy(
+    plans: Plans, path: str, body: dict[str, Any], status: int, field: str
+) -> None:
+    edit = await plans.opened()
+    before = await plans.get()
+    named = {key: edit if value == "EDIT" else value for key, value in body.items()}
+    found, refusal = await plans.post(path, **named)
+    assert (found, refusal["field"]) == (status, field)
+    assert (await plans.get()) == before
+
+
+async def test_a_number_in_the_address_that_is_none_and_a_lot_that_is_none_are_refused(plans: Plans) -> None:
+    for query in ("since=-1", "since=x", "layout=1.5", "layout=" + "9" * 30, "since=%D9%A1"):
+        status, refusal = await plans.get(f"/plan.json?{query}")
+        assert (status, refusal["reason"]) == (422, "must be a whole number, 0 or more")
+    assert (await plans.get("/plan.json?layout=9"))[0] == 404
+    plans.lot = NOWHERE
+    assert (await plans.get())[0] == 404
+    assert (await plans.post("/edit", who="Ann"))[0] == 404
+
+
+async def test_a_number_that_is_none_in_the_body_is_refused(plans: Plans) -> None:
+    edit = await plans.opened()
+    body = f'{{"edit": "{edit}", "operation": {{"do": "move", "row": "A", "north": NaN, "east": 0}}}}'
+    async with plans.session.post(plans.address("/plan"), data=body) as response:
+        assert (response.status, await response.json()) == (
+            422,
+            {"field": "north", "reason": "must be a finite number"},
+        )
+
+
+async def test_a_viewer_reads_the_plan_and_corrects_nothing(plans: Plans) -> None:
+    viewer = await plans.stand.tool(Role.VIEWER)
+    reader = Plans(plans.stand, plans.store, viewer, plans.lot)
+    assert (await reader.get())[0] == 200
+    for path in ("/edit", "/edit/close", "/plan", "/plan/undo", "/plan/redo"):
+        async with viewer.post(plans.address(path), json={"who": "x"}) as response:
+            assert response.status == 403
