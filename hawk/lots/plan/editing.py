@@ -85,8 +85,7 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
 def _checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone]) -> Draft:
     """Return a draft that fits the plan, with the labels of new stalls."""
     changing = [stall.key for stall in draft.ended] + [old.key for old, _ in draft.changed]
-    margin = reading.ROW_M if draft.added else reading.OVERLAP_M
-    near = reading.around(connection, lot, draft.placed, margin, changing)
+    near = reading.around(connection, lot, draft.placed, changing, with_rows=bool(draft.added))
     checks.check_places(draft, near, zones)
     given = draft.given_labels
     if not given and not draft.added:

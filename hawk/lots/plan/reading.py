@@ -8,19 +8,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, Select, and_, bindparam, func, select, text
+from sqlalchemy import ColumnElement, Connection, Integer, Select, and_, bindparam, cast, func, select, text
 
 from hawk.lots.labels import parts_of
-from hawk.lots.plan.asked import AddRow, AddStall, Allow, Forbid, Operation, Split
+from hawk.lots.plan.asked import LENGTHS_M, WIDTHS_M, AddRow, AddStall, Allow, Forbid, Operation, Split
 from hawk.lots.plan.drafting import Context
 from hawk.lots.plan.steps import is_among
-from hawk.lots.plan.values import LASTING, Floats, PlanStall, Zone
+from hawk.lots.plan.values import LASTING, Floats, PlanStall, Zone, shapes_of
 from hawk.lots.saving import new_id
 from hawk.lots.tables import LABEL, NO_STALLS, STALL, ZONE
 from hawk.lots.values import LotInputError
 
-OVERLAP_M: Final = 28.0
-"""Middles of stalls that overlap are nearer than this: half of two diagonals of the largest stalls."""
+_LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
+"""No stall reaches farther from its middle."""
 ROW_M: Final = 30.0
 """Stalls farther from a new one do not stand in its row: its longest gap is 15 m."""
 USUAL_M: Final = (2.5, 5.0)
@@ -53,9 +53,15 @@ _IN_BOX: Final = _asked(
     STALL.c.north.between(bindparam("south"), bindparam("north")),
     STALL.c.east.between(bindparam("west"), bindparam("east")),
 )
+_REACH: Final = (STALL.c.width + STALL.c.length) / 2
+_TOUCHING: Final = _IN_BOX.where(
+    STALL.c.north.between(bindparam("low_north") - _REACH, bindparam("high_north") + _REACH),
+    STALL.c.east.between(bindparam("low_east") - _REACH, bindparam("high_east") + _REACH),
+)
+"""Stalls whose box touches a box, which the index by place finds within `_LARGEST_M`."""
 _ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline).where(in_plan(ZONE.c, _LOT), ZONE.c.kind == NO_STALLS)
 _OWNERS: Final = select(LABEL.c.label, LABEL.c.stall).where(LABEL.c.lot == _LOT, is_among(LABEL.c.label))
-_OF_LETTER: Final = select(LABEL.c.label).where(
+_HIGHEST: Final = select(func.max(cast(func.substr(LABEL.c.label, func.instr(LABEL.c.label, " ") + 1), Integer))).where(
     LABEL.c.lot == _LOT, LABEL.c.label > bindparam("low"), LABEL.c.label < bindparam("high")
 )
 _MEDIANS: Final = {
@@ -112,16 +118,22 @@ def stalls_in(connection: Connection, lot: str, version: int) -> list[PlanStall]
 
 
 def around(
-    connection: Connection, lot: str, stalls: Sequence[PlanStall], margin: float, without: Iterable[int]
+    connection: Connection, lot: str, stalls: Sequence[PlanStall], without: Iterable[int], *, with_rows: bool
 ) -> list[PlanStall]:
-    """Return the stalls of the plan near some stalls, without those of some keys."""
+    """Return the stalls of the plan that may overlap some stalls, without those of some keys.
+
+    ``with_rows``: those of rows that the stalls may join too.
+    """
     left_out = set(without)
-    cells: dict[tuple[int, int], list[tuple[float, float]]] = defaultdict(list)
+    cells: dict[tuple[int, int], list[PlanStall]] = defaultdict(list)
     for stall in stalls:
-        cells[int(stall.north // _CELL_M), int(stall.east // _CELL_M)].append((stall.north, stall.east))
+        cells[int(stall.north // _CELL_M), int(stall.east // _CELL_M)].append(stall)
     near: dict[int, PlanStall] = {}
-    for places in cells.values():
-        near |= {stall.key: stall for stall in _in_box(connection, lot, np.array(places), margin)}
+    for members in cells.values():
+        shapes = shapes_of(members)
+        own = float((shapes[:, 3] + shapes[:, 4]).max()) / 2
+        look = _in_box if with_rows else _touching
+        near |= {each.key: each for each in look(connection, lot, shapes[:, :2], ROW_M if with_rows else own)}
     return [stall for key, stall in near.items() if key not in left_out]
 
 
@@ -153,9 +165,8 @@ def highest_of(connection: Connection, lot: str, near: Sequence[PlanStall]) -> d
     given = [parts_of(label) for label in connection.execute(_LETTERS, {"lot": lot}).scalars()]
     highest = {parts[0]: parts[1] for parts in given if parts is not None}
     for letter in {parts[0] for stall in near if (parts := parts_of(stall.label)) is not None}:
-        labels = connection.execute(_OF_LETTER, {"lot": lot, "low": f"{letter} ", "high": f"{letter}!"}).scalars()
-        numbers = [parts[1] for label in labels if (parts := parts_of(label)) is not None]
-        highest[letter] = max(numbers, default=0)
+        number = connection.execute(_HIGHEST, {"lot": lot, "low": f"{letter} ", "high": f"{letter}!"}).scalar()
+        highest[letter] = int(number or 0)
     return highest
 
 
@@ -173,6 +184,16 @@ def _in_box(connection: Connection, lot: str, places: Floats, margin: float) -> 
     """Return the stalls of the plan whose middle is in the box around places (N, 2), or nearer than a margin."""
     (south, west), (north, east) = (places.min(axis=0) - margin).tolist(), (places.max(axis=0) + margin).tolist()
     return _stalls(connection, _IN_BOX, lot=lot, south=south, north=north, west=west, east=east)
+
+
+def _touching(connection: Connection, lot: str, places: Floats, reach: float) -> list[PlanStall]:
+    """Return the stalls of the plan that may touch stalls at places (N, 2) which reach so far from their middles."""
+    low_north, low_east = (places.min(axis=0) - reach).tolist()
+    high_north, high_east = (places.max(axis=0) + reach).tolist()
+    box = {"low_north": low_north, "high_north": high_north, "low_east": low_east, "high_east": high_east}
+    coarse = {"south": low_north - _LARGEST_M, "north": high_north + _LARGEST_M}
+    coarse |= {"west": low_east - _LARGEST_M, "east": high_east + _LARGEST_M}
+    return _stalls(connection, _TOUCHING, lot=lot, **box, **coarse)
 
 
 def _by_ids(connection: Connection, lot: str, ids: Sequence[str], field: str) -> list[PlanStall]:
