@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.cameras.drone_camera import CameraFrame
+from hawk.model.known_lot import KnownLot
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters
@@ -46,6 +47,7 @@ class Situation:
     asked_ground: AskedGround | None = None
     map_problem: str = ""
     ground: float = 0.0
+    known: KnownLot | None = None
 
 
 Aim = Callable[[CameraModel, float, VehiclePose | None], tuple[CameraModel, str]]
@@ -195,4 +197,5 @@ class AlgorithmLoop:
             ground=situation.ground,
             mount_problem=aim_problem,
             sun=None if pose is None else self._sun_at(captured.captured, pose),
+            known=situation.known,
         )

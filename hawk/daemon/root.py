@@ -35,7 +35,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
-from hawk.daemon.lot_keeper import LotKeeper, find_stalls
+from hawk.daemon.lot_parts import LotParts
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
@@ -50,7 +50,6 @@ from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
 from hawk.lots.finished import LandedSurvey
-from hawk.lots.store import LotStore, lots_file
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.moment import is_wall_clock_kept, this_moment
 from hawk.model.operation import StateName
@@ -258,7 +257,13 @@ class Daemon:
             lambda output: self.performance.frame_published(output.captured, output.timings)
         )
         self.results.frame_output.listen(lambda output: self.camera.looked_at(is_damaged=output.is_damaged))
-        self._make_lots()
+        self._lots = LotParts.create(
+            self._config.store,
+            self._landed_survey,
+            lambda: self.autopilot.datum,
+            self.manager.log.add,
+            is_restored=bool(self._kept.map_parts),
+        )
 
     def _web_services(self) -> WebServices:
         return WebServices(
@@ -274,7 +279,7 @@ class Daemon:
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
-            lots=self._lots,
+            lots=self._lots.store,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,
@@ -421,7 +426,8 @@ class Daemon:
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
         self._own("map-keeper", self._map_keeper.run)
-        self._own("lot-keeper", self._lot_keeper.run)
+        self._own("lot-keeper", self._lots.keeper.run)
+        self._own("known-lot", self._lots.known.run)
         if self._flight_offer is not None:
             self._own("flight-offer", self._flight_offer.run)
 
@@ -440,7 +446,7 @@ class Daemon:
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
-        await self._lots.close()
+        await self._lots.store.close()
         self._output.close()
         self._flight_state.close()
 
@@ -452,7 +458,7 @@ class Daemon:
         except Exception:
             _LOG.exception("the last changes of the map were not journalled")
         try:
-            await asyncio.wait_for(self._lot_keeper.keep(), 2.0)  # it landed a moment ago
+            await asyncio.wait_for(self._lots.keeper.keep(), 2.0)  # it landed a moment ago
         except Exception:
             _LOG.exception("the survey was not stored")
 
@@ -472,6 +478,7 @@ class Daemon:
             asked_ground=self.manager.outlines.ground(self.autopilot.datum, self.topics.fence_pub.value),
             map_problem=self._map_problem(),
             ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
+            known=self._lots.known.current,
         )
 
     def _map_problem(self) -> str:
@@ -505,7 +512,7 @@ class Daemon:
     async def _switch_survey(self) -> None:
         """Begin an empty map and a journal of its own; the page sees the empty map at once."""
         assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
-        await self._lot_keeper.keep()
+        await self._lots.keeper.keep()
         survey = self._journal.new_survey()
         outlines = self.manager.outlines
         if outlines.outline is not None and outlines.setup.source == "set":
@@ -518,13 +525,6 @@ class Daemon:
         self._journal.set_arm_place(place)
         if self.autopilot.datum is not None:
             self._journal.set_datum(self.autopilot.datum)
-
-    def _make_lots(self) -> None:
-        store = self._config.store
-        self._lots = LotStore(lots_file(store.directory, store.lots), find_stalls)
-        self._lot_keeper = LotKeeper(
-            self._lots, self._landed_survey, self.manager.log.add, is_restored=bool(self._kept.map_parts)
-        )
 
     def _make_flight_offer(self) -> None:
         """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""
@@ -543,7 +543,7 @@ class Daemon:
             self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
-            self._lot_keeper.note(armed=state.armed)
+            self._lots.keeper.note(armed=state.armed)
             if self._flight_offer is not None:
                 self._flight_offer.note(armed=state.armed)
 

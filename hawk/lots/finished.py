@@ -65,6 +65,7 @@ def finished(landed: LandedSurvey) -> FinishedSurvey:
         stalls=tuple(
             SurveyStall.of(stall, landed.utc - (landed.seconds - stall.last_seen) / landed.speed)
             for stall in survey.marked
+            if stall.seen  # others are known, and were not looked at
         ),
         program=landed.program,
         simulated=landed.simulated,

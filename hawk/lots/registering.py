@@ -116,10 +116,16 @@ def registered(connection: Connection, lot: str, looked: Looked, register: Regis
     if known.seen.is_empty:
         return Doubtful(say("the ground of the lot's first survey is not known"))
     frame = frame_of(datum_of(connection, lot), looked.datum)
-    outcome = register(known, FoundStalls(frame.stalls(looked.stalls), looked.ground(frame)))
+    witnesses = [stall for stall in looked.stalls if stall.is_witness]
+    outcome = register(known, FoundStalls(frame.stalls(witnesses), looked.ground(frame)))
     if isinstance(outcome, Registration):
+        given = {stall.id: stall.known for stall in looked.stalls if stall.known}
+        if any(given.get(number, stall) != stall for number, stall in outcome.same.items()):
+            return Doubtful(say("the flight saw the plan in another place"))
+        left = {stall.id for stall in known.stalls} - {*outcome.same.values()}
+        same = {number: stall for number, stall in given.items() if stall in left}
         move = move_of(outcome).after(frame)
-        return Registration(move.north, move.east, move.turn, outcome.same)
+        return Registration(move.north, move.east, move.turn, {**same, **outcome.same})
     places = []
     for place in outcome.places:
         move = move_of(place).after(frame)

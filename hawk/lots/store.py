@@ -53,6 +53,11 @@ class LotStore:
         self._lock: FlightLock | None = None
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="lots", initializer=_step_back)
 
+    @property
+    def is_open(self) -> bool:
+        """True once the file was opened: reading then loads no library."""
+        return self._database is not None
+
     async def open(self) -> str:
         """Open the file; return words on what an operator should know of it, else nothing. Raises LotStoreError."""
         return await self._run(lambda: self._opened().notice)

@@ -65,11 +65,16 @@ class Placed(StrEnum):
     """No lot was found."""
 
 
+WITNESS_SCORE: Final = 0.5
+"""Score from which a given stall of a survey was also found by vision."""
+
+
 @dataclass(frozen=True, slots=True)
 class SurveyStall:
     """A stall as a survey saw it: `Stall`, with the time of the last look in place of the daemon's clock.
 
-    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds.
+    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: the UUID of that
+    stall in the lot's plan, by which the flight gave it; it says nothing of where the survey lies.
     """
 
     id: int
@@ -83,6 +88,12 @@ class SurveyStall:
     score: float
     seen: int
     looked: float
+    known: str = ""
+
+    @property
+    def is_witness(self) -> bool:
+        """True when the pictures show it, whatever the plan says."""
+        return not self.known or self.score >= WITNESS_SCORE
 
     def __post_init__(self) -> None:
         """Refuse what is no number. Raises LotInputError."""
@@ -106,6 +117,7 @@ class SurveyStall:
             score=float(stall.score),
             seen=int(stall.seen),
             looked=looked,
+            known=stall.known,
         )
 
     def on_map(self) -> Stall:
@@ -258,6 +270,7 @@ def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
     """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
     try:
         table = json.loads(zlib.decompress(data))
+        table.setdefault("known", [""] * len(table["id"]))  # earlier versions knew no plan in flight
         columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
         rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
         return tuple(SurveyStall(**{**row, "state": StallState(row["state"])}) for row in rows)

@@ -1,0 +1,75 @@
+"""The lot about a place as the store knows it, for the map of a flight."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+import shapely
+from shapely import MultiPoint, Polygon
+from shapely.geometry.base import BaseGeometry
+from sqlalchemy import Connection, select
+
+from hawk.lots.frames import frame_of
+from hawk.lots.place import ground_about
+from hawk.lots.plan.follow import revision_of
+from hawk.lots.plan.versions import newest_layout
+from hawk.lots.registering import datum_of, known_ground, present_stalls
+from hawk.lots.tables import LOT
+from hawk.lots.values import outline_of
+from hawk.model.known_lot import KnownLot, KnownStall
+
+NEAR_M: Final = 60.0
+"""A drone that stands nearer than this to a lot is about to fly over it."""
+_ABOUT_M: Final = 5.0
+"""Ground about the stalls of a plan that no survey has made."""
+
+Stamp = tuple[str, int, int]
+"""Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""
+
+
+def lot_near(connection: Connection, place: tuple[float, float]) -> tuple[Stamp, str] | None:
+    """Return stamp and name of the lot at a place (latitude, longitude), or of the nearest one within `NEAR_M`."""
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    here, nearest = shapely.Point(0.0, 0.0), None
+    for row in rows:
+        away = ground_about(place, outline_of(row["outline"])).distance(here)
+        if away <= NEAR_M and (nearest is None or away < nearest[0]):
+            nearest = away, row
+    if nearest is None:
+        return None
+    lot_id, name = str(nearest[1]["id"]), str(nearest[1]["name"])
+    return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
+
+
+def known_lot(connection: Connection, lot: str, datum: tuple[float, float]) -> KnownLot:
+    """Return the plan of a lot in the frame about a datum (latitude, longitude), as a receiver would place it."""
+    frame = frame_of(datum, datum_of(connection, lot))
+    stalls = tuple(present_stalls(connection, lot))
+    places = frame.of(np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)).tolist()
+    return KnownLot(
+        lot,
+        tuple(
+            KnownStall(
+                stall.id, north, east, (stall.angle + frame.turn) % np.pi, stall.width, stall.length, stall.is_confirmed
+            )
+            for stall, (north, east) in zip(stalls, places, strict=True)
+        ),
+        _pieces(frame.ground(_ground(connection, lot, stalls))),
+    )
+
+
+def _ground(connection: Connection, lot: str, stalls: tuple[Any, ...]) -> BaseGeometry:
+    """Return the ground whose stalls are known: what the surveys of the layout saw, else that about the stalls."""
+    seen = known_ground(connection, lot)
+    if seen.is_empty and stalls:
+        return MultiPoint([(stall.north, stall.east) for stall in stalls]).convex_hull.buffer(_ABOUT_M)
+    return seen
+
+
+def _pieces(ground: BaseGeometry) -> tuple[tuple[tuple[tuple[float, float], ...], ...], ...]:
+    parts = [part for part in shapely.get_parts(ground) if isinstance(part, Polygon) and not part.is_empty]
+    return tuple(
+        tuple(tuple((float(a), float(b)) for a, b in ring.coords[:-1]) for ring in (part.exterior, *part.interiors))
+        for part in parts
+    )
