@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import zlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from hawk.lots.values import (
     Registration,
     Saved,
     StoredStall,
+    SurveyStall,
     outline_of,
     pack_stalls,
     unpack_stalls,
@@ -128,6 +130,51 @@ def test_a_registration_that_is_not_certain_leaves_the_survey_unregistered(store
     second = saved(store, later(survey(seed=1), 2), lambda stored, found: Doubtful("two places fit alike"))
     assert (second.placed, second.known, second.doubt) == (Placed.UNREGISTERED, 0, "two places fit alike")
     assert {each["survey"] for each in rows(store, OBSERVATION)} == {1}
+
+
+def given(number: int, known: StoredStall, score: float) -> SurveyStall:
+    """A stall that the flight took from the plan, found by vision itself from a score of .5."""
+    return replace(stall(number, 1), known=known.id, score=score)
+
+
+def test_given_stalls_are_observed_and_only_those_that_vision_found_say_where_the_survey_lies(store: Database) -> None:
+    first = saved(store, survey())
+    known = layout(store, first.lot)
+    stalls = (given(1, known["A 1"], 0.9), given(2, known["A 2"], 0.1), replace(stall(3, 1), id=3))
+    asked: list[list[int]] = []
+
+    def register(_: KnownStalls, found: FoundStalls) -> Registration:
+        asked.append([each.id for each in found.stalls])
+        return Registration(0.0, 0.0, 0.0, {1: known["A 1"].id, 3: known["A 3"].id})
+
+    second = saved(store, later(replace(survey(), stalls=stalls), 2), register)
+    assert asked == [[1, 3]]
+    assert second.placed is Placed.REGISTERED
+    keys = {each["key"]: each["label"] for each in rows(store, STALL)}
+    assert {keys[each["stall"]] for each in rows(store, OBSERVATION) if each["survey"] == 2} == {"A 1", "A 2", "A 3"}
+
+
+def test_a_flight_that_saw_the_plan_in_another_place_is_a_doubt(store: Database) -> None:
+    first = saved(store, survey())
+    known = layout(store, first.lot)
+    stalls = tuple(given(k, known[f"A {k}"], 0.9) for k in range(1, 11))
+    shifted = {k: known[f"A {k + 1}"].id for k in range(1, 11)}
+    second = saved(store, later(replace(survey(), stalls=stalls), 2), lambda *_: Registration(0.0, 2.5, 0.0, shifted))
+    assert (second.placed, second.doubt) == (Placed.UNREGISTERED, "the flight saw the plan in another place")
+    assert {each["survey"] for each in rows(store, OBSERVATION)} == {1}
+
+
+def test_a_stall_keeps_the_id_by_which_the_flight_knew_it() -> None:
+    kept = unpack_stalls(pack_stalls((replace(stall(1), known="0" * 36), stall(2))))
+    assert [each.known for each in kept] == ["0" * 36, ""]
+
+
+def test_stalls_of_a_version_that_knew_no_plan_in_flight_are_read() -> None:
+    table = json.loads(zlib.decompress(pack_stalls((stall(1),))))
+    del table["known"]
+    (kept,) = unpack_stalls(zlib.compress(json.dumps(table).encode()))
+    assert kept.known == ""
+    assert kept.is_witness
 
 
 def test_a_survey_that_goes_on_keeps_ids_and_labels_and_adds_to_its_rows(store: Database) -> None:
