@@ -106,8 +106,9 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        names = ["seed", "condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind", "noise_seed"]
-        names += ["slope", "rangefinder"] + (["truth"] if getattr(options, "url", None) is None else [])
+        names = ["seed", "condition", "at", "world", "metres_per_pixel", "start", "gnss_sigma", "gnss_bias", "wind"]
+        names += ["noise_seed", "compass_error", "slope", "rangefinder"]
+        names += ["truth"] if getattr(options, "url", None) is None else []
         _refuse(options, names, "only together with --sim")
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
             raise ConfigError("--speed: only together with --sim")
@@ -120,7 +121,7 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
         _refuse(options, ("metres_per_pixel", "truth"), "only together with --world")
     elif options.seed is not None:
         raise ConfigError("--seed: draws a world; not together with --world (--noise-seed: errors of the sensors)")
-    _check_condition(options)
+    _check_drawn(options)
     given = {each.name: getattr(options, each.name, None) for each in fields(SimulationOptions)}
     return SimulationOptions(**{name: value for name, value in given.items() if value is not None})
 
@@ -132,15 +133,18 @@ def _refuse(options: argparse.Namespace, names: Sequence[str], remedy: str) -> N
             raise ConfigError(f"--{name.replace('_', '-')}: {remedy}")
 
 
-def _check_condition(options: argparse.Namespace) -> None:
+def _check_drawn(options: argparse.Namespace) -> None:
+    """Check the options of a drawn world. Raises ConfigError naming the one that does not fit."""
+    if options.world is not None:
+        _refuse(options, ("condition", "at"), "only for drawn worlds; not together with --world")
     if options.condition is None:
         return
-    from hawk.worlds.conditions import Condition
+    from hawk.worlds.conditions import HOURS, Condition
 
-    if options.world is not None:
-        raise ConfigError("--condition: only for drawn worlds; not together with --world")
     if options.condition not in list(Condition):
         raise ConfigError(f"--condition: must be one of {', '.join(Condition)}, not {options.condition}")
+    if options.at is not None and options.condition in HOURS:
+        raise ConfigError(f"--condition: {options.condition} is a time of day, which --at says; leave one out")
 
 
 def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
@@ -160,6 +164,12 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
     simulated.add_argument("--seed", type=values.whole(), metavar="N", help="world to draw (default 1)")
     simulated.add_argument("--condition", metavar="NAME", help="day, night, snow ... over a drawn world")
+    simulated.add_argument(
+        "--at",
+        type=simulator.moment,
+        metavar="MOMENT",
+        help="the drawn world at a moment, as 2026-05-04T10:30 on the lot's clock (UTC-5)",
+    )
     simulated.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead")
     simulated.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
     simulated.add_argument("--truth", type=values.file, metavar="FILE", help="what the picture really holds (JSON)")
@@ -172,6 +182,18 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated.add_argument("--speed", type=simulator.speed, default=1.0, metavar="N", help=SPEED_HELP)
     simulated.add_argument(
         "--gnss-sigma", type=simulator.gnss_sigma, metavar="M", help="slow error of the position, metres"
+    )
+    simulated.add_argument(
+        "--gnss-bias",
+        type=values.as_text(simulator.gnss_bias),
+        metavar="N,E",
+        help="constant error of GNSS, north and east, metres",
+    )
+    simulated.add_argument(
+        "--compass-error",
+        type=simulator.compass_error,
+        metavar="DEG",
+        help="constant error of all compasses, clockwise, -30 to 30",
     )
     simulated.add_argument(
         "--noise-seed", type=values.whole(), metavar="N", help="of the errors of position and sensors (default: --seed)"

@@ -6,8 +6,10 @@ import asyncio
 import contextlib
 import json
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from datetime import datetime, timedelta
+from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -16,10 +18,14 @@ from hawk.sim.camera.camera import Camera, Frame
 from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import DEFAULT_MARGIN_M, WatchedFence
 from hawk.sim.geometry import Origin
+from hawk.worlds.moment import read_moment
+from hawk.worlds.stays import LotStays
 
 BOUNDARY = "hawk-frame"
 SNAPSHOT_TIMEOUT_S = 10.0
 MAX_BODY = 1_000_000
+LONGEST_SPAN: Final = timedelta(days=31)
+"""Of one question for stays."""
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0, allow_inf_nan=False)]
 Longitude = Annotated[float, Field(ge=-180.0, le=180.0, allow_inf_nan=False)]
 Model = TypeVar("Model", bound=BaseModel)
@@ -47,6 +53,7 @@ class Backend:
     watch_fence: Callable[[WatchedFence | None], None]
     apply_fault: Callable[[Fault], list[str]]
     faults: CameraFaults
+    stays: LotStays | None = None
 
 
 class CameraServer:
@@ -56,6 +63,7 @@ class CameraServer:
         self._backend = backend
         self._runner: web.AppRunner | None = None
         self._closing = asyncio.Event()
+        self._searching = ThreadPoolExecutor(1, "hawk-sim stays")
 
     async def start(self, host: str, port: int) -> str:
         """Listen; return the base URL. Raises OSError when the address cannot be used."""
@@ -82,6 +90,7 @@ class CameraServer:
         self._closing.set()
         if self._runner is not None:
             await self._runner.cleanup()
+        self._searching.shutdown(wait=False, cancel_futures=True)
 
     async def _stream(self, request: web.Request) -> web.StreamResponse:
         self._refuse_when_closed()
@@ -119,8 +128,16 @@ class CameraServer:
         headers = {"X-Timestamp": f"{faults.stamp(frame):.6f}", "Cache-Control": "no-store"}
         return web.Response(body=faults.picture(frame), content_type="image/jpeg", headers=headers)
 
-    async def _truth(self, _: web.Request) -> web.Response:
-        return web.json_response(dict(self._backend.truth))
+    async def _truth(self, request: web.Request) -> web.Response:
+        if not request.query:
+            return web.json_response(dict(self._backend.truth))
+        stays = self._backend.stays
+        if stays is None:
+            _refuse("from", "this world stands still: start hawk-sim with --at, or ask for /truth alone")
+        span = _span_of(request.query, self._backend.origin.longitude)
+        found = await asyncio.get_running_loop().run_in_executor(self._searching, stays.between, span.begin, span.end)
+        listed = [{"stall": s.stall, "from": s.begin.isoformat(), "to": s.end.isoformat()} for s in found]
+        return web.json_response({"from": span.begin.isoformat(), "to": span.end.isoformat(), "stays": listed})
 
     async def _status(self, _: web.Request) -> web.Response:
         camera = self._backend.camera
@@ -160,6 +177,38 @@ class CameraServer:
     def _refuse_when_closed(self) -> None:
         if self._backend.faults.closed:
             raise web.HTTPServiceUnavailable(text="the camera is switched off by a fault")
+
+
+@dataclass(frozen=True, slots=True)
+class _Span:
+    begin: datetime
+    end: datetime
+
+
+def _span_of(query: Mapping[str, str], longitude: float) -> _Span:
+    """Return the time that `GET /truth?from=&to=` asks for. Answers 400 with the field that does not fit."""
+    for name in query:
+        if name not in ("from", "to"):
+            _refuse(name, "is not known: ask with from and to, or without both")
+    moments = []
+    for name in ("from", "to"):
+        if name not in query:
+            _refuse(name, f"is missing: give from and to, as {name}=2026-05-04T10:30")
+        try:
+            moments.append(read_moment(query[name], longitude))
+        except ValueError as error:
+            _refuse(name, str(error))
+    begin, end = moments
+    if end < begin:
+        _refuse("to", f"lies before from ({begin.isoformat()}): exchange them")
+    if end - begin > LONGEST_SPAN:
+        _refuse("to", f"lies more than {LONGEST_SPAN.days} days after from: ask for parts")
+    return _Span(begin, end)
+
+
+def _refuse(field: str, problem: str) -> NoReturn:
+    text = json.dumps({"errors": [{"field": field, "problem": problem}]})
+    raise web.HTTPBadRequest(text=text, content_type="application/json")
 
 
 async def _read(request: web.Request, model: type[Model]) -> Model:

@@ -27,6 +27,7 @@ from hawk.sim.link.udp import UdpUrl
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
+from hawk.worlds.moment import read_moment
 from hawk.worlds.world import World, WorldError, picture_world
 
 if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _save(options.save_truth, world)
         half = follow if options.follow is not None else fly
         camera = WorldCamera(world, default_intrinsics())
-        return asyncio.run(_run(half(world.truth_json(), camera, run, _say), options.parent_pid))
+        return asyncio.run(_run(half(world.truth_json(), camera, run, _say, world.stays), options.parent_pid))
     except (UsageError, WorldError) as error:
         print(f"hawk-sim: {error}", file=sys.stderr)
         return EXIT_USAGE
@@ -84,10 +85,24 @@ def load_world(options: argparse.Namespace) -> World:
         for name in ("metres_per_pixel", "truth"):
             if getattr(options, name) is not None:
                 raise UsageError(f"--{name.replace('_', '-')}: only together with --world")
-        return generate_world(options.seed, WorldOptions(condition=options.condition))
+        return generate_world(options.seed, _world_options(options))
+    if options.at is not None:
+        raise UsageError("--at: only for drawn worlds; the light of a picture stays")
     if options.metres_per_pixel is None:
         raise UsageError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
     return picture_world(options.world, options.metres_per_pixel, options.truth)
+
+
+def _world_options(options: argparse.Namespace) -> WorldOptions:
+    try:
+        at = None if options.at is None else read_moment(options.at, options.longitude)
+    except ValueError as error:  # at the limits the lot's clock decides
+        raise UsageError(f"--at: {error}") from None
+    place = options.latitude, options.longitude
+    try:
+        return WorldOptions(condition=options.condition, at=at, place=place)
+    except WorldError as error:
+        raise UsageError(f"--{error}") from None
 
 
 def run_options(options: argparse.Namespace, world: World) -> RunOptions:
@@ -110,10 +125,12 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         battery_minutes=options.battery_minutes,
         battery_cells=options.battery_cells,
         gnss_bias=options.gnss_bias,
+        compass_error=math.radians(options.compass_error),
         gcs_parameter=options.gcs_param_name,
         real_time_factor=options.speed,
         rangefinder_m=options.rangefinder,
         slope=Slope(options.slope[0], math.radians(options.slope[1]), (-start[1], start[0])),
+        utc_s=None if world.at is None else world.at.timestamp(),
     )
     return RunOptions(
         start=start,
@@ -138,6 +155,13 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
         choices=list(Condition),
         default=Condition.DAY,
         help="time of day and weather of the drawn world (default day)",
+    )
+    world.add_argument(
+        "--at",
+        type=simulator.moment,
+        metavar="MOMENT",
+        help="the drawn world at a moment, as 2026-05-04T10:30: the cars that stand there then, the sun of that hour; "
+        "without an offset from UTC it is the lot's clock, one hour for 15 degrees of longitude",
     )
     world.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead (north up)")
     world.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
@@ -211,10 +235,17 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
     )
     flight.add_argument(
         "--gnss-bias",
-        type=values.pair("N,E"),
+        type=simulator.gnss_bias,
         default=(0.0, 0.0),
         metavar="N,E",
         help="constant error of GNSS, north and east, metres (default 0,0)",
+    )
+    flight.add_argument(
+        "--compass-error",
+        type=simulator.compass_error,
+        default=0.0,
+        metavar="DEG",
+        help="constant error of all compasses, clockwise, -30 to 30: the autopilot's heading is off by it (default 0)",
     )
     flight.add_argument("--gcs-param-name", choices=("old", "new"), default="old", help="SYSID_MYGCS or MAV_GCS_SYSID")
 

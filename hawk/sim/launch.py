@@ -16,9 +16,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
-from hawk.config.options import number
+from hawk.config.options import number, pair
 from hawk.runtime.programs import remedy
 from hawk.worlds import COARSEST_M, FINEST_M
+from hawk.worlds.moment import read_moment
 
 SLOWEST, FASTEST = 0.5, 4.0
 """Limits of the simulated seconds per real second: MAVSDK's own timers stay real."""
@@ -36,6 +37,19 @@ wind = number(0, 15)
 """Metres a second."""
 rangefinder = number(0, 300)
 """Metres."""
+compass_error = number(-30, 30)
+"""Degrees: an autopilot replaces compasses that turn farther."""
+gnss_bias = pair("N,E")
+"""Metres."""
+
+
+def moment(text: str) -> str:
+    """Return the text of a moment of the lot (`hawk.worlds.moment.read_moment`), whose clock is not known here."""
+    try:
+        read_moment(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def slope(text: str) -> tuple[float, float]:
@@ -75,18 +89,21 @@ class SimulationOptions:
     """Options of ``hawk-sim``, under the same names.
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
-    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
+    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`), ``at`` its moment
+    (`hawk.worlds.moment`).
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
     ``camera_rate`` is the number of pictures in a simulated second.
-    ``gnss_bias`` is N,E in metres, ``battery_cells`` the battery's cells, ``mavlink_version`` 1 or 2; ``others``, with
-    commas between, are others on the link (`hawk.sim.autopilot.parameters.Other`).
+    ``gnss_bias`` is N,E in metres, ``compass_error`` degrees, ``battery_cells`` the battery's cells,
+    ``mavlink_version`` 1 or 2; ``others``, with commas between, are others on the link
+    (`hawk.sim.autopilot.parameters.Other`).
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
     `FASTEST`.
     """
 
     seed: int = 1
     condition: str | None = None
+    at: str | None = None
     world: Path | None = None
     metres_per_pixel: float | None = None
     truth: Path | None = None
@@ -99,6 +116,7 @@ class SimulationOptions:
     rangefinder: float | None = None
     noise_seed: int | None = None
     gnss_bias: str | None = None
+    compass_error: float | None = None
     battery_cells: int | None = None
     mavlink_version: int | None = None
     others: str | None = None

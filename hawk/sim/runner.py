@@ -23,6 +23,7 @@ from hawk.sim.flight_record import FlightRecord
 from hawk.sim.geometry import Origin
 from hawk.sim.link.mavlink_link import MavlinkLink
 from hawk.sim.link.udp import UdpLink, UdpUrl
+from hawk.worlds.stays import LotStays
 
 TICK_S = 0.005
 """Real seconds between two looks at the clock."""
@@ -94,7 +95,13 @@ class Flyer:
         return Shot(self.autopilot.time_boot, self.autopilot.time, east, -north, height, *attitude)
 
 
-async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
+async def fly(
+    truth: Mapping[str, Any],
+    renderer: Renderer,
+    options: RunOptions,
+    say: Callable[[str], None],
+    stays: LotStays | None = None,
+) -> None:
     """Run the whole simulated drone until cancelled.
 
     Args:
@@ -102,6 +109,7 @@ async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions,
         renderer: draws the world.
         options: how to run.
         say: gets one line of JSON with the addresses.
+        stays: the stays of the world's cars, where it is at a moment.
 
     Raises:
         OSError: an address cannot be used.
@@ -113,6 +121,7 @@ async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions,
         camera=camera,
         origin=options.origin,
         truth=_truth(truth, options),
+        stays=stays,
         status=lambda: {**flyer.record.summary(), "speed": options.speed, "lag_s": clock() - flyer.autopilot.time},
         watch_fence=flyer.record.watch,
         apply_fault=lambda fault: apply_fault(fault, flyer.autopilot, flyer.link, camera, faults),
@@ -125,7 +134,13 @@ async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions,
             await asyncio.sleep(TICK_S if caught_up else 0.0)
 
 
-async def follow(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
+async def follow(
+    truth: Mapping[str, Any],
+    renderer: Renderer,
+    options: RunOptions,
+    say: Callable[[str], None],
+    stays: LotStays | None = None,
+) -> None:
     """Run the camera alone, over the vehicle at ``options.mavlink``, until cancelled; arguments as for `fly`."""
     clock, camera, faults = _begin(renderer, options)
     follower = Follower(options.origin, clock, options.frame_s)
@@ -134,6 +149,7 @@ async def follow(truth: Mapping[str, Any], renderer: Renderer, options: RunOptio
         camera=camera,
         origin=options.origin,
         truth=_truth(truth, options),
+        stays=stays,
         status=lambda: _followed(follower, options.origin),
         watch_fence=lambda _: None,
         apply_fault=lambda fault: apply_camera_fault(fault, camera, faults),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Final
 
 import numpy as np
 
@@ -25,6 +26,10 @@ class Condition(StrEnum):
     WET = "wet"
     SNOW = "snow"
     LEAVES = "leaves"
+
+
+HOURS: Final = (Condition.DUSK, Condition.NIGHT)
+"""Conditions that are times of day."""
 
 
 def set_condition(plan: SitePlan, condition: Condition, sun: Sun, rng: np.random.Generator) -> Sun:

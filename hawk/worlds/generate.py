@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from datetime import datetime
 
 import cv2
 import numpy as np
 import shapely
 
+from hawk.model.sun import sun_position
 from hawk.worlds.canvas import Bytes, Canvas, Points
 from hawk.worlds.cars import footprint_m
-from hawk.worlds.conditions import Condition, set_condition
+from hawk.worlds.conditions import HOURS, Condition, set_condition
+from hawk.worlds.daylight import light_at
 from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.layout import asphalt_details, plan_section
-from hawk.worlds.light import sample_sun
+from hawk.worlds.light import Sun, sample_sun
 from hawk.worlds.materials import Material, sample_material
+from hawk.worlds.moment import clock_of
+from hawk.worlds.parked import number_stalls, park, stays_of
 from hawk.worlds.plan import Axes, SitePlan, Surface
 from hawk.worlds.render import draw_plan
+from hawk.worlds.streams import OwnStreams, Streams
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
 from hawk.worlds.surroundings import plan_clutter, plan_side
 from hawk.worlds.world import TrueStall, World, WorldError
@@ -137,6 +143,10 @@ class WorldOptions:
 
     ``difficult`` is the least share of stalls with worn lines or partly under a crown. ``condition``: time of day and
     weather; the same seed is the same lot with the same cars in all of them.
+
+    ``at`` is an aware moment, at ``place`` (latitude, longitude): the cars
+    are those that stand there then, the light is that of the hour, and ``condition`` is the weather. Without it the lot
+    has the cars and the sun of its seed.
     """
 
     width: tuple[float, float] = (112.0, 138.0)
@@ -146,6 +156,8 @@ class WorldOptions:
     taken: tuple[float, float] = (0.32, 0.88)
     difficult: float = 0.16
     condition: Condition = Condition.DAY
+    at: datetime | None = None
+    place: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         if not 0.02 <= self.metres_per_pixel <= 0.5:
@@ -153,6 +165,8 @@ class WorldOptions:
         for name, (low, high) in (("width", self.width), ("height", self.height)):
             if not 40 <= low <= high <= 400:
                 raise WorldError(f"{name}: must be a range within 40..400 m, not {low}..{high}")
+        if self.at is not None and self.condition in HOURS:
+            raise WorldError(f"condition: {self.condition} is a time of day, which the moment (at) says; leave one out")
 
 
 def generate_world(seed: int, options: WorldOptions | None = None) -> World:
@@ -169,7 +183,7 @@ def generate_world(seed: int, options: WorldOptions | None = None) -> World:
         plan = _plan(rng, size_m)
         if _is_good(plan, size_m, options):
             canvas = Canvas(0.0, 0.0, width, height, mpp)
-            return _draw(seed, plan, canvas, rng, options.condition)
+            return _draw(seed, plan, canvas, rng, options)
     raise WorldError(f"seed {seed}: no lot out of {_ATTEMPTS} meets the options; widen stalls, taken or the size")
 
 
@@ -207,16 +221,21 @@ def _difficult_share(plan: SitePlan) -> float:
     return sum(hard) / max(1, len(hard))
 
 
-def _draw(seed: int, plan: SitePlan, canvas: Canvas, rng: np.random.Generator, condition: Condition) -> World:
-    # its own numbers: the same seed is the same lot in every condition
-    sun = set_condition(plan, condition, sample_sun(rng, calm=True), np.random.default_rng((seed, 1)))
-    drawn = draw_plan(plan, canvas, sun, rng)
+def _draw(seed: int, plan: SitePlan, canvas: Canvas, rng: np.random.Generator, options: WorldOptions) -> World:
+    sampled = sample_sun(rng, calm=True)
+    number_stalls(plan)
+    streams, stays = Streams(rng), None
+    if options.at is not None:
+        stays = stays_of(plan, seed, clock_of(options.place[1]))
+        park(plan, stays.at(options.at), options.at, seed)
+        streams = OwnStreams(seed)
+    drawn = draw_plan(plan, canvas, _light(seed, plan, sampled, options), streams)
     ground = np.clip(drawn.ground, 0, 255, out=drawn.ground).astype(np.uint8)
     cover = _cover(canvas, FacetSet([layer for layer in drawn.layers if layer.label in ("tree", "roof")]))
     vehicles = shapely.union_all([shapely.Polygon(footprint_m(vehicle)) for vehicle in plan.vehicles])
     stalls = [
         TrueStall(
-            id=number,
+            id=number if stall.number is None else stall.number,
             corners=stall.corners,
             taken=stall.taken,
             hidden=_covered(cover, stall.corners) > _HIDDEN_SHARE,
@@ -234,7 +253,16 @@ def _draw(seed: int, plan: SitePlan, canvas: Canvas, rng: np.random.Generator, c
         stalls=tuple(stalls),
         lots=tuple(plan.lots),
         seed=seed,
+        at=options.at,
+        stays=stays,
     )
+
+
+def _light(seed: int, plan: SitePlan, sampled: Sun, options: WorldOptions) -> Sun:
+    rng = np.random.default_rng((seed, 1))  # its own numbers: the same seed is the same lot in every condition
+    if options.at is None:
+        return set_condition(plan, options.condition, sampled, rng)
+    return light_at(plan, options.condition, sun_position(options.at, *options.place), sampled, rng)
 
 
 def _cover(canvas: Canvas, facets: FacetSet) -> Bytes:

@@ -95,23 +95,32 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class PlannedStall:
-    """A painted stall; corner order as in TrueStall. ``paint`` (0..1) is what its better long line has kept."""
+    """A painted stall; corner order as in TrueStall. ``paint`` (0..1) is what its better long line has kept.
+
+    ``number`` is its id, by the order of planning where it is None. Nobody can park on a ``closed`` one.
+    """
 
     corners: Points
     kind: str
     taken: bool
     worn: bool
     paint: float
+    number: int | None = None
+    closed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """A vehicle: centre, heading (radians, east towards south) and kind (see `hawk.worlds.cars`)."""
+    """A vehicle: centre, heading (radians, east towards south) and kind (see `hawk.worlds.cars`).
+
+    ``key`` distinguishes vehicles that stand at the same place at different times.
+    """
 
     x: float
     y: float
     heading: float
     kind: str
+    key: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
 from hawk.worlds.materials import Colour, Material, texture
 from hawk.worlds.plan import Gain, Post, SitePlan, Stroke, Surface, Vehicle
+from hawk.worlds.streams import Streams
 from hawk.worlds.trees import draw_bare_tree, draw_tree, leaf_colours
 
 _FAR_M = 20.0
@@ -61,35 +62,42 @@ AS_DRAWN = Looks()
 """Nothing looks otherwise than it is drawn."""
 
 
-def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator, looks: Looks = AS_DRAWN) -> Drawn:
+def draw_plan(
+    plan: SitePlan, canvas: Canvas, sun: Sun, random: np.random.Generator | Streams, looks: Looks = AS_DRAWN
+) -> Drawn:
     """Draw the part of a plan that is on the canvas (its picture is filled in place)."""
+    streams = random if isinstance(random, Streams) else Streams(random)
     mpp = canvas.metres_per_pixel
-    canvas.image = looks.ground(plan.ground, texture(rng, plan.ground, canvas.height, canvas.width, mpp), mpp)
+    bare = texture(streams.of("ground"), plan.ground, canvas.height, canvas.width, mpp)
+    canvas.image = looks.ground(plan.ground, bare, mpp)
     paint = Paint(canvas, plan.strokes)
     gains = deque(plan.gains)
     shown = _shown(canvas, plan.surfaces)
     for order, surface in enumerate([None, *plan.surfaces]):
-        patch = draw_surface(canvas, surface, rng, looks) if surface is not None and shown[order - 1] else None
+        patch = None
+        if surface is not None and shown[order - 1]:
+            patch = draw_surface(canvas, surface, streams.of("surface", order), looks)
         if patch is not None:
             paint.bury(patch)
         while gains and gains[0].order <= order:
             _draw_gain(canvas, gains.popleft())
         paint.put_on(order)
-    draw_puddles(canvas, plan.wet, rng)
-    paint.blend(plan.palette, plan.wear, rng)
-    draw_snow(canvas, plan.snow, rng)
+    draw_puddles(canvas, plan.wet, streams.of("puddles"))
+    paint.blend(plan.palette, plan.wear, streams.of("wear"))
+    draw_snow(canvas, plan.snow, streams.of("snow"))
     for surface in plan.islands:
-        draw_surface(canvas, surface, rng, looks)
+        draw_surface(canvas, surface, streams.of("island", *surface.polygon[0]), looks)
     if plan.leaves:
-        draw_leaves(canvas, plan, leaf_colours(rng), rng)
+        fallen = streams.of("leaves")
+        draw_leaves(canvas, plan, leaf_colours(fallen), fallen)
     shadows = Shadows(canvas, sun)
     for shade in plan.shades:
         shadows.add_block(shade, 0.0, tall=True)
-    layers = _draw_standing(plan, canvas, shadows, sun, rng, looks)
+    layers = _draw_standing(plan, canvas, shadows, sun, streams, looks)
     for block in plan.blocks:
         if canvas.touches(block.polygon, _margin(4.0, block.height, sun)):
             shadows.add_block(block.polygon, block.height)
-    depth = shadows.apply(rng=rng)
+    depth = shadows.apply(rng=streams.of("shadows"))
     _draw_blocks(plan, canvas, shadows)
     if plan.lamps is not None:
         plan.lamps.light(canvas)
@@ -162,18 +170,19 @@ def _draw_blocks(plan: SitePlan, canvas: Canvas, shadows: Shadows) -> None:
 
 
 def _draw_standing(
-    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator, looks: Looks
+    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, streams: Streams, looks: Looks
 ) -> list[HeightLayer]:
     layers: list[HeightLayer] = []
     mpp = canvas.metres_per_pixel
     for building in plan.buildings:
         if canvas.touches(building.polygon, _margin(_FAR_M, building.height, sun)):
             if canvas.touches(building.polygon, 0.75 * building.height):  # as far as it leans in any picture
-                layers += draw_building(rng, building, sun, mpp)
+                layers += draw_building(streams.of("building", *building.axes.origin), building, sun, mpp)
             shadows.add_block(building.polygon, building.height, tall=True)
-    leaves = leaf_colours(rng)
+    leaves = leaf_colours(streams.of("foliage"))
     for tree in plan.trees:
         if canvas.touches(np.array([[tree.x, tree.y]]), tree.radius + _margin(_FAR_M / 2, tree.height, sun)):
+            rng = streams.of("tree", tree.x, tree.y)
             if plan.bare and rng.random() < plan.bare:
                 crown_layers, crown = draw_bare_tree(rng, tree, mpp)
             else:
@@ -183,16 +192,17 @@ def _draw_standing(
             shadows.add_crown(tree.x, tree.y, tree.radius, tree.height, crown)
     for post in plan.posts:
         layers += _draw_post(post, canvas, shadows, sun)
-    return layers + _draw_vehicles(plan, canvas, shadows, sun, rng, looks)
+    return layers + _draw_vehicles(plan, canvas, shadows, sun, streams, looks)
 
 
 def _draw_vehicles(
-    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator, looks: Looks
+    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, streams: Streams, looks: Looks
 ) -> list[HeightLayer]:
     drawn: list[tuple[Vehicle, VehicleModel]] = []
     for vehicle in plan.vehicles:
         margin = max(6.0, length_m(vehicle.kind) / 2, _margin(0.0, 4.0, sun))
         if canvas.touches(np.array([[vehicle.x, vehicle.y]]), margin):
+            rng = streams.of("vehicle", vehicle.x, vehicle.y, vehicle.key)
             model = looks.vehicle(vehicle, draw_vehicle(rng, vehicle.kind), sun)
             if plan.dim_cars and rng.random() < plan.dim_cars:
                 model = dimmed(rng, model)

@@ -7,6 +7,7 @@ import json
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from hawk.formats.image import JPEG_START, DamagedImage, NoImage, decode_any, re
 from hawk.worlds import COARSEST_M, FINEST_M
 from hawk.worlds.canvas import Bytes, Points
 from hawk.worlds.facets import HeightLayer
+from hawk.worlds.stays import LotStays
 
 _STATES = ("free", "taken", "unclear")
 _START_INSET_M = 1.0
@@ -70,6 +72,7 @@ class World:
 
     Ground frame: origin in the upper left corner of the picture, x east, y south, metres. ``ground`` is BGR uint8
     (H, W, 3) at ``metres_per_pixel``, with all shadows and nothing that has height; that is in ``layers``.
+    A world ``at`` a moment has the ``stays`` that its cars come from.
     """
 
     name: str
@@ -80,6 +83,8 @@ class World:
     lots: tuple[Points, ...] = field(default=(), repr=False)
     seed: int | None = None
     start_m: tuple[float, float] | None = None
+    at: datetime | None = None
+    stays: LotStays | None = field(default=None, repr=False)
 
     @property
     def size_m(self) -> tuple[float, float]:
@@ -109,7 +114,9 @@ class World:
     def truth_json(self) -> dict[str, Any]:
         """Return the truth as it is saved (`load_truth` reads it)."""
         rows, columns = self.ground.shape[:2]
+        moment = {} if self.at is None else {"at": self.at.isoformat()}
         return {
+            **moment,
             "metres_per_pixel": self.metres_per_pixel,
             "size_px": [columns, rows],
             "stalls": [_stall_json(stall) for stall in self.stalls],

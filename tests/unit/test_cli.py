@@ -36,6 +36,11 @@ def test_a_wrong_config_file_names_the_key_and_the_line_and_ends_with_status_2(
     [
         (["run", "--world", __file__], "--world: only together with --sim"),
         (["run", "--condition", "night"], "--condition: only together with --sim"),
+        (["run", "--at", "2026-05-04T10:30"], "--at: only together with --sim"),
+        (["run", "--compass-error", "3"], "--compass-error: only together with --sim"),
+        (["run", "--gnss-bias", "3,1"], "--gnss-bias: only together with --sim"),
+        (["run", "--sim", "--at", "noon"], "--at: must be an ISO 8601"),
+        (["run", "--sim", "--at", "2026-05-04T10:30", "--condition", "dusk"], "--condition: dusk is a time of day"),
         (["run", "--sim", "--condition", "fog"], "--condition: must be one of day, overcast"),
         (["run", "--sim", "--condition", "fog"], "not fog"),
         (["run", "--speed", "2"], "--speed: only together with --sim"),
@@ -208,6 +213,14 @@ def test_a_seed_and_a_picture_become_the_simulators_options(tmp_path: Path) -> N
     )
     assert flown is not None
     assert flown.arguments() == [f"--world={picture}", "--metres-per-pixel=0.1", "--start=3,4", "--speed=1.0"]
+
+
+def test_moment_and_constant_errors_reach_the_simulation() -> None:
+    given = ["survey", "--out", "o", "--sim", "--at", "2026-05-04T10:30", "--gnss-bias=-2,1", "--compass-error", "-4"]
+    flown = simulation_options(options(*given))
+    assert flown is not None
+    arguments = ["--seed=1", "--at=2026-05-04T10:30", "--speed=1.0", "--gnss-bias=-2,1", "--compass-error=-4.0"]
+    assert flown.arguments() == arguments
 
 
 def test_a_condition_is_for_drawn_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

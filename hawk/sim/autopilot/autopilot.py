@@ -64,7 +64,7 @@ class Autopilot:
         self.battery = Battery(options.battery_minutes, options.battery_cells)
         self.gnss = Receiver((*options.gnss_bias, 0.0))
         self.barometer = Barometer()
-        self.compasses = Compasses()
+        self.compasses = Compasses(options.compass_error)
         self.rally = Rally(self.parameters)
         self.wind = Wind(options.wind, options.wind_heading, rng)
         self.body = Body(position=(options.start[0], options.start[1], 0.0), yaw=options.yaw)
@@ -116,6 +116,12 @@ class Autopilot:
     def time_boot(self) -> float:
         """Seconds since boot."""
         return self.time - self.boot_time
+
+    @property
+    def utc_s(self) -> float | None:
+        """Moment by GNSS, Unix seconds; None before the first good position since the boot."""
+        start = self.options.utc_s
+        return None if start is None or self.ekf_origin is None else start + self.time
 
     @property
     def gcs_id(self) -> int:

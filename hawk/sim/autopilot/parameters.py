@@ -28,7 +28,9 @@ class AutopilotOptions:
     ``gnss_wait_s`` passes from boot to a good position. ``gcs_parameter`` "old" or "new" is the name of the parameter
     with the ground station's id. ``real_time_factor`` is simulated seconds per real second. ``slope`` is the ground.
     ``battery_cells`` changes no parameter: ArduPilot does not know it. ``gnss_bias`` is the receiver's constant error
-    (north, east; metres). ``rangefinder_m`` is the reach of a rangefinder that looks down; 0: none, as on ArduCopter.
+    (north, east; metres), ``compass_error`` that of all compasses (radians, clockwise). ``utc_s`` is the moment at the
+    start by GNSS, Unix seconds; None: it gives none. ``rangefinder_m`` is the reach of a rangefinder that looks down;
+    0: none, as on ArduCopter.
     """
 
     start: Flat = (0.0, 0.0)
@@ -36,6 +38,7 @@ class AutopilotOptions:
     gnss_sigma: float = 0.5
     gnss_wait_s: float = 5.0
     gnss_bias: Flat = (0.0, 0.0)
+    compass_error: float = 0.0
     wind: float = 0.0
     wind_heading: float = 0.0
     battery_minutes: float = 20.0
@@ -44,6 +47,7 @@ class AutopilotOptions:
     real_time_factor: float = 1.0
     slope: Slope = field(default_factory=Slope)
     rangefinder_m: float = 0.0
+    utc_s: float | None = None
 
 
 class ParameterType(IntEnum):

@@ -137,9 +137,9 @@ class Barometer:
 class Compasses:
     """All compasses together: `failed` gives no reading; `error` (radians, clockwise) is common to them."""
 
-    def __init__(self) -> None:
+    def __init__(self, error: float = 0.0) -> None:
         self.failed = False
-        self.error = 0.0
+        self.error = error
 
 
 TURN_TIME_S: Final = 2.0

@@ -260,7 +260,8 @@ def _ekf_status(autopilot: Autopilot) -> Message:
 
 
 def _system_time(autopilot: Autopilot) -> Message:
-    return mavlink.MAVLink_system_time_message(0, _milliseconds(autopilot))
+    moment = autopilot.utc_s
+    return mavlink.MAVLink_system_time_message(0 if moment is None else round(moment * 1e6), _milliseconds(autopilot))
 
 
 def _wind(autopilot: Autopilot) -> Message:

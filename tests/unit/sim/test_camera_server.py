@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
 import aiohttp
@@ -11,6 +13,8 @@ from hawk.sim.camera_server import Backend, CameraServer
 from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import WatchedFence
 from hawk.sim.geometry import Origin
+from hawk.worlds.moment import clock_of
+from hawk.worlds.stays import Demand, LotStays
 from tests.unit.sim.camera.test_camera import Bench
 
 
@@ -25,17 +29,16 @@ class Site:
         self.asked: list[Fault] = []
         self.problems: list[str] = []
         self.url = ""
-        self.server = CameraServer(
-            Backend(
-                camera=bench.camera,
-                origin=Origin(),
-                truth={"stalls": []},
-                status=lambda: {"landed": True},
-                watch_fence=self.fences.append,
-                apply_fault=self._apply,
-                faults=self.faults,
-            )
+        self.backend = Backend(
+            camera=bench.camera,
+            origin=Origin(),
+            truth={"stalls": []},
+            status=lambda: {"landed": True},
+            watch_fence=self.fences.append,
+            apply_fault=self._apply,
+            faults=self.faults,
         )
+        self.server = CameraServer(self.backend)
 
     def _apply(self, fault: Fault) -> list[str]:
         self.asked.append(fault)
@@ -61,8 +64,9 @@ async def site() -> AsyncIterator[Site]:
     async with aiohttp.ClientSession() as client:
         made = Site(bench, client)
         made.url = await made.server.start("127.0.0.1", 0)
+        own = made.server
         yield made
-        await made.server.stop()
+        await own.stop()
         await bench.camera.close()
 
 
@@ -123,6 +127,63 @@ async def test_truth_and_status(site: Site) -> None:
         assert await answer.json() == {"stalls": []}
     async with site.client.get(f"{site.url}/status") as answer:
         assert await answer.json() == {"frames_due": 0, "frames_drawn": 0, "frames_late": 0, "landed": True}
+
+
+@pytest.fixture
+def stays(site: Site) -> LotStays:
+    """Stays of three stalls, which the site serves."""
+    lot = LotStays(7, {k: Demand(0.5) for k in range(3)}, clock_of(Origin().longitude))
+    site.server = CameraServer(replace(site.backend, stays=lot))
+    return lot
+
+
+async def ask(server: CameraServer, query: str) -> tuple[int, Any]:
+    url = await server.start("127.0.0.1", 0)
+    async with aiohttp.ClientSession() as client, client.get(f"{url}/truth?{query}") as answer:
+        found = answer.status, await answer.json()
+    await server.stop()
+    return found
+
+
+async def test_every_stay_of_a_time_is_served(site: Site, stays: LotStays) -> None:
+    status, answer = await ask(site.server, "from=2026-05-04T10:00&to=2026-05-04T12:30")
+    clock = clock_of(Origin().longitude)
+    begin, end = datetime(2026, 5, 4, 10, tzinfo=clock), datetime(2026, 5, 4, 12, 30, tzinfo=clock)
+    assert status == 200
+    assert (answer["from"], answer["to"]) == (begin.isoformat(), end.isoformat())
+    listed = [
+        (one["stall"], datetime.fromisoformat(one["from"]), datetime.fromisoformat(one["to"]))
+        for one in answer["stays"]
+    ]
+    assert listed == [(stay.stall, stay.begin, stay.end) for stay in stays.between(begin, end)]
+    assert listed
+
+
+@pytest.mark.usefixtures("stays")
+@pytest.mark.parametrize(
+    ("query", "field", "remedy"),
+    [
+        ("from=2026-05-04T10:00", "to", "is missing"),
+        ("to=2026-05-04T10:00", "from", "is missing"),
+        ("from=noon&to=2026-05-04T10:00", "from", "2026-05-04T10:30"),
+        ("from=2026-05-04T10:00&to=2026-05-04", "to", "2026-05-04T10:30"),
+        ("from=2026-05-04T10:00&to=2026-05-04T09:00", "to", "exchange"),
+        ("from=2026-05-04T10:00&to=2026-06-24T09:00", "to", "ask for parts"),
+        ("form=2026-05-04T10:00&to=2026-06-24T09:00", "form", "from and to"),
+    ],
+)
+async def test_a_wrong_time_names_its_field_and_the_remedy(site: Site, query: str, field: str, remedy: str) -> None:
+    status, answer = await ask(site.server, query)
+    assert status == 400
+    (error,) = answer["errors"]
+    assert error["field"] == field
+    assert remedy in error["problem"]
+
+
+async def test_a_world_without_a_moment_has_no_stays(site: Site) -> None:
+    async with site.client.get(f"{site.url}/truth?from=2026-05-04T10:00&to=2026-05-04T11:00") as answer:
+        assert answer.status == 400
+        assert "--at" in (await answer.json())["errors"][0]["problem"]
 
 
 async def test_a_fence_is_watched_in_world_coordinates(site: Site) -> None:

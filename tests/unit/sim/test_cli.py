@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
+from datetime import UTC, datetime
 from pathlib import Path
 
 import cv2
@@ -38,6 +40,8 @@ def picture(tmp_path: Path) -> Path:
         (["--metres-per-pixel", "-1"], "--metres-per-pixel"),
         (["--battery-cells", "0"], "--battery-cells"),
         (["--gnss-bias", "3"], "--gnss-bias"),
+        (["--compass-error", "31"], "--compass-error"),
+        (["--at", "2026-05-04"], "--at"),
         (["--mavlink-version", "3"], "--mavlink-version"),
         (["--others", "tracker,kite"], "--others"),
     ],
@@ -60,6 +64,8 @@ def test_a_wrong_option_is_named_and_ends_with_two(
         (["--world", "missing.png", "--metres-per-pixel", "0.1"], "missing.png"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--truth", "missing.json"], "missing.json"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--start", "30,5"], "--start"),
+        (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--at", "2026-05-04T10:30"], "--at"),
+        (["--at", "2026-05-04T10:30", "--condition", "night"], "--condition"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--save-truth", "/nowhere/x.json"], "--save-truth"),
         (
             [
@@ -135,10 +141,30 @@ def test_the_truth_of_a_picture_is_read_and_saved(picture: Path, tmp_path: Path)
 
 @pytest.mark.slow
 def test_the_lies_of_the_command_line_reach_the_drone() -> None:
-    given = ["--battery-cells", "4", "--gnss-bias=-3,2.5", "--mavlink-version", "1", "--others", "tracker,gimbal"]
+    given = [
+        "--battery-cells",
+        "4",
+        "--gnss-bias=-3,2.5",
+        "--compass-error=-6",
+        "--mavlink-version",
+        "1",
+        "--others",
+        "tracker,gimbal",
+    ]
     options = make_parser().parse_args(given)
     run = run_options(options, load_world(options))
     assert run.autopilot.battery_cells == 4
     assert run.autopilot.gnss_bias == (-3.0, 2.5)
+    assert run.autopilot.compass_error == pytest.approx(math.radians(-6.0))
     assert run.mavlink_version == 1
     assert run.others == ("tracker", "gimbal")
+
+
+@pytest.mark.slow
+def test_the_moment_is_that_of_the_lots_place() -> None:
+    options = make_parser().parse_args(["--at=2026-05-04T10:30", "--latitude=52.1", "--longitude=16"])
+    world = load_world(options)
+    assert world.at == datetime(2026, 5, 4, 9, 30, tzinfo=UTC)
+    assert run_options(options, world).autopilot.utc_s == world.at.timestamp()
+    assert world.stays is not None
+    assert {stall.id for stall in world.stalls if stall.taken} == set(world.stays.at(world.at))

@@ -11,7 +11,7 @@ from hawk.sim.autopilot.autopilot import Autopilot
 from hawk.sim.autopilot.sensors import RESET_ERROR, Compasses, Heading, Receiver
 from tests.unit.sim.test_faults import put
 
-EKF, RAW, LOCAL, GLOBAL, STATUS = 193, 24, 32, 33, 1
+EKF, RAW, LOCAL, GLOBAL, STATUS, ATTITUDE = 193, 24, 32, 33, 1, 30
 MAG = 1 << 2
 FAILED = 4
 
@@ -154,6 +154,24 @@ class TestHeading:
         assert heading.error == pytest.approx(-RESET_ERROR)
         assert not any(heading.step(compasses, 0.1) for _ in range(200))
         assert heading.error == pytest.approx(-RESET_ERROR)
+
+    def test_a_constant_error_is_reported_and_flown_by(self, make_station: Any) -> None:
+        """A drone that flies and looks north, as it believes."""
+        station = make_station(compass_error=math.radians(8.0))
+        station.run(15.0)
+        station.fly()
+        station.stream(ATTITUDE)
+        station.local_target(30.0, 0.0, -12.0, 0.0)
+        station.run(15.0)
+        assert math.degrees(station.last("ATTITUDE").yaw) == pytest.approx(0.0, abs=1.5)
+        assert math.degrees(station.autopilot.body.yaw) == pytest.approx(-8.0, abs=1.5)
+        assert true_place(station.autopilot)[:2] == pytest.approx((30.0, 0.0), abs=1.0), "GNSS gives the place"
+
+    def test_a_constant_error_outlives_a_boot(self, make_station: Any) -> None:
+        station = make_station(compass_error=math.radians(-8.0))
+        put(station, autopilot="reboot")
+        station.run(15.0)
+        assert math.degrees(station.autopilot.estimator.heading.error) == pytest.approx(-8.0, abs=0.1)
 
     @pytest.mark.slow
     def test_a_small_error_stays(self, flying: Any) -> None:

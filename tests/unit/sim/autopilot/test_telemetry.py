@@ -36,6 +36,27 @@ def test_no_position_before_there_is_one(make_station: Any) -> None:
     assert (raw.fix_type, raw.satellites_visible) == (1, 0)
 
 
+def test_the_moment_is_that_of_the_world_and_goes_on_through_a_boot(make_station: Any) -> None:
+    station = make_station(utc_s=1_777_000_000.0, gnss_wait_s=4.0)
+    autopilot = station.autopilot
+    station.run(2.0)
+    assert build(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, autopilot).time_unix_usec == 0, "GNSS has no moment yet"
+    station.run(8.0)
+    assert build(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, autopilot).time_unix_usec == pytest.approx(
+        1_777_000_010e6, abs=1e5
+    )
+    autopilot.reboot()
+    station.run(10.0)
+    said = build(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, autopilot)
+    assert said.time_unix_usec == pytest.approx(1_777_000_020e6, abs=1e5)
+    assert said.time_boot_ms == pytest.approx(10_000, abs=100)
+
+
+def test_without_a_moment_of_the_world_there_is_none(station: Any) -> None:
+    station.wait_for_position()
+    assert build(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, station.autopilot).time_unix_usec == 0
+
+
 def test_an_unknown_message_is_none(station: Any) -> None:
     assert build(141, station.autopilot) is None
 
