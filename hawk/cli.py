@@ -106,7 +106,18 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        names = ["seed", "condition", "at", "world", "metres_per_pixel", "start", "gnss_sigma", "gnss_bias", "wind"]
+        names = [
+            "seed",
+            "condition",
+            "at",
+            "repaint",
+            "world",
+            "metres_per_pixel",
+            "start",
+            "gnss_sigma",
+            "gnss_bias",
+            "wind",
+        ]
         names += ["noise_seed", "compass_error", "slope", "rangefinder"]
         names += ["truth"] if getattr(options, "url", None) is None else []
         _refuse(options, names, "only together with --sim")
@@ -136,7 +147,7 @@ def _refuse(options: argparse.Namespace, names: Sequence[str], remedy: str) -> N
 def _check_drawn(options: argparse.Namespace) -> None:
     """Check the options of a drawn world. Raises ConfigError naming the one that does not fit."""
     if options.world is not None:
-        _refuse(options, ("condition", "at"), "only for drawn worlds; not together with --world")
+        _refuse(options, ("condition", "at", "repaint"), "only for drawn worlds; not together with --world")
     if options.condition is None:
         return
     from hawk.worlds.conditions import HOURS, Condition
@@ -169,6 +180,9 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
         type=simulator.moment,
         metavar="MOMENT",
         help="the drawn world at a moment, as 2026-05-04T10:30 on the lot's clock (UTC-5)",
+    )
+    simulated.add_argument(
+        "--repaint", type=simulator.repaint, metavar="K", help="the drawn world after K changes of its layout"
     )
     simulated.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead")
     simulated.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")

@@ -88,6 +88,8 @@ def load_world(options: argparse.Namespace) -> World:
         return generate_world(options.seed, _world_options(options))
     if options.at is not None:
         raise UsageError("--at: only for drawn worlds; the light of a picture stays")
+    if options.repaint:
+        raise UsageError("--repaint: only for drawn worlds; the layout of a picture stays")
     if options.metres_per_pixel is None:
         raise UsageError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
     return picture_world(options.world, options.metres_per_pixel, options.truth)
@@ -100,7 +102,7 @@ def _world_options(options: argparse.Namespace) -> WorldOptions:
         raise UsageError(f"--at: {error}") from None
     place = options.latitude, options.longitude
     try:
-        return WorldOptions(condition=options.condition, at=at, place=place)
+        return WorldOptions(condition=options.condition, repaint=options.repaint, at=at, place=place)
     except WorldError as error:
         raise UsageError(f"--{error}") from None
 
@@ -162,6 +164,14 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
         metavar="MOMENT",
         help="the drawn world at a moment, as 2026-05-04T10:30: the cars that stand there then, the sun of that hour; "
         "without an offset from UTC it is the lot's clock, one hour for 15 degrees of longitude",
+    )
+    world.add_argument(
+        "--repaint",
+        type=simulator.repaint,
+        default=0,
+        metavar="K",
+        help="the drawn world after K changes of its layout: a row at another pitch, an island, bays added, a row "
+        "closed by fences; stalls that stay keep their ids in the truth (default 0)",
     )
     world.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead (north up)")
     world.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")

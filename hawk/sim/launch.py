@@ -16,9 +16,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
-from hawk.config.options import number, pair
+from hawk.config.options import number, pair, whole
 from hawk.runtime.programs import remedy
-from hawk.worlds import COARSEST_M, FINEST_M
+from hawk.worlds import COARSEST_M, FINEST_M, MOST_CHANGES
 from hawk.worlds.moment import read_moment
 
 SLOWEST, FASTEST = 0.5, 4.0
@@ -37,6 +37,8 @@ wind = number(0, 15)
 """Metres a second."""
 rangefinder = number(0, 300)
 """Metres."""
+repaint = whole(0, MOST_CHANGES)
+"""Changes of the layout."""
 compass_error = number(-30, 30)
 """Degrees: an autopilot replaces compasses that turn farther."""
 gnss_bias = pair("N,E")
@@ -90,7 +92,7 @@ class SimulationOptions:
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`), ``at`` its moment
-    (`hawk.worlds.moment`).
+    (`hawk.worlds.moment`), ``repaint`` the number of changes of its layout.
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
     ``camera_rate`` is the number of pictures in a simulated second.
@@ -104,6 +106,7 @@ class SimulationOptions:
     seed: int = 1
     condition: str | None = None
     at: str | None = None
+    repaint: int | None = None
     world: Path | None = None
     metres_per_pixel: float | None = None
     truth: Path | None = None

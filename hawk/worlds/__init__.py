@@ -7,3 +7,5 @@ FINEST_M: Final = 0.005
 without the libraries that draw."""
 COARSEST_M: Final = 1.0
 """The greatest."""
+MOST_CHANGES: Final = 100
+"""Of a drawn lot's layout."""

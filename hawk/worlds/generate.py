@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from hawk.model.sun import sun_position
+from hawk.worlds import MOST_CHANGES
 from hawk.worlds.canvas import Bytes, Canvas, Points
 from hawk.worlds.cars import footprint_m
 from hawk.worlds.conditions import HOURS, Condition, set_condition
@@ -23,6 +24,7 @@ from hawk.worlds.moment import clock_of
 from hawk.worlds.parked import number_stalls, park, stays_of
 from hawk.worlds.plan import Axes, SitePlan, Surface
 from hawk.worlds.render import draw_plan
+from hawk.worlds.repaint import repaint
 from hawk.worlds.streams import OwnStreams, Streams
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
 from hawk.worlds.surroundings import plan_clutter, plan_side
@@ -146,7 +148,7 @@ class WorldOptions:
 
     ``at`` is an aware moment, at ``place`` (latitude, longitude): the cars
     are those that stand there then, the light is that of the hour, and ``condition`` is the weather. Without it the lot
-    has the cars and the sun of its seed.
+    has the cars and the sun of its seed. ``repaint`` is the number of changes of the layout (`hawk.worlds.repaint`).
     """
 
     width: tuple[float, float] = (112.0, 138.0)
@@ -156,6 +158,7 @@ class WorldOptions:
     taken: tuple[float, float] = (0.32, 0.88)
     difficult: float = 0.16
     condition: Condition = Condition.DAY
+    repaint: int = 0
     at: datetime | None = None
     place: tuple[float, float] = (0.0, 0.0)
 
@@ -165,6 +168,8 @@ class WorldOptions:
         for name, (low, high) in (("width", self.width), ("height", self.height)):
             if not 40 <= low <= high <= 400:
                 raise WorldError(f"{name}: must be a range within 40..400 m, not {low}..{high}")
+        if not 0 <= self.repaint <= MOST_CHANGES:
+            raise WorldError(f"repaint: must be 0 to {MOST_CHANGES}, not {self.repaint}")
         if self.at is not None and self.condition in HOURS:
             raise WorldError(f"condition: {self.condition} is a time of day, which the moment (at) says; leave one out")
 
@@ -183,6 +188,9 @@ def generate_world(seed: int, options: WorldOptions | None = None) -> World:
         plan = _plan(rng, size_m)
         if _is_good(plan, size_m, options):
             canvas = Canvas(0.0, 0.0, width, height, mpp)
+            number_stalls(plan)
+            for number in range(1, options.repaint + 1):
+                repaint(plan, seed, number, size_m)
             return _draw(seed, plan, canvas, rng, options)
     raise WorldError(f"seed {seed}: no lot out of {_ATTEMPTS} meets the options; widen stalls, taken or the size")
 
@@ -223,8 +231,7 @@ def _difficult_share(plan: SitePlan) -> float:
 
 def _draw(seed: int, plan: SitePlan, canvas: Canvas, rng: np.random.Generator, options: WorldOptions) -> World:
     sampled = sample_sun(rng, calm=True)
-    number_stalls(plan)
-    streams, stays = Streams(rng), None
+    streams, stays = OwnStreams(seed) if options.repaint else Streams(rng), None
     if options.at is not None:
         stays = stays_of(plan, seed, clock_of(options.place[1]))
         park(plan, stays.at(options.at), options.at, seed)
@@ -242,6 +249,8 @@ def _draw(seed: int, plan: SitePlan, canvas: Canvas, rng: np.random.Generator, o
             worn=stall.worn,
             kind=stall.kind,
             covered=share_under(stall.corners, vehicles),
+            unclear=stall.closed,
+            closed=stall.closed,
         )
         for number, stall in enumerate(plan.stalls)
     ]

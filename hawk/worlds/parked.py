@@ -27,11 +27,10 @@ _BUSIEST: Final = 0.7
 
 def number_stalls(plan: SitePlan) -> None:
     """Give each stall without a number the next one."""
-    following = 1 + max((stall.number for stall in plan.stalls if stall.number is not None), default=-1)
     for k, stall in enumerate(plan.stalls):
         if stall.number is None:
-            plan.stalls[k] = replace(stall, number=following)
-            following += 1
+            plan.stalls[k] = replace(stall, number=plan.next_number)
+            plan.next_number += 1
 
 
 def stays_of(plan: SitePlan, seed: int, clock: tzinfo) -> LotStays:
@@ -77,14 +76,18 @@ def _nearness(stall: PlannedStall, walls: shapely.Geometry) -> float:
 def _parked(stall: PlannedStall, stay: Stay, seed: int) -> Vehicle:
     """Return the car of a stay: the same at every moment of it."""
     began = int(stay.begin.timestamp())
-    rng = np.random.default_rng((seed, _CAR, stay.stall, began))
+    return car_on(stall, np.random.default_rng((seed, _CAR, stay.stall, began)), began)
+
+
+def car_on(stall: PlannedStall, rng: np.random.Generator, key: int = 0) -> Vehicle:
+    """Draw a car that stands on a stall; ``key`` as of `Vehicle`."""
     open_end, closed_end = stall.corners[:2], stall.corners[[3, 2]]
     along, across = rng.uniform(0.44, 0.57), 0.5 + rng.normal(0, 0.035)
     front, back = (end[0] + (end[1] - end[0]) * across for end in (open_end, closed_end))
     x, y = front + (back - front) * along
     ahead = closed_end.mean(0) - open_end.mean(0)
     heading = math.atan2(ahead[1], ahead[0]) + rng.normal(0, 0.03) + (math.pi if rng.random() < _REVERSED else 0.0)
-    return Vehicle(float(x), float(y), heading, sample_kind(rng, "stall"), began)
+    return Vehicle(float(x), float(y), heading, sample_kind(rng, "stall"), key)
 
 
 def _moving(vehicle: Vehicle, number: int, share: float, moment: datetime, seed: int) -> Vehicle | None:

@@ -201,6 +201,8 @@ class SitePlan:
     posts: list[Post] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     lots: list[Points] = field(default_factory=list)
+    next_number: int = 0
+    """Id of the next stall that gets one."""
     shades: list[Points] = field(default_factory=list)
     """Shadows of things far outside."""
     wet: float = 0.0

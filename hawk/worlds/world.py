@@ -37,7 +37,7 @@ class TrueStall:
     ``corners`` is (4, 2) metres in the world's ground frame (x east, y south from the picture's corner);
     corners[0]-corners[1] and corners[2]-corners[3] are the short ends. ``covered`` is the share (0..1) of it that
     vehicles cover; more than half of a ``hidden`` one is under crowns or roofs; the state of an ``unclear`` one is
-    unknown (then ``taken`` means nothing).
+    unknown (then ``taken`` means nothing). Fences keep cars off a ``closed`` one, which is unclear too.
     """
 
     id: int
@@ -48,6 +48,7 @@ class TrueStall:
     kind: str = "perpendicular"
     covered: float = 0.0
     unclear: bool = False
+    closed: bool = False
 
     @property
     def state(self) -> str:
@@ -162,6 +163,7 @@ def _stall_json(stall: TrueStall) -> dict[str, Any]:
         "hidden": stall.hidden,
         "worn": stall.worn,
         "kind": stall.kind,
+        **({"closed": True} if stall.closed else {}),
     }
 
 
@@ -183,6 +185,7 @@ def _stall_from_json(entry: object, number: int, source: str) -> TrueStall:
         kind=str(entry.get("kind", "perpendicular")),
         covered=float(entry.get("covered", 0.0)),
         unclear=state == "unclear",
+        closed=bool(entry.get("closed", False)),
     )
 
 

@@ -216,11 +216,12 @@ def test_a_seed_and_a_picture_become_the_simulators_options(tmp_path: Path) -> N
 
 
 def test_moment_and_constant_errors_reach_the_simulation() -> None:
-    given = ["survey", "--out", "o", "--sim", "--at", "2026-05-04T10:30", "--gnss-bias=-2,1", "--compass-error", "-4"]
+    given = ["survey", "--out", "o", "--sim", "--at", "2026-05-04T10:30", "--repaint", "3"]
+    given += ["--gnss-bias=-2,1", "--compass-error", "-4"]
     flown = simulation_options(options(*given))
     assert flown is not None
-    arguments = ["--seed=1", "--at=2026-05-04T10:30", "--speed=1.0", "--gnss-bias=-2,1", "--compass-error=-4.0"]
-    assert flown.arguments() == arguments
+    arguments = ["--seed=1", "--at=2026-05-04T10:30", "--repaint=3", "--speed=1.0", "--gnss-bias=-2,1"]
+    assert flown.arguments() == [*arguments, "--compass-error=-4.0"]
 
 
 def test_a_condition_is_for_drawn_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -200,6 +200,7 @@ def simulated(
         "--noise-seed": (beside, NO_WHOLE),
         "--condition": (beside, ("", "fog", "Day")),
         "--at": (beside, ("", "2026-05-04", "2026-13-01T00:00", "10:30", "1999-05-04T10:30", "9999-12-31T23:59")),
+        "--repaint": (beside, ("-1", "101", "x", "1.5", "")),
         "--gnss-bias": (beside, ("1", "x,y", "nan,0", "")),
         "--compass-error": (beside, ("31", "-31", "nan", "x", "")),
         "--world": ((*beside, "--metres-per-pixel", "0.1"), (*NOT_THERE, "/")),

@@ -42,6 +42,7 @@ def picture(tmp_path: Path) -> Path:
         (["--gnss-bias", "3"], "--gnss-bias"),
         (["--compass-error", "31"], "--compass-error"),
         (["--at", "2026-05-04"], "--at"),
+        (["--repaint", "-1"], "--repaint"),
         (["--mavlink-version", "3"], "--mavlink-version"),
         (["--others", "tracker,kite"], "--others"),
     ],
@@ -65,6 +66,7 @@ def test_a_wrong_option_is_named_and_ends_with_two(
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--truth", "missing.json"], "missing.json"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--start", "30,5"], "--start"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--at", "2026-05-04T10:30"], "--at"),
+        (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--repaint", "2"], "--repaint"),
         (["--at", "2026-05-04T10:30", "--condition", "night"], "--condition"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--save-truth", "/nowhere/x.json"], "--save-truth"),
         (
