@@ -34,6 +34,8 @@ from benchmarks.figures import BenchmarkError, Figure, Section, print_and_write
 from benchmarks.perception.sections import Material, network_sections
 from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork
+from hawk.config.options import as_text, whole
+from hawk.sim import launch as simulator
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
@@ -88,6 +90,15 @@ def make_parser() -> argparse.ArgumentParser:
         "--seeds", type=seeds_option, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)"
     )
     parser.add_argument("--condition", type=Condition, choices=list(Condition), help="seeds: time of day and weather")
+    parser.add_argument("--at", type=simulator.moment, metavar="MOMENT", help="seeds: the worlds at a moment")
+    parser.add_argument("--repaint", type=simulator.repaint, metavar="K", help="seeds: after K changes of the layout")
+    parser.add_argument("--cars", type=whole(), metavar="SEED", help="places: with their cars moved to other stalls")
+    parser.add_argument(
+        "--gnss-bias", type=as_text(simulator.gnss_bias), metavar="N,E", help="seeds: constant error of GNSS, metres"
+    )
+    parser.add_argument(
+        "--compass-error", type=simulator.compass_error, metavar="DEG", help="seeds: constant error of the compasses"
+    )
     parser.add_argument("--gnss-sigma", type=float, metavar="M", help="seeds: slow error of the position")
     parser.add_argument(
         "--places", type=Path, metavar="DIR", help="perception, places: pictures with truth to fly over (default none)"
@@ -133,7 +144,7 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "kill": kill,
         "kill-loaded": lambda: kill_under_load.measure(options.load_kills, options.seed, folder / "kill-loaded"),
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds", _simulated(options)),
-        "places": lambda: surveys.measure_places(options.places, folder / "places"),
+        "places": lambda: surveys.measure_places(options.places, folder / "places", options.cars),
     }[name]
 
 
@@ -150,8 +161,9 @@ def _perception(options: argparse.Namespace) -> list[Figure]:
 
 
 def _simulated(options: argparse.Namespace) -> list[str]:
-    given = (("--condition", options.condition), ("--gnss-sigma", options.gnss_sigma))
-    return [word for name, value in given if value is not None for word in (name, str(value))]
+    names = ("condition", "at", "repaint", "gnss_sigma", "gnss_bias", "compass_error")
+    given = ((f"--{name.replace('_', '-')}", getattr(options, name)) for name in names)
+    return [f"{name}={value}" for name, value in given if value is not None]
 
 
 def _run(name: str, work: Callable[[], Awaitable[Result]]) -> Section:

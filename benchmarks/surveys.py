@@ -82,12 +82,14 @@ async def measure(seeds: Sequence[int], folder: Path, simulated: Sequence[str] =
     return figures(surveys), _void(surveys)
 
 
-async def measure_places(lots: Path, folder: Path) -> tuple[list[Figure], str]:
+async def measure_places(lots: Path, folder: Path, cars: int | None = None) -> tuple[list[Figure], str]:
     """Fly over every picture of a folder (PLACE.jpg, PLACE.json with ``metres_per_pixel`` and the truth).
 
-    Raises BenchmarkError when there is none or none was flown.
+    ``cars`` is the seed by which the pictures' cars are moved to other stalls; None: they stay. Raises BenchmarkError
+    when there is none or none was flown.
     """
-    surveys = [await _fly(name, world, folder) for name, world in place_worlds(lots)]
+    moved = [] if cars is None else [f"--cars={cars}"]
+    surveys = [await _fly(name, [*world, *moved], folder) for name, world in place_worlds(lots)]
     _check_flown(surveys, folder)
     return place_figures(surveys), _void(surveys)
 

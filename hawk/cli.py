@@ -106,19 +106,8 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        names = [
-            "seed",
-            "condition",
-            "at",
-            "repaint",
-            "world",
-            "metres_per_pixel",
-            "start",
-            "gnss_sigma",
-            "gnss_bias",
-            "wind",
-        ]
-        names += ["noise_seed", "compass_error", "slope", "rangefinder"]
+        names = ["seed", "condition", "at", "repaint", "cars", "world", "metres_per_pixel", "start", "gnss_sigma"]
+        names += ["gnss_bias", "wind", "noise_seed", "compass_error", "slope", "rangefinder"]
         names += ["truth"] if getattr(options, "url", None) is None else []
         _refuse(options, names, "only together with --sim")
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
@@ -129,9 +118,11 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     if options.world is not None and options.metres_per_pixel is None:
         raise ConfigError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
     if options.world is None:
-        _refuse(options, ("metres_per_pixel", "truth"), "only together with --world")
+        _refuse(options, ("metres_per_pixel", "truth", "cars"), "only together with --world")
     elif options.seed is not None:
         raise ConfigError("--seed: draws a world; not together with --world (--noise-seed: errors of the sensors)")
+    if options.cars is not None and options.truth is None:
+        raise ConfigError("--cars: needs --truth, which says where stalls and cars are")
     _check_drawn(options)
     given = {each.name: getattr(options, each.name, None) for each in fields(SimulationOptions)}
     return SimulationOptions(**{name: value for name, value in given.items() if value is not None})
@@ -187,6 +178,9 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead")
     simulated.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
     simulated.add_argument("--truth", type=values.file, metavar="FILE", help="what the picture really holds (JSON)")
+    simulated.add_argument(
+        "--cars", type=values.whole(), metavar="SEED", help="move that picture's cars to other stalls of its truth"
+    )
     simulated.add_argument(
         "--start",
         type=values.as_text(values.place),

@@ -28,6 +28,7 @@ from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moment import read_moment
+from hawk.worlds.moved_cars import move_cars
 from hawk.worlds.world import World, WorldError, picture_world
 
 if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
@@ -82,7 +83,7 @@ def make_parser() -> argparse.ArgumentParser:
 def load_world(options: argparse.Namespace) -> World:
     """Draw or read the world. Raises UsageError or WorldError."""
     if options.world is None:
-        for name in ("metres_per_pixel", "truth"):
+        for name in ("metres_per_pixel", "truth", "cars"):
             if getattr(options, name) is not None:
                 raise UsageError(f"--{name.replace('_', '-')}: only together with --world")
         return generate_world(options.seed, _world_options(options))
@@ -92,7 +93,12 @@ def load_world(options: argparse.Namespace) -> World:
         raise UsageError("--repaint: only for drawn worlds; the layout of a picture stays")
     if options.metres_per_pixel is None:
         raise UsageError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
-    return picture_world(options.world, options.metres_per_pixel, options.truth)
+    world = picture_world(options.world, options.metres_per_pixel, options.truth)
+    if options.cars is None:
+        return world
+    if options.truth is None:
+        raise UsageError("--cars: needs --truth, which says where stalls and cars are")
+    return move_cars(world, options.cars)
 
 
 def _world_options(options: argparse.Namespace) -> WorldOptions:
@@ -176,6 +182,12 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
     world.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead (north up)")
     world.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
     world.add_argument("--truth", type=values.file, metavar="FILE", help="what the picture really holds (JSON)")
+    world.add_argument(
+        "--cars",
+        type=values.whole(),
+        metavar="SEED",
+        help="move the cars of that picture to other stalls of its truth, whose states follow",
+    )
     world.add_argument(
         "--start", type=values.place, metavar="X,Y", help="where the drone stands, metres in the picture"
     )

@@ -91,6 +91,7 @@ class SimulationOptions:
     """Options of ``hawk-sim``, under the same names.
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
+    ``cars`` is the seed by which the cars of a picture with a truth are moved to other stalls.
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`), ``at`` its moment
     (`hawk.worlds.moment`), ``repaint`` the number of changes of its layout.
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
@@ -110,6 +111,7 @@ class SimulationOptions:
     world: Path | None = None
     metres_per_pixel: float | None = None
     truth: Path | None = None
+    cars: int | None = None
     start: str | None = None
     speed: float = 1.0
     gnss_sigma: float | None = None

@@ -36,6 +36,8 @@ def test_a_wrong_config_file_names_the_key_and_the_line_and_ends_with_status_2(
     [
         (["run", "--world", __file__], "--world: only together with --sim"),
         (["run", "--condition", "night"], "--condition: only together with --sim"),
+        (["run", "--sim", "--cars", "1"], "--cars: only together with --world"),
+        (["run", "--sim", "--world", __file__, "--metres-per-pixel", "0.1", "--cars", "1"], "--cars: needs --truth"),
         (["run", "--at", "2026-05-04T10:30"], "--at: only together with --sim"),
         (["run", "--compass-error", "3"], "--compass-error: only together with --sim"),
         (["run", "--gnss-bias", "3,1"], "--gnss-bias: only together with --sim"),

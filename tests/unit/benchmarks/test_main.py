@@ -10,6 +10,7 @@ from benchmarks import __main__ as command
 from benchmarks import kill_wire, surveys, whole_daemon
 from benchmarks.figures import BenchmarkError, Figure, Section
 from benchmarks.perception.sections import Material
+from benchmarks.surveys import Survey
 
 
 async def two_kills(kills: int) -> list[Figure]:
@@ -58,7 +59,29 @@ def test_surveys_are_flown_in_the_condition_that_was_asked_for(monkeypatch: pyte
     monkeypatch.setattr(surveys, "measure", survey)
     command.main(["--only", "seeds"])
     command.main(["--only", "seeds", "--condition", "night", "--gnss-sigma", "1"])
-    assert flown == [[], ["--condition", "night", "--gnss-sigma", "1.0"]]
+    later = ["--at", "2026-05-04T10:30", "--repaint", "2", "--gnss-bias=-3,1", "--compass-error", "4"]
+    command.main(["--only", "seeds", *later])
+    assert flown == [
+        [],
+        ["--condition=night", "--gnss-sigma=1.0"],
+        ["--at=2026-05-04T10:30", "--repaint=2", "--gnss-bias=-3,1", "--compass-error=4.0"],
+    ]
+
+
+def test_places_are_flown_with_their_cars_moved(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    flown: list[tuple[str, list[str]]] = []
+
+    async def fly(name: str, world: Sequence[str], folder: Path) -> Survey:
+        flown.append((name, list(world)))
+        raise BenchmarkError("enough is known")
+
+    monkeypatch.setattr(surveys, "_fly", fly)
+    (tmp_path / "north.json").write_text('{"metres_per_pixel": 0.1}')
+    for cars in ([], ["--cars", "3"]):
+        assert command.main(["--only", "places", "--places", str(tmp_path), *cars]) == command.EXIT_FAILED
+    (name, still), (_, moved) = flown
+    assert name == "north"
+    assert moved == [*still, "--cars=3"]
 
 
 def test_perception_has_names_of_its_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

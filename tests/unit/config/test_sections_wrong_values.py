@@ -206,6 +206,7 @@ def simulated(
         "--world": ((*beside, "--metres-per-pixel", "0.1"), (*NOT_THERE, "/")),
         "--metres-per-pixel": ((*beside, "--world", __file__), ("0", "-1", "0.001", "1.5", "nan", "inf", "x", "")),
         "--truth": (world, NOT_THERE),
+        "--cars": ((*world, "--truth", __file__), NO_WHOLE),
         "--start": (beside, ("1", "1,2,3", "x,y", "nan,1", "1,inf", "")),
         "--speed": (beside, ("0.4", "5", "nan", "x", "", "-1")),
         "--gnss-sigma": (beside, ("-1", "51", "nan", "inf", "x", "")),

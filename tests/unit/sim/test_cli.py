@@ -60,6 +60,8 @@ def test_a_wrong_option_is_named_and_ends_with_two(
     ("arguments", "named"),
     [
         (["--metres-per-pixel", "0.1"], "--metres-per-pixel"),
+        (["--cars", "1"], "--cars"),
+        (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--cars", "1"], "--cars"),
         (["--truth", __file__], "--truth"),
         (["--world", "PICTURE"], "--metres-per-pixel"),
         (["--world", "missing.png", "--metres-per-pixel", "0.1"], "missing.png"),
