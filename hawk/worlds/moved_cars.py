@@ -88,7 +88,8 @@ def move_cars(world: World, seed: int) -> World:
     rng = np.random.default_rng((seed, _STREAM))
     moves = _moves(rng, cars, targets, lot)
     mover = _Mover(ground, lot)
-    for spot in [*cars, *bare]:
+    stay = {spot.stall.id for spot in spots if spot.stall.taken} - {spot.stall.id for spot in cars}
+    for spot in [*cars, *(one for one in bare if not lot.is_beside(one, stay))]:
         mover.empty(spot, clean, rng)
     shown = np.clip(np.round(mover.picture(moves)), 0, 255).astype(np.uint8)
     return replace(world, ground=shown, stalls=_states(world.stalls, moves))
@@ -163,6 +164,10 @@ class _Lot:
             return False
         first, second = self.rims(other)[:2]
         return self.rims(one)[:2] == ((second, first) if one.is_opposed(other) else (first, second))
+
+    def is_beside(self, spot: Spot, among: Container[int]) -> bool:
+        """Return True for a stall beside one of some, whose shade may lie on it."""
+        return any(self._others_in(spot.beyond(side, _SIDE_M / self._scale), spot, among) for side in (_LEFT, _RIGHT))
 
     def is_open(self, spot: Spot, side: int, taken: Container[int]) -> bool:
         """Return True where the ground beside a stall belongs to labelled stalls without cars."""
