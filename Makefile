@@ -22,7 +22,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-archive bench-small newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-lots bench-small newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -159,6 +159,10 @@ bench: setup browser
 # The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-archive: setup
 	$(BIN)/python -m benchmarks.archive $(ARGS)
+
+# Twenty drawn lots, six surveys each, through the daemon's registration: half an hour.
+bench-lots: setup
+	$(BIN)/python -m benchmarks.lots $(ARGS)
 
 bench-small: setup
 	$(BIN)/python -m benchmarks.small $(ARGS)

@@ -24,7 +24,7 @@ from hawk.ddc.motion import Goal
 from hawk.model.known_lot import KnownLot
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import Fence, HeightParameters, PathPlan
+from hawk.model.plans import AskedGround, Fence, HeightParameters, PathPlan
 from hawk.model.poses import MapPoint, MapPose
 from hawk.survey.truth import GroundTruth
 from hawk.worlds.camera import WorldCamera
@@ -87,9 +87,10 @@ def fly(
     seed: int = 0,
     watch: Callable[[Glance], None] = lambda _: None,
     known: KnownLot | None = None,
+    asked: AskedGround | None = None,
 ) -> Flown:
     """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` gets every frame that was projected
-    to the ground. ``known`` is the plan of the lot.
+    to the ground. ``known`` is the plan of the lot, ``asked`` the ground to survey.
     """
     errors = errors or Errors()
     vision = vision or VisionApp(VisionSettings())
@@ -106,7 +107,7 @@ def fly(
         goal = goal_of(waiting, pose, goal)
         picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
         frame = _frame(len(costs), drone, picture, camera_model, pose, lot.fence)
-        output = manager.run(replace(frame, known=known))
+        output = manager.run(replace(frame, known=known, asked_ground=asked))
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
         if vision.seen.ground is not None:

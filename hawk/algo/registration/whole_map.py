@@ -22,8 +22,8 @@ from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 
-REACH_M: Final = 4.5
-"""Longest shift that is sought."""
+REACH_M: Final = 6.5
+"""Longest shift that is sought: two receivers that are off by 3 m each may differ by 6 m."""
 REACH_RAD: Final = math.radians(4.0)
 """Widest turn that is sought."""
 MARGIN: Final = math.log(1e4)

@@ -1,0 +1,1 @@
+"""Lots that last: the same stall in later surveys of the same lot."""

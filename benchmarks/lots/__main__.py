@@ -1,0 +1,88 @@
+"""The same stall in later surveys of the same lot: ids that last, and surveys that are not certain.
+
+``python -m benchmarks.lots [--seeds 1-20] [--json FILE]`` (``make bench-lots``)
+``python -m benchmarks.lots --places DIR``
+
+Six surveys of each drawn lot go into a store of its own, through the daemon's registration: other cars at other hours
+(`hawk-sim --at`), a receiver that is off by up to 3 m and a compass that is off by up to 2° for a whole survey, the
+third one of half the lot, the fourth one of the lot next door, the fifth and sixth after a repaint (`--repaint 1`).
+``--places``: pictures PLACE.jpg with PLACE.json, their cars moved (`--cars`), every second survey darkened; neither
+repainted nor beside another lot. ``--flown`` flies each survey (camera, vision, mapper, planner; a minute each);
+without it a survey is what vision finds in one picture from 250 m, shifted and turned by the errors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import cv2
+
+from benchmarks.figures import Figure, Limit, Section, print_and_write
+from benchmarks.lots.archive import Judged, survey_lot
+from benchmarks.lots.looks import FlownEye, StillEye
+from benchmarks.lots.visits import DrawnLot, PictureLot, pictures
+from benchmarks.perception.places import folder_option
+from benchmarks.surveys import seeds_option
+from hawk.algo.vision.network import StallNetwork
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Survey all lots, print a line each and a table of all."""
+    options = _parser().parse_args(arguments)
+    cv2.setNumThreads(1)
+    eye = FlownEye() if options.flown else StillEye(StallNetwork.load(options.model))
+    lots: Iterable[DrawnLot | PictureLot] = (
+        [DrawnLot(seed) for seed in options.seeds] if options.places is None else pictures(options.places)
+    )
+    found = []
+    for lot in lots:
+        found.append(survey_lot(lot, eye))
+        print(line(found[-1]), file=sys.stderr, flush=True)
+    print_and_write([Section("lots that last", figures(found))], options.json)
+    return 0
+
+
+def line(one: Judged) -> str:
+    """Return a lot in one line."""
+    doubts = f"; not registered: {', '.join(one.doubts)}" if one.doubts else ""
+    return f"{one.name}: {one.surveys} surveys, {one.same} of {one.again} stalls again, {one.wrong} wrong{doubts}"
+
+
+def figures(found: Sequence[Judged]) -> list[Figure]:
+    """Return the figures over all lots."""
+    surveys, again, same, wrong = (sum(getattr(one, n) for one in found) for n in ("surveys", "again", "same", "wrong"))
+    doubtful = sum(len(one.doubts) for one in found)
+    return [
+        Figure("same_id", "stalls seen again with the id of before", _share(same, again), limit=Limit(lowest=0.995)),
+        Figure("wrong_id", "stalls with the id of another one", float(wrong), limit=Limit(highest=0.0)),
+        Figure(
+            "unregistered", "surveys of a known lot that are not certain", _share(doubtful, surveys - len(found)),
+            limit=Limit(highest=0.03),
+        ),
+        Figure("stalls_again", "stalls seen again", float(again)),
+        Figure("surveys", "surveys", float(surveys)),
+        Figure("lots", "lots", float(len(found))),
+    ]  # fmt: skip
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.lots", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
+    parser.add_argument("--places", type=folder_option, metavar="DIR", help="pictures of real places instead")
+    parser.add_argument("--flown", action="store_true", help="fly each survey")
+    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

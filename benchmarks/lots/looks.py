@@ -1,0 +1,218 @@
+"""Surveys of a world with the errors of a receiver and a compass: from one picture of it, or flown.
+
+``still``: the whole lot in one picture from high up, as a perfect flight would see it; the errors shift and turn it.
+``flown``: camera, vision, mapper and planner on hawk-sim's body, with what the store knows of the lot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from benchmarks.chain_flight.flight import Errors, Flown, fly, lot_of
+from benchmarks.lots.visits import APART_M, Visit
+from benchmarks.perception.eyes import GROUND_M, boxes_of_maps
+from hawk.algo.rows.fit import Rectangles
+from hawk.algo.vision import decode
+from hawk.algo.vision.network import StallNetwork
+from hawk.algo.vision.seen import FloatArray
+from hawk.lots.finished import LandedSurvey, finished
+from hawk.lots.frames import Move
+from hawk.lots.values import FinishedSurvey, SurveyStall
+from hawk.model.known_lot import KnownLot
+from hawk.model.lot_map import StallState
+from hawk.model.pictures import CameraModel
+from hawk.model.plans import AskedGround, Outline
+from hawk.model.poses import GlobalPose
+from hawk.results.survey_map import to_global
+from hawk.survey.truth import parse_truth
+from hawk.worlds.camera import WorldCamera
+from hawk.worlds.world import World
+
+ORIGIN: Final = GlobalPose(43.2609, -79.9192, 0.0)
+"""Place of a lot's picture, its upper left corner."""
+HEIGHT_M: Final = 250.0
+"""From there trees and cars lean little."""
+LEAST_SCORE: Final = 0.5
+SAME_M: Final = 1.2
+"""A found stall farther from a true one, after the receiver's and the compass's error, is not that one."""
+GNSS_M: Final = 0.5
+_DURATION_S: Final = 600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A survey with the truth: ``true`` is the id of the true stall that each of its stalls is, by the stall's id."""
+
+    survey: FinishedSurvey = field(repr=False)
+    true: dict[int, int] = field(repr=False)
+
+
+def datum_of(world: World, visit: Visit) -> GlobalPose:
+    """Return the origin of the map as the receiver gives it: the drone's start, off by the bias."""
+    x, y = world.start()
+    aside = APART_M if visit.is_next_door else 0.0
+    ((latitude, longitude),) = to_global(ORIGIN, np.array([[visit.bias[0] - y, x + aside + visit.bias[1]]])).tolist()
+    return GlobalPose(latitude, longitude, 0.0)
+
+
+class StillEye:
+    """Surveys worlds by one picture each."""
+
+    def __init__(self, network: StallNetwork) -> None:
+        self._network = network
+
+    def look(self, world: World, visit: Visit, known: KnownLot | None) -> Look:
+        """Return the survey; a plan is nothing to it."""
+        del known
+        size = world.size_m
+        maps = self._network.run(_picture(world))
+        found, score = boxes_of_maps(maps)
+        taken = decode.occupancy(maps, _in_cells(found))
+        seen_to = size[0] * visit.part
+        kept = (score >= LEAST_SCORE) & (found.centres[:, 0] < seen_to)
+        found, score, taken = found[kept], score[kept], taken[kept]
+        places, angle = on_map(world, found)
+        datum, move = datum_of(world, visit), Move(turn=visit.compass)
+        ended = visit.at.timestamp()
+        stalls = tuple(
+            SurveyStall(
+                id=k, north=n, east=e, angle=a, width=w, length=le, taken=t,
+                state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, seen=1, looked=ended,
+            )
+            for k, (n, e, a, w, le, t, s) in enumerate(
+                np.column_stack([
+                    move.of(places), (angle + visit.compass) % np.pi, found.width, found.length, taken, score,
+                ]).tolist(), 1,
+            )
+        )  # fmt: skip
+        ground = shapely.box(0, 0, seen_to, size[1])
+        lots = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in world.lots])
+        survey = FinishedSurvey(
+            name=f"{visit.number:06d}-still", datum=datum, began=ended - _DURATION_S, ended=ended, time_is_sure=True,
+            outline=_outline(world, lots.intersection(ground), datum, move), stalls=stalls, program="benchmark",
+            seen=_outline(world, ground, datum, move),
+        )  # fmt: skip
+        return Look(survey, true_ids(world, places, [stall.id for stall in stalls]))
+
+
+class FlownEye:
+    """Surveys worlds by flights."""
+
+    def look(self, world: World, visit: Visit, known: KnownLot | None) -> Look:
+        """Fly, and return the survey as the daemon would store it."""
+        truth = parse_truth(world.truth_json())
+        lot = lot_of(replace(truth, origin=ORIGIN), world.start())
+        errors, seed = Errors(GNSS_M, compass=visit.compass), (world.seed or 0) * 10 + visit.number
+        flown = fly(world, lot, errors=errors, seed=seed, known=known, asked=_part(world, visit.part))
+        survey = _landed(flown, datum_of(world, visit), visit)
+        places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
+        turned = Move(turn=-turn_of(world, places, visit.compass)).of(places)
+        return Look(survey, true_ids(world, turned, [stall.id for stall in survey.stalls]))
+
+
+Eye = StillEye | FlownEye
+
+
+def on_map(world: World, found: Rectangles) -> tuple[FloatArray, FloatArray]:
+    """Return places (N, 2) about the drone's start, metres (north, east), and directions (N,)."""
+    x, y = world.start()
+    places = np.column_stack([y - found.centres[:, 1], found.centres[:, 0] - x])
+    return places, (np.pi / 2 + found.angle) % np.pi
+
+
+def true_ids(world: World, places: FloatArray, ids: list[int]) -> dict[int, int]:
+    """Return the true stall that each place (N, 2) is; none is two. A small shift of all is taken out first."""
+    true = _true_places(world)
+    if not len(places) or not len(true):
+        return {}
+    shift = _shift(true, places)
+    away, nearest = cKDTree(true).query(places + shift)
+    found: dict[int, int] = {}
+    for k in np.argsort(away).tolist():
+        stall = world.stalls[int(nearest[k])].id
+        if away[k] < SAME_M and stall not in found.values():
+            found[ids[k]] = stall
+    return found
+
+
+def turn_of(world: World, places: FloatArray, compass: float) -> float:
+    """Return by how much a flight's map is turned: the mapper learns the compass's error, or a part of it."""
+    true = _true_places(world)
+
+    def off(turn: float) -> float:
+        turned = Move(turn=-turn).of(places)
+        away, _ = cKDTree(true).query(turned + _shift(true, turned))
+        return float(np.minimum(away, SAME_M).mean())
+
+    return min(np.linspace(-1.2, 1.2, 25) * abs(compass), key=off, default=0.0) if len(places) and len(true) else 0.0
+
+
+def _shift(true: FloatArray, places: FloatArray) -> FloatArray:
+    shift = np.zeros(2)
+    for _ in range(6):
+        away, nearest = cKDTree(true).query(places + shift)
+        near = away < SAME_M
+        if not near.any():
+            break
+        shift = shift + np.median(true[nearest[near]] - places[near] - shift, axis=0)
+    return shift
+
+
+def _true_places(world: World) -> FloatArray:
+    x, y = world.start()
+    centres = np.array([stall.corners.mean(axis=0) for stall in world.stalls]).reshape(-1, 2)
+    return np.column_stack([y - centres[:, 1], centres[:, 0] - x])
+
+
+def _picture(world: World) -> NDArray[np.uint8]:
+    width, height = (round(side / GROUND_M) for side in world.size_m)
+    focal = HEIGHT_M / GROUND_M
+    model = CameraModel(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
+    middle = world.size_m[0] / 2, world.size_m[1] / 2
+    return WorldCamera(world, model).render(*middle, HEIGHT_M, 0.0, 0.0, 0.0, rng=np.random.default_rng(0))
+
+
+def _in_cells(found: Rectangles) -> decode.Stalls:
+    cell = 2 * GROUND_M
+    column, row = ((found.centres - GROUND_M / 2) / cell).T
+    return decode.Stalls(column, row, found.angle, found.width / cell, found.length / cell, np.ones(len(found)))
+
+
+def _outline(world: World, ground: shapely.Geometry, datum: GlobalPose, move: Move) -> Outline:
+    x, y = world.start()
+    rings = []
+    for part in shapely.get_parts(ground):
+        if isinstance(part, shapely.Polygon) and not part.is_empty:
+            corners = np.array(part.exterior.coords[:-1])
+            places = move.of(np.column_stack([y - corners[:, 1], corners[:, 0] - x]))
+            rings.append(tuple((float(a), float(b)) for a, b in to_global(datum, places)))
+    return Outline(tuple(rings))
+
+
+def _part(world: World, part: float) -> AskedGround | None:
+    """Return the western part of the lots as the ground to survey; None for the whole."""
+    if part >= 1.0:
+        return None
+    x, y = world.start()
+    west = shapely.box(0, 0, world.size_m[0] * part, world.size_m[1])
+    ground = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in world.lots]).intersection(west)
+    parts = [part for part in shapely.get_parts(ground) if isinstance(part, shapely.Polygon) and not part.is_empty]
+    rings = [tuple((y - b, a - x) for a, b in part.exterior.coords[:-1]) for part in parts]
+    return AskedGround(tuple((ring,) for ring in rings), float(ground.area))
+
+
+def _landed(flown: Flown, datum: GlobalPose, visit: Visit) -> FinishedSurvey:
+    ended = visit.at.timestamp()
+    return finished(
+        LandedSurvey(
+            name=f"{visit.number:06d}-flown", datum=datum, current=flown.output.occupancy_map, outline=None,
+            seconds=flown.seconds, utc=ended, time_is_sure=True, program="benchmark", flown_s=flown.seconds,
+            simulated=True,
+        )
+    )  # fmt: skip
