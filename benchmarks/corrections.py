@@ -1,6 +1,6 @@
 """Cost of correcting the plan of a lot: milliseconds an operation, from the request's JSON to the answer's.
 
-``python -m benchmarks.plans [--json FILE]``
+``python -m benchmarks.corrections [--json FILE]``
 
 A lot of 300 and one of 20,000 stalls are corrected through the store as the daemon has it, with every commit on the
 disk. Each operation is done, undone and done again five times, after a first time that loads libraries; the median
@@ -115,13 +115,13 @@ def figures(measured: Mapping[int, Mapping[str, tuple[float, float]]]) -> list[F
 def main(arguments: Sequence[str] | None = None) -> int:
     """Correct plans, and print a table; return 1 when a figure lies outside its limits."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.plans", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m benchmarks.corrections", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         measured = {count: measure(Path(folder), count) for count in LIMITS_MS}
-    section = Section("plans", figures(measured))
+    section = Section("corrections", figures(measured))
     print_and_write([section], options.json)
     return 0 if all(figure.passed is not False for figure in section.figures) else 1
 

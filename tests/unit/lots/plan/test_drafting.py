@@ -15,6 +15,7 @@ from hawk.lots.plan.kinds import KINDS
 from hawk.lots.values import LotInputError
 from tests.unit.lots.plan.plans import Person
 
+ROOT = Path(__file__).resolve().parents[4]
 NOBODY = "0" * 36
 ADD: dict[str, Any] = {"do": "add_stall", "north": 20.0, "east": 0.0, "angle": 0.0, "width": 2.5, "length": 5.0}
 ROW: dict[str, Any] = {"do": "add_row", "front": [[20.0, 0.0], [20.0, 25.0]], "far": [25.0, 0.0]}
@@ -230,3 +231,9 @@ def test_every_operation_has_a_bad_day_above() -> None:
     assert {each["do"] for each, _ in BAD if isinstance(each, dict) and "do" in each} - {"explode"} == {*NAMES} - {
         "confirm"
     }
+
+
+def test_the_how_to_names_every_operation_and_every_kind() -> None:
+    text = (ROOT / "docs/how-to/your-lot.md").read_text(encoding="utf-8").partition("## Correct the plan")[2]
+    named = {word for line in text.splitlines() if line.startswith("| `") for word in re.findall(r"`([a-z_]+)`", line)}
+    assert {*NAMES, *KINDS} - {""} <= named
