@@ -193,7 +193,9 @@ def _move(
 
 
 def _there(connection: Connection, lot_id: str, field: str = "lot") -> Row:
-    found = changes.row_of(connection, LOT.name, (lot_id,))
+    found = changes.row_of(
+        connection, LOT.name, (lot_id if lot_id.isascii() else "",)
+    )  # SQLite takes no half character
     if found.values is None or found.values["merged_into"] is not None:
         raise NotFoundError(f"{field}: there is no lot with this id; reload the list")
     return found

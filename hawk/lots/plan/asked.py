@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
@@ -207,25 +207,13 @@ class Allow(Asked):
 
 
 Operation = (
-    AddStall
-    | AddRow
-    | Remove
-    | Move
-    | Turn
-    | Widen
-    | SetKind
-    | Confirm
-    | Renumber
-    | Split
-    | Forbid
-    | Allow
+    AddStall | AddRow | Remove | Move | Turn | Widen | SetKind | Confirm | Renumber | Split | Forbid | Allow
 )  # fmt: skip
-_OPERATIONS: Final[TypeAdapter[Operation]] = TypeAdapter(Annotated[Operation, Field(discriminator="do")])
-NAMES: Final = tuple(
-    each.model_fields["do"].annotation.__args__[0]  # type: ignore[union-attr]
-    for each in (AddStall, AddRow, Remove, Move, Turn, Widen, SetKind, Confirm, Renumber, Split, Forbid, Allow)
-)
+OPERATIONS: Final[tuple[type[Asked], ...]] = get_args(Operation)
+"""Models of all operations."""
+NAMES: Final = tuple(get_args(each.model_fields["do"].annotation)[0] for each in OPERATIONS)
 """Names of all operations."""
+_OPERATION: Final[TypeAdapter[Operation]] = TypeAdapter(Annotated[Operation, Field(discriminator="do")])
 
 
 def operation_of(given: object) -> Operation:
@@ -233,7 +221,7 @@ def operation_of(given: object) -> Operation:
     if not isinstance(given, dict):
         raise LotInputError("operation", f"must be an object with do: {', '.join(NAMES)}")
     try:
-        return _OPERATIONS.validate_python(given)
+        return _OPERATION.validate_python(given)
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
         raise _explained(problem) from None

@@ -213,7 +213,7 @@ def _held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
     if keys:
         _check_keys(asked, keys)
     named = asked.get("edit")
-    if not isinstance(named, str):
+    if not isinstance(named, str) or not named.isascii():
         raise LotInputError("edit", "must be the id of your edit: open one first")
     edit = edit_of(connection, lot)
     if edit is None or edit.id != named:

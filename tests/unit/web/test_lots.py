@@ -249,6 +249,7 @@ WRONG: list[tuple[str, dict[str, object], int, str, str]] = [
     (f"lots/{NOWHERE}/name", {"name": "x"}, 404, "lot", "reload the list"),
     (f"lots/{LOT}/merge", {"with": LOT}, 422, "with", "is the lot itself"),
     (f"lots/{LOT}/merge", {}, 404, "with", "reload the list"),
+    (f"lots/{LOT}/merge", {"with": "\ud800"}, 404, "with", "reload the list"),
     (f"lots/{LOT}/split", {"name": "x"}, 422, "outline", "3 to 500 corners"),
     (f"lots/{LOT}/split", {"name": "x", "outline": [[52, 5]] * 501}, 422, "outline", "3 to 500 corners"),
     (f"lots/{LOT}/split", {"name": "x", "outline": [[52, 5], [52, 6], [52, "5"]]}, 422, "outline[2]", "two finite"),

@@ -351,3 +351,15 @@ def test_a_full_disk_during_an_operation_leaves_the_plan_as_it_was(ann: Person) 
     with pytest.raises(LotStoreError, match=r"lots\.db cannot grow: the disk is full"):
         add_rows()
     assert ann.plan() == plans[-1]
+
+
+@pytest.mark.parametrize("odd", ["\ud800", "\0", "x" * 5000, "' OR 1 = 1 --"])
+def test_an_id_that_is_no_text_of_ours_is_none_of_the_plan(ann: Person, odd: str) -> None:
+    for act, asked in (
+        (editing.undo, {"edit": odd}),
+        (editing.do, {"edit": ann.edit, "operation": {"do": "split", "stall": odd, "parts": 2}}),
+        (editing.do, {"edit": ann.edit, "operation": {"do": "remove", "stalls": [odd]}}),
+        (editing.do, {"edit": ann.edit, "operation": {"do": "allow", "zone": odd}}),
+    ):
+        with pytest.raises(LotStoreError, match=r"^(edit|stall|stalls\[0\]|zone): "):
+            ann.ask(act, asked)
