@@ -18,7 +18,7 @@ import shapely
 
 from hawk.lots.changes import Change, Row, changed
 from hawk.lots.labels import lasting_labels, parts_of
-from hawk.lots.place import SAME_SHARE, about, ground_about, joined, without
+from hawk.lots.place import SAME_SHARE, about, ground_about, joined, shared_area, without
 from hawk.lots.saving import FIRST_FLIGHT, PROGRAM, looks_of, new_id, shape
 from hawk.lots.values import LotInputError, Placed, SurveyStall, outline_json, outline_of, unpack_stalls
 from hawk.model.plans import Outline
@@ -80,7 +80,7 @@ def merged(kept: LotRows, other: LotRows, who: str, now: float) -> Change:
     ground, beside = (ground_about(kept.datum, each.outline) for each in (kept, other))
     if beside.is_empty:
         raise LotInputError("with", "is more than 20 km away: merge lots that are one place")
-    share = ground.intersection(beside).area / max(min(ground.area, beside.area), 1.0)
+    share = shared_area(ground, beside) / max(min(ground.area, beside.area), 1.0)
     version = kept.version + 1
     why = f"merged with {_column(other.lot, 'name')}"
     rows = [_layout(kept.id, version, why, who, now)]

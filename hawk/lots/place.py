@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 import pymap3d
 from numpy.typing import NDArray
-from shapely import BufferCapStyle, Polygon, make_valid, transform, union_all
+from shapely import BufferCapStyle, Polygon, intersection, make_valid, transform, union_all
 from shapely.geometry.base import BaseGeometry
 
 from hawk.model.plans import Outline
@@ -25,6 +25,8 @@ NEAR_M: Final = 300.0
 _FAR_M: Final = 20_000.0
 """Ground farther off than this is left out: a tangent plane folds the other side of the Earth onto this one."""
 _LEAST_M2: Final = 1.0
+_GRID_M: Final = 1e-3
+"""Without a grid GEOS 3.14.1 returns, for some areas that touch, the whole of one of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,12 @@ def _candidate(centre: tuple[float, float], ground: BaseGeometry, lot: LotPlace)
     if distance >= NEAR_M:
         return None
     smaller = max(min(ground.area, other.area), _LEAST_M2)
-    return Candidate(lot.id, min(1.0, float(ground.intersection(other).area) / smaller), distance)
+    return Candidate(lot.id, min(1.0, shared_area(ground, other) / smaller), distance)
+
+
+def shared_area(ground: BaseGeometry, other: BaseGeometry) -> float:
+    """Return the area that both have, m2."""
+    return float(intersection(ground, other, grid_size=_GRID_M).area)
 
 
 def ground_about(centre: tuple[float, float], outline: Outline) -> BaseGeometry:

@@ -104,7 +104,7 @@ async def test_a_person_who_edits_is_named_to_the_second_one_as_text(plans: Plan
 
 @pytest.mark.fault(
     "two persons correct one plan at once",
-    "one edits; the other is told who and since when, and nothing of theirs is written",
+    "one edits; the other one sees who and since when, and nothing of theirs is written",
 )
 async def test_of_two_persons_at_once_one_edits(plans: Plans) -> None:
     answers = await asyncio.gather(*(plans.post("/edit", who=f"Person {number}") for number in range(8)))

@@ -76,6 +76,13 @@ def test_stalls_of_a_row_touch_reach_from_front_to_far_side_and_overlap_nowhere(
     assert np.all((found[:, 2] >= 0) & (found[:, 2] < math.pi))
 
 
+def test_stalls_that_touch_overlap_in_no_direction_of_the_row() -> None:
+    for heading in np.linspace(-3.0, 3.0, 200).tolist():
+        along = np.array([math.cos(heading), math.sin(heading)]) * 22.5
+        found = row_shapes(Row((0.0, 0.0), (along[0], along[1]), (-along[1], along[0]), 9))
+        assert overlaps(found, found[:0], 1e-6) == []
+
+
 @pytest.mark.parametrize(
     ("row", "field"),
     [
