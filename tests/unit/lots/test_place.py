@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely import Polygon
 
 from hawk.lots.place import NEAR_M, SAME_SHARE, Answer, LotPlace, joined, shared_area, which_lot, without
+from hawk.lots.plan.geometry import Row, polygons, row_shapes
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from tests.unit.lots.surveys import box
@@ -110,9 +110,7 @@ def test_outlines_are_joined_and_cut() -> None:
 
 
 def test_grounds_that_touch_share_nothing() -> None:
-    for heading in np.linspace(0.0, 3.0, 200).tolist():
-        along = np.array([math.cos(heading), math.sin(heading)])
-        deep = 7.0 * np.array([-along[1], along[0]])
-        ends = [along * 2.5 * number for number in range(10)]
-        grounds = [Polygon([first, second, second + deep, first + deep]) for first, second in pairwise(ends)]
+    for heading in np.linspace(-3.0, 3.0, 200).tolist():
+        along = np.array([math.cos(heading), math.sin(heading)]) * 22.5
+        grounds = polygons(row_shapes(Row((0.0, 0.0), (along[0], along[1]), (-along[1], along[0]), 9)))
         assert [shared_area(*pair) for pair in pairwise(grounds)] == pytest.approx([0.0] * 8, abs=0.1)
