@@ -93,7 +93,7 @@ async def test_a_plan_is_corrected_undone_done_again_and_closed(plans: Plans) ->
     assert (await plans.stalls())["A 1"]["kind"] == ""
 
 
-@pytest.mark.fault("a person's name holds HTML")
+@pytest.mark.fault("a person's name holds HTML", "it is text, in the answers and for the second person")
 async def test_a_person_who_edits_is_named_to_the_second_one_as_text(plans: Plans) -> None:
     await plans.opened(HTML)
     status, refusal = await plans.post("/edit", who="Bob")
