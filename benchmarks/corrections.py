@@ -115,7 +115,9 @@ def figures(measured: Mapping[int, Mapping[str, tuple[float, float]]]) -> list[F
 def main(arguments: Sequence[str] | None = None) -> int:
     """Correct plans, and print a table; return 1 when a figure lies outside its limits."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.corrections", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m benchmarks.corrections",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     options = parser.parse_args(arguments)
