@@ -73,7 +73,7 @@ WITNESS_SCORE: Final = 0.5
 class SurveyStall:
     """A stall as a survey saw it: `Stall`, with the time of the last look in place of the daemon's clock.
 
-    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: the UUID of that
+    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: UUID of that
     stall in the lot's plan, by which the flight gave it; it says nothing of where the survey lies.
     """
 

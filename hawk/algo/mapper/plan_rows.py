@@ -26,7 +26,7 @@ _PRIOR: Final = 2.5
 """Log-odds of a stall of the plan that nobody has confirmed: some looks that show none end it. A given stall begins
 with 0: they are what the flight has seen of it, and decide nothing."""
 _ON: Final = 0.2
-"""What overlaps a given stall by more than this, intersection over union, is that stall."""
+"""Intersection over union from which a row on a given stall is that stall."""
 _NEAR_M: Final = 6.0
 
 

@@ -53,7 +53,7 @@ _MOST_LEAN_LOOKS = 20.0
 
 @dataclass(frozen=True, slots=True)
 class GivenLook:
-    """What one frame shows of given stalls: their rows ``index`` (N,), the probability (N,) that each is taken, and the
+    """Look of one frame at given stalls: their rows ``index`` (N,), the probability (N,) that each is taken, and the
     share (N,) of each that is in the picture.
     """
 

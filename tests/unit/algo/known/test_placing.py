@@ -17,7 +17,7 @@ from hawk.model.known_lot import KnownLot, KnownStall
 
 
 def rows_of(*counts: int) -> NDArray[np.float64]:
-    """Rows of stalls, 16 m apart, with so many stalls each: (N, 5)."""
+    """Rows of stalls, 16 m apart, with their numbers of stalls: (N, 5)."""
     return np.array([[16.0 * r, 2.6 * k, 0.0, 2.6, 5.2] for r, count in enumerate(counts) for k in range(count)])
 
 

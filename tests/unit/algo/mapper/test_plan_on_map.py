@@ -71,7 +71,7 @@ def test_each_confirmed_stall_is_on_the_map_at_its_place_under_its_id(flown: Occ
     assert max(away) < 0.5
 
 
-def test_the_pictures_tell_the_state_of_each(flown: OccupancyMap) -> None:
+def test_the_pictures_show_the_state_of_each(flown: OccupancyMap) -> None:
     right = [StallState.TAKEN if TRUTH.taken[k] else StallState.FREE for k in range(len(TRUTH.taken))]
     assert [stall.state for _, stall in sorted(of_plan(flown).items())] == right
 
@@ -89,7 +89,7 @@ def test_the_shape_of_the_plan_stays() -> None:
     assert max(abs(gap - 2.6) for gap in gaps) < 0.01
 
 
-def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_told() -> None:
+def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_read() -> None:
     hidden = 25
     seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))
     flight = Flight(seen, plan_of(TRUTH.stalls), **NOISE)
