@@ -30,6 +30,7 @@ class KnownLotFollower:
         self,
         store: LotStore,
         datum: Callable[[], GlobalPose | None],
+        survey: Callable[[], str],
         add_message: Callable[[Level, str, str], object],
         look_s: float = LOOK_S,
     ) -> None:
@@ -38,11 +39,13 @@ class KnownLotFollower:
         Args:
             store: The lots' store; nothing is read before somebody has opened it.
             datum: Returns the origin of the map, where the drone was armed; None before.
+            survey: Returns the name of the survey under way: it is no witness of itself.
             add_message: Adds a message for the operator: level, text, details.
             look_s: Real seconds between two looks.
         """
         self._store = store
         self._datum = datum
+        self._survey = survey
         self._add_message = add_message
         self._look_s = look_s
         self._known: tuple[object, ...] | None = None
@@ -60,7 +63,7 @@ class KnownLotFollower:
         datum = self._datum()
         if datum is None or not self._store.is_open:
             return
-        place, before = (datum.latitude, datum.longitude), self._known
+        place, survey, before = (datum.latitude, datum.longitude), self._survey(), self._known
 
         def read(connection: Connection) -> tuple[tuple[object, ...] | None, str, KnownLot | None]:
             from hawk.lots.known import known_lot, lot_near
@@ -69,9 +72,10 @@ class KnownLotFollower:
             if near is None:
                 return None, "", None
             stamp, name = near
-            if (stamp, place) == before:
+            if (stamp, place, survey) == before:
                 return before, name, self.current
-            return (stamp, place), name, known_lot(connection, stamp[0], place)
+            lot = known_lot(connection, stamp[0], place, survey)
+            return (stamp, place, survey), name, lot if lot.stalls else None
 
         try:
             self._known, name, self.current = await self._store.read(read)

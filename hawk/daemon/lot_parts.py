@@ -29,6 +29,7 @@ class LotParts:
         config: StoreSettings,
         landed: Callable[[], LandedSurvey | None],
         datum: Callable[[], GlobalPose | None],
+        survey: Callable[[], str],
         add_message: Callable[[Level, str, str], object],
         *,
         is_restored: bool,
@@ -36,4 +37,4 @@ class LotParts:
         """Make them; arguments as those of `LotKeeper` and `KnownLotFollower`."""
         store = LotStore(lots_file(config.directory, config.lots), find_stalls)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored)
-        return cls(store, keeper, KnownLotFollower(store, datum, add_message))
+        return cls(store, keeper, KnownLotFollower(store, datum, survey, add_message))

@@ -261,6 +261,7 @@ class Daemon:
             self._config.store,
             self._landed_survey,
             lambda: self.autopilot.datum,
+            lambda: self._journal.survey_id,
             self.manager.log.add,
             is_restored=bool(self._kept.map_parts),
         )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import shapely
-from shapely import MultiPoint, Polygon
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, select
 
@@ -15,14 +15,12 @@ from hawk.lots.place import ground_about
 from hawk.lots.plan.follow import revision_of
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.registering import datum_of, known_ground, present_stalls
-from hawk.lots.tables import LOT
+from hawk.lots.tables import LOT, STALL, SURVEY
 from hawk.lots.values import outline_of
 from hawk.model.known_lot import KnownLot, KnownStall
 
 NEAR_M: Final = 60.0
 """A drone that stands nearer than this to a lot is about to fly over it."""
-_ABOUT_M: Final = 5.0
-"""Ground about the stalls of a plan that no survey has made."""
 
 Stamp = tuple[str, int, int]
 """Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""
@@ -42,10 +40,16 @@ def lot_near(connection: Connection, place: tuple[float, float]) -> tuple[Stamp,
     return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
 
 
-def known_lot(connection: Connection, lot: str, datum: tuple[float, float]) -> KnownLot:
-    """Return the plan of a lot in the frame about a datum (latitude, longitude), as a receiver would place it."""
+def known_lot(connection: Connection, lot: str, datum: tuple[float, float], survey: str = "") -> KnownLot:
+    """Return the plan of a lot in the frame about a datum (latitude, longitude), as a receiver would place it.
+
+    Stalls that nobody confirmed and that only the survey of this name (that of its journal) has found are left out: it
+    is no witness of itself.
+    """
     frame = frame_of(datum, datum_of(connection, lot))
-    stalls = tuple(present_stalls(connection, lot))
+    own = _found_by(connection, lot, survey)
+    present = present_stalls(connection, lot)
+    stalls = tuple(stall for stall, key in present.items() if stall.is_confirmed or key not in own)
     places = frame.of(np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)).tolist()
     return KnownLot(
         lot,
@@ -55,16 +59,17 @@ def known_lot(connection: Connection, lot: str, datum: tuple[float, float]) -> K
             )
             for stall, (north, east) in zip(stalls, places, strict=True)
         ),
-        _pieces(frame.ground(_ground(connection, lot, stalls))),
+        _pieces(frame.ground(known_ground(connection, lot))),
     )
 
 
-def _ground(connection: Connection, lot: str, stalls: tuple[Any, ...]) -> BaseGeometry:
-    """Return the ground whose stalls are known: what the surveys of the layout saw, else that about the stalls."""
-    seen = known_ground(connection, lot)
-    if seen.is_empty and stalls:
-        return MultiPoint([(stall.north, stall.east) for stall in stalls]).convex_hull.buffer(_ABOUT_M)
-    return seen
+def _found_by(connection: Connection, lot: str, survey: str) -> set[int]:
+    """Return the keys of a lot's stalls that the survey of this name has found first."""
+    if not survey:
+        return set()
+    named = select(SURVEY.c.seq).where(SURVEY.c.lot == lot, SURVEY.c.origin.startswith(f"{survey} ", autoescape=True))
+    mine = select(STALL.c.key).where(STALL.c.lot == lot, STALL.c.first_survey.in_(named))
+    return set(connection.execute(mine).scalars())
 
 
 def _pieces(ground: BaseGeometry) -> tuple[tuple[tuple[tuple[float, float], ...], ...], ...]:

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Final, Self, TypeVar
 
 import numpy as np
-from shapely import Polygon, contains_xy, union_all
+from shapely import MultiPoint, Polygon, contains_xy, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
@@ -43,6 +43,8 @@ from hawk.results.survey_map import to_global
 
 EDGE_M: Final = 2.0
 """A stall nearer than this to the edge of what was seen is not expected to be found."""
+ABOUT_M: Final = 8.0
+"""Ground about the stalls of a plan that no survey made, on which that plan has every stall: an aisle."""
 _Row = Mapping[str, Any] | RowMapping
 
 
@@ -175,12 +177,16 @@ def known_ground(connection: Connection, lot: str) -> BaseGeometry:
     """Return the ground on which a lot's layout would have every stall, in its frame.
 
     It is what those surveys saw whose stalls make the layout, without the ground of other lots: a stall that a later
-    survey finds elsewhere is no contradiction.
+    survey finds elsewhere is no contradiction. Of a plan that no survey made it is the ground about its stalls.
     """
-    makers = select(STALL.c.first_survey).where(STALL.c.lot == lot).distinct()
-    is_placed = SURVEY.c.seq.in_(makers) & SURVEY.c.north.is_not(None) & SURVEY.c.seen.is_not(None)
+    makers = connection.execute(select(STALL.c.first_survey).where(STALL.c.lot == lot).distinct()).scalars().all()
+    surveys = [seq for seq in makers if seq is not None]
+    is_placed = SURVEY.c.seq.in_(surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen.is_not(None)
     rows = connection.execute(select(SURVEY).where(is_placed)).mappings().all()
     seen = union_all([Looked.stored(row).ground(Move(row["north"], row["east"], row["turn"])) for row in rows])
+    if makers and not surveys:
+        places = [(stall.north, stall.east) for stall in present_stalls(connection, lot)]
+        seen = MultiPoint(places).convex_hull.buffer(ABOUT_M)
     return seen.difference(other_ground(connection, lot))
 
 

@@ -179,6 +179,9 @@ class StallTracker:
         self.next_id += int(fresh.sum())
         self._part_with(lost, version)
         self.settle(version)
+        beside = np.flatnonzero(self.rows["confirmed"] & (self.rows["plan"] == 0))
+        self.rows["extra"][beside] = plan_rows.is_extra(self.rows, beside)
+        self.rows["touched"][beside] = version
         return np.flatnonzero(self.rows["touched"] == version)
 
     def take_gone(self) -> list[int]:

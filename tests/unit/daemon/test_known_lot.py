@@ -23,7 +23,8 @@ class Drone:
         self.datum: GlobalPose | None = None
         self.messages: list[tuple[str, str, str]] = []
         self.store = LotStore(path)
-        self.follower = KnownLotFollower(self.store, lambda: self.datum, self.add, LOOK_S)
+        self.survey = "000009-another"
+        self.follower = KnownLotFollower(self.store, lambda: self.datum, lambda: self.survey, self.add, LOOK_S)
 
     def add(self, level: str, text: str, details: str) -> None:
         self.messages.append((level, text, details))
@@ -72,6 +73,19 @@ async def test_a_plan_that_did_not_change_stays_the_same_object(drone: Drone) ->
     await drone.follower.look()
     assert drone.follower.current is before
     assert len(drone.messages) == 1
+
+
+async def test_a_survey_that_goes_on_is_no_witness_of_itself_but_for_what_a_person_confirmed(drone: Drone) -> None:
+    lot = await drone.store_survey()
+    drone.datum, drone.survey = DATUM, survey().name
+    await drone.follower.look()
+    before = drone.follower.current
+    await drone.confirm_all(lot)
+    await drone.follower.look()
+    after = drone.follower.current
+    assert before is None
+    assert after is not None
+    assert len(after.stalls) == 40
 
 
 async def test_a_correction_in_flight_is_known_soon(drone: Drone) -> None:
