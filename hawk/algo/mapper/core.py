@@ -162,7 +162,7 @@ class MapCore:
                 self._slow_steps.append(step)
                 break
         self._complete_rows(seen)
-        self._place_plan()
+        self._place_plan(seen.captured)
         self._show_stalls()
 
     def know(self, lot: KnownLot | None) -> None:
@@ -400,9 +400,9 @@ class MapCore:
         elif self._rows.is_under_way:
             self._rows.go_on(self.tracker, self._version)
 
-    def _place_plan(self) -> None:
+    def _place_plan(self, time: float) -> None:
         """Go on to look for the place of the lot's plan; it comes onto the map once that is certain."""
-        index = self._plan.go_on(self.tracker, self.grid, self._version)
+        index = self._plan.go_on(self.tracker, self.grid, self._version, time)
         if index is not None:
             self._rows.drop()
             self.published.plan = self._plan.ids

@@ -13,9 +13,10 @@ from shapely import MultiPolygon, Polygon
 from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.known.judging import judge
 from hawk.algo.known.placing import PlanPlacing
+from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.stalls import GivenLook, StallTracker
-from hawk.algo.mapper.table import Rows, geometry_of
+from hawk.algo.mapper.stalls import GivenLook, StallTracker, call_state
+from hawk.algo.mapper.table import SQUARE_M, Rows, corners_of, geometry_of, square_of
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.seen import SeenGround
@@ -23,6 +24,9 @@ from hawk.model.known_lot import KnownLot
 
 _LEAST_SHOWN: Final = 0.6
 """Share of a given stall in the picture from which its state is judged."""
+
+_REACH_M: Final = 5.0
+"""Half the diagonal of the longest stall."""
 
 
 class PlanOnMap:
@@ -38,10 +42,10 @@ class PlanOnMap:
         if lot is not None and (self._placing is None or self._placing.lot is not lot):
             self._placing = PlanPlacing(lot)
 
-    def go_on(self, tracker: StallTracker, grid: EvidenceGrid, version: int) -> NDArray[np.intp] | None:
+    def go_on(self, tracker: StallTracker, grid: EvidenceGrid, version: int, time: float) -> NDArray[np.intp] | None:
         """Look on for the place of the plan; once it is certain, put it on the map.
 
-        Returns the indices of the rows that changed then, and None before and after.
+        ``time``: of the frame, seconds. Returns the indices of the rows that changed then, and None before and after.
         """
         placing = self._placing
         if placing is None or placing.is_over:
@@ -51,7 +55,24 @@ class PlanOnMap:
             return None
         self.ids = tuple(stall.id for stall in placing.lot.stalls)
         is_confirmed = np.array([stall.is_confirmed for stall in placing.lot.stalls], np.bool_)
-        return tracker.put_plan(plan, is_confirmed, version)
+        index = tracker.put_plan(plan, is_confirmed, version)
+        _call_unseen(tracker.rows, grid, time)
+        return index
+
+
+def _call_unseen(rows: Rows, grid: EvidenceGrid, time: float) -> None:
+    """Call the states of given stalls that no frame was asked about, by what all frames have shown of their ground."""
+    asked = np.flatnonzero(rows["given"] & (rows["seen"] == 0))
+    squares = [square_of(north, east) for north, east in zip(rows["north"][asked], rows["east"][asked], strict=True)]
+    for square in set(squares):
+        index = asked[[each == square for each in squares]]
+        middle = ((square[0] + 0.5) * SQUARE_M, (square[1] + 0.5) * SQUARE_M)
+        ground = FusedGround(grid, middle, SQUARE_M / 2 + _REACH_M)
+        corners = corners_of(rows[index])
+        is_seen = ground.seen(corners)
+        index, taken = index[is_seen], ground.taken(corners[is_seen])
+        rows["taken"][index], rows["seen"][index], rows["last_seen"][index] = taken, 1, time
+        rows["state"][index] = call_state(taken, rows["state"][index])
 
 
 def found_map(tracker: StallTracker, grid: EvidenceGrid) -> StallMap:

@@ -12,14 +12,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.ground import Window
-from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.plan_rows import is_extra
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
 from hawk.algo.rows.chosen import RowOptions
-from hawk.algo.rows.evidence import Ground
 from hawk.algo.rows.fit import Finds, row_of
 from hawk.algo.rows.lot import NO_ROW, RowStalls, completion
 from hawk.algo.steps import Steps
@@ -43,45 +41,7 @@ _MOST = 3.0
 _COUNTS = 1.5
 _BEYOND_M = 12.0
 """Rows are cut at the reach: as far on, other stalls may lie where the cut row goes on."""
-_LOOKS = 0.5
-"""Independent looks from which a cell was seen."""
-_COVERED: Final = (0.1, 0.3)
-"""Mean car of an inferred stall up to which it is free, and from which it is taken; between them it is unclear."""
-_SURE = 2.2
-"""Log-odds of the state of an inferred stall with no car at all, or full of one."""
-_BARE = 0.35
-"""Mean core of an inferred stall from which the ground shows that it is free; below it something hides the ground."""
-_INNER = 0.7
-_SAMPLES = (9, 5)
-
 Floats = NDArray[np.float64]
-
-
-class _FusedGround:
-    """The fused evidence about a place, read once for a run."""
-
-    def __init__(self, grid: EvidenceGrid, middle: tuple[float, float], reach_m: float) -> None:
-        about = np.array(middle) + np.array([[-reach_m, -reach_m], [reach_m, reach_m]])
-        self._window = Window.around(about, EVIDENCE_M)
-        core, car, lot, looks = (grid.layer(self._window, name) for name in ("core", "car", "lot", "looks"))
-        seen = looks >= _LOOKS
-        self._layers = np.stack([core, car, np.where(seen, 1 / (1 + np.exp(-lot)), 0.0), seen], axis=-1)
-
-    def at(self, places: Floats) -> Ground:
-        """Return the ground at places (..., 2) of (north, east)."""
-        rows, columns, inside = self._window.cells_at(places.reshape(-1, 2))
-        values = self._layers[rows, columns]
-        values[~inside] = 0
-        return Ground(*np.moveaxis(values.reshape(*places.shape[:-1], self._layers.shape[-1]), -1, 0))
-
-    def within(self, corners: Floats) -> tuple[Floats, Floats]:
-        """Return the mean core and car (N,) in the inner part of quads (N, 4, 2)."""
-        a, b = (np.linspace(0.5 - _INNER / 2, 0.5 + _INNER / 2, n) for n in _SAMPLES)
-        along, across = (v.ravel()[:, None] for v in np.meshgrid(a, b, indexing="ij"))
-        near = corners[:, None, 0] * (1 - across) + corners[:, None, 1] * across
-        far = corners[:, None, 3] * (1 - across) + corners[:, None, 2] * across
-        ground = self.at(near * (1 - along) + far * along)
-        return np.asarray(ground.core.mean(1), np.float64), np.asarray(ground.car.mean(1), np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +49,7 @@ class _Run:
     """A run under way: its middle, the ground and the ids of the stalls as it began, and the steps to do."""
 
     middle: tuple[float, float]
-    ground: _FusedGround
+    ground: FusedGround
     given: NDArray[np.int64]
     steps: Steps[RowStalls]
 
@@ -121,7 +81,7 @@ class RowFiller:
         given = near[~tracker.rows["inferred"][near] & ~tracker.rows["raised"][near]]
         if len(given) == 0:
             return
-        ground = _FusedGround(grid, middle, self._reach_m + _BEYOND_M)
+        ground = FusedGround(grid, middle, self._reach_m + _BEYOND_M)
         steps = completion(_finds(tracker.rows[given]), ground.at, _OPTIONS)
         self._run = _Run(middle, ground, tracker.rows["id"][given], steps)
 
@@ -273,11 +233,9 @@ def _add(tracker: StallTracker, implied: RowStalls, version: int) -> None:
     tracker.add(fresh)
 
 
-def _call(rows: Rows, ground: _FusedGround, version: int) -> None:
-    """Inferred stalls are taken by the cars on them, free where their bare ground is seen, else unclear."""
+def _call(rows: Rows, ground: FusedGround, version: int) -> None:
+    """Call the states of inferred stalls by their ground."""
     index = np.flatnonzero(rows["inferred"] & (rows["touched"] == version))
-    core, cover = ground.within(quads.corners(*geometry_of(rows[index])))
-    taken = np.interp(cover, [0, *_COVERED, 2 * _COVERED[1]], [-_SURE, 0, 0, _SURE])
-    taken = np.where((taken < 0) & (core < _BARE), 0.0, taken)
+    taken = ground.taken(quads.corners(*geometry_of(rows[index])))
     rows["taken"][index] = taken
     rows["state"][index] = call_state(taken, rows["state"][index])

@@ -150,3 +150,19 @@ def test_a_plan_that_a_person_changes_in_flight_replaces_the_one_before() -> Non
     shown = flight.fly(PASS[::-1])
     assert sorted(of_plan(shown)) == list(range(len(TRUTH.stalls)))
     assert shown.counts.suggested == 0
+
+
+def test_stalls_on_ground_that_was_seen_before_the_plan_was_placed_have_a_state_at_once() -> None:
+    hidden = [3, 25, 44]
+    seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))
+    flight = Flight(seen, None, **NOISE)
+    flight.fly([*PASS, *PASS[::-1]])
+    flight.known = plan_of(TRUTH.stalls)
+    shown: OccupancyMap | None = None
+    while shown is None or not of_plan(shown):
+        shown = flight.fly([70.0])  # beside the lot
+    states = {number: stall.state for number, stall in of_plan(shown).items()}
+    assert len(states) == len(TRUTH.stalls)
+    assert all(of_plan(shown)[number].seen for number in hidden)
+    right = [states[k] is (StallState.TAKEN if TRUTH.taken[k] else StallState.FREE) for k in states if k not in hidden]
+    assert sum(right) >= 0.95 * len(right)
