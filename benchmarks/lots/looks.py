@@ -78,7 +78,7 @@ class StillEye:
         kept = (score >= LEAST_SCORE) & (found.centres[:, 0] < seen_to)
         found, score, taken = found[kept], score[kept], taken[kept]
         places, angle = on_map(world, found)
-        datum, move = datum_of(world, visit), Move(turn=visit.compass)
+        datum, move = datum_of(world, visit), _turned_about_middle(world, visit.compass)
         ended = visit.at.timestamp()
         stalls = tuple(
             SurveyStall(
@@ -168,6 +168,14 @@ def _true_places(world: World) -> FloatArray:
     x, y = world.start()
     centres = np.array([stall.corners.mean(axis=0) for stall in world.stalls]).reshape(-1, 2)
     return np.column_stack([y - centres[:, 1], centres[:, 0] - x])
+
+
+def _turned_about_middle(world: World, turn: float) -> Move:
+    """Return the turn of a picture by a compass's error: about the place below the camera, the middle of the world."""
+    x, y = world.start()
+    middle = np.array([[y - world.size_m[1] / 2, world.size_m[0] / 2 - x]])
+    ((north, east),) = (middle - Move(turn=turn).of(middle)).tolist()
+    return Move(north, east, turn)
 
 
 def _picture(world: World) -> NDArray[np.uint8]:
