@@ -43,6 +43,7 @@ SAME_M: Final = 1.2
 """A found stall farther from a true one, after the receiver's and the compass's error, is not that one."""
 GNSS_M: Final = 0.5
 _DURATION_S: Final = 600.0
+_AROUND_M: Final = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +94,8 @@ class StillEye:
         )  # fmt: skip
         ground = shapely.box(0, 0, seen_to, size[1])
         lots = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in world.lots])
+        if lots.is_empty and len(found):  # labels without outlines: the ground of what was found
+            lots = shapely.MultiPoint(found.centres).convex_hull.buffer(_AROUND_M)
         survey = FinishedSurvey(
             name=f"{visit.number:06d}-still", datum=datum, began=ended - _DURATION_S, ended=ended, time_is_sure=True,
             outline=_outline(world, lots.intersection(ground), datum, move), stalls=stalls, program="benchmark",
