@@ -14,6 +14,7 @@ from benchmarks.chain_flight.flight import Flown
 from benchmarks.chain_flight.measure import Given, Result
 from benchmarks.figures import Figure, Limit
 from benchmarks.perception.stall_rows import Boxes
+from hawk.algo.vision import quads
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.lot_map import Stall, StallState
 from hawk.survey.scoring import NEAR_M, FloatArray
@@ -21,8 +22,8 @@ from hawk.worlds.world import World
 
 SHIFT_M: Final = 1.5
 TURN: Final = math.radians(1.0)
-BEYOND_M: Final = 10.0
-"""The plan knows the ground this far beyond the world's picture."""
+ABOUT_M: Final = 5.0
+"""The plan knows the ground about its stalls: labels of places lack whole rows."""
 
 
 def plan_of(world: World) -> KnownLot:
@@ -39,9 +40,9 @@ def plan_of(world: World) -> KnownLot:
     stalls = tuple(
         KnownStall(str(k), n, e, a, w, le, is_confirmed=True) for k, (n, e, a, w, le) in enumerate(values.tolist())
     )
-    (x0, y0), (width, height) = world.start(), world.size_m
-    top, left, bottom, right = y0 + BEYOND_M, -x0 - BEYOND_M, y0 - height - BEYOND_M, width - x0 + BEYOND_M
-    return KnownLot(world.name, stalls, ((((top, left), (top, right), (bottom, right), (bottom, left)),),))
+    ground = shapely.union_all(shapely.polygons(quads.corners(*values.T))).buffer(ABOUT_M).simplify(0.5)
+    pieces = [(part.exterior, *part.interiors) for part in shapely.get_parts(ground)]
+    return KnownLot(world.name, stalls, tuple(tuple(tuple(ring.coords[:-1]) for ring in piece) for piece in pieces))
 
 
 def given(world: World, flown: Flown) -> Given:

@@ -31,8 +31,8 @@ from hawk.survey.scoring import NEAR_M
 
 SHIFT_M: Final = 1.5
 TURN: Final = math.radians(1.0)
-KNOWN_M: Final = 10.0
-"""The plan knows the ground this far beyond the picture: a shifted plan reaches over its edge."""
+KNOWN_M: Final = 5.0
+"""The plan knows the ground about its stalls: labels of places lack whole rows."""
 PROPOSED_FROM: Final = 0.9
 """Score (0..1) of a find from which a still picture proposes it; a flight takes several looks."""
 _ON_PLAN: Final = 0.05
@@ -94,7 +94,8 @@ def look_with_plan(eye: NetworkEye, place: Place) -> Planned:
     labels = _rectangles(place)
     size = np.array(place.image.shape[1::-1]) * place.metres_per_pixel
     plan, picture = moved_plan(place.name, labels, size), shapely.box(0, 0, *size.tolist())
-    registration = register(StallMap(plan, picture.buffer(KNOWN_M)), StallMap(found, picture))
+    ground = shapely.union_all(shapely.polygons(plan.corners())).buffer(KNOWN_M)
+    registration = register(StallMap(plan, ground), StallMap(found, picture))
     if not registration.is_certain or registration.best is None:
         return Planned(place.name, len(labels), doubt=str(registration.doubt))
     placed = _back(plan, registration.best.placement)
