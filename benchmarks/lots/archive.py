@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from sqlalchemy import Connection, select
 
 from benchmarks.lots.looks import Eye, Look, datum_of
@@ -18,6 +19,8 @@ from hawk.lots.saving import save
 from hawk.lots.tables import OBSERVATION, STALL
 from hawk.lots.values import Placed, Saved
 from hawk.model.known_lot import KnownLot
+from hawk.survey.scoring import match
+from hawk.worlds.world import World
 
 _FAST: Final = {"synchronous": 0}
 
@@ -51,7 +54,8 @@ def survey_lot(lot: DrawnLot | PictureLot, eye: Eye) -> Judged:
     with tempfile.TemporaryDirectory(prefix="hawk-lots-") as folder:
         store = Database(Path(folder) / "lots.db", _FAST)
         try:
-            return judged(lot.name, [_survey(store, lot, visit, eye) for visit in lot.visits()])
+            first = lot.world(lot.visits()[0])
+            return judged(lot.name, [_survey(store, lot, visit, eye, first) for visit in lot.visits()])
         finally:
             store.close()
 
@@ -79,7 +83,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
     return Judged(name, len(mine), again, same, wrong, doubts)
 
 
-def _survey(store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye) -> Surveyed:
+def _survey(store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye, first: World) -> Surveyed:
     world = lot.world(visit)
     datum = datum_of(world, visit)
     with store.reading() as connection:
@@ -90,7 +94,25 @@ def _survey(store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye)
         saved = save(connection, replace(look.survey, stalls=numbered), find_stalls)
     with store.reading() as connection:
         ids = _ids(connection, saved, look)
-    return Surveyed(visit, saved, len(look.survey.stalls), ids)
+    lasting = {} if visit.is_next_door else lasting_ids(first, world)
+    return Surveyed(
+        visit, saved, len(look.survey.stalls), {lasting.get(true, true): each for true, each in ids.items()}
+    )
+
+
+def lasting_ids(first: World, later: World) -> dict[int, int]:
+    """Return which stall of the first world each stall of a repainted one is: it fits where it overlaps by half.
+
+    A row at another pitch has new stalls to the simulator; some of them lie where a stall lay, and no map differs.
+    """
+    before = {stall.id for stall in first.stalls}
+    left = {stall.id for stall in later.stalls}
+    old = [stall for stall in first.stalls if stall.id not in left]
+    new = [stall for stall in later.stalls if stall.id not in before]
+    if not old or not new:
+        return {}
+    pairs = match(np.array([stall.corners for stall in new]), np.array([stall.corners for stall in old]))
+    return {new[k].id: old[j].id for k, j in zip(pairs.found.tolist(), pairs.true.tolist(), strict=True)}
 
 
 def _known(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:

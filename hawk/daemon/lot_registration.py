@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.registration.whole_map import Candidate, Doubt, register
+from hawk.algo.registration.whole_map import Registration as Outcome
 from hawk.algo.rows.fit import Rectangles
+from hawk.algo.vision import quads
 from hawk.lots.frames import Move
 from hawk.lots.values import (
     Doubtful,
@@ -24,6 +28,8 @@ from hawk.lots.values import (
 )
 from hawk.model.sentences import say
 
+FITS: Final = 0.5
+"""Intersection over union from which a found stall is the known one at its place."""
 _WORDS: Final = {
     Doubt.TOO_FEW: say("too few stalls are on ground that both saw"),
     Doubt.ALIKE: say("two places fit alike"),
@@ -37,13 +43,28 @@ def registration(known: KnownStalls, found: FoundStalls) -> Registration | Doubt
 
     States are no argument: equal stalls with other cars are the same stalls.
     """
-    outcome = register(_map(known.stalls, known.seen), _map(found.stalls, found.seen))
+    mine, theirs = _map(known.stalls, known.seen), _map(found.stalls, found.seen)
+    outcome = register(mine, theirs)
     if outcome.doubt is not None or outcome.best is None:
         places = tuple(_place(each) for each in (outcome.best, outcome.second) if each is not None)
         return Doubtful(_WORDS[outcome.doubt or Doubt.TOO_FEW], places)
-    same = {found.stalls[theirs].id: known.stalls[mine].id for mine, theirs in outcome.pairs.tolist()}
+    pairs = outcome.pairs[_fits(mine.stalls, theirs.stalls, outcome)]
+    same = {found.stalls[j].id: known.stalls[i].id for i, j in pairs.tolist()}
     move = _move(outcome.best)
     return Registration(move.north, move.east, move.turn, same)
+
+
+def _fits(mine: Rectangles, theirs: Rectangles, outcome: Outcome) -> NDArray[np.bool_]:
+    """Return which pairs (K,) of a registration overlap by half: a stall of a row at another pitch is another one."""
+    if outcome.best is None:
+        return np.zeros(0, np.bool_)
+    i, j = outcome.pairs.T
+    placed = replace(
+        theirs[j],
+        centres=outcome.best.placement.of(theirs.centres[j]),
+        angle=theirs.angle[j] + outcome.best.placement.turn,
+    )
+    return quads.overlap_more(mine[i].corners(), placed.corners(), FITS)
 
 
 def _map(stalls: tuple[StoredStall, ...] | tuple[SurveyStall, ...], seen: BaseGeometry) -> StallMap:

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from benchmarks.lots.__main__ import figures, line
-from benchmarks.lots.archive import Judged, Surveyed, judged, survey_lot
+from benchmarks.lots.archive import Judged, Surveyed, judged, lasting_ids, survey_lot
 from benchmarks.lots.looks import Look, StillEye, on_map, true_ids
 from benchmarks.lots.visits import BIAS_M, COMPASS, DrawnLot, Visit, visits
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.network import StallNetwork
 from hawk.lots.values import Placed, Saved
 from hawk.model.known_lot import KnownLot
-from hawk.worlds.generate import generate_world
+from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import World
 
 
@@ -79,6 +79,18 @@ def test_true_stalls_are_found_by_their_place_each_once(world: World) -> None:
         zip(ids, (stall.id for stall in world.stalls), strict=True)
     )
     assert true_ids(world, places[:1] + np.array([500.0, 0.0]), [1]) == {}
+
+
+def test_a_repainted_stall_that_fits_one_of_before_is_that_one() -> None:
+    first, later = (generate_world(6, WorldOptions(repaint=count)) for count in (0, 1))
+    lasting = lasting_ids(first, later)
+    before, after = ({stall.id: stall.corners for stall in world.stalls} for world in (first, later))
+    assert lasting
+    for new, old in lasting.items():
+        assert new not in before
+        assert old not in after
+        assert np.hypot(*(after[new].mean(axis=0) - before[old].mean(axis=0))) < 1.3
+    assert lasting_ids(first, first) == {}
 
 
 class TwoVisits(DrawnLot):
