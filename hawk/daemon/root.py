@@ -503,6 +503,7 @@ class Daemon:
             program=version("hawk-drone"),
             simulated=self._options.is_simulation,
             speed=self.clock.speed,
+            accuracy=None if (seen := self.vehicle.diagnostics.value) is None else seen.horizontal_accuracy,
         )
 
     def _begin_another_survey(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.lots.values import FinishedSurvey, SurveyStall
-from hawk.model.lot_map import Cell, OccupancyMap
+from hawk.model.lot_map import Cell, OccupancyMap, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose, Ring
 from hawk.results.survey_map import SurveyMap, to_global
@@ -36,7 +36,7 @@ class LandedSurvey:
 
     ``seconds``: of the daemon's clock now, by which stalls were last seen, at ``speed`` seconds a real second.
     ``utc``: Unix seconds now. ``flown_s``: real seconds since the last take-off. ``outline``: the area that an
-    operator asked for; None without one.
+    operator asked for; None without one. ``accuracy``: metres, the receiver's own estimate; None where it gives none.
     """
 
     name: str
@@ -50,6 +50,7 @@ class LandedSurvey:
     flown_s: float = 0.0
     simulated: bool = False
     speed: float = 1.0
+    accuracy: float | None = None
 
 
 def finished(landed: LandedSurvey) -> FinishedSurvey:
@@ -64,12 +65,14 @@ def finished(landed: LandedSurvey) -> FinishedSurvey:
         outline=landed.outline or seen_lot(survey),
         stalls=tuple(
             SurveyStall.of(stall, landed.utc - (landed.seconds - stall.last_seen) / landed.speed)
-            for stall in survey.marked
+            for _, stall in sorted(landed.current.stalls.items())
             if stall.seen  # others are known, and were not looked at
+            and (stall.extra is not None or stall.state is not StallState.SUGGESTED)
         ),
         program=landed.program,
         simulated=landed.simulated,
         seen=seen_ground(survey),
+        accuracy=landed.accuracy,
     )
 
 

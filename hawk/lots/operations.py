@@ -107,7 +107,7 @@ def _brought(kept: LotRows, other: LotRows, version: int) -> list[Row]:
     for row, label in zip(present, labels, strict=True):
         place = {"north": _column(row, "north") + north, "east": _column(row, "east") + east}
         rows.append(changed(row, lot=kept.id, label=label, begins=version, ends=None, **place))
-        rows.append(_label(kept.id, label, _column(row, "id")))
+        rows.append(label_row(kept.id, label, _column(row, "id")))
     return rows
 
 
@@ -179,7 +179,7 @@ def split(lot: LotRows, part: Outline, name: str, made: str, who: str, now: floa
         _layout(made, 1, f"split from {lot.lot.values['name']}", who, now),
         _layout(lot.id, lot.version + 1, f"{name} split off", who, now),
         *(changed(row, lot=made, begins=1, ends=None) for row in (*moved, *zones)),
-        *(_label(made, str(_column(row, "label")), _column(row, "id")) for row in moved),
+        *(label_row(made, str(_column(row, "label")), _column(row, "id")) for row in moved),
         changed(lot.lot, outline=outline_json(without(lot.outline, part))),
     ]
     return Change("split", lot.id, tuple(rows))
@@ -230,7 +230,7 @@ def begun(survey: Row, name: str, made: str, first_key: int, now: float) -> Chan
         ids = {"key": key, "id": new_id(), "lot": made, "label": labels[stall.id], "first_survey": seq}
         state = {"kind": "", "is_confirmed": False, "begins": 1, "ends": None, "first_id": stall.id}
         rows.append(Row("stall", (key,), {**ids, **shape(stall), **state}))
-        rows.append(_label(made, labels[stall.id], str(ids["id"])))
+        rows.append(label_row(made, labels[stall.id], str(ids["id"])))
     return Change("move", made, (*rows, *look_rows(seq, keys, found)))
 
 
@@ -264,7 +264,8 @@ def _layout(lot: str, version: int, why: str, who: str, now: float) -> Row:
     return Row("layout", (lot, version), values)
 
 
-def _label(lot: str, label: str, stall: str) -> Row:
+def label_row(lot: str, label: str, stall: str) -> Row:
+    """Return the row of a label that a lot gives to a stall."""
     return Row("label", (lot, label), {"lot": lot, "label": label, "stall": stall})
 
 

@@ -9,8 +9,9 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, func, select
 
-from hawk.lots import changes, operations
+from hawk.lots import changes, operations, proposing, taking
 from hawk.lots.changes import Change, Done, Row
+from hawk.lots.comparing import newest_registered
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
 from hawk.lots.plan.reading import zones_of
@@ -20,7 +21,6 @@ from hawk.lots.registering import (
     Looked,
     datum_of,
     move_of,
-    newest_registered,
     placed_by,
     present_stalls,
     registered,
@@ -136,6 +136,24 @@ def plan(connection: Connection, lot_id: str, since: int | None = None, layout: 
     """
     _there(connection, lot_id)
     return shown.plan(connection, lot_id, since) if layout is None else shown.plan_of(connection, lot_id, layout)
+
+
+def proposed(connection: Connection, lot_id: str) -> dict[str, Any]:
+    """Return what the newest surveys propose to change of a lot's layout. Raises NotFoundError."""
+    _there(connection, lot_id)
+    return proposing.changes_json(connection, lot_id)
+
+
+def take_over(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Take proposals of a survey over as one version of the layout. Raises as `taking.take_over`, and NotFoundError."""
+    _there(connection, lot_id)
+    return taking.take_over(connection, lot_id, asked, who, now)
+
+
+def drop(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Drop proposals of a survey. Raises LotInputError, NotFoundError."""
+    _there(connection, lot_id)
+    return taking.drop(connection, lot_id, asked, who, now)
 
 
 def undo(connection: Connection, seq: int, now: float) -> str:

@@ -7,19 +7,19 @@ back to the survey's own.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any, Final, Self, TypeVar
+from typing import Any, Final, Self
 
 import numpy as np
-from shapely import MultiPoint, Polygon, contains_xy, union_all
+from shapely import MultiPoint, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.lots.frames import Move, frame_of, same_stalls
 from hawk.lots.place import ground_about
 from hawk.lots.plan.versions import newest_layout
-from hawk.lots.tables import LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.tables import LOT, STALL, SURVEY
 from hawk.lots.values import (
     Doubtful,
     FinishedSurvey,
@@ -41,8 +41,6 @@ from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
 from hawk.results.survey_map import to_global
 
-EDGE_M: Final = 2.0
-"""A stall nearer than this to the edge of what was seen is not expected to be found."""
 ABOUT_M: Final = 8.0
 """Ground about the stalls of a plan that no survey made, on which that plan has every stall: an aisle."""
 _Row = Mapping[str, Any] | RowMapping
@@ -179,7 +177,9 @@ def known_ground(connection: Connection, lot: str) -> BaseGeometry:
     It is what those surveys saw whose stalls make the layout, without the ground of other lots: a stall that a later
     survey finds elsewhere is no contradiction. Of a plan that no survey made it is the ground about its stalls.
     """
-    makers = connection.execute(select(STALL.c.first_survey).where(STALL.c.lot == lot).distinct()).scalars().all()
+    was_in_plan = STALL.c.ends.is_(None) | (STALL.c.ends > STALL.c.begins)
+    made_by = select(STALL.c.first_survey).where(STALL.c.lot == lot, was_in_plan).distinct()
+    makers = connection.execute(made_by).scalars().all()
     surveys = [seq for seq in makers if seq is not None]
     is_placed = SURVEY.c.seq.in_(surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen.is_not(None)
     rows = connection.execute(select(SURVEY).where(is_placed)).mappings().all()
@@ -195,53 +195,3 @@ def other_ground(connection: Connection, lot: str) -> BaseGeometry:
     others = select(LOT.c.outline).where(LOT.c.merged_into.is_(None), LOT.c.id != lot)
     datum = datum_of(connection, lot)
     return union_all([ground_about(datum, outline_of(text)) for text in connection.execute(others).scalars()])
-
-
-def newest_registered(connection: Connection, lot: str) -> dict[str, Any] | None:
-    """Return how the newest registered survey differs from the layout, as JSON values; None without one.
-
-    ``found``: its stalls that the layout lacks, in the lot's frame, without those in areas without stalls; ``missed``:
-    stalls of the layout on ground that it saw, which it did not find.
-    """
-    is_asked = (SURVEY.c.lot == lot) & (SURVEY.c.placed == Placed.REGISTERED.value)
-    newest = select(SURVEY).where(is_asked).order_by(SURVEY.c.seq.desc()).limit(1)
-    row = connection.execute(newest).mappings().first()
-    if row is None:
-        return None
-    looked, move = Looked.stored(row), Move(row["north"], row["east"], row["turn"])
-    present = present_stalls(connection, lot)
-    looks = select(OBSERVATION.c.stall).where(OBSERVATION.c.survey == row["seq"])
-    seen_again = set(connection.execute(looks).scalars())
-    well_seen = looked.ground(move).buffer(-EDGE_M)
-    placed = move.stalls(looked.stalls)
-    same = same_stalls(tuple(present), placed)
-    known = {*same.values()}
-    missed = [stall for stall, key in present.items() if key not in seen_again and stall.id not in known]
-    new = [stall for stall in placed if stall.id not in same]
-    not_here = union_all([other_ground(connection, lot), *(Polygon(zone) for zone in no_stalls(connection, lot))])
-    beside = {stall.id for stall in _within(not_here, new)}
-    return {
-        "survey": row["id"],
-        "found": [_shown(stall) for stall in new if stall.id not in beside],
-        "missed": [{"id": stall.id, "label": stall.label} for stall in _within(well_seen, missed)],
-    }
-
-
-def no_stalls(connection: Connection, lot: str) -> list[list[tuple[float, float]]]:
-    """Return the areas of a lot's plan without stalls: rings of (north, east), metres in its frame."""
-    is_asked = (ZONE.c.lot == lot) & (ZONE.c.kind == NO_STALLS) & ZONE.c.ends.is_(None)
-    return [json.loads(text) for text in connection.execute(select(ZONE.c.outline).where(is_asked)).scalars()]
-
-
-_Stall = TypeVar("_Stall", StoredStall, SurveyStall)
-
-
-def _within(ground: BaseGeometry, stalls: Sequence[_Stall]) -> list[_Stall]:
-    """Return the stalls whose centre lies on some ground."""
-    places = np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)
-    return [stall for stall, lies in zip(stalls, contains_xy(ground, places).tolist(), strict=True) if lies]
-
-
-def _shown(stall: SurveyStall) -> dict[str, Any]:
-    names = ("id", "north", "east", "angle", "width", "length")
-    return {name: round(getattr(stall, name), 4) for name in names} | {"state": stall.state.value}

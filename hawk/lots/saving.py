@@ -103,7 +103,7 @@ def lot_places(connection: Connection) -> list[LotPlace]:
 def _row(
     survey: FinishedSurvey, lot: str | None, placed: Placed, candidates: tuple[str, ...], *, is_sure: bool
 ) -> dict[str, Any]:
-    states = [stall.state for stall in survey.stalls]
+    states = [stall.state for stall in survey.stalls if not stall.is_extra]
     return {
         "origin": survey.origin,
         "lot": lot,
@@ -124,6 +124,7 @@ def _row(
         "simulated": survey.simulated,
         "seen": pack_outline(survey.seen) if survey.seen.polygons else None,
         "doubt": None,
+        "accuracy": survey.accuracy,
         **dict.fromkeys(("north", "east", "turn")),
     }
 

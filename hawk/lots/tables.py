@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 4
+VERSION: Final = 5
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -76,10 +76,12 @@ SURVEY: Final = Table(
     Column("simulated", Boolean, nullable=False),
     Column("seen", LargeBinary),
     Column("doubt", Text),
+    Column("accuracy", Float),
     sqlite_autoincrement=True,
 )
 """Ordered by ``seq``: a clock may step. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen``: `pack_outline` of the
-ground that was seen. ``doubt``: JSON of `hawk.lots.registering.Doubt`, of a survey whose place was not certain."""
+ground that was seen. ``doubt``: JSON of `hawk.lots.registering.Doubt`, of a survey whose place was not certain.
+``accuracy``: metres, the receiver's own estimate at the landing."""
 STALL: Final = Table(
     "stall",
     METADATA,
@@ -175,6 +177,25 @@ CHANGE: Final = Table(
     sqlite_autoincrement=True,
 )
 """Changes by persons: the rows as they were and as they are since (`hawk.lots.changes`)."""
+DROPPED: Final = Table(
+    "dropped",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", String(36), nullable=False, index=True),
+    Column("survey", ForeignKey("survey.seq"), nullable=False),
+    Column("does", String(5), nullable=False),
+    Column("stall", String(36)),
+    *(Column(name, Float) for name in ("north", "east", "angle", "width", "length")),
+)
+"""Proposals of a survey that persons dropped (`hawk.lots.proposing`): ``begin`` with a shape in the lot's frame,
+``end`` with the id of a stall."""
+PIN: Final = Table(
+    "pin",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("turn", Float, nullable=False),
+)
+"""Radians clockwise by which pins have turned a lot's frame."""
 PLAN: Final = Table(
     "plan",
     METADATA,

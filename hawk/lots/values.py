@@ -73,8 +73,9 @@ WITNESS_SCORE: Final = 0.5
 class SurveyStall:
     """A stall as a survey saw it: `Stall`, with the time of the last look in place of the daemon's clock.
 
-    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: UUID of that
-    stall in the lot's plan, by which the flight gave it; it says nothing of where the survey lies.
+    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: the UUID of
+    that stall in the lot's plan, by which the flight gave it; it says nothing of where the survey lies. ``is_extra``:
+    found beside given stalls, where the plan has none.
     """
 
     id: int
@@ -89,6 +90,7 @@ class SurveyStall:
     seen: int
     looked: float
     known: str = ""
+    is_extra: bool = False
 
     @property
     def is_witness(self) -> bool:
@@ -113,17 +115,21 @@ class SurveyStall:
             width=float(stall.width),
             length=float(stall.length),
             taken=float(stall.taken),
-            state=stall.state,
+            state=stall.extra or stall.state,
             score=float(stall.score),
             seen=int(stall.seen),
             looked=looked,
             known=stall.known,
+            is_extra=stall.extra is not None,
         )
 
     def on_map(self) -> Stall:
         """Return the stall as one of a map, without a time."""
-        shown = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "looked"}
+        shown = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in _NOT_ON_MAP}
         return Stall(**shown, last_seen=0.0, version=0)
+
+
+_NOT_ON_MAP: Final = ("looked", "is_extra")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +138,8 @@ class FinishedSurvey:
 
     ``name``: that of its journal. ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
-    without the suggested ones. ``seen``: all ground that was seen, of the lot or beside it.
+    without the suggested ones, but with the extra ones. ``seen``: all ground that was seen, of the lot or beside it.
+    ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none.
     """
 
     name: str
@@ -145,11 +152,12 @@ class FinishedSurvey:
     program: str
     simulated: bool = False
     seen: Outline = field(default=Outline(), repr=False)
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no number. Raises LotInputError."""
         given = {"datum.latitude": self.datum.latitude, "datum.longitude": self.datum.longitude}
-        given |= {"began": self.began, "ended": self.ended}
+        given |= {"began": self.began, "ended": self.ended, "accuracy": self.accuracy or 0.0}
         corners = [corner for ring in (*self.outline.polygons, *self.outline.holes) for corner in ring]
         given |= {f"outline[{n}]": sum(map(abs, corner)) for n, corner in enumerate(corners)}
         for name, value in given.items():
@@ -270,7 +278,8 @@ def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
     """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
     try:
         table = json.loads(zlib.decompress(data))
-        table.setdefault("known", [""] * len(table["id"]))  # earlier versions knew no plan in flight
+        for name, none in (("known", ""), ("is_extra", False)):  # earlier versions knew no plan in flight
+            table.setdefault(name, [none] * len(table["id"]))
         columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
         rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
         return tuple(SurveyStall(**{**row, "state": StallState(row["state"])}) for row in rows)

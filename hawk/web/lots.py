@@ -24,6 +24,9 @@ def add_routes(app: web.Application) -> None:
     app.router.add_post(f"/api/lots/{ID}/name", answered(rename))
     app.router.add_post(f"/api/lots/{ID}/merge", answered(merge))
     app.router.add_post(f"/api/lots/{ID}/split", answered(split))
+    app.router.add_get(f"/api/lots/{ID}/changes.json", proposed)
+    app.router.add_post(f"/api/lots/{ID}/take-over", answered(take_over))
+    app.router.add_post(f"/api/lots/{ID}/drop", answered(drop))
     app.router.add_post(f"/api/surveys/{ID}/move", answered(move))
     app.router.add_post(f"/api/surveys/{ID}/place", answered(choose))
     app.router.add_post(r"/api/lot-changes/{seq:\d{1,9}}/undo", answered(undo))
@@ -50,6 +53,34 @@ async def one_lot(request: web.Request) -> web.StreamResponse:
         return await store.read(lambda connection: json_text(reading.lot(connection, request.match_info["id"])))
 
     return await answer(request, work)
+
+
+async def proposed(request: web.Request) -> web.StreamResponse:
+    """Stalls that begin and end by what the newest surveys of a lot show, and the surveys that wait for a place."""
+
+    async def work(store: LotStore) -> object:
+        from hawk.lots import reading
+        from hawk.lots.text import json_text
+
+        return await store.read(lambda connection: json_text(reading.proposed(connection, request.match_info["id"])))
+
+    return await answer(request, work)
+
+
+async def take_over(store: LotStore, request: web.Request, body: Body) -> object:
+    """Take proposals of ``survey`` over: ``begin`` and ``end`` are ids or "all"; ``why`` says the reason."""
+    from hawk.lots import reading
+
+    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    return asdict(await store.write(lambda c: reading.take_over(c, lot, body, who, now)))
+
+
+async def drop(store: LotStore, request: web.Request, body: Body) -> object:
+    """Drop proposals of ``survey``, named as to `take_over`: the same evidence does not propose them again."""
+    from hawk.lots import reading
+
+    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    return asdict(await store.write(lambda c: reading.drop(c, lot, body, who, now)))
 
 
 async def rename(store: LotStore, request: web.Request, body: Body) -> object:

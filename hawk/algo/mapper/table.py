@@ -141,6 +141,7 @@ def to_stall(row: Any, known: str = "") -> Stall:
         last_seen=round(float(row["last_seen"]), 3),
         version=int(row["version"]),
         known=known,
+        extra=STATES[int(row["state"])] if row["extra"] else None,
     )
 
 

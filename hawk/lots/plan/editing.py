@@ -67,7 +67,7 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     edit = _held(connection, lot, asked, now)
     stalls = reading.selected(connection, lot, operation)
     context = reading.context_of(connection, lot, operation)
-    draft = _checked(connection, lot, drafting.drafted(operation, stalls, context), context.zones)
+    draft = checked(connection, lot, drafting.drafted(operation, stalls, context), context.zones)
     if draft.is_empty:
         return _done_json(connection, edit, follow.revision_of(connection, lot), ())
     if newest_layout(connection, lot) < edit.version:
@@ -82,8 +82,8 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     return _done_json(connection, edit, revision, groups)
 
 
-def _checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone]) -> Draft:
-    """Return a draft that fits the plan, with the labels of new stalls."""
+def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone]) -> Draft:
+    """Return a draft that fits the plan, with the labels of new stalls. Raises LotInputError for one that does not."""
     changing = [stall.key for stall in draft.ended] + [old.key for old, _ in draft.changed]
     near = reading.around(connection, lot, draft.placed, changing, with_rows=bool(draft.added))
     checks.check_places(draft, near, zones)

@@ -141,6 +141,17 @@ def overlaps(moved: Floats, kept: Floats, most: float) -> list[tuple[int, int, f
     return [(int(first[n]), int(second[n]), float(shares[n])) for n in ordered]
 
 
+def overlaps_between(shapes: Floats, others: Floats, most: float) -> list[tuple[int, int, float]]:
+    """Return pairs (number, number of the other, share) that overlap by more than a share of the smaller one."""
+    if not len(shapes) or not len(others):
+        return []
+    found, beside = polygons(shapes), polygons(others)
+    first, second = shapely.STRtree(beside).query(found, predicate="intersects")
+    smaller = np.minimum(shapes[first, 3] * shapes[first, 4], others[second, 3] * others[second, 4])
+    shares = shapely.area(shapely.intersection(found[first], beside[second])) / smaller
+    return [(int(first[n]), int(second[n]), float(shares[n])) for n in np.flatnonzero(shares > most)]
+
+
 def checked_ring(corners: list[Point]) -> list[Point]:
     """Return the corners of an area that does not cross itself. Raises ShapeError."""
     ring = shapely.Polygon(corners)

@@ -120,7 +120,7 @@ def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[
     """Insert stalls that are no part of the plan yet, and return their keys."""
     if not added:
         return []
-    first = int(connection.execute(_NEXT_KEY).scalar_one())
+    first = next_key(connection)
     keys = list(range(first, first + len(added)))
     rows = [
         {"key": key, "id": stall.id, "lot": lot, **{name: getattr(stall, name) for name in LASTING}}
@@ -131,9 +131,13 @@ def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[
     return keys
 
 
+def next_key(connection: Connection) -> int:
+    """Return the next key of a stall that SQLite would give: no key is given twice."""
+    return int(connection.execute(_NEXT_KEY).scalar_one())
+
+
 _NEXT_KEY: Final = text("SELECT 1 + max(coalesce((SELECT max(key) FROM stall), 0),"
                         " coalesce((SELECT seq FROM sqlite_sequence WHERE name = 'stall'), 0))")  # fmt: skip
-"""The next key of a stall that SQLite would give: no key is given twice."""
 
 
 def _keep_former(connection: Connection, version: int, keys: Sequence[int]) -> None:

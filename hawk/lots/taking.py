@@ -1,0 +1,142 @@
+"""Takes proposals of a survey over into the layout, as one new version, or drops them.
+
+Stalls that fit keep ids and labels. New ones get labels that were never used. Both are changes that are undone once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final, TypeVar
+
+from sqlalchemy import Connection
+
+from hawk.lots import changes, operations
+from hawk.lots.changes import Change, Done, Row
+from hawk.lots.plan.editing import checked
+from hawk.lots.plan.reading import all_stalls, zones_of
+from hawk.lots.plan.steps import next_key
+from hawk.lots.plan.values import NEW, SHAPE, Draft, PlanStall
+from hawk.lots.plan.versions import check_not_edited, newest_layout
+from hawk.lots.proposing import Proposals, proposals
+from hawk.lots.saving import new_id, shape
+from hawk.lots.tables import DROPPED, LAYOUT, OBSERVATION, STALL
+from hawk.lots.values import LotInputError, StoredStall, SurveyStall
+
+KIND: Final = "take_over"
+DROP: Final = "drop"
+TAKEN_OVER: Final = "taken over from a survey"
+_TAKES: Final = ("survey", "begin", "end", "why")
+_DROPS: Final = ("survey", "begin", "end")
+T = TypeVar("T", SurveyStall, StoredStall)
+
+
+def take_over(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Write the version of the layout that has what a person takes over of the proposals of ``survey``.
+
+    ``begin`` and ``end`` are lists of ids, "all", or left out. "all" begins the stalls that need no other stall to end
+    than those that end; it ends no stall that a person has confirmed: those are named. Raises LotInputError,
+    BeingEditedError.
+    """
+    check_not_edited(connection, lot)
+    found = _proposals(connection, lot, asked, _TAKES)
+    end = _chosen(asked, "end", found.end, [stall for stall in found.end if not stall.is_confirmed])
+    ending = {stall.id for stall in end}
+    fitting = [stall for stall in found.begin if ending.issuperset(found.instead.get(stall.id, ()))]
+    begin = _chosen(asked, "begin", found.begin, fitting)
+    if not begin and not end:
+        raise LotInputError("begin", 'and end name nothing: write ids of proposals, or "all"')
+    why = TAKEN_OVER if asked.get("why") in (None, "") else changes.checked_name(asked["why"], "why")
+    is_whole = len(begin) == len(found.begin)
+    rows = _rows(connection, lot, found.seq, begin, ending, is_whole=is_whole)
+    layout = {"lot": lot, "version": _version(connection, lot), "valid_from": now, "why": why, "who": who}
+    first = Row(LAYOUT.name, (lot, layout["version"]), layout)
+    return changes.write(connection, Change(KIND, lot, (first, *rows)), who, now)
+
+
+def drop(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
+    """Drop proposals of ``survey``: the same evidence proposes them no more. Raises LotInputError."""
+    found = _proposals(connection, lot, asked, _DROPS)
+    begin, end = _chosen(asked, "begin", found.begin, found.begin), _chosen(asked, "end", found.end, found.end)
+    if not begin and not end:
+        raise LotInputError("begin", 'and end name nothing: write ids of proposals, or "all"')
+    none: dict[str, object] = dict.fromkeys(("stall", *SHAPE))
+    rows = [{**none, "does": "begin", **shape(stall)} for stall in begin]
+    rows += [{**none, "does": "end", "stall": stall.id} for stall in end]
+    dropped = []
+    for row in rows:
+        key = new_id()
+        dropped.append(Row(DROPPED.name, (key,), {"id": key, "lot": lot, "survey": found.seq, **row}))
+    return changes.write(connection, Change(DROP, lot, tuple(dropped)), who, now)
+
+
+def _proposals(connection: Connection, lot: str, asked: Mapping[str, Any], known: Sequence[str]) -> Proposals:
+    for key in asked:
+        if key not in known:
+            raise LotInputError(str(key)[:20], f"is no field of this request: it takes {', '.join(known)}")
+    for found in proposals(connection, lot):
+        if found.survey == asked.get("survey"):
+            return found
+    raise LotInputError("survey", "has no proposals for this lot: read the changes again")
+
+
+def _chosen(asked: Mapping[str, Any], field: str, found: Sequence[T], every: Sequence[T]) -> list[T]:
+    """Return the proposals that a field names; ``every``: those that "all" means."""
+    given = asked.get(field, [])
+    if given == "all":
+        return list(every)
+    if not isinstance(given, list):
+        raise LotInputError(field, 'must be a list of ids, or "all"')
+    by_id = {stall.id: stall for stall in found}
+    chosen: dict[object, T] = {}
+    for number, each in enumerate(given):
+        known = by_id.get(each) if type(each) in (int, str) else None
+        if known is None:
+            raise LotInputError(f"{field}[{number}]", "is no proposal of this survey: read the changes again")
+        chosen[known.id] = known
+    return list(chosen.values())
+
+
+def _version(connection: Connection, lot: str) -> int:
+    return newest_layout(connection, lot) + 1
+
+
+def _rows(
+    connection: Connection, lot: str, seq: int, begin: Sequence[SurveyStall], ending: Collection[str], *, is_whole: bool
+) -> list[Row]:
+    """Return the rows of stalls, labels and looks of the next version.
+
+    Where ``is_whole``, all that the survey found is in the layout then, and it counts as one that made the layout:
+    ground that it saw is ground whose stalls are known.
+    """
+    version = _version(connection, lot)
+    present = all_stalls(connection, lot)
+    added = _added(connection, lot, begin, [stall for stall in present if stall.id in ending])
+    rows, keys = [], {}
+    for stall in present:
+        if stall.id in ending:
+            rows.append(changes.changed(changes.row_of(connection, STALL.name, (stall.key,)), ends=version))
+            rows += _no_look(connection, seq, stall.key)
+    for key, (seen, stall) in enumerate(zip(begin, added, strict=True), next_key(connection)):
+        keys[seen.id] = key
+        ids = {"key": key, "id": stall.id, "lot": lot, "label": stall.label, "begins": version, "ends": None}
+        made = {"first_survey": seq, "first_id": seen.id} if is_whole else {"first_survey": None, "first_id": None}
+        rows.append(Row(STALL.name, (key,), {**ids, **shape(seen), "kind": "", "is_confirmed": False, **made}))
+        rows.append(operations.label_row(lot, stall.label, stall.id))
+    return [*rows, *operations.look_rows(seq, keys, begin)]
+
+
+def _added(
+    connection: Connection, lot: str, begin: Sequence[SurveyStall], ending: Sequence[PlanStall]
+) -> list[PlanStall]:
+    """Return new stalls with labels, in the order given. Raises LotInputError for what fits no plan."""
+    blank = PlanStall(NEW, "", "", 0.0, 0.0, 0.0, 0.0, 0.0)
+    new = [replace(blank, id=new_id()).at([*shape(stall).values()]) for stall in begin]
+    draft = Draft(added=tuple(new), ended=tuple(ending), field="begin")
+    return list(checked(connection, lot, draft, zones_of(connection, lot)).added)
+
+
+def _no_look(connection: Connection, seq: int, key: int) -> list[Row]:
+    """Return the row that takes a survey's look at a stall away, where it has one: it looked at another stall."""
+    look = changes.row_of(connection, OBSERVATION.name, (seq, key))
+    return [] if look.values is None else [replace(look, values=None)]
