@@ -36,6 +36,8 @@ one that is off by another distance than its neighbour. Without new paint, pairs
 widths differ by 0.02 m (95 %, drawn lots 2 to 8 in still pictures)."""
 _CLASH: Final = 0.2
 """Share of a stall of the plan that another one's find covers where the row was painted again."""
+_DOUBLE: Final = 0.3
+"""Share of the smaller of two finds of one survey that is the other one's, from which they are one stall."""
 _BESIDE: Final = 1.4
 """Neighbours in a row are nearer than this many widths."""
 _NEAR_M: Final = 12.0
@@ -198,7 +200,8 @@ def _put_beside(
     present: Sequence[StoredStall], shown: Sequence[SurveyStall], same: Mapping[int, str]
 ) -> list[SurveyStall]:
     """Return the stalls without a pair, moved as the pairs near them are off: the map errs alike there."""
-    new = [stall for stall in shown if stall.id not in same]
+    doubles = _doubles(shown, same)
+    new = [stall for stall in shown if stall.id not in same and stall.id not in doubles]
     pairs = [stall for stall in shown if stall.id in same]
     if not new or not pairs:
         return new
@@ -211,6 +214,13 @@ def _put_beside(
         north, east = off[near].mean(axis=0).tolist() if len(near) else (0.0, 0.0)
         moved.append(replace(stall, north=stall.north + north, east=stall.east + east))
     return moved
+
+
+def _doubles(shown: Sequence[SurveyStall], same: Mapping[int, str]) -> set[int]:
+    """Return the finds that lie on a better one of the same survey: one that has a pair, or is surer."""
+    order = sorted(shown, key=lambda stall: (stall.id not in same, -stall.score, stall.id))
+    found = geometry.overlaps(shapes_of(order), np.empty((0, 5)), _DOUBLE)
+    return {order[max(one, other)].id for one, other, _ in found}
 
 
 def _given(row: RowMapping) -> dict[str, float]:

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from shapely import contains_xy
 from shapely.geometry.base import BaseGeometry
-from sqlalchemy import Connection, RowMapping, func, select
+from sqlalchemy import Connection, RowMapping, func, or_, select
 
 from hawk.lots.comparing import (
     OFF_M,
@@ -43,6 +43,8 @@ from hawk.results.survey_map import to_global
 
 SURVEYS: Final = 5
 """Newest surveys that are asked: an older one says only what newer ones have not seen."""
+_WIDTH_M: Final = 0.2
+"""A stall that is wider by more than one that a person removed is another one."""
 _ALIKE: Final = 0.2
 """Radians by which the directions of two stalls that are one may differ."""
 
@@ -192,9 +194,13 @@ def _decisions(connection: Connection, lot: str) -> _Decisions:
         ([row[name] for name in SHAPE], int(row["survey"]))
         for row in connection.execute(select(DROPPED).where(DROPPED.c.lot == lot, DROPPED.c.does == "begin")).mappings()
     ]
-    columns = [(table.c.ends, *(table.c[name] for name in SHAPE)) for table in (STALL, FORMER)]
-    ended = select(*columns[0]).where(STALL.c.lot == lot, STALL.c.ends > STALL.c.begins)
-    rows = [*connection.execute(ended), *connection.execute(select(*columns[1]).where(FORMER.c.lot == lot))]
+    ended, former = ([table.c.ends, *(table.c[name] for name in SHAPE)] for table in (STALL, FORMER))
+    is_moved = or_(*(FORMER.c[name] != STALL.c[name] for name in SHAPE))
+    asked = (
+        select(*ended).where(STALL.c.lot == lot, STALL.c.ends > STALL.c.begins),
+        select(*former).join(STALL, STALL.c.key == FORMER.c.stall).where(FORMER.c.lot == lot, is_moved),
+    )
+    rows = [row for each in asked for row in connection.execute(each)]
     known: dict[int, int] = {}
     for version, *shape in rows:
         if version not in known:
@@ -214,17 +220,15 @@ def _kept_ends(connection: Connection, lot: str) -> dict[str, int]:
 def _begins(
     compared: Compared, found: Sequence[SurveyStall], decisions: _Decisions, history: _History
 ) -> tuple[SurveyStall, ...]:
-    """Return the found stalls that nobody has decided about; of two that overlap the one that is surer."""
+    """Return the found stalls that nobody has decided about."""
     shapes = shapes_of(found)
     kept = []
     for k, stall in enumerate(found):
-        about = np.flatnonzero(matching(decisions.shapes, shapes[k : k + 1]))
+        about = np.flatnonzero(matching(decisions.shapes, shapes[k : k + 1], width_m=_WIDTH_M))
         since = max((decisions.since[n] for n in about.tolist()), default=None)
         if since is None or history.missed(shapes[k], since, compared.seq):
             kept.append(stall)
-    kept.sort(key=lambda stall: (-stall.score, stall.id))
-    worse = {max(one, other) for one, other, _ in geometry.overlaps(shapes_of(kept), np.empty((0, 5)), MOST_OVERLAP)}
-    return tuple(sorted((s for k, s in enumerate(kept) if k not in worse), key=lambda stall: stall.id))
+    return tuple(kept)
 
 
 def _ends(

@@ -9,10 +9,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final, TypeVar
 
+import numpy as np
 from sqlalchemy import Connection
 
 from hawk.lots import changes, operations
 from hawk.lots.changes import Change, Done, Row
+from hawk.lots.comparing import shapes_of
+from hawk.lots.plan import geometry
+from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.editing import checked
 from hawk.lots.plan.reading import all_stalls, zones_of
 from hawk.lots.plan.steps import next_key
@@ -34,16 +38,15 @@ T = TypeVar("T", SurveyStall, StoredStall)
 def take_over(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
     """Write the version of the layout that has what a person takes over of the proposals of ``survey``.
 
-    ``begin`` and ``end`` are lists of ids, "all", or left out. "all" begins the stalls that need no other stall to end
-    than those that end; it ends no stall that a person has confirmed: those are named. Raises LotInputError,
+    ``begin`` and ``end`` are lists of ids, "all", or left out. "all" begins the stalls that overlap none that stays,
+    and no surer one that begins; it ends no stall that a person has confirmed: those are named. Raises LotInputError,
     BeingEditedError.
     """
     check_not_edited(connection, lot)
     found = _proposals(connection, lot, asked, _TAKES)
     end = _chosen(asked, "end", found.end, [stall for stall in found.end if not stall.is_confirmed])
     ending = {stall.id for stall in end}
-    fitting = [stall for stall in found.begin if ending.issuperset(found.instead.get(stall.id, ()))]
-    begin = _chosen(asked, "begin", found.begin, fitting)
+    begin = _chosen(asked, "begin", found.begin, _fitting(found, ending))
     if not begin and not end:
         raise LotInputError("begin", 'and end name nothing: write ids of proposals, or "all"')
     why = TAKEN_OVER if asked.get("why") in (None, "") else changes.checked_name(asked["why"], "why")
@@ -95,6 +98,15 @@ def _chosen(asked: Mapping[str, Any], field: str, found: Sequence[T], every: Seq
             raise LotInputError(f"{field}[{number}]", "is no proposal of this survey: read the changes again")
         chosen[known.id] = known
     return list(chosen.values())
+
+
+def _fitting(found: Proposals, ending: Collection[str]) -> list[SurveyStall]:
+    """Return the stalls that begin which a plan allows beside those that stay, the surer of two that overlap."""
+    free = [stall for stall in found.begin if set(ending).issuperset(found.instead.get(stall.id, ()))]
+    order = sorted(free, key=lambda stall: -stall.score)
+    pairs = geometry.overlaps(shapes_of(order), np.empty((0, 5)), MOST_OVERLAP)
+    worse = {order[max(one, other)].id for one, other, _ in pairs}
+    return [stall for stall in free if stall.id not in worse]
 
 
 def _version(connection: Connection, lot: str) -> int:

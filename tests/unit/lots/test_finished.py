@@ -46,6 +46,12 @@ def test_suggested_stalls_are_not_of_the_survey() -> None:
     assert finished(landed(lot_map({1: replace(STALL, state=StallState.SUGGESTED)}))).stalls == ()
 
 
+def test_a_find_beside_given_stalls_is_of_the_survey_with_the_state_that_was_seen() -> None:
+    found = replace(STALL, state=StallState.SUGGESTED, extra=StallState.TAKEN)
+    (kept,) = finished(landed(lot_map({1: found}))).stalls
+    assert (kept.state, kept.is_extra, kept.is_witness) == (StallState.TAKEN, True, True)
+
+
 def test_the_ground_of_a_lot_is_its_outline_without_its_islands_and_without_lone_patches() -> None:
     outline = seen_lot(SurveyMap.of(DATUM, lot_map({})))
     (ring,) = outline.polygons

@@ -110,6 +110,8 @@ def test_what_is_found_beside_confirmed_stalls_is_proposed_and_not_counted() -> 
     beside = [stall for stall in shown.stalls.values() if not stall.known]
     assert len(beside) == 2
     assert {stall.state for stall in beside} == {StallState.SUGGESTED}
+    assert {stall.extra for stall in beside} <= {StallState.FREE, StallState.TAKEN, StallState.UNKNOWN}
+    assert {stall.extra for stall in shown.stalls.values() if stall.known} == {None}
 
 
 def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
