@@ -27,9 +27,13 @@ from hawk.results.row_labels import letters
 
 @dataclass(frozen=True, slots=True)
 class LotRows:
-    """A lot with all that is of it. ``used``: every label that it ever gave."""
+    """A lot with all that is of it.
+
+    ``datum``: origin of its frame as it is shown, latitude and longitude. ``used``: every label that it ever gave.
+    """
 
     lot: Row
+    datum: tuple[float, float]
     layouts: tuple[Row, ...]
     stalls: tuple[Row, ...] = field(repr=False)
     zones: tuple[Row, ...]
@@ -45,11 +49,6 @@ class LotRows:
     def version(self) -> int:
         """Newest version of its layout."""
         return max((int(row.key[1]) for row in self.layouts), default=0)
-
-    @property
-    def datum(self) -> tuple[float, float]:
-        """Origin of its frame: latitude, longitude."""
-        return _column(self.lot, "latitude"), _column(self.lot, "longitude")
 
     @property
     def outline(self) -> Outline:
@@ -172,6 +171,7 @@ def split(lot: LotRows, part: Outline, name: str, made: str, who: str, now: floa
         raise LotInputError("outline", "holds every stall of the lot: leave some to the first lot")
     assert lot.lot.values is not None  # noqa: S101 - it is there
     shown = {"id": made, "name": name, "outline": outline_json(part), "merged_into": None, "made": now}
+    shown |= {"latitude": lot.datum[0], "longitude": lot.datum[1]}  # no survey goes along that would say it
     moved = [row for row, goes in zip(present, inside.tolist(), strict=True) if goes]
     zones = [row for row in _present_zones(lot) if ground.contains(_middle(row))]
     rows = [

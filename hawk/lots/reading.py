@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, func, select
 
-from hawk.lots import changes, operations, proposing, taking
+from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered
 from hawk.lots.operations import LotRows
@@ -66,6 +67,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     return {
         **_lot(connection, row),
         "datum": list(datum_of(connection, lot_id)),
+        "datum_is_pinned": row["datum_is_pinned"],
         "outline": [[list(corner) for corner in ring] for ring in outline.polygons],
         "surveys": [_survey(each) for each in surveys],
         "stalls": [
@@ -156,6 +158,19 @@ def drop(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str
     return taking.drop(connection, lot_id, asked, who, now)
 
 
+def pin(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> dict[str, Any]:
+    """Pin a lot to its place on Earth, or unpin it; return the change and by how much the lot is moved.
+
+    ``north``, ``east`` (metres) and ``turn`` (degrees) are those of the lot's datum and frame; ``residual``: metres by
+    which two points are farther apart than the lot has them. Raises LotInputError, NotFoundError, BeingEditedError.
+    """
+    _there(connection, lot_id)
+    done, pinned = pinning.pin(connection, lot_id, asked, who, now)
+    moved = {"north": round(pinned.move.north, 3), "east": round(pinned.move.east, 3)}
+    moved |= {"turn": round(math.degrees(pinned.move.turn), 4), "residual": round(pinned.residual, 3)}
+    return {**asdict(done), **moved, "datum": list(datum_of(connection, lot_id))}
+
+
 def undo(connection: Connection, seq: int, now: float) -> str:
     """Undo a change; return its kind. Raises NotFoundError, and LotStoreError when something followed it."""
     kind = connection.execute(select(CHANGE.c.kind).where(CHANGE.c.seq == seq)).scalar()
@@ -225,6 +240,7 @@ def _whole(connection: Connection, lot_id: str, field: str = "lot") -> LotRows:
     read: Callable[..., list[Row]] = changes.rows_where
     return LotRows(
         lot=found,
+        datum=datum_of(connection, lot_id),
         layouts=tuple(read(connection, LAYOUT, lot=lot_id)),
         stalls=tuple(read(connection, STALL, lot=lot_id)),
         zones=tuple(read(connection, ZONE, lot=lot_id)),

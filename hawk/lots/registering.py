@@ -43,6 +43,10 @@ from hawk.results.survey_map import to_global
 
 ABOUT_M: Final = 8.0
 """Ground about the stalls of a plan that no survey made, on which that plan has every stall: an aisle."""
+USUAL_M: Final = 1.5
+"""Accuracy of a receiver that says none, metres: that of GNSS without corrections, in the open."""
+MAP_M: Final = 0.3
+"""Error of a survey's map beside its receiver's, metres: no survey, however good its receiver, outweighs all others."""
 _Row = Mapping[str, Any] | RowMapping
 
 
@@ -149,26 +153,37 @@ def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:
 
 
 def datum_of(connection: Connection, lot: str) -> tuple[float, float]:
-    """Return the origin of a lot's frame: latitude, longitude.
-
-    Each survey puts the origin where its own GNSS has it; the mean of all that are placed counts, each alike, unless an
-    operator pinned the datum.
-    """
+    """Return the origin of a lot's frame: latitude, longitude; the one that a person pinned, else `mean_datum`."""
     row = connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
-    kept = (float(row["latitude"]), float(row["longitude"]))
+    return _kept(row) if row["datum_is_pinned"] else mean_datum(connection, lot)
+
+
+def mean_datum(connection: Connection, lot: str) -> tuple[float, float]:
+    """Return the origin of a lot's frame by its surveys: latitude, longitude.
+
+    Each survey that is placed puts the origin where its own GNSS has it. The mean is weighted by the inverse of the
+    variance: the receiver's own accuracy at the landing, and that of the map. A survey that says none counts as one of
+    `USUAL_M`.
+    """
+    kept = _kept(connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one())
     is_placed = SURVEY.c.placed.in_([Placed.FIRST.value, Placed.REGISTERED.value]) & SURVEY.c.north.is_not(None)
-    asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn")))
+    asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn", "accuracy")))
     surveys = connection.execute(asked.where(SURVEY.c.lot == lot, is_placed)).all()
-    if row["datum_is_pinned"] or not surveys:
+    if not surveys:
         return kept
-    origins = []
-    for latitude, longitude, north, east, turn in surveys:
+    origins, weights = [], []
+    for latitude, longitude, north, east, turn, accuracy in surveys:
         ((a, b),) = Move(north, east, turn).back(np.zeros((1, 2))).tolist()
         frame = frame_of(kept, (latitude, longitude))
         origins.append(frame.of(np.array([[a, b]]))[0])
-    mean = np.mean(origins, axis=0)[None]
+        weights.append(1 / ((USUAL_M if accuracy is None else accuracy) ** 2 + MAP_M**2))
+    mean = np.average(origins, axis=0, weights=weights)[None]
     ((latitude, longitude),) = to_global(GlobalPose(*kept, 0.0), mean).tolist()
     return latitude, longitude
+
+
+def _kept(row: _Row) -> tuple[float, float]:
+    return float(row["latitude"]), float(row["longitude"])
 
 
 def known_ground(connection: Connection, lot: str) -> BaseGeometry:

@@ -27,6 +27,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_get(f"/api/lots/{ID}/changes.json", proposed)
     app.router.add_post(f"/api/lots/{ID}/take-over", answered(take_over))
     app.router.add_post(f"/api/lots/{ID}/drop", answered(drop))
+    app.router.add_post(f"/api/lots/{ID}/pin", answered(pin))
     app.router.add_post(f"/api/surveys/{ID}/move", answered(move))
     app.router.add_post(f"/api/surveys/{ID}/place", answered(choose))
     app.router.add_post(r"/api/lot-changes/{seq:\d{1,9}}/undo", answered(undo))
@@ -81,6 +82,14 @@ async def drop(store: LotStore, request: web.Request, body: Body) -> object:
 
     lot, who, now = request.match_info["id"], _who(request), now_of(request)
     return asdict(await store.write(lambda c: reading.drop(c, lot, body, who, now)))
+
+
+async def pin(store: LotStore, request: web.Request, body: Body) -> object:
+    """Pin a lot to its place on Earth by one or two ``points``, each ``from`` a place ``to`` another one; [] unpins."""
+    from hawk.lots import reading
+
+    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    return await store.write(lambda c: reading.pin(c, lot, body, who, now))
 
 
 async def rename(store: LotStore, request: web.Request, body: Body) -> object:

@@ -13,7 +13,7 @@ from hawk.lots.database import Database
 from hawk.lots.frames import same_stalls
 from hawk.lots.plan import editing
 from hawk.lots.saving import save
-from hawk.lots.values import FinishedSurvey, FoundStalls, KnownStalls, Registration, Saved, SurveyStall
+from hawk.lots.values import FinishedSurvey, FoundStalls, KnownStalls, Register, Registration, Saved, SurveyStall
 from tests.unit.lots.surveys import A_ROW, later, survey
 
 NOW = 1_770_900_000.0
@@ -58,9 +58,9 @@ class Archive:
         self.store = Database(path, {"synchronous": 0})
         self.lot = ""
 
-    def add(self, given: FinishedSurvey) -> Saved:
+    def add(self, given: FinishedSurvey, register: Register = by_place) -> Saved:
         with self.store.writing() as connection:
-            saved = save(connection, given, by_place)
+            saved = save(connection, given, register)
         self.lot = self.lot or saved.lot or ""
         return saved
 
