@@ -8,11 +8,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, Final
 
+import numpy as np
 from sqlalchemy import Connection, RowMapping, func, select
 
 from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
-from hawk.lots.comparing import newest_registered
+from hawk.lots.comparing import newest_registered, shapes_of
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
 from hawk.lots.plan.reading import zones_of
@@ -129,6 +130,22 @@ def choose(connection: Connection, survey_id: str, asked: Mapping[str, Any], who
     outcome = placed_by(connection, lot_id, looked, move_of(doubt.places[number]))
     chosen = changes.changed(survey, doubt=replace(doubt, chosen=number).json())
     return changes.write(connection, Change("place", lot_id, _at(connection, chosen, looked, outcome)), who, now)
+
+
+def places(connection: Connection, survey_id: str) -> dict[str, Any]:
+    """Return where a survey in doubt may lie: the stalls of its lot, and its own at each place, in the lot's frame.
+
+    A stall is [north, east, angle, width, length]. Raises NotFoundError.
+    """
+    survey = _survey_there(connection, survey_id)
+    assert survey.values is not None  # noqa: S101 - it is there
+    doubt, lot_id = Doubt.read(survey.values["doubt"]), survey.values["lot"]
+    if doubt is None or lot_id is None:
+        raise NotFoundError("survey: has no places to choose from; reload the list")
+    seen = [stall for stall in Looked.stored(survey.values).stalls if stall.is_witness]
+    shown = [np.round(shapes_of(move_of(place).stalls(seen)), 3).tolist() for place in doubt.places]
+    known = np.round(shapes_of(tuple(present_stalls(connection, lot_id))), 3).tolist()
+    return {"survey": survey_id, "lot": lot_id, "known": known, "places": [{"stalls": stalls} for stalls in shown]}
 
 
 def plan(connection: Connection, lot_id: str, since: int | None = None, layout: int | None = None) -> dict[str, Any]:

@@ -29,6 +29,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_post(f"/api/lots/{ID}/drop", answered(drop))
     app.router.add_post(f"/api/lots/{ID}/pin", answered(pin))
     app.router.add_post(f"/api/surveys/{ID}/move", answered(move))
+    app.router.add_get(f"/api/surveys/{ID}/places.json", places)
     app.router.add_post(f"/api/surveys/{ID}/place", answered(choose))
     app.router.add_post(r"/api/lot-changes/{seq:\d{1,9}}/undo", answered(undo))
 
@@ -64,6 +65,18 @@ async def proposed(request: web.Request) -> web.StreamResponse:
         from hawk.lots.text import json_text
 
         return await store.read(lambda connection: json_text(reading.proposed(connection, request.match_info["id"])))
+
+    return await answer(request, work)
+
+
+async def places(request: web.Request) -> web.StreamResponse:
+    """The places where a survey may lie, with its stalls there and those of its lot."""
+
+    async def work(store: LotStore) -> object:
+        from hawk.lots import reading
+        from hawk.lots.text import json_text
+
+        return await store.read(lambda connection: json_text(reading.places(connection, request.match_info["id"])))
 
     return await answer(request, work)
 

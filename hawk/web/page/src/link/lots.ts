@@ -21,11 +21,14 @@ export interface Undecided {
 export interface Lots {
   lots: Lot[];
   undecided: Undecided[];
+  /** Another one after each survey and change. */
+  stamp: string;
 }
 
 interface Listed {
   lots: { id: string; name: string; stalls: number; survey_count: number; last_survey: { ended: string } | null }[];
   undecided: Undecided[];
+  changes?: unknown;
 }
 
 /** Asks the drone for its lots; null when it does not answer. */
@@ -39,7 +42,7 @@ export async function fetchLots(): Promise<Lots | null> {
     surveys: survey_count,
     lastSeen: last_survey?.ended ?? null,
   }));
-  return { lots, undecided: answer.undecided };
+  return { lots, undecided: answer.undecided, stamp: JSON.stringify(answer) };
 }
 
 /** Names a lot; returns the reason why that failed, else nothing. */
@@ -52,7 +55,8 @@ export function moveSurvey(survey: string, lot: string | null): Promise<string> 
   return change(`api/surveys/${survey}/move`, { lot });
 }
 
-async function change(address: string, body: object): Promise<string> {
+/** Posts a change of lots; returns the reason why that failed, else nothing. */
+export async function change(address: string, body: object): Promise<string> {
   try {
     const answer = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), cache: "no-store" });
     if (answer.ok) return "";

@@ -1,4 +1,5 @@
 import type { Point } from "../protocol.ts";
+import { drawChanges } from "./draw-changes.ts";
 import { drawMeasure } from "./draw-measure.ts";
 import { drawTrail } from "./draw-trail.ts";
 import { corners, toCoordinate } from "./geometry.ts";
@@ -24,6 +25,7 @@ export function drawScene(surface: Surface, scene: Scene): void {
   drawTrail(surface, drone && !scene.lost ? [...pixels(scene.trail), drone] : pixels(scene.trail));
   if (!scene.planned) drawRoute(surface, drone, pixels(scene.route), scene.target ? pixels([scene.target])[0] : undefined);
   drawFootprint(surface, pixels(scene.footprint));
+  if (scene.changes) drawChanges(surface, scene.changes);
   if (scene.selected) drawSelected(surface, corners(scene.selected).map(surface.pixel));
   if (scene.home) drawHome(surface, surface.pixel(toCoordinate(scene.home)));
   if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);

@@ -1,5 +1,7 @@
 import type { LocalPlane } from "../fence/plane.ts";
 import type { FenceCheck, FenceCorner, FenceSetup, Heartbeat, OutlineSetup, Point } from "../protocol.ts";
+import type { ShownChanges } from "../state/operator.ts";
+import type { ChangesMark } from "./draw-changes.ts";
 
 /** The fence on the map: our line, inside which the drone stays, and the autopilot's around it. */
 export interface ShownFence {
@@ -55,6 +57,13 @@ export function dronePlace(heartbeat: Heartbeat, plane: LocalPlane | null): Poin
 /** The area to explore: its polygons and what is cut out of them. */
 export function shownOutline(setup: OutlineSetup | null, plane: LocalPlane | null): readonly (readonly Point[])[] {
   return setup && plane ? [...setup.Polygons, ...setup.Holes].map((ring) => onMap(ring, plane)) : [];
+}
+
+/** Stalls of a lot that begin and end, on the map. */
+export function shownChanges(changes: ShownChanges | null, plane: LocalPlane | null): ChangesMark | null {
+  if (!changes || !plane) return null;
+  const placed = (rings: ShownChanges["begin"]): Point[][] => rings.map((ring) => onMap(ring, plane));
+  return { begin: placed(changes.begin), end: placed(changes.end) };
 }
 
 function onMap(corners: readonly FenceCorner[], plane: LocalPlane): Point[] {

@@ -1,5 +1,6 @@
 import type { Point } from "../protocol.ts";
 import type { Layers } from "../state/preferences.ts";
+import type { ChangesMark } from "./draw-changes.ts";
 import type { MeasureMark } from "./draw-measure.ts";
 import type { Rectangle } from "./geometry.ts";
 
@@ -35,6 +36,8 @@ export interface Scene {
   lost: { reach: number } | null;
   selected: Rectangle | null;
   measured: MeasureMark | null;
+  /** Stalls of the lot that begin and end if a survey is taken over. */
+  changes: ChangesMark | null;
 }
 
 export const EMPTY_SCENE: Scene = {
@@ -54,6 +57,7 @@ export const EMPTY_SCENE: Scene = {
   lost: null,
   selected: null,
   measured: null,
+  changes: null,
 };
 
 /**

@@ -9,6 +9,8 @@ export interface Palette {
   asphalt: string;
   ground: string;
   veil: string;
+  begins: string;
+  ends: string;
 }
 
 export function readPalette(element: Element): Palette {
@@ -24,6 +26,8 @@ export function readPalette(element: Element): Palette {
     asphalt: read("--asphalt"),
     ground: read("--ground"),
     veil: read("--veil"),
+    begins: read("--ok"),
+    ends: read("--bad"),
   };
 }
 

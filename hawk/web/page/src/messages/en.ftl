@@ -542,6 +542,32 @@ which-lot = Which lot is it?
 # $when: a day
 survey-of = Survey of { $when }
 a-new-lot = A new lot
+stalls-begin =
+    { $stalls ->
+        [one] 1 stall begins
+       *[other] { $stalls } stalls begin
+    }
+stalls-end =
+    { $stalls ->
+        [one] 1 stall ends
+       *[other] { $stalls } stalls end
+    }
+show-on-map = Show on the map
+take-over-changes = Take over
+drop-changes = Drop
+begins = begins
+ends = ends
+end-confirmed =
+    { $stalls ->
+        [one] End the confirmed one too
+       *[other] End the { $stalls } confirmed ones too
+    }
+where-was-survey = Where was this survey?
+place-number = Place { $place }
+here = Here
+here-place = Here: place { $place }
+stalls-of-lot = stalls of the lot
+stalls-of-survey = stalls of the survey
 
 ## Battery
 

@@ -542,6 +542,32 @@ which-lot = Quel parking est-ce ?
 # $when: a day
 survey-of = Relevé du { $when }
 a-new-lot = Un nouveau parking
+stalls-begin =
+    { $stalls ->
+        [one] { $stalls } place s’ajoute
+       *[other] { $stalls } places s’ajoutent
+    }
+stalls-end =
+    { $stalls ->
+        [one] { $stalls } place disparaît
+       *[other] { $stalls } places disparaissent
+    }
+show-on-map = Montrer sur la carte
+take-over-changes = Reprendre
+drop-changes = Écarter
+begins = s’ajoute
+ends = disparaît
+end-confirmed =
+    { $stalls ->
+        [one] Supprimer aussi celle qui est confirmée
+       *[other] Supprimer aussi les { $stalls } confirmées
+    }
+where-was-survey = Où était ce relevé ?
+place-number = Position { $place }
+here = Ici
+here-place = Ici : position { $place }
+stalls-of-lot = places du parking
+stalls-of-survey = places du relevé
 
 ## Batterie
 

@@ -2,7 +2,7 @@ import { Commands, isByDrone } from "../link/commands.ts";
 import { readIncoming } from "../link/incoming.ts";
 import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
 import type { OpenSocket, Timers } from "../link/socket.ts";
-import type { Command, Heartbeat, Point } from "../protocol.ts";
+import type { Command, FenceCorner, Heartbeat, Point } from "../protocol.ts";
 import type { MoveKind } from "../words/move.ts";
 import { say } from "../words/say.ts";
 import { linkOf, option, type View } from "../words/view.ts";
@@ -42,6 +42,12 @@ export interface Outside {
   session: Pick<Storage, "getItem" | "setItem">;
 }
 
+/** Stalls of a lot that begin and end, by their corners on Earth. */
+export interface ShownChanges {
+  begin: readonly (readonly FenceCorner[])[];
+  end: readonly (readonly FenceCorner[])[];
+}
+
 /** In all others the bar is needed to fly, and the drone refuses another fence. */
 const FENCE_STATES = new Set(["Idle", "Configure"]);
 
@@ -54,6 +60,7 @@ export class Operator extends EventTarget {
   preferences: Preferences;
   picking = false;
   question: Question | null = null;
+  lotChanges: ShownChanges | null = null;
   readonly toasts: Toasts;
   readonly cut: MotorCut;
   readonly fence: FenceEditing;
@@ -121,6 +128,12 @@ export class Operator extends EventTarget {
       showToast: (text, level) => this.toasts.show({ level, text }),
       storage: outside.storage,
     });
+  }
+
+  /** Shows on the map which stalls of a lot begin and end if a survey is taken over; null: none. */
+  showChanges(changes: ShownChanges | null): void {
+    this.lotChanges = changes;
+    this.changed();
   }
 
   /** What is being drawn on the map: the fence, or the area to explore. */

@@ -5,6 +5,7 @@ import { isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
+import "./lot-changes.ts";
 import { drone } from "./quoting.ts";
 
 /** As the drone allows. */
@@ -24,7 +25,8 @@ export class LotsList extends Part {
     return html`<section class="lots" aria-label=${say("lots")}>
       <b>${say("lots")}</b>
       ${known.undecided.map((survey) => this.question(survey, known.lots))}
-      <ul>${known.lots.map((lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}</li>`)}</ul>
+      <ul @lot-changed=${() => this.ask()}>${known.lots.map((lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}
+        <hawk-lot-changes .model=${this.model} .lot=${lot.id} .stamp=${known.stamp}></hawk-lot-changes></li>`)}</ul>
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div>
     </section>`;
   }

@@ -1,13 +1,14 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
-import { dronePlace, shownFence, shownOutline } from "../map/fence-shown.ts";
+import { dronePlace, shownChanges, shownFence, shownOutline } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
-import { scaleBar } from "../map/geometry.ts";
+import { scaleBar, toCoordinate } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
 import type { Point, Welcome } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
+import type { ShownChanges } from "../state/operator.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
 import { number, say } from "../words/say.ts";
@@ -43,6 +44,7 @@ export class MapPanel extends Part {
   private fence: FenceOnMap | null = null;
   private wasFlying = false;
   private measuring = false;
+  private changes: ShownChanges | null = null;
   private theme = "";
 
   override firstUpdated(): void {
@@ -97,6 +99,7 @@ export class MapPanel extends Part {
     this.lot?.turnWith(preferences.droneUp ? "drone" : "north", this.choosing() || measure.open);
     this.lot?.setScene(withLayers(this.scene(view), layers, this.choosing()));
     this.lookAtFlight(view);
+    this.lookAtChanges();
     this.placeMarks();
   }
 
@@ -118,6 +121,15 @@ export class MapPanel extends Part {
     if (flying === this.wasFlying || linkOf(view) !== "live") return;
     this.wasFlying = flying;
     if (this.looking !== "free") this.lot?.look(flying ? "follow" : "whole");
+  }
+
+  private lookAtChanges(): void {
+    const { lotChanges, flight } = this.model;
+    if (lotChanges === this.changes) return;
+    this.changes = lotChanges;
+    const shown = shownChanges(lotChanges, flight.plane);
+    const places = shown ? [...shown.begin, ...shown.end].flat().map(toCoordinate) : [];
+    if (places.length > 0) this.lot?.bringInView(places);
   }
 
   private scene(view: View): Scene {
@@ -146,6 +158,7 @@ export class MapPanel extends Part {
       plannedRoute: this.plannedRoute(view),
       lost: lost ? { reach: reach(view) } : null,
       selected: stall ?? null,
+      changes: shownChanges(this.model.lotChanges, plane),
       measured: this.model.measure.open ? { ...this.model.measure.drawn, units: this.model.preferences.units } : null,
     };
   }

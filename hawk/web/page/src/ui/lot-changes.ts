@@ -1,0 +1,95 @@
+import { html, nothing, type PropertyValues, svg, type TemplateResult } from "lit";
+import { customElement, property, state } from "lit/decorators.js";
+import { dropChanges, fetchChanges, type LotChanges, type SurveyChanges, takeOver } from "../link/lot-changes.ts";
+import { isViewer } from "../words/actions.ts";
+import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
+import { Part } from "./element.ts";
+import "./lot-doubt.ts";
+import { drone } from "./quoting.ts";
+
+const BEGINS = svg`<svg class="swatch" viewBox="0 0 32 20" aria-hidden="true"><rect x="2" y="2" width="28" height="16" class="begins"/></svg>`;
+const ENDS = svg`<svg class="swatch" viewBox="0 0 32 20" aria-hidden="true"><path d="M2 2H30V18H2ZL30 18M30 2L2 18" class="ends"/></svg>`;
+
+/** What the surveys of a lot propose to change, and those whose place is not certain. Sends "lot-changed". */
+@customElement("hawk-lot-changes")
+export class LotChangesList extends Part {
+  @property() lot = "";
+  /** Another one when the lot was surveyed or changed. */
+  @property() stamp = "";
+  @state() private found: LotChanges | null = null;
+  @state() private shown: string | null = null;
+  @state() private withConfirmed = false;
+  @state() private problem = "";
+
+  override disconnectedCallback(): void {
+    if (this.shown !== null) this.model.showChanges(null);
+    super.disconnectedCallback();
+  }
+
+  override render(): TemplateResult | typeof nothing {
+    const { found } = this;
+    if (found === null || found.surveys.length + found.doubtful.length === 0) return nothing;
+    return html`<div class="changes">${found.doubtful.map((doubtful) => html`<hawk-lot-doubt .model=${this.model} .doubtful=${doubtful} @place-chosen=${this.changed}></hawk-lot-doubt>`)}
+      ${found.surveys.map((survey) => this.proposal(survey))}
+      <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div></div>`;
+  }
+
+  protected override updated(changed: PropertyValues<this>): void {
+    if (changed.has("lot") || changed.has("stamp")) void this.ask();
+  }
+
+  private async ask(): Promise<void> {
+    this.found = (await fetchChanges(this.lot)) ?? this.found;
+    const shown = this.found?.surveys.find(({ survey }) => survey === this.shown);
+    if (this.shown !== null) this.show(shown ?? null);
+  }
+
+  private proposal(changes: SurveyChanges): TemplateResult {
+    const confirmed = changes.end.filter((stall) => stall.is_confirmed).length;
+    const shown = this.shown === changes.survey;
+    const what = [
+      ...(changes.begin.length > 0 ? [say("stalls-begin", { stalls: changes.begin.length })] : []),
+      ...(changes.end.length > 0 ? [say("stalls-end", { stalls: changes.end.length })] : []),
+    ].join(", ");
+    return html`<div class="which" role="group" aria-label=${what}>
+      <span><b>${what}</b><span class="sub">${say("survey-of", { when: format.day(changes.ended) })}</span></span>
+      <div class="choices">
+        <button aria-pressed=${shown} @click=${() => this.show(shown ? null : changes)}>${say("show-on-map")}</button>
+        ${this.mayChange() ? this.choices(changes, confirmed) : nothing}
+      </div>
+      ${shown ? html`<span class="sub marks">${BEGINS} ${say("begins")} ${ENDS} ${say("ends")}</span>` : nothing}
+    </div>`;
+  }
+
+  private choices(changes: SurveyChanges, confirmed: number): TemplateResult {
+    const tick = (event: Event): void => void (this.withConfirmed = (event.currentTarget as HTMLInputElement).checked);
+    return html`<button @click=${() => this.act(takeOver(this.lot, changes, this.withConfirmed))}>${say("take-over-changes")}</button>
+      <button @click=${() => this.act(dropChanges(this.lot, changes.survey))}>${say("drop-changes")}</button>
+      ${
+        confirmed === 0
+          ? nothing
+          : html`<label><input type="checkbox" .checked=${this.withConfirmed} @change=${tick} /> ${say("end-confirmed", { stalls: confirmed })}</label>`
+      }`;
+  }
+
+  private show(changes: SurveyChanges | null): void {
+    this.shown = changes?.survey ?? null;
+    const places = (stalls: readonly { corners: SurveyChanges["begin"][number]["corners"] }[]): { Latitude: number; Longitude: number }[][] =>
+      stalls.map(({ corners }) => corners.map(([Latitude, Longitude]) => ({ Latitude, Longitude })));
+    this.model.showChanges(changes && { begin: places(changes.begin), end: places(changes.end) });
+  }
+
+  private mayChange(): boolean {
+    return !isViewer(this.model.view());
+  }
+
+  private async act(asked: Promise<string>): Promise<void> {
+    this.problem = await asked;
+    if (this.problem === "") this.withConfirmed = false;
+    await this.ask();
+    this.changed();
+  }
+
+  private readonly changed = (): void => void this.dispatchEvent(new CustomEvent("lot-changed", { bubbles: true }));
+}

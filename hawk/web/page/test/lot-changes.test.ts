@@ -1,0 +1,124 @@
+import "./no-drawing.ts";
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, describe, it } from "node:test";
+import { shownChanges } from "../src/map/fence-shown.ts";
+import { LotsList } from "../src/ui/lots.ts";
+import { LocalPlane } from "../src/fence/plane.ts";
+import type { Operator } from "../src/state/operator.ts";
+import { welcome } from "./make.ts";
+import { flying } from "./rig.ts";
+import { Stage, words } from "./stage.ts";
+
+const CORNERS = [[52, 5], [52, 5.0001], [52.0001, 5.0001], [52.0001, 5]];
+const LISTED = {
+  lots: [{ id: "a", name: "North", stalls: 60, survey_count: 2, last_survey: { ended: "2026-05-05T12:00:00Z" } }],
+  undecided: [],
+  changes: [],
+};
+const CHANGES = {
+  lot: "a",
+  surveys: [
+    {
+      survey: "s",
+      ended: "2026-05-05T12:00:00Z",
+      begin: [{ id: 7, corners: CORNERS }, { id: 8, corners: CORNERS }],
+      end: [{ id: "x", label: "B 1", is_confirmed: true, corners: CORNERS }],
+    },
+  ],
+  doubtful: [{ survey: "d", ended: "2026-05-06T12:00:00Z", why: "two places fit alike", places: 2 }],
+};
+const PLACES = { known: [[0, 0, 0, 2.5, 5]], places: [{ stalls: [[0, 0, 0, 2.5, 5]] }, { stalls: [[0, 2.5, 0, 2.5, 5]] }] };
+
+function viewing(): Operator {
+  const rig = flying({ State: "Idle", Armed: false });
+  rig.server.last.say(welcome({ Role: "viewer", Login: true }));
+  return rig.operator;
+}
+
+describe("what surveys propose for a lot", () => {
+  const before = globalThis.fetch;
+  let sent: [string, unknown][];
+  let changes: unknown;
+
+  beforeEach(() => {
+    sent = [];
+    changes = CHANGES;
+    globalThis.fetch = (address, options) => {
+      const asked = address as string;
+      if (options?.method === "POST") {
+        sent.push([asked, JSON.parse(options.body as string)]);
+        changes = { ...CHANGES, surveys: [], doubtful: [] };
+        return Promise.resolve(Response.json({ seq: 1 }));
+      }
+      return Promise.resolve(Response.json(asked.endsWith("changes.json") ? changes : asked.endsWith("places.json") ? PLACES : LISTED));
+    };
+  });
+
+  afterEach(() => {
+    globalThis.fetch = before;
+  });
+
+  const shown = async (): Promise<Stage<LotsList>> => {
+    const stage = new Stage(new LotsList(), flying({ State: "Idle", Armed: false }).operator);
+    for (let round = 0; round < 4; round += 1) await stage.drawn();
+    return stage;
+  };
+
+  it("is said in numbers, and shown on the map with a legend in words", async () => {
+    const stage = await shown();
+    assert.match(stage.text, /2 stalls begin, 1 stall endsSurvey of 2026-05-05/);
+    await stage.press("Show on the map");
+    assert.equal(stage.part.model.lotChanges?.begin.length, 2);
+    assert.deepEqual(stage.part.model.lotChanges.end[0]?.[0], { Latitude: 52, Longitude: 5 });
+    assert.match(stage.text, /begins\s*ends/);
+    await stage.press("Show on the map");
+    assert.equal(stage.part.model.lotChanges, null);
+  });
+
+  it("lies on the map where it lies on Earth", async () => {
+    const stage = await shown();
+    await stage.press("Show on the map");
+    const plane = new LocalPlane({ Latitude: 52, Longitude: 5 });
+    const [stall] = shownChanges(stage.part.model.lotChanges, plane)?.begin ?? [];
+    assert.deepEqual(stall?.map(({ North, East }) => [Math.round(North) + 0, Math.round(East) + 0]), [[0, 0], [0, 7], [11, 7], [11, 0]]);
+    assert.equal(shownChanges(stage.part.model.lotChanges, null), null);
+  });
+
+  it("is taken over without the confirmed stalls, unless they are ticked", async () => {
+    const stage = await shown();
+    await stage.press("Take over");
+    assert.deepEqual(sent, [["api/lots/a/take-over", { survey: "s", begin: "all", end: "all" }]]);
+    assert.doesNotMatch(stage.text, /begin/);
+  });
+
+  it("ends confirmed stalls by name where they are ticked", async () => {
+    const stage = await shown();
+    assert.match(stage.text, /End the confirmed one too/);
+    stage.input("input[type=checkbox]").click();
+    await stage.press("Take over");
+    assert.deepEqual(sent, [["api/lots/a/take-over", { survey: "s", begin: "all", end: ["x"] }]]);
+  });
+
+  it("is dropped, and leaves the map", async () => {
+    const stage = await shown();
+    await stage.press("Show on the map");
+    await stage.press("Drop");
+    assert.deepEqual(sent, [["api/lots/a/drop", { survey: "s", begin: "all", end: "all" }]]);
+    await stage.drawn();
+    assert.equal(stage.part.model.lotChanges, null);
+  });
+
+  it("asks where a survey was, with a picture of each place", async () => {
+    const stage = await shown();
+    assert.match(words(stage.find("hawk-lot-doubt")), /Where was this survey\?Survey of 2026-05-06: two places fit alike/);
+    assert.deepEqual([...stage.part.querySelectorAll("canvas")].map((each) => each.getAttribute("aria-label")), ["Place 1", "Place 2"]);
+    await stage.press("Here: place 2");
+    assert.deepEqual(sent, [["api/surveys/d/place", { place: 1 }]]);
+  });
+
+  it("is only looked at by a viewer", async () => {
+    const stage = new Stage(new LotsList(), viewing());
+    for (let round = 0; round < 4; round += 1) await stage.drawn();
+    assert.deepEqual(stage.enabled(), ["Show on the map"]);
+  });
+});
