@@ -14,6 +14,7 @@ import zlib
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import pairwise
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -57,6 +58,7 @@ from hawk.comm.protocol.heartbeat import (
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
+from hawk.lots.store import LotStore
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
@@ -494,6 +496,7 @@ async def main() -> None:
     parser.add_argument("--port", type=int, default=3999)
     parser.add_argument("--stalls", type=int, help="a field of N stalls, all of them known from the beginning")
     parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
+    parser.add_argument("--lots", type=Path, metavar="FILE", help="a store of lots")
     options = parser.parse_args()
     clock = Clock()
     side = OperatorSide.create(clock, OperatorSettings())
@@ -506,6 +509,7 @@ async def main() -> None:
         clock=clock, web=WebSettings(port=options.port), operator=OperatorSettings(), side=side, status=status,
         occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
         loop_lag=lambda: LagSummary(0, 0, 0, 0), settings=settings(Config(), reference_text()),
+        lots=None if options.lots is None else LotStore(options.lots),
     )  # fmt: skip
     server = WebServer(services)
     await server.start()

@@ -58,7 +58,7 @@ export class LotChangesList extends Part {
         <button aria-pressed=${shown} @click=${() => this.show(shown ? null : changes)}>${say("show-on-map")}</button>
         ${this.mayChange() ? this.choices(changes, confirmed) : nothing}
       </div>
-      ${shown ? html`<span class="sub marks">${BEGINS} ${say("begins")} ${ENDS} ${say("ends")}</span>` : nothing}
+      ${shown ? html`<div class="sub marks">${BEGINS} ${say("begins")} ${ENDS} ${say("ends")}</div>` : nothing}
     </div>`;
   }
 

@@ -24,7 +24,7 @@ export class LotDoubt extends Part {
     return html`<div class="which" role="group" aria-label=${say("where-was-survey")}>
       <span><b>${say("where-was-survey")}</b><span class="sub">${say("survey-of", { when: format.day(ended) })}: ${drone(why)}</span></span>
       <div class="places">${this.found?.places.map((_, place) => this.place(place)) ?? nothing}</div>
-      <span class="sub marks"><i class="known"></i> ${say("stalls-of-lot")} <i class="seen"></i> ${say("stalls-of-survey")}</span>
+      <div class="sub marks"><i class="known"></i> ${say("stalls-of-lot")} <i class="seen"></i> ${say("stalls-of-survey")}</div>
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div>
     </div>`;
   }
