@@ -6,6 +6,7 @@
 Six surveys of each drawn lot go into a store of its own, through the daemon's registration: other cars at other hours
 (`hawk-sim --at`), a receiver that is off by up to 3 m and a compass that is off by up to 2° for a whole survey, the
 third one of half the lot, the fourth one of the lot next door, the fifth and sixth after a repaint (`--repaint 1`).
+Before the sixth, all that the fifth proposes is taken over.
 ``--places``: pictures PLACE.jpg with PLACE.json, their cars moved (`--cars`), every second survey darkened; neither
 repainted nor beside another lot. ``--flown`` flies each survey (camera, vision, mapper, planner; a minute each);
 without it a survey is what vision finds in one picture from 250 m, shifted and turned by the errors.
@@ -48,12 +49,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def line(one: Judged) -> str:
     """Return a lot in one line."""
     doubts = f"; not registered: {', '.join(one.doubts)}" if one.doubts else ""
-    return f"{one.name}: {one.surveys} surveys, {one.same} of {one.again} stalls again, {one.wrong} wrong{doubts}"
+    paint = f"; repaint: {one.kept} of {one.stayed} kept, {one.told} of {one.changed} told" if one.stayed else ""
+    found = f"{one.surveys} surveys, {one.same} of {one.again} stalls again, {one.wrong} wrong"
+    return f"{one.name}: {found}{paint}{doubts}"
 
 
 def figures(found: Sequence[Judged]) -> list[Figure]:
     """Return the figures over all lots."""
     surveys, again, same, wrong = (sum(getattr(one, n) for one in found) for n in ("surveys", "again", "same", "wrong"))
+    stayed, kept, changed, told = (sum(getattr(one, n) for one in found) for n in ("stayed", "kept", "changed", "told"))
     doubtful = sum(len(one.doubts) for one in found)
     return [
         Figure("same_id", "stalls seen again with the id of before", _share(same, again), limit=Limit(lowest=0.995)),
@@ -62,6 +66,9 @@ def figures(found: Sequence[Judged]) -> list[Figure]:
             "unregistered", "surveys of a known lot that are not certain", _share(doubtful, surveys - len(found)),
             limit=Limit(highest=0.03),
         ),
+        Figure("repaint_kept", "unchanged stalls with their ids after a take-over", _share(kept, stayed)),
+        Figure("repaint_told", "stalls changed by a repaint that its first survey told", _share(told, changed)),
+        Figure("repaint_changed", "stalls changed by repaints", float(changed)),
         Figure("stalls_again", "stalls seen again", float(again)),
         Figure("surveys", "surveys", float(surveys)),
         Figure("lots", "lots", float(len(found))),

@@ -15,14 +15,31 @@ from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
 from hawk.daemon.lot_keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.known import known_lot, lot_near
+from hawk.lots.proposing import proposals
 from hawk.lots.saving import save
 from hawk.lots.tables import OBSERVATION, STALL
+from hawk.lots.taking import take_over
 from hawk.lots.values import Placed, Saved
 from hawk.model.known_lot import KnownLot
 from hawk.survey.scoring import match
 from hawk.worlds.world import World
 
 _FAST: Final = {"synchronous": 0}
+
+
+@dataclass(frozen=True, slots=True)
+class Repainted:
+    """A repaint and what the first survey after it told: all of it is taken over.
+
+    ``gone``, ``came`` and ``closed`` are true stalls that ended, began, and are behind fences; ``ended`` are stored
+    stalls, ``begun`` true ones: the proposals.
+    """
+
+    gone: frozenset[int]
+    came: frozenset[int]
+    closed: frozenset[int]
+    ended: frozenset[str]
+    begun: frozenset[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +50,14 @@ class Surveyed:
     saved: Saved
     found: int
     ids: dict[int, str] = field(repr=False)
+    repainted: Repainted | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
     """The surveys of one lot. ``again`` stalls were seen by a survey before, of which ``same`` have the id of then, and
-    ``wrong`` that of another stall. ``doubts``: why surveys of the lot were not registered.
+    ``wrong`` that of another stall. ``doubts``: why surveys of the lot were not registered. Of ``stayed`` known stalls
+    that a repaint left alone, ``kept`` have their ids after the take-over; of ``changed`` ones, ``told`` were proposed.
     """
 
     name: str
@@ -47,6 +66,10 @@ class Judged:
     same: int
     wrong: int
     doubts: tuple[str, ...]
+    stayed: int = 0
+    kept: int = 0
+    changed: int = 0
+    told: int = 0
 
 
 def survey_lot(lot: DrawnLot | PictureLot, eye: Eye) -> Judged:
@@ -54,8 +77,15 @@ def survey_lot(lot: DrawnLot | PictureLot, eye: Eye) -> Judged:
     with tempfile.TemporaryDirectory(prefix="hawk-lots-") as folder:
         store = Database(Path(folder) / "lots.db", _FAST)
         try:
-            first = lot.world(lot.visits()[0])
-            return judged(lot.name, [_survey(store, lot, visit, eye, first) for visit in lot.visits()])
+            visits = lot.visits()
+            first = lot.world(visits[0])
+            surveys: list[Surveyed] = []
+            repaint = 0
+            for visit in visits:
+                surveys.append(_survey(store, lot, visit, eye, first, is_repainted=visit.repaint > repaint))
+                if surveys[-1].saved.placed in (Placed.FIRST, Placed.REGISTERED):
+                    repaint = visit.repaint
+            return judged(lot.name, surveys)
         finally:
             store.close()
 
@@ -66,8 +96,16 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
     first_id: dict[int, str] = {}
     owner: dict[str, int] = {}
     again = same = wrong = 0
+    stayed = kept = changed = told = 0
     for one in surveys:
         world = 1 if one.visit.is_next_door else 0
+        if (paint := one.repainted) is not None:
+            known = {stall // 2: stored for stall, stored in first_id.items() if stall % 2 == 0}
+            left = [known[true] for true in known.keys() - paint.gone - paint.closed]
+            lost = [known[true] for true in known.keys() & paint.gone]
+            stayed, kept = stayed + len(left), kept + sum(stored not in paint.ended for stored in left)
+            changed += len(lost) + len(paint.came)
+            told += sum(stored in paint.ended for stored in lost) + len(paint.came & paint.begun)
         for true, stored in one.ids.items():
             stall = true * 2 + world
             if stall in first_id:
@@ -80,10 +118,12 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
         for one in mine
         if one.saved.placed not in (Placed.FIRST, Placed.REGISTERED)
     )
-    return Judged(name, len(mine), again, same, wrong, doubts)
+    return Judged(name, len(mine), again, same, wrong, doubts, stayed, kept, changed, told)
 
 
-def _survey(store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye, first: World) -> Surveyed:
+def _survey(
+    store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye, first: World, *, is_repainted: bool = False
+) -> Surveyed:
     world = lot.world(visit)
     datum = datum_of(world, visit)
     with store.reading() as connection:
@@ -92,12 +132,18 @@ def _survey(store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye,
     numbered = tuple(replace(stall, looked=float(stall.id)) for stall in look.survey.stalls)
     with store.writing() as connection:
         saved = save(connection, replace(look.survey, stalls=numbered), find_stalls)
+    repainted = None
+    if is_repainted and saved.placed is Placed.REGISTERED:
+        former = lot.world(replace(visit, repaint=visit.repaint - 1))
+        repainted = _taken_over(store, saved, look, former, world)
     with store.reading() as connection:
         ids = _ids(connection, saved, look)
     lasting = {} if visit.is_next_door else lasting_ids(first, world)
-    return Surveyed(
-        visit, saved, len(look.survey.stalls), {lasting.get(true, true): each for true, each in ids.items()}
-    )
+    if repainted is not None:
+        gone, came = repainted.gone - {*lasting.values()}, repainted.came - lasting.keys()
+        repainted = replace(repainted, gone=gone, came=came)
+    lasted = {lasting.get(true, true): each for true, each in ids.items()}
+    return Surveyed(visit, saved, len(look.survey.stalls), lasted, repainted)
 
 
 def lasting_ids(first: World, later: World) -> dict[int, int]:
@@ -113,6 +159,25 @@ def lasting_ids(first: World, later: World) -> dict[int, int]:
         return {}
     pairs = match(np.array([stall.corners for stall in new]), np.array([stall.corners for stall in old]))
     return {new[k].id: old[j].id for k, j in zip(pairs.found.tolist(), pairs.true.tolist(), strict=True)}
+
+
+def _taken_over(store: Database, saved: Saved, look: Look, former: World, world: World) -> Repainted:
+    """Take over all that the first survey after a repaint proposes."""
+    assert saved.lot is not None
+    with store.writing() as connection:
+        found = next((each for each in proposals(connection, saved.lot) if each.survey == saved.survey), None)
+        if found is not None:
+            asked = {"survey": saved.survey, "begin": "all", "end": "all"}
+            take_over(connection, saved.lot, asked, "benchmark", found.ended)
+    before, after = ({stall.id for stall in each.stalls} for each in (former, world))
+    begun = {look.true[stall.id] for stall in found.begin if stall.id in look.true} if found else set()
+    return Repainted(
+        gone=frozenset(before - after),
+        came=frozenset(after - before),
+        closed=frozenset(stall.id for stall in world.stalls if stall.closed),
+        ended=frozenset(stall.id for stall in found.end) if found else frozenset(),
+        begun=frozenset(begun),
+    )
 
 
 def _known(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.lots.__main__ import figures, line
-from benchmarks.lots.archive import Judged, Surveyed, judged, lasting_ids, survey_lot
+from benchmarks.lots.archive import Judged, Repainted, Surveyed, judged, lasting_ids, survey_lot
 from benchmarks.lots.looks import Look, StillEye, on_map, true_ids
 from benchmarks.lots.visits import BIAS_M, COMPASS, DrawnLot, Visit, visits
 from hawk.algo.rows.fit import Rectangles
@@ -62,6 +62,21 @@ def test_a_survey_that_is_not_registered_is_named_with_its_reason() -> None:
     found = judged("one", [surveyed(1, {1: "a"}, Placed.FIRST), surveyed(2, {}, Placed.UNREGISTERED)])
     assert found.doubts == ("2: unregistered",)
     assert line(found).endswith("; not registered: 2: unregistered")
+
+
+def test_a_repaint_is_judged_by_the_stalls_that_it_left_alone_and_those_that_it_changed() -> None:
+    paint = Repainted(
+        gone=frozenset({3, 4}), came=frozenset({8, 9}), closed=frozenset({2}),
+        ended=frozenset({"c", "e"}), begun=frozenset({8, 7}),
+    )  # fmt: skip
+    first = surveyed(1, {1: "a", 2: "b", 3: "c", 4: "d", 5: "e"}, Placed.FIRST)
+    after = replace(surveyed(5, {1: "a"}), repainted=paint)
+    next_door = surveyed(4, {6: "z"}, Placed.FIRST, is_next_door=True)
+    found = judged("one", [first, next_door, after])
+    assert (found.stayed, found.kept, found.changed, found.told) == (2, 1, 4, 2)
+    assert "; repaint: 1 of 2 kept, 2 of 4 told" in line(found)
+    shown = {each.key: each.value for each in figures([found])}
+    assert (shown["repaint_kept"], shown["repaint_told"], shown["repaint_changed"]) == (0.5, 0.5, 4.0)
 
 
 def test_figures_are_shares_over_all_lots() -> None:
