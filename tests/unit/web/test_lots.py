@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import aiohttp
+import numpy as np
 import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
 from hawk.lots.values import Doubtful, FinishedSurvey, PossiblePlace, Saved
+from tests.unit.lots.repaints import by_place, extra, flown, repainted
 from tests.unit.lots.surveys import DATUM, box, later, survey
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
@@ -337,3 +339,73 @@ async def test_a_server_without_a_store_says_so(rig: Rig) -> None:
 async def test_twenty_readers_at_once_are_answered(lots: Lots) -> None:
     await lots.add(survey())
     assert await asyncio.gather(*(lots.names() for _ in range(20))) == [["Lot 1"]] * 20
+
+
+async def test_what_a_survey_proposes_is_taken_over_and_undone(lots: Lots) -> None:
+    first = await lots.add(flown(1))
+    second = await lots.store.write(lambda c: save(c, repainted(2), by_place))
+    before = await lots.everything()
+    (shown,) = (await lots.get(f"/api/lots/{first.lot}/changes.json"))["surveys"]
+    assert (shown["survey"], len(shown["begin"]), len(shown["end"])) == (second.survey, 18, 20)
+    assert shown["begin"][0]["corners"][0] == pytest.approx([52.0, 5.0], abs=1e-3)
+    done = await lots.done(f"/api/lots/{first.lot}/take-over", survey=second.survey, begin="all", end="all")
+    assert len(await lots.stalls(str(first.lot))) == 58
+    assert (await lots.get(f"/api/lots/{first.lot}/changes.json"))["surveys"] == []
+    assert (await lots.undo(done))[0] == 200
+    assert await lots.everything() == before
+
+
+async def test_a_dropped_proposal_is_gone(lots: Lots) -> None:
+    first = await lots.add(flown(1))
+    second = await lots.store.write(lambda c: save(c, extra(flown(2)), by_place))
+    await lots.done(f"/api/lots/{first.lot}/drop", survey=second.survey, begin=[90])
+    assert (await lots.get(f"/api/lots/{first.lot}/changes.json"))["surveys"] == []
+    status, refusal = await lots.post(f"/api/lots/{first.lot}/drop", survey=second.survey, begin=[90])
+    assert (status, refusal["field"]) == (422, "survey")
+
+
+async def test_nothing_is_taken_over_or_pinned_while_a_person_edits(lots: Lots) -> None:
+    first = await lots.add(flown(1))
+    second = await lots.store.write(lambda c: save(c, extra(flown(2)), by_place))
+    await lots.done(f"/api/lots/{first.lot}/edit", who="Ann")
+    for path, body in (("take-over", {"survey": second.survey, "begin": "all"}), ("pin", {"points": []})):
+        status, refusal = await lots.post(f"/api/lots/{first.lot}/{path}", **body)
+        assert (status, refusal["who"]) == (409, "Ann")
+
+
+async def test_a_lot_is_pinned_and_all_that_is_shown_of_it_follows(lots: Lots) -> None:
+    first = await lots.add(flown(1))
+    before = await lots.everything()
+    point = {"from": [52.0, 5.0], "to": [52.00002, 5.0]}
+    done = await lots.done(f"/api/lots/{first.lot}/pin", points=[point])
+    assert (done["kind"], done["turn"], done["residual"]) == ("pin", 0.0, 0.0)
+    assert done["north"] == pytest.approx(2.2, abs=0.1)
+    shown = await lots.get(f"/api/lots/{first.lot}.json")
+    assert shown["datum_is_pinned"]
+    assert shown["datum"] == done["datum"] == pytest.approx([52.00002, 5.0], abs=1e-8)
+    assert (await lots.undo(done))[0] == 200
+    assert await lots.everything() == before
+    status, refusal = await lots.post(f"/api/lots/{first.lot}/pin", points=[point | {"to": [52.1, 5.0]}])
+    assert (status, refusal["field"]) == (422, "points[0].to")
+
+
+async def test_the_places_of_a_survey_in_doubt_are_shown_with_the_stalls_at_each(lots: Lots) -> None:
+    first = await lots.add(flown(1))
+    places = (PossiblePlace(0.0, 0.0, 0.0, 20.0), PossiblePlace(0.0, 2.5, 0.0, 19.5))
+    second = await lots.store.write(
+        lambda c: save(c, flown(2), lambda known, found: Doubtful("two places fit alike", places))
+    )
+    (waiting,) = (await lots.get(f"/api/lots/{first.lot}/changes.json"))["doubtful"]
+    assert (waiting["survey"], waiting["places"], waiting["why"]) == (second.survey, 2, "two places fit alike")
+    shown = await lots.get(f"/api/surveys/{second.survey}/places.json")
+    assert (shown["lot"], len(shown["known"])) == (first.lot, 60)
+    here, there = (np.array(place["stalls"]) for place in shown["places"])
+    assert there[:, :2] - here[:, :2] == pytest.approx(np.tile([0.0, 2.5], (60, 1)), abs=0.01)
+    await lots.done(f"/api/surveys/{second.survey}/place", place=0)
+    assert (await lots.get(f"/api/lots/{first.lot}/changes.json"))["doubtful"] == []
+
+
+async def test_a_survey_without_doubt_has_no_places(lots: Lots) -> None:
+    first = await lots.add(flown(1))
+    async with lots.session.get(lots.address(f"/api/surveys/{first.survey}/places.json")) as response:
+        assert response.status == 404
