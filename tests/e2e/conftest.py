@@ -65,13 +65,13 @@ async def stack(tmp_path: Path) -> AsyncIterator[SimulatedStack]:
 
 
 @pytest_asyncio.fixture(loop_scope="session")
-async def fake() -> AsyncIterator[Callable[[str], Awaitable[tuple[asyncio.subprocess.Process, str]]]]:
-    """Start the made-up drone in a scene; return its process and the page's address."""
+async def fake() -> AsyncIterator[Callable[..., Awaitable[tuple[asyncio.subprocess.Process, str]]]]:
+    """Start the made-up drone in a scene, with more options; return its process and the page's address."""
     started: list[asyncio.subprocess.Process] = []
 
-    async def start(scene: str) -> tuple[asyncio.subprocess.Process, str]:
+    async def start(scene: str, *options: str) -> tuple[asyncio.subprocess.Process, str]:
         process = await asyncio.create_subprocess_exec(
-            sys.executable, str(FAKE_DRONE), scene, "--port", "0", stdout=asyncio.subprocess.PIPE
+            sys.executable, str(FAKE_DRONE), scene, *options, "--port", "0", stdout=asyncio.subprocess.PIPE
         )
         started.append(process)
         assert process.stdout is not None

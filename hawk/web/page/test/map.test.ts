@@ -16,7 +16,7 @@ const palette = {
   planCase: "#000000",
   asphalt: "#0a0b0c",
   ground: "#141516",
-  veil: "#ff8000",
+  veil: "#ff8000", confirmed: "#ff8000",
 };
 
 describe("geometry", () => {

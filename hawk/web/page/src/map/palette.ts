@@ -9,6 +9,7 @@ export interface Palette {
   asphalt: string;
   ground: string;
   veil: string;
+  confirmed: string;
 }
 
 export function readPalette(element: Element): Palette {
@@ -24,6 +25,7 @@ export function readPalette(element: Element): Palette {
     asphalt: read("--asphalt"),
     ground: read("--ground"),
     veil: read("--veil"),
+    confirmed: read("--ok"),
   };
 }
 

@@ -1,0 +1,134 @@
+"""A lot's plan corrected by clicks, keys and taps, over the real store: each change is found in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+from playwright.async_api import Browser, Locator, Page, expect
+
+from tests.e2e.hands import press, shows
+from tests.e2e.test_page_by_keyboard import AXE
+from tests.e2e.watching import watch
+
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
+
+DESK, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
+PIXEL = """([North, East]) => {
+  const map = document.querySelector("hawk-map");
+  const { left, top } = map.querySelector(".ol").getBoundingClientRect();
+  const [x, y] = map.lot.pixelOf({ North, East });
+  return [left + x, top + y];
+}"""
+"""Where a place (metres north and east) is on the screen."""
+Stall = Mapping[str, Any]
+
+
+class Store:
+    """The store of lots as programs see it."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+
+    async def get(self, path: str) -> Any:
+        async with aiohttp.ClientSession() as session, session.get(self.address + path) as answer:
+            return await answer.json()
+
+    async def lot(self) -> Any:
+        lots = (await self.get("api/lots.json"))["lots"]
+        return await self.get(f"api/lots/{lots[0]['id']}.json")
+
+    async def stalls(self) -> dict[str, Stall]:
+        return {each["label"]: each for each in (await self.lot())["stalls"]}
+
+
+async def opened(browser: Browser, address: str, name: str = "Ann", size: Any = DESK, **context: Any) -> Page:
+    """Open the page and the editor of the only lot."""
+    page = await (await browser.new_context(viewport=size, **context)).new_page()
+    await page.add_init_script(path=AXE)
+    stored = f"JSON.stringify({{theme: 'light', name: '{name}'}})"
+    await page.add_init_script(f"localStorage.setItem('hawk-page', localStorage.getItem('hawk-page') ?? {stored})")
+    await page.goto(address)
+    await expect(page.locator("hawk-glance").get_by_role("status")).not_to_be_empty()
+    return page
+
+
+async def correct(page: Page) -> None:
+    """Open the editor of the lot from the table of stalls."""
+    if not await page.get_by_role("tab", name="Stalls").is_visible():
+        await press(page, "Menu", 10)
+    await page.get_by_role("tab", name="Stalls").locator("visible=true").first.click()
+    await press(page, "Correct the plan", 10)
+    await shows(page, "You edit since")
+
+
+async def at(page: Page, place: Stall | tuple[float, float]) -> tuple[float, float]:
+    """Return where a stall, or a place (metres north and east), is on the screen."""
+    north, east = (place["north"], place["east"]) if isinstance(place, Mapping) else place
+    x, y = await page.evaluate(PIXEL, [north, east])
+    return x, y
+
+
+def chosen(page: Page) -> Locator:
+    return page.locator("hawk-plan-chosen").get_by_role("status")
+
+
+async def done(page: Page) -> None:
+    """Wait until the store has answered all that was asked for."""
+    await page.wait_for_function("() => document.querySelector('hawk-app').model.plan.waiting === 0")
+
+
+async def test_a_plan_is_corrected_by_mouse_and_keys(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
+) -> None:
+    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address)
+    errors = watch(page)
+    await correct(page)
+    before = await store.stalls()
+    row = [label for label in before if label.startswith("B ")]
+    await page.mouse.dblclick(*await at(page, before["B 3"]))
+    await expect(chosen(page)).to_have_text(f"{len(row)} stalls are chosen")
+    await page.screenshot(path=screenshots / "plan-1-row.png")
+    await press(page, "Confirm", 5)
+    await done(page)
+    assert {label for label, each in (await store.stalls()).items() if each["is_confirmed"]} == set(row)
+
+    await page.mouse.click(*await at(page, before["C 2"]))
+    await expect(chosen(page)).to_have_text("C 2 is chosen")
+    await page.locator(".ol").focus()
+    await page.keyboard.press("Delete")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == {"C 2"}
+    await page.keyboard.press("Control+z")
+    await done(page)
+    assert (await store.stalls()).keys() == before.keys()
+    await page.keyboard.press("Control+Shift+z")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == {"C 2"}
+
+    await press(page, "Add row", 5)
+    for place in ((-30.0, 40.0), (-30.0, 50.1), (-35.05, 45.0)):
+        await page.mouse.move(*await at(page, place))
+        await page.mouse.click(*await at(page, place))
+        await page.wait_for_timeout(300)  # two clicks within 250 ms are a double click
+    await page.screenshot(path=screenshots / "plan-2-drawn.png")
+    await press(page, "Add 4 stalls", 5)
+    await done(page)
+    after = await store.stalls()
+    new = [after[label] for label in after.keys() - before.keys()]
+    assert [(round(each["width"], 1), round(each["length"], 1), each["is_confirmed"]) for each in new] == [
+        (2.5, 5.0, True)
+    ] * 4
+    await page.screenshot(path=screenshots / "plan-3-added.png")
+
+    await page.get_by_label("Reason, if any").fill("repainted")
+    await press(page, "Close the edit", 5)
+    await shows(page, "The plan is closed as version 2")
+    lot = await store.lot()
+    assert [(each["who"], each["why"]) for each in lot["layouts"]][1:] == [("Ann", "repainted")]
+    assert lot["edit"] is None
+    assert not errors
