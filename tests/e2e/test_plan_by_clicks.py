@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,8 @@ import aiohttp
 import pytest
 from playwright.async_api import Browser, Locator, Page, expect
 
-from tests.e2e.hands import press, shows
-from tests.e2e.test_page_by_keyboard import AXE
+from tests.e2e.hands import button, is_within, press, shows
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.watching import watch
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
@@ -56,12 +57,19 @@ async def opened(browser: Browser, address: str, name: str = "Ann", size: Any = 
     return page
 
 
-async def correct(page: Page) -> None:
+async def open_editor(page: Page) -> None:
     """Open the editor of the lot from the table of stalls."""
-    if not await page.get_by_role("tab", name="Stalls").is_visible():
+    tab = page.get_by_role("tab", name=re.compile("^(Stalls|Places)$")).locator("visible=true")
+    if not await tab.count():
         await press(page, "Menu", 10)
-    await page.get_by_role("tab", name="Stalls").locator("visible=true").first.click()
-    await press(page, "Correct the plan", 10)
+    await tab.first.click()
+    await press(page, "(Correct the plan|Corriger le plan)", 10)
+    await expect(page.locator(".plantools")).to_be_visible()
+
+
+async def correct(page: Page) -> None:
+    """Open an edit of the plan."""
+    await open_editor(page)
     await shows(page, "You edit since")
 
 
@@ -99,7 +107,6 @@ async def test_a_plan_is_corrected_by_mouse_and_keys(
 
     await page.mouse.click(*await at(page, before["C 2"]))
     await expect(chosen(page)).to_have_text("C 2 is chosen")
-    await page.locator(".ol").focus()
     await page.keyboard.press("Delete")
     await done(page)
     assert before.keys() - (await store.stalls()).keys() == {"C 2"}
@@ -114,7 +121,6 @@ async def test_a_plan_is_corrected_by_mouse_and_keys(
     for place in ((-30.0, 40.0), (-30.0, 50.1), (-35.05, 45.0)):
         await page.mouse.move(*await at(page, place))
         await page.mouse.click(*await at(page, place))
-        await page.wait_for_timeout(300)  # two clicks within 250 ms are a double click
     await page.screenshot(path=screenshots / "plan-2-drawn.png")
     await press(page, "Add 4 stalls", 5)
     await done(page)
@@ -132,3 +138,112 @@ async def test_a_plan_is_corrected_by_mouse_and_keys(
     assert [(each["who"], each["why"]) for each in lot["layouts"]][1:] == [("Ann", "repainted")]
     assert lot["edit"] is None
     assert not errors
+
+
+async def test_many_quick_clicks_over_2100_stalls_are_all_done(browser: Browser, fake: Any, tmp_path: Path) -> None:
+    """Sixty stalls are removed as fast as keys can be pressed, brought back, and moved: the store has each of them."""
+    _, address = await fake("still", "--stalls", "2100", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address)
+    errors = watch(page)
+    await correct(page)
+    before = await store.stalls()
+    assert len(before) == 2100
+    labels = sorted(before)[::35]
+    places = {label: await at(page, before[label]) for label in labels}
+    for label in labels:
+        await page.mouse.click(*places[label])
+        await page.keyboard.press("Delete")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == set(labels)
+    for _ in labels:
+        await page.keyboard.press("Control+z")
+    await done(page)
+    assert await store.stalls() == before
+    for label in labels:
+        await page.mouse.click(*places[label])
+        await page.keyboard.press("ArrowUp")
+        await page.keyboard.press("ArrowUp")
+    await done(page)
+    after = await store.stalls()
+    assert {label for label in before if after[label] != before[label]} == set(labels)
+    for label in labels:
+        assert after[label]["north"] - before[label]["north"] == pytest.approx(0.2, abs=1e-4)
+    assert not errors
+
+
+async def test_a_second_person_sees_who_edits_and_takes_over(browser: Browser, fake: Any, tmp_path: Path) -> None:
+    _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
+    ann, bob = await opened(browser, address), await opened(browser, address, "Bob")
+    await correct(ann)
+    await open_editor(bob)
+    await shows(bob, "Ann edits since")
+    for name in ("Choose", "Add row", "Add stall", "Undo"):
+        await expect(button(bob, name)).to_be_disabled()
+    await press(ann, "Confirm all", 5)
+    await shows(bob, "166 stalls, 166 confirmed")
+    await press(bob, "Take over", 5)
+    await shows(bob, "You edit since")
+    await shows(ann, "Bob edits since")
+    await bob.locator("hawk-plan-chosen select[name=row]").select_option("A")
+    await press(bob, "Remove", 5)
+    await shows(ann, "144 stalls, 144 confirmed")
+    layouts = (await Store(address).lot())["layouts"]
+    assert [(each["who"], each["why"]) for each in layouts[1:]] == [
+        ("Ann", "taken over by Bob"),
+        ("Bob", "corrected by hand"),
+    ]
+
+
+async def test_a_phone_confirms_removes_and_adds_a_row(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
+) -> None:
+    _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address, size=PHONE, has_touch=True, is_mobile=True)
+    await correct(page)
+    before = await store.stalls()
+    await page.screenshot(path=screenshots / "plan-phone-1.png")
+    for name in ("Hold", "Land", "Choose", "Add row", "Undo", "Confirm all"):
+        assert await is_within(button(page, name), PHONE), name
+    for label in ("D 2", "D 4"):
+        await page.touchscreen.tap(*await at(page, before[label]))
+    await expect(chosen(page)).to_have_text("2 stalls are chosen")
+    await page.screenshot(path=screenshots / "plan-phone-2.png")
+    await press(page, "Confirm", 5)
+    await done(page)
+    assert {label for label, each in (await store.stalls()).items() if each["is_confirmed"]} == {"D 2", "D 4"}
+    await press(page, "Remove", 5)
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == {"D 2", "D 4"}
+    await press(page, "Add row", 5)
+    for place in ((-30.0, 30.0), (-30.0, 42.6), (-35.05, 36.0)):
+        await page.touchscreen.tap(*await at(page, place))
+    await page.screenshot(path=screenshots / "plan-phone-3.png")
+    await press(page, "Add 5 stalls", 5)
+    await done(page)
+    assert len(await store.stalls()) == len(before) - 2 + 5
+
+
+@pytest.mark.parametrize("language", ["en", "fr"])
+async def test_axe_finds_nothing_while_a_plan_is_corrected(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path, language: str
+) -> None:
+    _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
+    found = []
+    for size in (DESK, PHONE):
+        page = await opened(browser, address, size=size, locale=language)
+        await open_editor(page)
+        await expect(page.locator("hawk-plan-chosen select").first).to_be_visible()
+        await page.locator("hawk-plan-chosen select[name=row]").select_option("B")
+        await page.locator("hawk-plan-chosen summary").click()
+        for theme in ("dark", "outdoor", "light"):
+            await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ theme: '{theme}' }})")
+            found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{theme}.png")
+        for tool in ("row", "stall", "area"):
+            await page.locator(f".plantools .{tool}").click()
+            found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{tool}.png")
+    assert not found, "\n".join(found)
+
+
+async def faults_of(page: Page, picture: Path) -> list[str]:
+    await page.screenshot(path=picture)
+    return list(await page.evaluate(RUN_AXE))

@@ -30,6 +30,8 @@ export interface PlanEditorEvents {
 const HIT_PX = { mouse: 2, finger: 10 };
 /** A shorter drag is a click, pixels. */
 const DRAG_PX = 5;
+/** Two clicks so near to each other are a double one: OpenLayers takes two quick ones anywhere for one. */
+const DOUBLE = { pixels: 8, milliseconds: 350 };
 
 /** Shows a plan on the map, and reports what mouse and finger do with it. */
 export class PlanEditor {
@@ -39,6 +41,7 @@ export class PlanEditor {
   private readonly pointer: PlanPointer;
   private box: Coordinate[] = [];
   private sketched: Sketch | null = null;
+  private last: { pixel: readonly number[]; at: number } | null = null;
 
   constructor(map: OlMap, palette: Palette, events: PlanEditorEvents) {
     this.map = map;
@@ -63,8 +66,13 @@ export class PlanEditor {
     this.layer.draw(this.box.length > 0 ? { ...sketch, box: this.box } : sketch);
   }
 
-  click(event: MapBrowserEvent, double: boolean): void {
+  /** A third click in one place is a single one again. */
+  click(event: MapBrowserEvent): void {
     const { at, shift, finger, free } = readEvent(event);
+    const now = { pixel: [...event.pixel], at: event.originalEvent.timeStamp };
+    const double = this.last !== null && now.at - this.last.at < DOUBLE.milliseconds && apart(now.pixel, this.last.pixel) < DOUBLE.pixels;
+    this.last = double ? null : now;
+    this.map.getTargetElement()?.focus({ preventScroll: true });
     this.events.clicked(at, this.idAt(event), { add: shift, double, finger, free });
   }
 
@@ -111,12 +119,8 @@ class PlanPointer extends PointerInteraction {
   }
 
   override handleEvent(event: MapBrowserEvent): boolean {
-    if (event.type === "click") this.editor.click(event, false);
-    if (event.type === "dblclick") {
-      this.editor.click(event, true);
-      return false;
-    }
-    return super.handleEvent(event);
+    if (event.type === "click") this.editor.click(event);
+    return event.type === "dblclick" ? false : super.handleEvent(event);
   }
 
   override handleMoveEvent(event: MapBrowserEvent): void {
@@ -133,14 +137,13 @@ class PlanPointer extends PointerInteraction {
   override handleDragEvent(event: MapBrowserEvent): void {
     const { begun } = this;
     if (!begun) return;
-    const [right, down] = [(event.pixel[0] ?? 0) - (begun.pixel[0] ?? 0), (event.pixel[1] ?? 0) - (begun.pixel[1] ?? 0)];
-    begun.far ||= Math.hypot(right, down) >= DRAG_PX;
+    begun.far ||= apart(event.pixel, begun.pixel) >= DRAG_PX;
     if (begun.far) this.report(event, false);
   }
 
   override handleUpEvent(event: MapBrowserEvent): boolean {
     if (this.begun?.far) this.report(event, true);
-    else if (event.dragging) this.editor.click(event, false);
+    else if (event.dragging) this.editor.click(event);
     this.begun = null;
     return false;
   }
@@ -155,6 +158,10 @@ class PlanPointer extends PointerInteraction {
 function readEvent(event: MapBrowserEvent): { at: Coordinate; shift: boolean; finger: boolean; free: boolean } {
   const original = event.originalEvent as PointerEvent;
   return { at: toCoordinate(event.coordinate), shift: original.shiftKey, finger: original.pointerType === "touch", free: original.altKey };
+}
+
+function apart(one: readonly number[], other: readonly number[]): number {
+  return Math.hypot((one[0] ?? 0) - (other[0] ?? 0), (one[1] ?? 0) - (other[1] ?? 0));
 }
 
 function toCoordinate(place: readonly number[]): Coordinate {

@@ -1,7 +1,7 @@
 import type { LocalPlane } from "../fence/plane.ts";
 import { inverse, type LotFrame, lotFrame, NO_SHIFT, shifted, shiftedShape } from "../plan/frame.ts";
 import { snapEnd, snapFar, snapMove, snapPlace, snapStall } from "../plan/snap.ts";
-import { type PlanStall, type Spot, usualSize } from "../plan/values.ts";
+import { type PlanStall, type Spot } from "../plan/values.ts";
 import type { Operator } from "../state/operator.ts";
 import type { PlanEditing, Redrawn } from "../state/plan-edit.ts";
 import { NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
@@ -196,8 +196,8 @@ export class PlanOnMap {
   }
 
   private newStall(place: Spot, free: boolean): Rectangle {
-    const usual = usualSize([...this.editing.plan.stalls.values()]);
-    return snapStall(place, this.around([place]), free ? [] : (this.editing.lot?.found ?? []), usual);
+    const { lot, plan } = this.editing;
+    return snapStall(place, this.around([place]), lot?.found ?? [], plan.usual, free);
   }
 
   /** A place of what is drawn, where snapping puts it. */
@@ -208,7 +208,7 @@ export class PlanOnMap {
     const near = this.around([place]);
     const [start, end] = drawing.places;
     if (drawing.tool === "area" || !start) return drawing.tool === "area" ? place : snapPlace(place, near);
-    const usual = usualSize([...plan.stalls.values()]);
+    const { usual } = plan;
     const isParallel = drawing.style === "parallel";
     const pitch = isParallel ? usual.length : usual.width / Math.cos(drawing.leanAngle);
     if (!end || drawing.places.length >= 3) return snapEnd(start, place, this.around([start, place]), pitch);

@@ -1,5 +1,5 @@
 import type { Done, PlanChange } from "../link/plan.ts";
-import type { Operation, PlanStall, PlanZone } from "./values.ts";
+import { type Operation, type PlanStall, type PlanZone, usualSize } from "./values.ts";
 
 /** A plan as a person sees it: as the store has it, with what was asked of the store and is not answered yet. */
 export class ShownPlan {
@@ -8,6 +8,13 @@ export class ShownPlan {
   zones: readonly PlanZone[] = [];
   revision = 0;
   private readonly known = new Map<string, PlanStall>();
+  private size: { width: number; length: number } | null = null;
+
+  /** Width and length that most stalls have about, metres. */
+  get usual(): { width: number; length: number } {
+    this.size ??= usualSize([...this.stalls.values()]);
+    return this.size;
+  }
 
   get(id: string): PlanStall | undefined {
     return this.stalls.get(id);
@@ -48,6 +55,7 @@ export class ShownPlan {
     let shown = this.known.get(id) ?? null;
     for (const each of waiting) if (shown) shown = foreseen(each, shown);
     changed.add(id);
+    this.size = null;
     if (shown) this.stalls.set(id, shown);
     else this.stalls.delete(id);
   }

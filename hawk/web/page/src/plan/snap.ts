@@ -22,11 +22,11 @@ interface Size {
  * A new stall at a place: one that vision saw there, or the next one beside a stall of a row, at the pitch of that; else of
  * the usual size, in the direction of the nearest stall.
  */
-export function snapStall(place: Spot, stalls: readonly Rectangle[], found: readonly Rectangle[], usual: Size): Rectangle {
+export function snapStall(place: Spot, stalls: readonly Rectangle[], found: readonly Rectangle[], usual: Size, loose = false): Rectangle {
   const free = (shape: Rectangle): boolean => !stalls.some((each) => distance(middle(each), middle(shape)) < SAME_PLACE * each.width);
   const seen = found.filter((each) => isIn(each, place[0], place[1], 0) && free(each));
   const beside = stalls.flatMap(neighbours).filter((each) => distance(middle(each), place) < STALL_REACH_M && free(each));
-  const best = nearest(seen, place) ?? nearest(beside, place);
+  const best = loose ? null : (nearest(seen, place) ?? nearest(beside, place));
   if (best) return shapeOf(best);
   const angle = nearest([...stalls, ...found], place)?.angle ?? 0;
   return { north: place[0], east: place[1], angle, ...usual };

@@ -93,12 +93,10 @@ export function rowsOf(stalls: Iterable<PlanStall>): string[] {
 
 /** Stalls in the order of their labels: rows by letter, then numbers. */
 export function inOrder(stalls: readonly PlanStall[]): PlanStall[] {
-  const key = ({ label }: PlanStall): [string, number] => {
-    const parts = partsOf(label);
-    return parts ? [parts.row.padStart(3), parts.number] : [`~${label}`, 0];
-  };
-  return [...stalls].sort((one, other) => {
-    const [[row, number], [otherRow, otherNumber]] = [key(one), key(other)];
-    return row < otherRow ? -1 : row > otherRow ? 1 : number - otherNumber;
+  const keyed = stalls.map((stall) => {
+    const parts = partsOf(stall.label);
+    return { stall, row: parts ? parts.row.padStart(3) : `~${stall.label}`, number: parts?.number ?? 0 };
   });
+  keyed.sort((one, other) => (one.row < other.row ? -1 : one.row > other.row ? 1 : one.number - other.number));
+  return keyed.map(({ stall }) => stall);
 }

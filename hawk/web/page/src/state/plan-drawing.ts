@@ -1,5 +1,5 @@
 import { countFor, frontLength, MOST_IN_ROW, rowShapes, STEEPEST_DEG } from "../plan/rows.ts";
-import { type Kind, type RowSketch, type Spot, usualSize } from "../plan/values.ts";
+import { type Kind, type RowSketch, type Spot } from "../plan/values.ts";
 import type { Rectangle } from "../map/geometry.ts";
 import type { PlanEditing } from "./plan-edit.ts";
 
@@ -82,7 +82,7 @@ export class PlanDrawing {
     const [start, end = this.pointer, far = this.pointer] = this.places;
     if (this.tool !== "row" || !start || !end) return null;
     const front = [start, end] as const;
-    const usual = usualSize([...this.editing.plan.stalls.values()]);
+    const { usual } = this.editing.plan;
     const depth = this.style === "parallel" ? usual.width : usual.length;
     const count = this.typedCount ?? countFor(frontLength(front), usual, this.leanAngle, this.style === "parallel");
     const hasEnd = this.places.length >= 2;

@@ -23,7 +23,7 @@ export class PlanTools extends Part {
     return html`<div class="fencetools plantools" role="toolbar" aria-label=${say("plan-tools")}>
       ${TOOLS.map(({ tool, label, aloud = label, name }) => {
         const on = plan.drawing.tool === tool;
-        return html`<button class=${on ? "on" : ""} aria-label=${say(aloud)} aria-pressed=${on ? "true" : "false"} ?disabled=${off} @click=${() => plan.drawing.use(tool)}>
+        return html`<button class="${tool} ${on ? "on" : ""}" aria-label=${say(aloud)} aria-pressed=${on ? "true" : "false"} ?disabled=${off} @click=${() => plan.drawing.use(tool)}>
           ${icon(name)}<span>${say(label)}</span>
         </button>`;
       })}
