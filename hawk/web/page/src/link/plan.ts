@@ -40,6 +40,8 @@ export interface OwnEdit {
 /** What an operation, an undo or a redo changed. */
 export interface Done {
   revision: number;
+  /** All of the plan came. */
+  whole?: boolean;
   stalls: PlanStall[];
   gone: string[];
   zones: PlanZone[];

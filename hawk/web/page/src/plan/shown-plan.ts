@@ -28,7 +28,8 @@ export class ShownPlan {
 
   /** Takes what the store did; `waiting` is what it was asked for besides. */
   done(answer: Done, waiting: readonly Operation[], asked: Operation | null): Set<string> {
-    const changed = this.put(answer.gone, answer, waiting);
+    const gone = answer.whole === true ? [...this.known.keys()] : answer.gone;
+    const changed = this.put(gone, answer, waiting);
     if (asked) for (const id of idsOf(asked, this.known)) if (!changed.has(id)) this.show(id, waiting, changed);
     return changed;
   }
