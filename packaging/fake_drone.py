@@ -58,13 +58,17 @@ from hawk.comm.protocol.heartbeat import (
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
+from hawk.lots.database import Database
+from hawk.lots.saving import save
 from hawk.lots.store import LotStore
+from hawk.lots.values import FinishedSurvey, SurveyStall
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
-from hawk.model.plans import ExploreStatus
-from hawk.model.poses import MapPoint
+from hawk.model.plans import ExploreStatus, Outline
+from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.tile_picture import encode_picture
+from hawk.results.survey_map import to_global
 from hawk.runtime.performance import LagSummary
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
@@ -73,6 +77,9 @@ PIXELS_PER_M = 10
 SIDE_M = 256.0
 HALF_M = SIDE_M / 2
 FIELD_M = (50.0, 28.0)
+DATUM = GlobalPose(48.137, 11.575, 0.0)
+BEGAN = 1.77e9
+"""Time at which the survey in the store began, UTC, Unix seconds."""
 Picture = NDArray[np.uint8]
 
 
@@ -160,6 +167,23 @@ COLOURS = {StallState.FREE: (255, 200, 120), StallState.TAKEN: (0, 110, 255), St
 
 
 NO_OUTLINE = OutlineSetup(source="none", polygons=[], holes=[], area=0.0)
+
+
+def store_with(path: Path, stalls: list[FakeStall]) -> LotStore:
+    """Return the store in a file; a file that is not there yet is made, with a survey of the lot."""
+    if not path.exists():
+        seen = tuple(SurveyStall.of(each.stall, BEGAN) for each in stalls)
+        corners = np.concatenate([each.stall.corners() for each in stalls])
+        (south, west), (north, east) = corners.min(axis=0) - 10, corners.max(axis=0) + 10
+        places = np.array([(south, west), (north, west), (north, east), (south, east)])
+        ground = Outline((tuple((float(a), float(b)) for a, b in to_global(DATUM, places)),))
+        when = {"began": BEGAN, "ended": BEGAN + 600, "time_is_sure": True}
+        made = {"outline": ground, "stalls": seen, "program": "0.3.0", "seen": ground}
+        database = Database(path)
+        with database.writing() as connection:
+            save(connection, FinishedSurvey("000001-20260202T024000Z", DATUM, **when, **made))
+        database.close()
+    return LotStore(path)
 
 
 class FakeDrone:
@@ -411,13 +435,14 @@ class FakeDrone:
                 survey_share=1.0,
             ),
             pose=PoseStatus(
-                relative_altitude=self.height, latitude=48.137, longitude=11.575, local_position_x=self.north + 38,
-                local_position_y=self.east + 12, north=self.north, east=self.east, yaw=self.yaw, roll=0.0, pitch=0.0,
+                relative_altitude=self.height, latitude=DATUM.latitude, longitude=DATUM.longitude,
+                local_position_x=self.north + 38, local_position_y=self.east + 12,
+                north=self.north, east=self.east, yaw=self.yaw, roll=0.0, pitch=0.0,
                 speed=0.0 if grounded else 3.9, climb=0.0, pose_age=0.02,
             ),
             site=SiteStatus(
                 home=Point(north=-38, east=-12), fence=fence, ceiling=120.0, heights=self.heights,
-                datum=(48.137, 11.575),
+                datum=(DATUM.latitude, DATUM.longitude),
             ),
             travel=TravelStatus(
                 target=None if self.target is None else Point.of(self.target),
@@ -495,8 +520,10 @@ async def main() -> None:
     parser.add_argument("scene", nargs="?", default="explore")
     parser.add_argument("--port", type=int, default=3999)
     parser.add_argument("--stalls", type=int, help="a field of N stalls, all of them known from the beginning")
+    parser.add_argument(
+        "--lots", type=Path, metavar="FILE", help="a store of lots: made with this one where there is none"
+    )
     parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
-    parser.add_argument("--lots", type=Path, metavar="FILE", help="a store of lots")
     options = parser.parse_args()
     clock = Clock()
     side = OperatorSide.create(clock, OperatorSettings())
@@ -509,7 +536,7 @@ async def main() -> None:
         clock=clock, web=WebSettings(port=options.port), operator=OperatorSettings(), side=side, status=status,
         occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
         loop_lag=lambda: LagSummary(0, 0, 0, 0), settings=settings(Config(), reference_text()),
-        lots=None if options.lots is None else LotStore(options.lots),
+        lots=None if options.lots is None else store_with(options.lots, drone.stalls),
     )  # fmt: skip
     server = WebServer(services)
     await server.start()

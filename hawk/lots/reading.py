@@ -285,6 +285,7 @@ def _survey(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
+    shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
     return {**shown, "began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}

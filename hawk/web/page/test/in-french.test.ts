@@ -8,6 +8,7 @@ import ts from "typescript";
 import type { LitElement } from "lit";
 import type { Heartbeat } from "../src/protocol.ts";
 import type { Operator } from "../src/state/operator.ts";
+import type { PlanEditing } from "../src/state/plan-edit.ts";
 import { STANDARD } from "../src/state/preferences.ts";
 import { ActionBar } from "../src/ui/action-bar.ts";
 import { AllSettings } from "../src/ui/all-settings.ts";
@@ -27,6 +28,8 @@ import { MapTools } from "../src/ui/map-tools.ts";
 import { MeasureBar } from "../src/ui/measure-bar.ts";
 import { MessagesTab } from "../src/ui/messages-tab.ts";
 import { MoreActions } from "../src/ui/more-actions.ts";
+import { PlanPanel } from "../src/ui/plan-panel.ts";
+import { PlanTools } from "../src/ui/plan-tools.ts";
 import { OwnName } from "../src/ui/own-name.ts";
 import { SettingsTab } from "../src/ui/settings-tab.ts";
 import { StallCard } from "../src/ui/stall-card.ts";
@@ -35,13 +38,18 @@ import { say } from "../src/words/say.ts";
 import { FakeServer, settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { CIRCLE, impossible, mapUpdate, possible, stall, welcome } from "./make.ts";
+import { PlanStore } from "./plan-store.ts";
 import { flying, type Rig } from "./rig.ts";
 import { EnglishWords, spoken } from "./spoken.ts";
 import { Stage } from "./stage.ts";
 
 const SETTING = { Section: "Drone says fence", Key: "Drone says radius", Text: "Drone says its radius.", Unit: "m", Value: 150, Default: 120, Lowest: 10, Highest: 500 };
 
-Object.assign(globalThis, { fetch: () => Promise.resolve(new Response(JSON.stringify({ Settings: [SETTING] }))) });
+const PLAN = new PlanStore(["A 1", "A 2"]);
+const anything = (): Promise<Response> => Promise.resolve(new Response(JSON.stringify({ Settings: [SETTING] })));
+Object.assign(globalThis, {
+  fetch: (address: string, options?: RequestInit) => (address.startsWith("api/lots/") ? PLAN.fetch(address, options) : anything()),
+});
 const { FlightTab } = await import("../src/ui/flight-tab.ts");
 const { SurveyPanel } = await import("../src/ui/survey-panel.ts");
 const { VideoPanel } = await import("../src/ui/video-panel.ts");
@@ -95,6 +103,18 @@ function lost(changes: Partial<Heartbeat>, silence = 6000): () => Rig {
 function drawing(open: (operator: Operator) => void, ...more: ((operator: Operator) => void)[]): () => Promise<Rig> {
   const setup = { Source: "none" as const, Polygons: [], Holes: [], Area: 0 };
   return asked({ ...ON_GROUND, "Outline Setup": setup }, (operator) => [open, ...more].forEach((each) => each(operator)));
+}
+
+/** The editor of a plan, in which somebody has chosen or drawn something. */
+function planned(use: (plan: PlanEditing) => void, editor = "Anna"): () => Promise<Rig> {
+  return async () => {
+    const rig = flying();
+    PLAN.take(editor);
+    rig.operator.prefer({ name: "Anna" });
+    await rig.operator.plan.begin("lot");
+    use(rig.operator.plan);
+    return rig;
+  };
 }
 
 const QUESTIONS = ["Arm", "Takeoff", "Autonomous Explore", "Return To Launch", "Land", "Resume", "New Survey"] as const;
@@ -189,6 +209,18 @@ const CASES: Case[] = [
   ["the live picture", () => Object.assign(new VideoPanel(), { open: new FakeServer().open }), () => flying()],
   ["the live picture without a camera", () => Object.assign(new VideoPanel(), { open: new FakeServer().open }), () => flying({ Health: [{ Name: "camera", Healthy: false, Reason: `${DRONE} none.` }] })],
   ["a stall", () => Object.assign(new StallCard(), { chosen: 1 }), () => flying({ ...SURVEYED, Options: REFUSED })],
+  ["a plan", () => new PlanPanel(), planned(() => undefined)],
+  ["a plan that another person edits", () => new PlanPanel(), planned(() => undefined, "Ben")],
+  ["a plan with a chosen stall", () => new PlanPanel(), planned((plan) => plan.choose(["A 1"]))],
+  ["a plan with chosen stalls", () => new PlanPanel(), planned((plan) => plan.chooseRow("A"))],
+  ["a plan with a row", () => new PlanPanel(), planned(({ drawing }) => {
+    drawing.use("row");
+    drawing.set({ style: "angled" });
+    for (const place of [[-9, 0], [-9, 9], [-14, 0]] as const) drawing.add(place);
+  })],
+  ["a plan with a stall", () => new PlanPanel(), planned(({ drawing }) => drawing.use("stall"))],
+  ["a plan with an area", () => new PlanPanel(), planned(({ drawing }) => drawing.use("area"))],
+  ["the plan's tools", () => new PlanTools(), planned(() => undefined)],
   ["the stalls", () => new StallsTab(), () => flying(SURVEYED)],
 ];
 
@@ -269,6 +301,8 @@ describe("a name that is read aloud", () => {
     ["set-aside", "set-aside-label"],
     ["last-outline", "last-outline-label"],
     ["remove", "remove-outline"],
+    ["plan-tool-area", "plan-tool-area-aloud"],
+    ["plan-set", "plan-set-size"],
   ] as const;
 
   it("begins with the words on the button, for those who speak to their computer", () =>

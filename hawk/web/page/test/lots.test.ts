@@ -2,6 +2,7 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import { LotsList } from "../src/ui/lots.ts";
+import { welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage, words } from "./stage.ts";
 
@@ -85,6 +86,24 @@ describe("the lots", () => {
       ["api/surveys/s/move", { lot: "b" }],
       ["api/surveys/s/move", { lot: null }],
     ]);
+  });
+
+  it("have their plans corrected on the map, which comes in sight", async () => {
+    const stage = await shown();
+    const opened: string[] = [];
+    const panels: unknown[] = [];
+    stage.part.model.editPlan = (lot) => opened.push(lot);
+    stage.part.addEventListener("open-panel", (event) => panels.push((event as CustomEvent).detail));
+    await stage.press(`Correct the plan of ${HTML}`);
+    assert.deepEqual([opened, panels], [["a"], ["map"]]);
+  });
+
+  it("are changed by operators only", async () => {
+    const rig = flying({ State: "Idle", Armed: false });
+    rig.server.last.say(welcome({ Role: "viewer" }));
+    const stage = new Stage(new LotsList(), rig.operator);
+    await stage.drawn();
+    assert.deepEqual([stage.has("li"), stage.has("li button")], [true, false]);
   });
 
   it("are left out while there are none", async () => {

@@ -16,7 +16,7 @@ const palette = {
   planCase: "#000000",
   asphalt: "#0a0b0c",
   ground: "#141516",
-  veil: "#ff8000", begins: "#0a6a4c", ends: "#a31d17",
+  veil: "#ff8000", begins: "#0a6a4c", ends: "#a31d17", confirmed: "#ff8000",
 };
 
 describe("geometry", () => {

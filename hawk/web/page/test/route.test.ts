@@ -94,7 +94,7 @@ function surface(): { surface: Surface; lines: { colour: string; pixels: number[
   const context = new Proxy(calls, {
     get: (kept, name) => kept[String(name)] ?? (() => undefined),
   }) as unknown as CanvasRenderingContext2D;
-  const palette = { fog: "", grid: "", fence: "fence", zone: "zone", plan: "plan", planCase: "case", asphalt: "", ground: "", veil: "", begins: "#0a6a4c", ends: "#a31d17" };
+  const palette = { fog: "", grid: "", fence: "fence", zone: "zone", plan: "plan", planCase: "case", asphalt: "", ground: "", veil: "", begins: "#0a6a4c", ends: "#a31d17", confirmed: "" };
   return { surface: { context, palette, resolution: 1, rotation: 0, pixel: ([east, north]) => [east, -north] }, lines };
 }
 

@@ -94,7 +94,7 @@ describe("neighbouring stalls", () => {
 
 describe("the stall at a place", () => {
   it("is that in whose turned rectangle it lies, by a finger's breadth", () => {
-    const index = new StallIndex();
+    const index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
     index.put(stall(7, { north: 40, east: -40, angle: Math.PI / 4 }));
     assert.equal(index.at(41.7, -38.3, 0)?.id, 7);
     assert.equal(index.at(41.7, -41.7, 0), null);
@@ -103,7 +103,7 @@ describe("the stall at a place", () => {
   });
 
   it("is the nearer of two, across squares too", () => {
-    const index = new StallIndex();
+    const index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
     index.put(stall(1, { east: SQUARE_M - 0.5 }));
     index.put(stall(2, { east: SQUARE_M + 1 }));
     assert.equal(index.at(0, SQUARE_M + 0.1, 0)?.id, 1);
@@ -111,7 +111,7 @@ describe("the stall at a place", () => {
   });
 
   it("moves with the stall, and goes with it", () => {
-    const index = new StallIndex();
+    const index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
     assert.equal(index.put(stall(1)), true);
     assert.equal(index.put(stall(1, { seen: 9 })), false, "nothing that is drawn changed");
     assert.equal(index.at(0, 0, 0)?.seen, 9);
@@ -124,7 +124,7 @@ describe("the stall at a place", () => {
   });
 
   it("belongs to a square whose picture holds all of it", () => {
-    const index = new StallIndex();
+    const index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
     for (const east of [0, SQUARE_M / 2, SQUARE_M - 0.01]) index.put(stall(east, { east, angle: 0.78, length: 7 }));
     const [square] = index.within([0, 0, 1, 1]);
     const [west, south, eastern, north] = square!.extent;

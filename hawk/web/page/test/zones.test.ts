@@ -233,7 +233,7 @@ describe("zones on the map", () => {
       stroke: () => lines.push({ colour: String(calls.strokeStyle), pixels: [...pixels] }),
     };
     const context = new Proxy(calls, { get: (kept, name) => kept[String(name)] ?? (() => undefined) }) as unknown as CanvasRenderingContext2D;
-    const palette = { fog: "", grid: "", fence: "fence", zone: "zone", plan: "", planCase: "case", asphalt: "", ground: "", veil: "", begins: "#0a6a4c", ends: "#a31d17" };
+    const palette = { fog: "", grid: "", fence: "fence", zone: "zone", plan: "", planCase: "case", asphalt: "", ground: "", veil: "", begins: "#0a6a4c", ends: "#a31d17", confirmed: "" };
     const surface: Surface = { context, palette, resolution: 1, rotation: 0, pixel: ([east, north]) => [east, 100 - north] };
     const corners = [[20, 20], [60, 20], [60, 80], [20, 80]].map(([North, East]) => ({ North: North!, East: East! }));
     const huge = [[-9e6, -9e6], [9e6, -9e6], [9e6, 9e6], [-9e6, 9e6]].map(([North, East]) => ({ North: North!, East: East! }));

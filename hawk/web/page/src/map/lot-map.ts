@@ -16,6 +16,7 @@ import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
 import { GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
+import { PlanEditor, type PlanEditorEvents } from "./plan-editor.ts";
 import { cropExtent, upright } from "./stall-crop.ts";
 import { StallsLayer } from "./stalls-layer.ts";
 import { resize } from "./wide-canvas.ts";
@@ -43,6 +44,8 @@ const EASE_MS = 150;
 const LEAST_FILLED = 0.7;
 /** A click so near to a stall is on it. */
 const HIT_PX = 2;
+/** A hand shakes by so much while it clicks. */
+const MOVE_TOLERANCE_PX = 3;
 const LEAST_TURN_RAD = 0.005;
 /** A finger or mouse button leaves. */
 const ENDED = ["pointerup", "pointercancel"] as const;
@@ -69,6 +72,7 @@ export class LotMap {
   private redrawTimer = 0;
   private lot: Extent | null = null;
   private editor: FenceEditor | null = null;
+  private planEditor: PlanEditor | null = null;
   private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
   private readonly sizeWatch: ResizeObserver;
 
@@ -101,6 +105,7 @@ export class LotMap {
       layers: [this.ground, this.stalls],
       view: this.view,
       controls: [],
+      moveTolerance: MOVE_TOLERANCE_PX,
       interactions: defaultInteractions({ altShiftDragRotate: false, pinchRotate: false }),
     });
     this.overlay.className = "flight";
@@ -126,12 +131,13 @@ export class LotMap {
     this.tiles.recolour(palette);
     this.ground.repaint();
     this.editor?.recolour(palette);
+    this.planEditor?.recolour(palette);
     this.drawOverlay();
   }
 
   /** Shows or hides what lies under the flight. */
   showLayers({ stalls, picture, background }: Layers, plane: LocalPlane | null): void {
-    this.stalls.setVisible(stalls);
+    this.stalls.setVisible(stalls && this.planEditor === null);
     this.tiles.showPictures(picture);
     if (background === this.background.visible && plane === this.background.plane) return;
     Object.assign(this.background, { visible: background, plane });
@@ -161,6 +167,21 @@ export class LotMap {
     return this.editor;
   }
 
+  /** Brings an extent into view as large as it goes, clear of the tools at the edges. */
+  fit([west, south, east, north]: Extent): void {
+    this.leave();
+    this.wanted = [west, south, east, north];
+    this.showWanted(true);
+  }
+
+  /** Opens the editor of a plan; null closes it. */
+  editPlan(events: PlanEditorEvents | null): PlanEditor | null {
+    if (events) this.leave();
+    this.planEditor?.dispose();
+    this.planEditor = events ? new PlanEditor(this.map, readPalette(this.element), events) : null;
+    return this.planEditor;
+  }
+
   /** Brings a ring into view, at once or as soon as the map is shown; nothing happens when it is there already. */
   bringInView(ring: Ring): void {
     this.leave();
@@ -173,11 +194,11 @@ export class LotMap {
     this.leave();
   }
 
-  private showWanted(): void {
+  private showWanted(always = false): void {
     const size = this.map.getSize();
     if (!this.wanted || !size?.[0] || !size[1]) return;
     const inView = covers([0, 0, size[0], size[1]], onScreen(this.sight, this.wanted));
-    if (!inView) this.view.fit(this.wanted, { padding: [76, 68, 60, 68], size });
+    if (always || !inView) this.view.fit(this.wanted, { padding: [76, 68, 60, 68], size });
     this.wanted = null;
   }
 
@@ -280,7 +301,7 @@ export class LotMap {
     for (const ended of ENDED) window.addEventListener(ended, this.released);
     this.map.on("click", (event: MapBrowserEvent) => {
       const [east, north] = event.coordinate;
-      if (east === undefined || north === undefined || this.editor) return;
+      if (east === undefined || north === undefined || this.editor || this.planEditor) return;
       const shown = this.stalls.getVisible();
       this.events.clicked({ North: north, East: east }, shown ? this.stalls.stallAt(north, east, HIT_PX * this.resolution) : null);
     });

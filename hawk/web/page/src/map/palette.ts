@@ -11,6 +11,7 @@ export interface Palette {
   veil: string;
   begins: string;
   ends: string;
+  confirmed: string;
 }
 
 export function readPalette(element: Element): Palette {
@@ -28,6 +29,7 @@ export function readPalette(element: Element): Palette {
     veil: read("--veil"),
     begins: read("--ok"),
     ends: read("--bad"),
+    confirmed: read("--ok"),
   };
 }
 

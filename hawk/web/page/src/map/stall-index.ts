@@ -1,4 +1,3 @@
-import type { Stall } from "../state/map-store.ts";
 import type { Extent, Rectangle } from "./geometry.ts";
 
 /** Side of a square that keeps the stalls whose middle lies in it, metres. */
@@ -6,9 +5,14 @@ export const SQUARE_M = 32;
 /** Half the diagonal of the largest stall that is drawn whole, metres. */
 export const REACH_M = 6;
 
+/** What is indexed: a rectangle with an id. */
+export interface Indexed<Id> extends Rectangle {
+  id: Id;
+}
+
 /** Stalls of one square of the ground. */
-export class StallSquare {
-  readonly stalls = new Map<number, Stall>();
+export class StallSquare<Id, Stall extends Indexed<Id>> {
+  readonly stalls = new Map<Id, Stall>();
   /** All that may be drawn of them: the square and a rim around it. */
   readonly extent: Extent;
   /** Counts the changes. */
@@ -20,10 +24,15 @@ export class StallSquare {
   }
 }
 
-/** Stalls by where they are. */
-export class StallIndex {
-  private readonly squares = new Map<string, StallSquare>();
-  private readonly homes = new Map<number, StallSquare>();
+/** Stalls by where they are. `sameState`: whether two of the same shape look alike. */
+export class StallIndex<Id, Stall extends Indexed<Id>> {
+  private readonly squares = new Map<string, StallSquare<Id, Stall>>();
+  private readonly homes = new Map<Id, StallSquare<Id, Stall>>();
+  private readonly sameState: (one: Stall, other: Stall) => boolean;
+
+  constructor(sameState: (one: Stall, other: Stall) => boolean) {
+    this.sameState = sameState;
+  }
 
   clear(): void {
     this.squares.clear();
@@ -34,7 +43,7 @@ export class StallIndex {
   put(stall: Stall): boolean {
     const home = this.homes.get(stall.id);
     const before = home?.stalls.get(stall.id);
-    if (before && sameLook(before, stall)) {
+    if (before && sameShape(before, stall) && this.sameState(before, stall)) {
       home?.stalls.set(stall.id, stall);
       return false;
     }
@@ -46,7 +55,7 @@ export class StallIndex {
     return true;
   }
 
-  remove(id: number): boolean {
+  remove(id: Id): boolean {
     const home = this.homes.get(id);
     if (!home) return false;
     home.stalls.delete(id);
@@ -56,7 +65,7 @@ export class StallIndex {
   }
 
   /** The squares of which something may be in an extent. */
-  within([west, south, east, north]: Extent): StallSquare[] {
+  within([west, south, east, north]: Extent): StallSquare<Id, Stall>[] {
     return [...this.squares.values()].filter(
       ({ extent, stalls }) => stalls.size > 0 && extent[0] < east && extent[2] > west && extent[1] < north && extent[3] > south,
     );
@@ -71,10 +80,10 @@ export class StallIndex {
     return hit[0] ?? null;
   }
 
-  private square(east: number, north: number): StallSquare {
+  private square(east: number, north: number): StallSquare<Id, Stall> {
     const [column, row] = [Math.floor(east / SQUARE_M), Math.floor(north / SQUARE_M)];
     const name = `${column}/${row}`;
-    const found = this.squares.get(name) ?? new StallSquare(column, row);
+    const found = this.squares.get(name) ?? new StallSquare<Id, Stall>(column, row);
     this.squares.set(name, found);
     return found;
   }
@@ -88,9 +97,8 @@ export function isIn({ north, east, angle, width, length }: Rectangle, atNorth: 
   return along <= length / 2 + tolerance && across <= width / 2 + tolerance;
 }
 
-function sameLook(one: Stall, other: Stall): boolean {
+function sameShape(one: Rectangle, other: Rectangle): boolean {
   return (
-    one.state === other.state &&
     one.north === other.north &&
     one.east === other.east &&
     one.angle === other.angle &&

@@ -3,9 +3,11 @@ import type { FrameState } from "ol/Map.js";
 import type { Stall } from "../state/map-store.ts";
 import { drawMarks, drawStalls } from "./draw-stalls.ts";
 import { type Sight, sightExtent, toPixel } from "./geometry.ts";
-import { StallIndex, type StallSquare } from "./stall-index.ts";
+import { StallIndex, type StallSquare as Square } from "./stall-index.ts";
 import { detailAt } from "./stall-style.ts";
 import { isMoving, northUp, WideCanvas } from "./wide-canvas.ts";
+
+type StallSquare = Square<number, Stall>;
 
 /** A square as it was drawn. */
 interface Kept {
@@ -25,7 +27,7 @@ const SPARE = 48;
  * and while it is zoomed the pictures are stretched until it stands still.
  */
 export class StallsLayer extends Layer {
-  private readonly index = new StallIndex();
+  private readonly index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
   private readonly kept = new Map<StallSquare, Kept>();
   private readonly wide = new WideCanvas("stalls", (context, sight, frame) => this.paint(context, sight, frame));
 

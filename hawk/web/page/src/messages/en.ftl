@@ -569,6 +569,150 @@ here-place = Here: place { $place }
 stalls-of-lot = stalls of the lot
 stalls-of-survey = stalls of the survey
 
+## The plan of a lot, corrected by a person
+
+correct-plan = Correct the plan
+# $name: of the lot
+correct-plan-of = Correct the plan of { $name }
+plan-unanswered = The drone did not answer: the plan could not be read.
+# $name: of the lot
+plan-of = Plan of { $name }
+plan-counts =
+    { $stalls ->
+        [one] 1 stall, { $confirmed } confirmed
+       *[other] { $stalls } stalls, { $confirmed } confirmed
+    }
+# $time: hours and minutes
+plan-you-edit = You edit since { $time }.
+# $who: another person
+plan-other-edits = { $who } edits since { $time }.
+# Name of a person who has given none.
+plan-nameless = Operator
+plan-take-over = Take over
+plan-go-on = Go on editing
+plan-no-edit = Your edit was closed.
+plan-opening = Opens the edit…
+plan-waits =
+    { $steps ->
+        [one] 1 change waits.
+       *[other] { $steps } changes wait.
+    }
+plan-no-answer = The drone does not answer.
+plan-by-gnss = Placed by GNSS alone: the plan may lie some metres off the picture.
+plan-by-itself = There is no map yet: the plan is shown by itself.
+plan-steps-lost =
+    { $steps ->
+        [one] 1 change of the plan was not done.
+       *[other] { $steps } changes of the plan were not done.
+    }
+plan-as-before = The plan is as it was.
+# $version: its number
+plan-closed = The plan is closed as version { $version } of the layout.
+plan-leave = Leave
+plan-leave-aloud = Leave the plan; your edit stays open
+plan-close = Close the edit
+plan-why = Reason, if any
+plan-tools = Plan tools
+plan-tool-choose = Choose
+plan-tool-box = Box
+plan-tool-stall = Add stall
+plan-tool-row = Add row
+plan-tool-area = No stalls
+plan-tool-area-aloud = No stalls: an area without stalls
+plan-redo = Redo
+plan-choose-line =
+    { $pointer ->
+        [finger] Tap stalls; tap twice for a row. Drag what is chosen.
+       *[mouse] Click a stall, with Shift several; double-click for its row; drag with Shift for a box. Drag what is chosen, or use the arrow keys. R turns, Delete removes.
+    }
+plan-box-line = Drag a box over stalls.
+plan-stall-line =
+    { $pointer ->
+        [finger] Tap where the stall is. It snaps to the row beside it.
+       *[mouse] Click where the stall is. It snaps to the row beside it; with Alt it does not.
+    }
+plan-row-begin =
+    { $pointer ->
+        [finger] Tap one end of the row's front.
+       *[mouse] Click one end of the row's front.
+    }
+plan-row-end =
+    { $pointer ->
+        [finger] Tap the other end of the front.
+       *[mouse] Click the other end of the front.
+    }
+plan-row-far =
+    { $pointer ->
+        [finger] Tap on the far side of the row.
+       *[mouse] Click on the far side of the row.
+    }
+plan-row-whole = Change the count, or add the row.
+plan-row-no-room = There is no room for stalls: place the far side farther off.
+plan-area-line =
+    { $pointer ->
+        [finger] Tap the corners of an area that has no stalls. Stalls in it go.
+       *[mouse] Click the corners of an area that has no stalls. Stalls in it go.
+    }
+plan-chosen =
+    { $stalls ->
+        [0] No stall is chosen
+        [one] { $label } is chosen
+       *[other] { $stalls } stalls are chosen
+    }
+plan-row-choice = Row
+plan-row-none = None
+plan-row-all = All stalls
+plan-confirm = Confirm
+plan-confirm-all = Confirm all
+plan-remove = Remove
+plan-kind = Kind
+plan-kind-mixed = Several
+plan-kind-normal = For everybody
+plan-kind-disabled = Disabled persons (D)
+plan-kind-charging = Electric (E)
+plan-kind-parent = Parents (P)
+plan-kind-delivery = Loading (L)
+plan-kind-private = Reserved (R)
+plan-kind-motorcycle = Motorcycles (M)
+plan-kind-staff = Staff (S)
+plan-kind-bus = Buses (B)
+plan-kind-hgv = Lorries (H)
+plan-kind-taxi = Taxis (T)
+plan-more = Size, angle, number
+plan-width = Width, { $unit }
+plan-length = Length, { $unit }
+plan-set = Set
+plan-set-size = Set the size
+plan-turn = Turn by, °
+plan-turn-do = Turn
+plan-parts = Parts
+plan-split = Split
+plan-letter = Row letter
+plan-first = First number
+plan-renumber = Renumber
+plan-bad-number = { $field }: give a number.
+plan-style = Stalls stand
+plan-style-square = square
+plan-style-angled = angled
+plan-style-parallel = parallel
+plan-lean = Lean, °
+plan-double = Two rows, back to back
+plan-count = Count
+plan-count-follows = Count; { $count } by the pitch
+plan-add-row = Add row
+plan-add-row-of =
+    { $stalls ->
+        [one] Add 1 stall
+       *[other] Add { $stalls } stalls
+    }
+plan-back = Take back a place
+plan-area-name = Name of the area, if any
+plan-area-add = Add the area
+plan-areas = Areas without stalls
+plan-area-nameless = Area { $number }
+plan-allow = Allow stalls
+plan-allow-in = Allow stalls in { $name }
+
 ## Battery
 
 battery-for-survey = Battery for the survey

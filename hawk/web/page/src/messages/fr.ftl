@@ -569,6 +569,144 @@ here-place = Ici : position { $place }
 stalls-of-lot = places du parking
 stalls-of-survey = places du relevé
 
+## Le plan d'un parking, corrigé par une personne
+
+correct-plan = Corriger le plan
+correct-plan-of = Corriger le plan : { $name }
+plan-unanswered = Le drone n'a pas répondu : le plan n'a pas pu être lu.
+plan-of = Plan : { $name }
+plan-counts =
+    { $stalls ->
+        [one] { $stalls } place, { $confirmed } confirmée
+       *[other] { $stalls } places, { $confirmed } confirmées
+    }
+plan-you-edit = Vous modifiez depuis { $time }.
+plan-other-edits = { $who } modifie depuis { $time }.
+plan-nameless = Opérateur
+plan-take-over = Prendre la main
+plan-go-on = Continuer
+plan-no-edit = Votre modification a été close.
+plan-opening = Ouverture…
+plan-waits =
+    { $steps ->
+        [one] { $steps } changement attend.
+       *[other] { $steps } changements attendent.
+    }
+plan-no-answer = Le drone ne répond pas.
+plan-by-gnss = Placé par GNSS seul : le plan peut être décalé de quelques mètres sur l'image.
+plan-by-itself = Pas encore de carte : le plan est affiché seul.
+plan-steps-lost =
+    { $steps ->
+        [one] { $steps } changement du plan n'a pas été fait.
+       *[other] { $steps } changements du plan n'ont pas été faits.
+    }
+plan-as-before = Le plan est inchangé.
+plan-closed = Le plan est clos : version { $version } du tracé.
+plan-leave = Quitter
+plan-leave-aloud = Quitter le plan ; votre modification reste ouverte
+plan-close = Clore
+plan-why = Motif, s'il y en a un
+plan-tools = Outils du plan
+plan-tool-choose = Choisir
+plan-tool-box = Cadre
+plan-tool-stall = Place
+plan-tool-row = Rangée
+plan-tool-area = Sans places
+plan-tool-area-aloud = Sans places : une zone sans places
+plan-redo = Rétablir
+plan-choose-line =
+    { $pointer ->
+        [finger] Touchez des places ; deux fois pour la rangée. Faites glisser ce qui est choisi.
+       *[mouse] Cliquez sur une place, avec Maj sur plusieurs ; double-cliquez pour sa rangée ; glissez avec Maj pour un cadre. Faites glisser ce qui est choisi, ou utilisez les flèches. R tourne, Suppr enlève.
+    }
+plan-box-line = Tracez un cadre sur des places.
+plan-stall-line =
+    { $pointer ->
+        [finger] Touchez le lieu de la place. Elle s'aligne sur la rangée voisine.
+       *[mouse] Cliquez sur le lieu de la place. Elle s'aligne sur la rangée voisine, sauf avec Alt.
+    }
+plan-row-begin =
+    { $pointer ->
+        [finger] Touchez un bout de l'avant de la rangée.
+       *[mouse] Cliquez sur un bout de l'avant de la rangée.
+    }
+plan-row-end =
+    { $pointer ->
+        [finger] Touchez l'autre bout de l'avant.
+       *[mouse] Cliquez sur l'autre bout de l'avant.
+    }
+plan-row-far =
+    { $pointer ->
+        [finger] Touchez le côté opposé de la rangée.
+       *[mouse] Cliquez sur le côté opposé de la rangée.
+    }
+plan-row-whole = Changez le nombre, ou ajoutez la rangée.
+plan-row-no-room = Trop peu d'espace : placez le côté opposé plus loin.
+plan-area-line =
+    { $pointer ->
+        [finger] Touchez les sommets d'une zone sans places. Ses places disparaissent.
+       *[mouse] Cliquez sur les sommets d'une zone sans places. Ses places disparaissent.
+    }
+plan-chosen =
+    { $stalls ->
+        [0] Aucune place choisie
+        [one] { $label } est choisie
+       *[other] { $stalls } places choisies
+    }
+plan-row-choice = Rangée
+plan-row-none = Aucune
+plan-row-all = Toutes les places
+plan-confirm = Confirmer
+plan-confirm-all = Confirmer tout
+plan-remove = Enlever
+plan-kind = Type
+plan-kind-mixed = Plusieurs
+plan-kind-normal = Pour tous
+plan-kind-disabled = Handicapés (D)
+plan-kind-charging = Électrique (E)
+plan-kind-parent = Parents (P)
+plan-kind-delivery = Livraison (L)
+plan-kind-private = Réservé (R)
+plan-kind-motorcycle = Motos (M)
+plan-kind-staff = Personnel (S)
+plan-kind-bus = Bus (B)
+plan-kind-hgv = Poids lourds (H)
+plan-kind-taxi = Taxis (T)
+plan-more = Taille, angle, numéro
+plan-width = Largeur, { $unit }
+plan-length = Longueur, { $unit }
+plan-set = Fixer
+plan-set-size = Fixer la taille
+plan-turn = Tourner de, °
+plan-turn-do = Tourner
+plan-parts = Parties
+plan-split = Diviser
+plan-letter = Lettre
+plan-first = Premier numéro
+plan-renumber = Renuméroter
+plan-bad-number = { $field } : donnez un nombre.
+plan-style = Places
+plan-style-square = en bataille
+plan-style-angled = en épi
+plan-style-parallel = en créneau
+plan-lean = Inclinaison, °
+plan-double = Deux rangées dos à dos
+plan-count = Nombre
+plan-count-follows = Nombre ; { $count } selon le pas
+plan-add-row = Ajouter la rangée
+plan-add-row-of =
+    { $stalls ->
+        [one] Ajouter { $stalls } place
+       *[other] Ajouter { $stalls } places
+    }
+plan-back = Retirer un point
+plan-area-name = Nom de la zone, s'il y en a un
+plan-area-add = Ajouter la zone
+plan-areas = Zones sans places
+plan-area-nameless = Zone { $number }
+plan-allow = Permettre
+plan-allow-in = Permettre des places : { $name }
+
 ## Batterie
 
 battery-for-survey = Batterie pour le relevé

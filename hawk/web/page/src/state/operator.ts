@@ -17,6 +17,7 @@ import { type MapChange, MapStore } from "./map-store.ts";
 import { MotorCut } from "./motor-cut.ts";
 import { OutlineEditing } from "./outline-edit.ts";
 import { Picture } from "./picture.ts";
+import { PlanEditing } from "./plan-edit.ts";
 import { type Moment, PlotHistory } from "./plot-history.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
 import type { Question } from "./question.ts";
@@ -65,6 +66,7 @@ export class Operator extends EventTarget {
   readonly cut: MotorCut;
   readonly fence: FenceEditing;
   readonly outline: OutlineEditing;
+  readonly plan: PlanEditing;
   readonly measure = new Measure(() => this.changed());
   readonly controlling: Controlling;
   /** The route to the place that is asked about, where the drone plans one. */
@@ -120,6 +122,12 @@ export class Operator extends EventTarget {
       send: (command) => this.commands.send(command),
       changed: () => this.changed(),
       showToast: (text, level, quoted) => this.toasts.show({ level, text, ...(quoted ? { quoted } : {}) }),
+      timers: outside.timers,
+    });
+    this.plan = new PlanEditing({
+      who: () => [this.preferences.name, this.flight.heartbeat?.["Own Name"]].find((name) => name) ?? say("plan-nameless"),
+      changed: () => this.changed(),
+      showToast: (text, level) => this.toasts.show({ level, text }),
       timers: outside.timers,
     });
     this.outline = new OutlineEditing({
@@ -213,8 +221,15 @@ export class Operator extends EventTarget {
     this.outline.begin();
   }
 
+  /** Opens the editor of a lot's plan, on the ground and in flight. */
+  editPlan(lot: string): void {
+    if (this.drawing !== null) return;
+    this.leaveMap();
+    void this.plan.begin(lot);
+  }
+
   private canDraw(): boolean {
-    return this.drawing === null && FENCE_STATES.has(this.flight.heartbeat?.State ?? "");
+    return this.drawing === null && !this.plan.open && FENCE_STATES.has(this.flight.heartbeat?.State ?? "");
   }
 
   /** Nothing is asked, and the map is pointed at for nothing. */
@@ -234,7 +249,7 @@ export class Operator extends EventTarget {
 
   /** Begins to measure, in place of what else the map is pointed at for. */
   beginMeasure(): void {
-    if (this.drawing) return;
+    if (this.drawing || this.plan.open) return;
     if (this.picking || this.question?.about === "move") this.ask(null);
     this.measure.begin();
   }
@@ -274,7 +289,7 @@ export class Operator extends EventTarget {
     else if (this.question) this.ask(null);
     else if (this.picking) this.pick(false);
     else if (this.measure.open) this.measure.end();
-    else return false;
+    else return this.plan.back();
     return true;
   }
 

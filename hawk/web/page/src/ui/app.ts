@@ -10,6 +10,7 @@ import { icon } from "./icons.ts";
 import { actOnKey } from "./keys.ts";
 import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
+import { undoByKey } from "./plan-keys.ts";
 import { RedrawOnChange } from "./redraw-on-change.ts";
 import "./action-bar.ts";
 import "./control-note.ts";
@@ -21,6 +22,7 @@ import "./kill-dialog.ts";
 import "./link-banner.ts";
 import "./map-panel.ts";
 import "./more-actions.ts";
+import "./plan-panel.ts";
 import "./survey-panel.ts";
 import "./tabs.ts";
 import "./video-panel.ts";
@@ -74,7 +76,7 @@ export class App extends LitElement {
   override render(): TemplateResult {
     const model = this.model;
     const simulated = model.flight.welcome?.Simulation === true;
-    const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
+    const main = [this.swapped ? "swapped" : "", this.survey || model.plan.open ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
     return html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>
       ${simulated ? html`<div class="simline" role="region" aria-label=${say("simulation")}><b>${say("simulation-mark")}</b> ${say("no-real-drone")}</div>` : nothing}
       <hawk-glance .model=${model}></hawk-glance>
@@ -87,7 +89,9 @@ export class App extends LitElement {
         <hawk-map .model=${model}></hawk-map>
         <hawk-video .model=${model}></hawk-video>
         <aside class="side">
-          ${this.survey
+          ${model.plan.open
+            ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>`
+            : this.survey
             ? html`<hawk-survey .model=${model}></hawk-survey>`
             : html`<hawk-counts .model=${model}></hawk-counts>
                 <hawk-tabs .model=${model} .chosen=${this.tab}></hawk-tabs>`}
@@ -118,6 +122,7 @@ export class App extends LitElement {
   }
 
   private readonly key = (event: KeyboardEvent): void => {
+    undoByKey(event, this.model);
     leaveByEscape(event, this.model, () => (this.panel = "none"));
     actOnKey(event, this.model, (action) => this.open(action));
   };

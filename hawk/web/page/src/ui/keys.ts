@@ -29,7 +29,8 @@ function actOn(model: Operator, name: KeyAction): void {
   if (action?.kind === "possible") startAction(model, action);
 }
 
-function isTyping(target: EventTarget | null): boolean {
+/** Whether keys are text there. */
+export function isTyping(target: EventTarget | null): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target instanceof HTMLInputElement) return !NO_TEXT.has(target.type);
   return target.closest("textarea, select, [contenteditable]") !== null;

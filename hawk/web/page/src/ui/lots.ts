@@ -46,7 +46,20 @@ export class LotsList extends Part {
   private row(lot: Lot): TemplateResult {
     const seen = lot.lastSeen === null ? "" : say("lot-seen", { when: format.day(lot.lastSeen) });
     return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.surveys })} ${seen}</span></span>
-      ${this.mayChange() ? html`<button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>` : nothing}`;
+      ${this.mayChange() ? this.changing(lot) : nothing}`;
+  }
+
+  private changing(lot: Lot): TemplateResult {
+    return html`<span class="choices">
+      <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${this.model.plan.open || this.model.drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
+      <button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>
+    </span>`;
+  }
+
+  /** The map comes in sight for it. */
+  private correct(lot: Lot): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "map", bubbles: true }));
+    this.model.editPlan(lot.id);
   }
 
   private form(lot: Lot): TemplateResult {

@@ -5,6 +5,8 @@ import { dronePlace, shownChanges, shownFence, shownOutline } from "../map/fence
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
 import { scaleBar, toCoordinate } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
+import { PlanOnMap } from "../map/plan-on-map.ts";
+import type { LotFrame } from "../plan/frame.ts";
 import type { Point, Welcome } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
@@ -26,6 +28,7 @@ import "./fence-tools.ts";
 import "./map-tools.ts";
 import "./measure-bar.ts";
 import "./move-fields.ts";
+import "./plan-tools.ts";
 import "./stall-card.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
@@ -42,6 +45,7 @@ export class MapPanel extends Part {
   @state() private selected: number | null = null;
   private lot: LotMap | null = null;
   private fence: FenceOnMap | null = null;
+  private plan: PlanOnMap | null = null;
   private wasFlying = false;
   private measuring = false;
   private changes: ShownChanges | null = null;
@@ -56,6 +60,7 @@ export class MapPanel extends Part {
       looking: (looking) => (this.looking = looking),
     });
     this.fence = new FenceOnMap(this.lot, this.model);
+    this.plan = new PlanOnMap(this.lot, this.model);
     this.model.addEventListener("map", this.mapChanged);
     this.model.addEventListener("stall", this.stallWanted);
     new ResizeObserver(() => this.requestUpdate()).observe(this.holder);
@@ -72,13 +77,19 @@ export class MapPanel extends Part {
   /** Class of the ground at a place, for what is to be confirmed. */
   readonly classAt = (place: Point): number => this.lot?.classAt(place) ?? 0;
 
+  /** By what the plan that is corrected lies on the map. */
+  get planPlaced(): LotFrame["by"] {
+    return this.plan?.frame.by ?? "own";
+  }
+
   override render(): TemplateResult {
     const view = this.model.view();
     const fencing = this.model.drawing !== null;
     const measuring = this.model.measure.open;
-    return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label=${say("map")}>
+    const planning = this.model.plan.open;
+    return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""} ${planning ? this.planClass() : ""}" aria-label=${say("map")} @keydown=${this.planKey}>
       <div class="ol" tabindex="0" role="application" aria-label=${say("map-of-lot")} @keydown=${this.key}></div>
-      ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
+      ${planning ? html`<hawk-plan-tools .model=${this.model}></hawk-plan-tools>` : nothing} ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
       ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure> <hawk-move-fields .model=${this.model}></hawk-move-fields>
     </section>`;
   }
@@ -91,6 +102,7 @@ export class MapPanel extends Part {
     }
     const view = this.model.view();
     this.fence?.update();
+    this.plan?.update();
     const { layers } = this.model.preferences;
     this.lot?.showLayers(layers, this.model.flight.plane);
     const { measure, preferences } = this.model;
@@ -148,7 +160,7 @@ export class MapPanel extends Part {
       zones: fence.zones,
       zoneLimits: fence.zoneLimits,
       outline: this.model.outline.open ? [] : shownOutline(this.model.outline.setup, plane),
-      trail: this.model.flight.trail,
+      trail: this.model.plan.open ? [] : this.model.flight.trail,
       route: lost ? [] : heartbeat.Route,
       target: lost ? null : heartbeat.Target,
       home: heartbeat.Home,
@@ -192,6 +204,28 @@ export class MapPanel extends Part {
     if (event.key === "Enter" && (picking || measure.open) && this.lot) this.clicked(this.lot.centre, null);
     if (event.key === "Backspace" && measure.open) measure.back();
   };
+
+  /** Places are pointed at for what is drawn, stalls with a plain hand. */
+  private planClass(): string {
+    const { tool } = this.model.plan.drawing;
+    return tool === "choose" ? "planning" : "planning picking";
+  }
+
+  /** The editor's own keys go neither to the map nor to the flight. */
+  private readonly planKey = {
+    capture: true,
+    handleEvent: (event: KeyboardEvent): void => {
+      const isMap = event.target === this.holder || this.holder.contains(event.target as Node);
+      if (!this.model.plan.open || !isMap || this.isPointing() || this.plan?.key(event) !== true) return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+  };
+
+  /** Whether a click on the map is for the flight. */
+  private isPointing(): boolean {
+    return this.model.picking || this.model.question?.about === "move";
+  }
 
   private fenceTools(): TemplateResult {
     return html`<hawk-fence-tools

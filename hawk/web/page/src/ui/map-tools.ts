@@ -56,7 +56,7 @@ export class MapTools extends Part {
 
   /** On small pages it has no room beside the map, and is in the panel. */
   private measureButton(place: "roomy" | "wide"): TemplateResult {
-    const { measure, drawing } = this.model;
+    const { measure, drawing, plan } = this.model;
     const begin = (): void => {
       this.open = false;
       if (measure.open) measure.end();
@@ -66,7 +66,7 @@ export class MapTools extends Part {
       aria-label=${say("measure")}
       title=${say("measure")}
       aria-pressed=${measure.open}
-      ?disabled=${drawing !== null}
+      ?disabled=${drawing !== null || plan.open}
       class="${place} ${measure.open ? "on" : ""}"
       @click=${begin}
     >

@@ -3,6 +3,7 @@ import { customElement, state } from "lit/decorators.js";
 import { say } from "../words/say.ts";
 import { stallRows } from "../words/stall-rows.ts";
 import { Part } from "./element.ts";
+import "./lots.ts";
 
 /** Lines that are added at a time. */
 const PAGE = 50;
@@ -15,11 +16,13 @@ export class StallsTab extends Part {
 
   override render(): TemplateResult {
     const { map, flight } = this.model;
-    if (map.stalls.size === 0) return html`<p class="empty sub">${say("no-stall-yet")}</p>`;
+    const lots = html`<hawk-lots .model=${this.model}></hawk-lots>`;
+    if (map.stalls.size === 0) return html`<div class="scroll">${lots}<p class="empty sub">${say("no-stall-yet")}</p></div>`;
     const { now, units } = this.model.view();
     const timeOf = (at: number): number | null => this.model.daemonClock.timeOfDay(at, this.model.seconds(), now);
     const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, timeOf, units, this.shown);
     return html`<div class="scroll" tabindex="0" role="region" aria-label=${say("stalls-as-table")}>
+      ${lots}
       <table class="stalls">
         <caption class="sub">${say("stalls-caption", { stalls: map.stalls.size })}</caption>
         <thead>

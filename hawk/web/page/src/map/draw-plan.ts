@@ -1,0 +1,152 @@
+import { FONT_FAMILY } from "../font.ts";
+import { type Kind, MARKS } from "../plan/values.ts";
+import { type Coordinate, corners, type Rectangle, type Sight, toPixel } from "./geometry.ts";
+import type { Palette } from "./palette.ts";
+import { inset } from "./stall-style.ts";
+import { path } from "./surface.ts";
+
+/** A stall of the plan on the map. */
+export interface PlanShape extends Rectangle {
+  id: string;
+  label: string;
+  kind: Kind;
+  confirmed: boolean;
+  chosen: boolean;
+}
+
+/** What is drawn over the plan: stalls that are to be, a line or a ring of places, a box, stalls that vision saw. */
+export interface Sketch {
+  shapes: readonly Rectangle[];
+  places: readonly Coordinate[];
+  isArea: boolean;
+  box: readonly Coordinate[];
+}
+
+export const NO_SKETCH: Sketch = { shapes: [], places: [], isArea: false, box: [] };
+
+/** Metres a pixel up to which there is room for labels, marks, and for the casing of lines. */
+const LABELLED = 0.06;
+const MARKED = 0.16;
+const CASED = 0.3;
+const FOUND_DASH = [5, 3];
+const SEEN_DASH = [1.5, 3];
+
+/** Draws the plan's stalls, all of a look at once: found ones dashed, confirmed ones solid, chosen ones filled. */
+export function drawPlan(context: CanvasRenderingContext2D, stalls: readonly PlanShape[], sight: Sight, palette: Palette): void {
+  const found = stalls.filter((each) => !each.confirmed && !each.chosen);
+  const confirmed = stalls.filter((each) => each.confirmed && !each.chosen);
+  const chosen = stalls.filter((each) => each.chosen);
+  drawLook(context, found, sight, { colour: palette.plan, casing: palette.planCase, dash: FOUND_DASH, width: 1.5 });
+  drawLook(context, confirmed, sight, { colour: palette.confirmed, casing: palette.planCase, dash: [], width: 2, fill: `${palette.confirmed}38` });
+  drawLook(context, chosen, sight, { colour: palette.plan, casing: palette.planCase, dash: [], width: 3, fill: `${palette.plan}66` });
+  if (sight.resolution <= MARKED) for (const stall of stalls) drawWords(context, stall, sight, palette);
+}
+
+/** Draws what vision saw and the plan lacks: dotted. */
+export function drawSeen(context: CanvasRenderingContext2D, found: readonly Rectangle[], sight: Sight, palette: Palette): void {
+  drawLook(context, found, sight, { colour: palette.planCase, casing: palette.fence, dash: SEEN_DASH, width: 1.5 });
+}
+
+/** Draws an area without stalls. */
+export function drawArea(context: CanvasRenderingContext2D, ring: readonly Coordinate[], sight: Sight, palette: Palette): void {
+  if (ring.length < 2) return;
+  path(context, ring.map((place) => toPixel(sight, place)), true);
+  context.fillStyle = `${palette.zone}33`;
+  context.fill();
+  strokeCased(context, palette.zone, palette.planCase, 2, [8, 4]);
+}
+
+export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
+  const { shapes, places, isArea, box } = sketch;
+  drawLook(context, shapes, sight, { colour: palette.plan, casing: palette.planCase, dash: [], width: 2, fill: `${palette.plan}40` });
+  const pixels = places.map((place) => toPixel(sight, place));
+  if (isArea) drawArea(context, places, sight, palette);
+  else if (pixels.length > 1) {
+    path(context, pixels.slice(0, 2));
+    strokeCased(context, palette.plan, palette.planCase, 3, []);
+  }
+  for (const [x, y] of pixels) drawDot(context, x, y, isArea ? palette.zone : palette.plan, palette.planCase);
+  if (box.length === 0) return;
+  path(context, box.map((place) => toPixel(sight, place)), true);
+  context.fillStyle = `${palette.plan}1f`;
+  context.fill();
+  strokeCased(context, palette.plan, palette.planCase, 1.5, [6, 4]);
+}
+
+interface Look {
+  colour: string;
+  casing: string;
+  dash: number[];
+  width: number;
+  fill?: string;
+}
+
+function drawLook(context: CanvasRenderingContext2D, shapes: readonly Rectangle[], sight: Sight, { colour, casing, dash, width, fill }: Look): void {
+  if (shapes.length === 0) return;
+  context.beginPath();
+  for (const shape of shapes) {
+    corners(inset(shape, width, sight.resolution)).forEach((corner, index) => {
+      const [x, y] = toPixel(sight, corner);
+      if (index === 0) context.moveTo(x, y);
+      else context.lineTo(x, y);
+    });
+    context.closePath();
+  }
+  if (fill !== undefined) {
+    context.fillStyle = fill;
+    context.fill();
+  }
+  if (sight.resolution <= CASED) strokeCased(context, colour, casing, width, dash);
+  else strokeOnce(context, colour, 1, []);
+}
+
+function strokeCased(context: CanvasRenderingContext2D, colour: string, casing: string, width: number, dash: number[]): void {
+  strokeOnce(context, casing, width + 2, []);
+  strokeOnce(context, colour, width, dash);
+}
+
+function strokeOnce(context: CanvasRenderingContext2D, colour: string, width: number, dash: number[]): void {
+  context.setLineDash(dash);
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function drawDot(context: CanvasRenderingContext2D, x: number, y: number, colour: string, casing: string): void {
+  context.beginPath();
+  context.arc(x, y, 6, 0, 2 * Math.PI);
+  context.fillStyle = casing;
+  context.fill();
+  strokeOnce(context, colour, 3, []);
+}
+
+/** The mark of a kind in a disc, and the label where there is room. */
+function drawWords(context: CanvasRenderingContext2D, stall: PlanShape, sight: Sight, palette: Palette): void {
+  const isLabelled = sight.resolution <= LABELLED;
+  const mark = MARKS[stall.kind];
+  if (!isLabelled && mark === "") return;
+  const [x, y] = toPixel(sight, [stall.east, stall.north]);
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  if (mark !== "") {
+    const size = Math.min(11, Math.max(7, (stall.width * 0.3) / sight.resolution));
+    context.beginPath();
+    context.arc(x, y, size, 0, 2 * Math.PI);
+    context.fillStyle = palette.plan;
+    context.fill();
+    strokeOnce(context, palette.planCase, 1.5, []);
+    context.fillStyle = palette.planCase;
+    context.font = `700 ${Math.round(size * 1.3)}px ${FONT_FAMILY}`;
+    context.fillText(mark, x, y + 0.5);
+  }
+  if (!isLabelled) return;
+  const below = mark === "" ? y : y + 20;
+  context.font = `600 12px ${FONT_FAMILY}`;
+  context.strokeStyle = palette.planCase;
+  context.lineWidth = 3;
+  context.lineJoin = "round";
+  context.strokeText(stall.label, x, below);
+  context.fillStyle = stall.confirmed && !stall.chosen ? palette.confirmed : palette.plan;
+  context.fillText(stall.label, x, below);
+}

@@ -1,0 +1,107 @@
+import Layer from "ol/layer/Layer.js";
+import type { FrameState } from "ol/Map.js";
+import { drawArea, drawPlan, drawSeen, drawSketch, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
+import { type Coordinate, type Extent, type Rectangle, sightExtent } from "./geometry.ts";
+import type { Palette } from "./palette.ts";
+import { StallIndex } from "./stall-index.ts";
+import { WideCanvas } from "./wide-canvas.ts";
+
+/** A plan on the map: its stalls, areas without stalls, and what vision saw besides; over them what is being drawn. */
+export class PlanLayer extends Layer {
+  palette: Palette;
+  private readonly index = new StallIndex<string, PlanShape>(
+    (one, other) => one.chosen === other.chosen && one.confirmed === other.confirmed && one.kind === other.kind && one.label === other.label,
+  );
+  private areas: readonly (readonly Coordinate[])[] = [];
+  private seen: readonly Rectangle[] = [];
+  private sketch = NO_SKETCH;
+  private readonly holder = document.createElement("div");
+  private readonly wide = new WideCanvas("plan", (context, sight) => {
+    drawSeen(context, this.seen, sight, this.palette);
+    const shown = this.index.within(sightExtent(sight)).flatMap((square) => [...square.stalls.values()]);
+    for (const ring of this.areas) drawArea(context, ring, sight, this.palette);
+    drawPlan(context, shown, sight, this.palette);
+  });
+  private readonly over = new WideCanvas("plan", (context, sight) => drawSketch(context, this.sketch, sight, this.palette));
+
+  constructor(palette: Palette) {
+    super({});
+    this.palette = palette;
+    this.holder.append(this.wide.holder, this.over.holder);
+  }
+
+  clear(): void {
+    this.index.clear();
+    this.touch();
+  }
+
+  put(stalls: Iterable<PlanShape>): void {
+    let changed = false;
+    for (const stall of stalls) changed = this.index.put(stall) || changed;
+    if (changed) this.touch();
+  }
+
+  remove(ids: Iterable<string>): void {
+    let changed = false;
+    for (const id of ids) changed = this.index.remove(id) || changed;
+    if (changed) this.touch();
+  }
+
+  showAreas(areas: readonly (readonly Coordinate[])[], seen: readonly Rectangle[]): void {
+    this.areas = areas;
+    this.seen = seen;
+    this.touch();
+  }
+
+  draw(sketch: Sketch): void {
+    if (sketch === this.sketch) return;
+    this.sketch = sketch;
+    this.over.touch();
+    this.changed();
+  }
+
+  /** The stall at a place, or so near to it (metres). */
+  at([east, north]: Coordinate, tolerance: number): PlanShape | null {
+    return this.index.at(north, east, tolerance);
+  }
+
+  /** Stalls of which something may be in an extent. */
+  within(extent: Extent): PlanShape[] {
+    return this.index.within(extent).flatMap((square) => [...square.stalls.values()]);
+  }
+
+  /** Stalls whose middle is in a ring. */
+  inRing(ring: readonly Coordinate[], extent: Extent): PlanShape[] {
+    return this.within(extent).filter(({ east, north }) => isInside(ring, [east, north]));
+  }
+
+  recolour(palette: Palette): void {
+    this.palette = palette;
+    this.over.touch();
+    this.touch();
+  }
+
+  override render(frame: FrameState | null): HTMLElement {
+    if (frame) {
+      this.wide.show(frame);
+      this.over.show(frame);
+    }
+    return this.holder;
+  }
+
+  private touch(): void {
+    this.wide.touch();
+    this.changed();
+  }
+}
+
+/** Whether a place is in a ring, by how often a line to the east crosses it. */
+export function isInside(ring: readonly Coordinate[], [east, north]: Coordinate): boolean {
+  let inside = false;
+  ring.forEach(([here, low], index) => {
+    const [there, high] = ring[(index + 1) % ring.length] ?? [here, low];
+    if (low > north !== high > north && east < here + ((north - low) * (there - here)) / (high - low)) inside = !inside;
+  });
+  return inside;
+}
+

@@ -1,0 +1,116 @@
+import type { Operation, PlanStall } from "../src/plan/values.ts";
+
+interface Edit {
+  edit: string;
+  who: string;
+  since: string;
+}
+
+/** The drone's store of one lot as a page sees it through fetch: it removes, moves and confirms. */
+export class PlanStore {
+  stalls = new Map<string, PlanStall>();
+  revision = 0;
+  open: Edit | null = null;
+  /** What was asked, in its order. */
+  readonly asked: [path: string, body: Record<string, unknown>][] = [];
+  readonly steps: Operation[] = [];
+  /** The next answers in place of the store's own: "lost" after it was done, "down" before, or a refusal. */
+  readonly next: ("lost" | "down" | { status: number; body: object })[] = [];
+  private readonly before: Map<string, PlanStall>[] = [];
+  private readonly after: Map<string, PlanStall>[] = [];
+  private count = 0;
+
+  constructor(labels: readonly string[]) {
+    labels.forEach((label, index) => {
+      const shape = { north: 0, east: 2.5 * index, angle: 0, width: 2.5, length: 5 };
+      this.stalls.set(label, { id: label, label, ...shape, kind: "", is_confirmed: false });
+    });
+  }
+
+  /** Another person takes the plan over. */
+  take(who: string): void {
+    this.count += 1;
+    this.open = { edit: `edit-${this.count}`, who, since: "2026-05-04T10:30:00Z" };
+  }
+
+  change(operation: Operation): void {
+    this.steps.push(operation);
+    this.before.push(new Map(this.stalls));
+    this.after.length = 0;
+    const ids = "all" in operation ? [...this.stalls.keys()] : "stalls" in operation ? operation.stalls : [];
+    for (const id of ids) this.changeOne(id, operation);
+    this.revision += 1;
+  }
+
+  readonly fetch = async (address: string | URL | Request, options?: RequestInit): Promise<Response> => {
+    await Promise.resolve();
+    const path = (address as string).replace(/^api\/lots\/lot\/?/, "");
+    if (options?.method !== "POST") return this.read(path);
+    const body = JSON.parse(options.body as string) as Record<string, unknown>;
+    this.asked.push([path, body]);
+    const next = this.next.shift();
+    if (next === "down") throw new TypeError("no link");
+    if (next !== undefined && next !== "lost") return Response.json(next.body, { status: next.status });
+    const answer = this.act(path, body);
+    if (next === "lost") throw new TypeError("no link");
+    return answer;
+  };
+
+  private read(path: string): Response {
+    if (this.next[0] === "down") {
+      this.next.shift();
+      throw new TypeError("no link");
+    }
+    if (path === ".json") return Response.json({ id: "lot", name: "Lot 1", datum: [48, 11], surveys: [], newest_registered: null });
+    const edit = this.open && { who: this.open.who, since: this.open.since };
+    return Response.json({ lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [] });
+  }
+
+  private act(path: string, body: Record<string, unknown>): Response {
+    if (path === "edit") return this.begin(body);
+    if (this.open?.edit !== body.edit) {
+      const who = this.open ? { who: this.open.who, since: this.open.since } : {};
+      return Response.json({ field: "edit", reason: "it was closed", ...who }, { status: 409 });
+    }
+    if (path === "edit/close") {
+      this.open = null;
+      return Response.json({ seq: 1, layout: this.steps.length > 0 ? 2 : null });
+    }
+    if (path === "plan") this.change(body.operation as Operation);
+    else if (!this.step(path)) return Response.json({ field: "edit", reason: "nothing of it is left to undo" }, { status: 409 });
+    return Response.json(this.done());
+  }
+
+  private begin({ who, take_over }: Record<string, unknown>): Response {
+    if (this.open && this.open.who !== who && take_over !== true) {
+      return Response.json({ field: "", reason: "another edits", who: this.open.who, since: this.open.since }, { status: 409 });
+    }
+    if (this.open?.who !== who) this.take(who as string);
+    return Response.json({ ...this.open, undo: this.before.length, redo: this.after.length });
+  }
+
+  private step(path: string): boolean {
+    const [from, to] = path === "plan/undo" ? [this.before, this.after] : [this.after, this.before];
+    const stalls = from.pop();
+    if (!stalls) return false;
+    to.push(this.stalls);
+    this.stalls = stalls;
+    this.revision += 1;
+    return true;
+  }
+
+  private changeOne(id: string, operation: Operation): void {
+    const stall = this.stalls.get(id);
+    if (!stall) return;
+    if (operation.do === "remove") this.stalls.delete(id);
+    if (operation.do === "confirm") this.stalls.set(id, { ...stall, is_confirmed: true });
+    if (operation.do === "move") this.stalls.set(id, { ...stall, north: stall.north + operation.north, east: stall.east + operation.east });
+  }
+
+  private done(): object {
+    const every = new Set([...this.stalls.keys(), ...this.before.flatMap((stalls) => [...stalls.keys()])]);
+    const gone = [...every].filter((id) => !this.stalls.has(id));
+    const left = { undo: this.before.length, redo: this.after.length };
+    return { edit: this.open?.edit, revision: this.revision, stalls: [...this.stalls.values()], gone, zones: [], ...left };
+  }
+}

@@ -1,0 +1,315 @@
+"""A lot's plan corrected by clicks, keys and taps, over the real store: each change is found in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+from playwright.async_api import Browser, Locator, Page, expect
+
+from hawk.lots.database import Database
+from hawk.lots.saving import save
+from hawk.lots.store import FILE
+from hawk.model.poses import GlobalPose
+from tests.e2e.hands import button, is_within, press, shows
+from tests.e2e.test_fence_by_clicks import take_off
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.watching import watch
+from tests.integration.daemon_support import LOW_HEIGHTS, over_a_picture
+from tests.unit.lots.surveys import box, survey
+
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
+
+DESK, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
+HERE = GlobalPose(43.2607, -79.9189, 0.0)
+"""Beside the place where hawk-sim's drone stands."""
+PIXEL = """([North, East]) => {
+  const map = document.querySelector("hawk-map");
+  const { left, top } = map.querySelector(".ol").getBoundingClientRect();
+  const [x, y] = map.lot.pixelOf({ North, East });
+  return [left + x, top + y];
+}"""
+"""Where a place (metres north and east) is on the screen."""
+Stall = Mapping[str, Any]
+
+
+class Store:
+    """The store of lots as programs see it."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+
+    async def get(self, path: str) -> Any:
+        async with aiohttp.ClientSession() as session, session.get(self.address + path) as answer:
+            return await answer.json()
+
+    async def lot(self) -> Any:
+        lots = (await self.get("api/lots.json"))["lots"]
+        return await self.get(f"api/lots/{lots[0]['id']}.json")
+
+    async def stalls(self) -> dict[str, Stall]:
+        return {each["label"]: each for each in (await self.lot())["stalls"]}
+
+
+async def opened(browser: Browser, address: str, name: str = "Ann", size: Any = DESK, **context: Any) -> Page:
+    """Open the page and the editor of the only lot."""
+    page = await (await browser.new_context(viewport=size, **context)).new_page()
+    await page.add_init_script(path=AXE)
+    stored = f"JSON.stringify({{theme: 'light', name: '{name}'}})"
+    await page.add_init_script(f"localStorage.setItem('hawk-page', localStorage.getItem('hawk-page') ?? {stored})")
+    await page.goto(address)
+    await expect(page.locator("hawk-glance").get_by_role("status")).not_to_be_empty()
+    return page
+
+
+async def open_editor(page: Page) -> None:
+    """Open the editor of the lot from the table of stalls."""
+    tab = page.get_by_role("tab", name=re.compile("^(Stalls|Places)$")).locator("visible=true")
+    if not await tab.count():
+        await press(page, "Menu", 10)
+    await tab.first.click()
+    await press(page, "(Correct the plan|Corriger le plan)", 10)
+    await expect(page.locator(".plantools")).to_be_visible()
+
+
+async def correct(page: Page) -> None:
+    """Open an edit of the plan."""
+    await open_editor(page)
+    await shows(page, "You edit since")
+
+
+async def at(page: Page, place: Stall | tuple[float, float]) -> tuple[float, float]:
+    """Return where a stall, or a place (metres north and east), is on the screen."""
+    north, east = (place["north"], place["east"]) if isinstance(place, Mapping) else place
+    x, y = await page.evaluate(PIXEL, [north, east])
+    return x, y
+
+
+def chosen(page: Page) -> Locator:
+    return page.locator("hawk-plan-chosen").get_by_role("status")
+
+
+async def done(page: Page) -> None:
+    """Wait until the store has answered all that was asked for."""
+    await page.wait_for_function("() => document.querySelector('hawk-app').model.plan.waiting === 0", timeout=120_000)
+
+
+async def test_a_plan_is_corrected_by_mouse_and_keys(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
+) -> None:
+    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address)
+    errors = watch(page)
+    await correct(page)
+    before = await store.stalls()
+    row = [label for label in before if label.startswith("B ")]
+    await page.mouse.dblclick(*await at(page, before["B 3"]))
+    await expect(chosen(page)).to_have_text(f"{len(row)} stalls are chosen")
+    await page.screenshot(path=screenshots / "plan-1-row.png")
+    await press(page, "Confirm", 5)
+    await done(page)
+    assert {label for label, each in (await store.stalls()).items() if each["is_confirmed"]} == set(row)
+
+    await page.mouse.click(*await at(page, before["C 2"]))
+    await expect(chosen(page)).to_have_text("C 2 is chosen")
+    await page.keyboard.press("Delete")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == {"C 2"}
+    await page.keyboard.press("Control+z")
+    await done(page)
+    assert (await store.stalls()).keys() == before.keys()
+    await page.keyboard.press("Control+Shift+z")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == {"C 2"}
+
+    await press(page, "Add row", 5)
+    for place in ((-30.0, 40.0), (-30.0, 50.1), (-35.05, 45.0)):
+        await page.mouse.move(*await at(page, place))
+        await page.mouse.click(*await at(page, place))
+    await page.screenshot(path=screenshots / "plan-2-drawn.png")
+    await press(page, "Add 4 stalls", 5)
+    await done(page)
+    after = await store.stalls()
+    new = [after[label] for label in after.keys() - before.keys()]
+    assert [(round(each["width"], 1), round(each["length"], 1), each["is_confirmed"]) for each in new] == [
+        (2.5, 5.0, True)
+    ] * 4
+    await page.screenshot(path=screenshots / "plan-3-added.png")
+
+    await page.get_by_label("Reason, if any").fill("repainted")
+    await press(page, "Close the edit", 5)
+    await shows(page, "The plan is closed as version 2")
+    lot = await store.lot()
+    assert [(each["who"], each["why"]) for each in lot["layouts"]][1:] == [("Ann", "repainted")]
+    assert lot["edit"] is None
+    assert not errors
+
+
+async def test_a_plan_is_corrected_in_flight(browser: Browser, tmp_path: Path, screenshots: Path) -> None:
+    """The real daemon with a lot in its store: the bar of the flight stays, and Hold is in reach."""
+    stack = over_a_picture(tmp_path, LOW_HEIGHTS)
+    ground = box(-14, -3, 20, 54, HERE)
+    database = Database(tmp_path / "run" / "store" / FILE)
+    with database.writing() as connection:
+        save(connection, replace(survey(), datum=HERE, outline=ground, seen=ground))
+    database.close()
+    try:
+        address = (await stack.start()).url
+        store, page = Store(address), await opened(browser, address)
+        errors = watch(page)
+        await press(page, "Take control", 20)
+        await take_off(page)
+        await correct(page)
+        await shows(page, "Placed by GNSS alone")
+        before = await store.stalls()
+        await page.mouse.dblclick(*await at_stall(page, "A 5"))
+        await expect(chosen(page)).to_have_text("20 stalls are chosen")
+        await press(page, "Confirm", 5)
+        await done(page)
+        after = await store.stalls()
+        assert {label for label in before if after[label]["is_confirmed"]} == {f"A {n}" for n in range(1, 21)}
+        await page.screenshot(path=screenshots / "plan-in-flight.png")
+        await press(page, "Hold", 5)
+        await press(page, "Move", 5)
+        await page.locator(".ol").click(position={"x": 300, "y": 300})
+        await expect(page.locator("hawk-slide button")).to_be_visible()
+        await press(page, "Cancel", 5)
+        await page.keyboard.press("Control+z")
+        await done(page)
+        assert await store.stalls() == before
+        await press(page, "Close the edit", 5)
+        await shows(page, "The plan is as it was")
+        assert not errors
+    finally:
+        await stack.stop()
+
+
+async def at_stall(page: Page, label: str) -> tuple[float, float]:
+    """Return where a stall of the plan is on the screen, which may lie in another frame than the map's."""
+    x, y = await page.evaluate(
+        """(label) => {
+          const map = document.querySelector("hawk-map");
+          const { left, top } = map.querySelector(".ol").getBoundingClientRect();
+          const far = [-1e4, -1e4, 1e4, 1e4];
+          const { north, east } = map.plan.editor.layer.within(far).find((stall) => stall.label === label);
+          const [x, y] = map.lot.pixelOf({ North: north, East: east });
+          return [left + x, top + y];
+        }""",
+        label,
+    )
+    return x, y
+
+
+async def test_many_quick_clicks_over_2100_stalls_are_all_done(browser: Browser, fake: Any, tmp_path: Path) -> None:
+    """Sixty stalls are removed as fast as keys can be pressed, some brought back and moved: the store has them all."""
+    _, address = await fake("still", "--stalls", "2100", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address)
+    errors = watch(page)
+    await correct(page)
+    before = await store.stalls()
+    assert len(before) == 2100
+    labels = sorted(before)[::35]
+    places = {label: await at(page, before[label]) for label in labels}
+    for label in labels:
+        await page.mouse.click(*places[label])
+        await page.keyboard.press("Delete")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == set(labels)
+    back = labels[-20:]
+    for _ in back:
+        await page.keyboard.press("Control+z")
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == set(labels) - set(back)
+    for label in back:
+        await page.mouse.click(*places[label])
+        await page.keyboard.press("ArrowUp")
+        await page.keyboard.press("ArrowUp")
+    await done(page)
+    after = await store.stalls()
+    assert {label for label in after if after[label] != before[label]} == set(back)
+    for label in back:
+        assert after[label]["north"] - before[label]["north"] == pytest.approx(0.2, abs=1e-4)
+    assert not errors
+
+
+async def test_a_second_person_sees_who_edits_and_takes_over(browser: Browser, fake: Any, tmp_path: Path) -> None:
+    _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
+    ann, bob = await opened(browser, address), await opened(browser, address, "Bob")
+    await correct(ann)
+    await open_editor(bob)
+    await shows(bob, "Ann edits since")
+    for name in ("Choose", "Add row", "Add stall", "Undo"):
+        await expect(button(bob, name)).to_be_disabled()
+    await press(ann, "Confirm all", 5)
+    await shows(bob, "166 stalls, 166 confirmed")
+    await press(bob, "Take over", 5)
+    await shows(bob, "You edit since")
+    await shows(ann, "Bob edits since")
+    await bob.locator("hawk-plan-chosen select[name=row]").select_option("A")
+    await press(bob, "Remove", 5)
+    await shows(ann, "144 stalls, 144 confirmed")
+    layouts = (await Store(address).lot())["layouts"]
+    assert [(each["who"], each["why"]) for each in layouts[1:]] == [
+        ("Ann", "taken over by Bob"),
+        ("Bob", "corrected by hand"),
+    ]
+
+
+async def test_a_phone_confirms_removes_and_adds_a_row(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
+) -> None:
+    _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address, size=PHONE, has_touch=True, is_mobile=True)
+    await correct(page)
+    before = await store.stalls()
+    await page.screenshot(path=screenshots / "plan-phone-1.png")
+    for name in ("Hold", "Land", "Choose", "Add row", "Undo", "Confirm all"):
+        assert await is_within(button(page, name), PHONE), name
+    for label in ("D 2", "D 4"):
+        await page.touchscreen.tap(*await at(page, before[label]))
+    await expect(chosen(page)).to_have_text("2 stalls are chosen")
+    await page.screenshot(path=screenshots / "plan-phone-2.png")
+    await press(page, "Confirm", 5)
+    await done(page)
+    assert {label for label, each in (await store.stalls()).items() if each["is_confirmed"]} == {"D 2", "D 4"}
+    await press(page, "Remove", 5)
+    await done(page)
+    assert before.keys() - (await store.stalls()).keys() == {"D 2", "D 4"}
+    await press(page, "Add row", 5)
+    for place in ((-30.0, 30.0), (-30.0, 42.6), (-35.05, 36.0)):
+        await page.touchscreen.tap(*await at(page, place))
+    await page.screenshot(path=screenshots / "plan-phone-3.png")
+    await press(page, "Add 5 stalls", 5)
+    await done(page)
+    assert len(await store.stalls()) == len(before) - 2 + 5
+
+
+@pytest.mark.parametrize("language", ["en", "fr"])
+async def test_axe_finds_nothing_while_a_plan_is_corrected(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path, language: str
+) -> None:
+    _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
+    found = []
+    for size in (DESK, PHONE):
+        page = await opened(browser, address, size=size, locale=language)
+        await open_editor(page)
+        await expect(page.locator("hawk-plan-chosen select").first).to_be_visible()
+        await page.locator("hawk-plan-chosen select[name=row]").select_option("B")
+        await page.locator("hawk-plan-chosen summary").click()
+        for theme in ("dark", "outdoor", "light"):
+            await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ theme: '{theme}' }})")
+            found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{theme}.png")
+        for tool in ("row", "stall", "area"):
+            await page.locator(f".plantools .{tool}").click()
+            found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{tool}.png")
+    assert not found, "\n".join(found)
+
+
+async def faults_of(page: Page, picture: Path) -> list[str]:
+    await page.screenshot(path=picture)
+    return list(await page.evaluate(RUN_AXE))
