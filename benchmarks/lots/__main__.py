@@ -49,7 +49,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def line(one: Judged) -> str:
     """Return a lot in one line."""
     doubts = f"; not registered: {', '.join(one.doubts)}" if one.doubts else ""
-    paint = f"; repaint: {one.kept} of {one.stayed} kept, {one.told} of {one.changed} told" if one.stayed else ""
+    paint = (
+        f"; repaint: {one.kept} of {one.stayed} kept, {one.reported} of {one.changed} reported" if one.stayed else ""
+    )
     found = f"{one.surveys} surveys, {one.same} of {one.again} stalls again, {one.wrong} wrong"
     return f"{one.name}: {found}{paint}{doubts}"
 
@@ -57,7 +59,9 @@ def line(one: Judged) -> str:
 def figures(found: Sequence[Judged]) -> list[Figure]:
     """Return the figures over all lots."""
     surveys, again, same, wrong = (sum(getattr(one, n) for one in found) for n in ("surveys", "again", "same", "wrong"))
-    stayed, kept, changed, told = (sum(getattr(one, n) for one in found) for n in ("stayed", "kept", "changed", "told"))
+    stayed, kept, changed, reported = (
+        sum(getattr(one, n) for one in found) for n in ("stayed", "kept", "changed", "reported")
+    )
     doubtful = sum(len(one.doubts) for one in found)
     return [
         Figure("same_id", "stalls seen again with the id of before", _share(same, again), limit=Limit(lowest=0.995)),
@@ -67,7 +71,7 @@ def figures(found: Sequence[Judged]) -> list[Figure]:
             limit=Limit(highest=0.03),
         ),
         Figure("repaint_kept", "unchanged stalls with their ids after a take-over", _share(kept, stayed)),
-        Figure("repaint_told", "stalls changed by a repaint that its first survey told", _share(told, changed)),
+        Figure("repaint_reported", "stalls changed by a repaint that its survey reported", _share(reported, changed)),
         Figure("repaint_changed", "stalls changed by repaints", float(changed)),
         Figure("stalls_again", "stalls seen again", float(again)),
         Figure("surveys", "surveys", float(surveys)),

@@ -29,7 +29,7 @@ _FAST: Final = {"synchronous": 0}
 
 @dataclass(frozen=True, slots=True)
 class Repainted:
-    """A repaint and what the first survey after it told: all of it is taken over.
+    """A repaint and what the first survey after it reported: all of it is taken over.
 
     ``gone``, ``came`` and ``closed`` are true stalls that ended, began, and are behind fences; ``ended`` are stored
     stalls, ``begun`` true ones: the proposals.
@@ -57,7 +57,8 @@ class Surveyed:
 class Judged:
     """The surveys of one lot. ``again`` stalls were seen by a survey before, of which ``same`` have the id of then, and
     ``wrong`` that of another stall. ``doubts``: why surveys of the lot were not registered. Of ``stayed`` known stalls
-    that a repaint left alone, ``kept`` have their ids after the take-over; of ``changed`` ones, ``told`` were proposed.
+    that a repaint left alone, ``kept`` have their ids after the take-over. Of ``changed`` ones, ``reported`` were
+    proposed.
     """
 
     name: str
@@ -69,7 +70,7 @@ class Judged:
     stayed: int = 0
     kept: int = 0
     changed: int = 0
-    told: int = 0
+    reported: int = 0
 
 
 def survey_lot(lot: DrawnLot | PictureLot, eye: Eye) -> Judged:
@@ -96,7 +97,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
     first_id: dict[int, str] = {}
     owner: dict[str, int] = {}
     again = same = wrong = 0
-    stayed = kept = changed = told = 0
+    stayed = kept = changed = reported = 0
     for one in surveys:
         world = 1 if one.visit.is_next_door else 0
         if (paint := one.repainted) is not None:
@@ -105,7 +106,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
             lost = [known[true] for true in known.keys() & paint.gone]
             stayed, kept = stayed + len(left), kept + sum(stored not in paint.ended for stored in left)
             changed += len(lost) + len(paint.came)
-            told += sum(stored in paint.ended for stored in lost) + len(paint.came & paint.begun)
+            reported += sum(stored in paint.ended for stored in lost) + len(paint.came & paint.begun)
         for true, stored in one.ids.items():
             stall = true * 2 + world
             if stall in first_id:
@@ -118,7 +119,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
         for one in mine
         if one.saved.placed not in (Placed.FIRST, Placed.REGISTERED)
     )
-    return Judged(name, len(mine), again, same, wrong, doubts, stayed, kept, changed, told)
+    return Judged(name, len(mine), again, same, wrong, doubts, stayed, kept, changed, reported)
 
 
 def _survey(

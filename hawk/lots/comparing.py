@@ -31,9 +31,9 @@ MISSED_SCORE: Final = 0.2
 OFF_M: Final = 0.5
 OFF_WIDTH_M: Final = 0.08
 OFF_STEP_M: Final = 0.2
-"""Where a row was painted again, a stall that is farther from the former one, or wider by more, is another one; so is
-one that is off by another distance than its neighbour. Without new paint, pairs are 0.2 m apart across the stalls and
-widths differ by 0.02 m (95 %, drawn lots 2 to 8 in still pictures)."""
+"""A stall of a row that was painted again which is farther from the former one, or wider by more, is another one; so
+is one that is off by another distance than its neighbour. Without new paint, pairs are 0.2 m apart across the stalls
+and widths differ by 0.02 m (95 %, drawn lots 2 to 8 in still pictures)."""
 _CLASH: Final = 0.2
 """Share of a stall of the plan that another one's find covers where the row was painted again."""
 _DOUBLE: Final = 0.3

@@ -1,7 +1,7 @@
 """Pins a lot to its place on Earth: a person says where one or two points of it really are.
 
-One point shifts the lot. Two also turn it; its size stays, and what the points say of it is told. The lot's frame is
-always about its datum, north up: a turn changes the coordinates of all that is in it, as one version of the layout.
+One point shifts the lot. Two also turn it; its size stays, and what the points say of it is reported. The lot's frame
+is always about its datum, north up: a turn changes the coordinates of all that is in it, as one version of the layout.
 """
 
 from __future__ import annotations

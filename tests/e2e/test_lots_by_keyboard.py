@@ -15,7 +15,7 @@ from hawk.lots.saving import save
 from hawk.lots.values import Doubtful, FinishedSurvey, PossiblePlace
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
-from tests.e2e.test_page_by_keyboard import DESK, PHONE, faults, in_words, opened
+from tests.e2e.test_page_by_keyboard import faults, in_words, opened
 from tests.e2e.watching import watch
 from tests.unit.lots.repaints import by_place, flown, repainted
 from tests.unit.lots.surveys import DATUM
@@ -71,9 +71,9 @@ async def test_a_repaint_is_shown_and_taken_over_and_a_doubt_is_answered(
     await press_by_key(page, "Show on the map")
     await expect(page.get_by_role("button", name="Show on the map")).to_have_attribute("aria-pressed", "true")
     found = await faults(page, "lot-changes", screenshots)
-    await page.set_viewport_size(PHONE)
+    await page.set_viewport_size({"width": 390, "height": 844})
     found |= await faults(page, "lot-changes-phone", screenshots)
-    await page.set_viewport_size(DESK)
+    await page.set_viewport_size({"width": 1440, "height": 900})
     await press_by_key(page, "Take over")
     await expect(page.get_by_text("18 stalls begin")).to_have_count(0)
     await press_by_key(page, "Here: place 1")

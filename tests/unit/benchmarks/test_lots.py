@@ -73,10 +73,10 @@ def test_a_repaint_is_judged_by_the_stalls_that_it_left_alone_and_those_that_it_
     after = replace(surveyed(5, {1: "a"}), repainted=paint)
     next_door = surveyed(4, {6: "z"}, Placed.FIRST, is_next_door=True)
     found = judged("one", [first, next_door, after])
-    assert (found.stayed, found.kept, found.changed, found.told) == (2, 1, 4, 2)
-    assert "; repaint: 1 of 2 kept, 2 of 4 told" in line(found)
+    assert (found.stayed, found.kept, found.changed, found.reported) == (2, 1, 4, 2)
+    assert "; repaint: 1 of 2 kept, 2 of 4 reported" in line(found)
     shown = {each.key: each.value for each in figures([found])}
-    assert (shown["repaint_kept"], shown["repaint_told"], shown["repaint_changed"]) == (0.5, 0.5, 4.0)
+    assert (shown["repaint_kept"], shown["repaint_reported"], shown["repaint_changed"]) == (0.5, 0.5, 4.0)
 
 
 def test_figures_are_shares_over_all_lots() -> None:

@@ -69,9 +69,9 @@ def on_earth(archive: Archive) -> np.ndarray[Any, Any]:
 
 def test_one_point_shifts_the_lot_with_its_outline_and_keeps_its_coordinates(archive: Archive) -> None:
     before, outline = archive.read(), ring(archive)
-    told = pin(archive, point((-9.0, 20.0), Move(2.0, -3.0)))
+    answer = pin(archive, point((-9.0, 20.0), Move(2.0, -3.0)))
     after = archive.read()
-    assert (told["north"], told["east"], told["turn"], told["residual"]) == (2.0, -3.0, 0.0, 0.0)
+    assert (answer["north"], answer["east"], answer["turn"], answer["residual"]) == (2.0, -3.0, 0.0, 0.0)
     assert after["stalls"] == before["stalls"]
     assert about(HERE, np.array([after["datum"]]))[0, :2] == pytest.approx([2.0, -3.0], abs=1e-3)
     assert ring(archive) == pytest.approx(outline + np.array([2.0, -3.0]), abs=0.01)
@@ -88,10 +88,10 @@ def test_two_points_turn_the_lot_about_where_they_are_in_one_version_that_is_und
     archive.edit({"do": "forbid", "outline": [[20, 0], [24, 0], [24, 4]], "name": "shed"})
     before, was = archive.read(), on_earth(archive)
     move = Move(1.0, 2.0, math.radians(3.0))
-    told = pin(archive, point((0.0, 0.0), move), point((-18.0, 45.0), move))
+    answer = pin(archive, point((0.0, 0.0), move), point((-18.0, 45.0), move))
     after = archive.read()
-    assert told["turn"] == pytest.approx(3.0, abs=1e-3)
-    assert told["residual"] == pytest.approx(0.0, abs=1e-3)
+    assert answer["turn"] == pytest.approx(3.0, abs=1e-3)
+    assert answer["residual"] == pytest.approx(0.0, abs=1e-3)
     assert on_earth(archive) == pytest.approx(move.of(was), abs=2e-3)
     assert after["stalls"][0]["angle"] == pytest.approx(before["stalls"][0]["angle"] + math.radians(3.0), abs=1e-5)
     assert [(each["id"], each["label"]) for each in after["stalls"]] == [
@@ -100,10 +100,10 @@ def test_two_points_turn_the_lot_about_where_they_are_in_one_version_that_is_und
     corner = Move(turn=math.radians(3.0)).of(np.array([[24.0, 4.0]]))[0]
     assert after["zones"][0]["outline"][2] == pytest.approx(corner.tolist(), abs=1e-4)
     assert after["layouts"][-1]["why"].startswith("pinned to the map, turned by 3.00")
-    assert undo(archive, told["seq"]) == "pin"
+    assert undo(archive, answer["seq"]) == "pin"
     assert archive.read() == before
     with pytest.raises(LotStoreError, match="was undone already"):
-        undo(archive, told["seq"])
+        undo(archive, answer["seq"])
 
 
 def test_a_survey_after_the_turn_is_placed_on_the_same_stalls(archive: Archive) -> None:
@@ -128,17 +128,17 @@ def test_without_points_the_lot_is_where_its_surveys_have_it_again(archive: Arch
 def test_an_edit_from_before_a_turn_is_undone_after_the_turn_is(archive: Archive) -> None:
     seq = archive.edit({"do": "move", "stalls": [archive.stalls()["A 1"]], "north": 0.0, "east": -2.0})
     move = Move(0.0, 0.0, math.radians(2.0))
-    told = pin(archive, point((0.0, 0.0), move), point((0.0, 40.0), move))
+    answer = pin(archive, point((0.0, 0.0), move), point((0.0, 40.0), move))
     with pytest.raises(LotStoreError, match="undo the later changes first"):
         undo(archive, seq)
-    assert [undo(archive, told["seq"]), undo(archive, seq)] == ["pin", "plan"]
+    assert [undo(archive, answer["seq"]), undo(archive, seq)] == ["pin", "plan"]
 
 
 @given(
     st.floats(-15, 15), st.floats(-15, 15), st.floats(-0.1, 0.1),
     st.floats(-50, 50), st.floats(-50, 50), st.floats(-3, 3), st.floats(12, 40), st.floats(0.98, 1.02),
 )  # fmt: skip
-def test_two_points_are_met_in_turn_and_middle_and_what_is_left_is_told(
+def test_two_points_are_met_in_turn_and_middle_and_what_is_left_is_reported(
     north: float, east: float, turn: float, a: float, b: float, heading: float, apart: float, scale: float
 ) -> None:
     here = np.array([a, b]) + np.array([[0.0, 0.0], [math.cos(heading), math.sin(heading)]]) * apart
