@@ -13,6 +13,7 @@ import json
 import re
 import shutil
 import sys
+import tempfile
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +42,8 @@ class View:
     steps: tuple[Steps, ...] = ()
     size: tuple[int, int] = DESK
     theme: str = "light"
+    has_lots: bool = False
+    """The made-up drone keeps its lot in a store."""
 
 
 async def _control(page: Page) -> None:
@@ -88,6 +91,15 @@ async def _keys(page: Page) -> None:
     await page.keyboard.press("?")
 
 
+async def _correct_plan(page: Page) -> None:
+    await _press("Correct the plan")(page)
+    await expect(page.locator("hawk-plan-chosen")).to_be_visible(timeout=PATIENCE_MS)
+    for row, action in (("B", "Confirm"), ("E", "Confirm"), ("C", "")):
+        await page.locator("hawk-plan-chosen select[name=row]").select_option(row)
+        if action:
+            await _press(action)(page)
+
+
 COUNTED: Final = "hawk-counts [data-count]"
 VIEWS: Final = (
     View("watching", "explore", (_seen(COUNTED),)),
@@ -101,6 +113,7 @@ VIEWS: Final = (
     View("settings", "still", (_control, _tab("Settings"), _search_settings)),
     View("keys", "still", (_keys,)),
     View("result", "landed", (_seen("hawk-survey .hero"),)),
+    View("plan", "still", (_control, _seen(COUNTED), _tab("Stalls"), _correct_plan), has_lots=True),
     View("no-operator", "lost", (_seen(".banner"),)),
     View("outdoors", "explore", (_seen(COUNTED),), theme="outdoor"),
     View("dark", "explore", (_seen(COUNTED),), theme="dark"),
@@ -109,21 +122,23 @@ VIEWS: Final = (
 
 
 @contextlib.asynccontextmanager
-async def _drone(scene: str) -> AsyncIterator[str]:
+async def _drone(view: View) -> AsyncIterator[str]:
     """Run the made-up drone; gives the page's address."""
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, str(FAKE_DRONE), scene, "--port", "0", stdout=asyncio.subprocess.PIPE
-    )
-    try:
-        assert process.stdout is not None  # noqa: S101 - it is a pipe
-        yield (await asyncio.wait_for(process.stdout.readline(), START_S)).decode().strip()
-    finally:
-        process.kill()
-        await process.wait()
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, str(FAKE_DRONE), view.scene, "--port", "0"]
+        if view.has_lots:
+            command += ["--lots", str(Path(folder) / "lots.db")]
+        process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
+        try:
+            assert process.stdout is not None  # noqa: S101 - it is a pipe
+            yield (await asyncio.wait_for(process.stdout.readline(), START_S)).decode().strip()
+        finally:
+            process.kill()
+            await process.wait()
 
 
 async def _photograph(browser: Browser, view: View, target: Path) -> None:
-    async with _drone(view.scene) as address:
+    async with _drone(view) as address:
         width, height = view.size
         page = await browser.new_page(viewport={"width": width, "height": height})
         page.set_default_timeout(PATIENCE_MS)

@@ -46,6 +46,9 @@ const LEAST_FILLED = 0.7;
 const HIT_PX = 2;
 /** A hand shakes by so much while it clicks. */
 const MOVE_TOLERANCE_PX = 3;
+/** Room left and right of what is brought into view, and of what is shown as large as it goes. */
+const BESIDE_PX = 68;
+const WIDE_PX = 84;
 const LEAST_TURN_RAD = 0.005;
 /** A finger or mouse button leaves. */
 const ENDED = ["pointerup", "pointercancel"] as const;
@@ -198,7 +201,8 @@ export class LotMap {
     const size = this.map.getSize();
     if (!this.wanted || !size?.[0] || !size[1]) return;
     const inView = covers([0, 0, size[0], size[1]], onScreen(this.sight, this.wanted));
-    if (always || !inView) this.view.fit(this.wanted, { padding: [76, 68, 60, 68], size });
+    const beside = always ? Math.min(WIDE_PX, 0.15 * size[0]) : BESIDE_PX;
+    if (always || !inView) this.view.fit(this.wanted, { padding: [76, beside, 60, beside], size });
     this.wanted = null;
   }
 
