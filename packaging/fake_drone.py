@@ -177,11 +177,13 @@ def store_with(path: Path, stalls: list[FakeStall]) -> LotStore:
         (south, west), (north, east) = corners.min(axis=0) - 10, corners.max(axis=0) + 10
         places = np.array([(south, west), (north, west), (north, east), (south, east)])
         ground = Outline((tuple((float(a), float(b)) for a, b in to_global(DATUM, places)),))
-        when = {"began": BEGAN, "ended": BEGAN + 600, "time_is_sure": True}
-        made = {"outline": ground, "stalls": seen, "program": "0.3.0", "seen": ground}
+        survey = FinishedSurvey(
+            "000001-20260202T024000Z", DATUM, BEGAN, BEGAN + 600, time_is_sure=True, outline=ground, stalls=seen,
+            program="0.3.0", seen=ground,
+        )  # fmt: skip
         database = Database(path)
         with database.writing() as connection:
-            save(connection, FinishedSurvey("000001-20260202T024000Z", DATUM, **when, **made))
+            save(connection, survey)
         database.close()
     return LotStore(path)
 

@@ -150,7 +150,7 @@ def _survey(
 def lasting_ids(first: World, later: World) -> dict[int, int]:
     """Return which stall of the first world each stall of a repainted one is: it fits where it overlaps by half.
 
-    A row at another pitch has new stalls to the simulator; some of them lie where a stall lay, and no map differs.
+    A row at another pitch has new stalls to the simulator; some of them are where a stall was, and no map differs.
     """
     before = {stall.id for stall in first.stalls}
     left = {stall.id for stall in later.stalls}

@@ -34,7 +34,7 @@ PIXEL = """([North, East]) => {
   const [x, y] = map.lot.pixelOf({ North, East });
   return [left + x, top + y];
 }"""
-"""Where a place (metres north and east) is on the screen."""
+"""Place on the screen of a place in metres north and east."""
 Stall = Mapping[str, Any]
 
 

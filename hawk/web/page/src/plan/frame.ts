@@ -20,7 +20,7 @@ export interface PlacedSurvey {
   place: Shift | null;
 }
 
-/** The map's frame is that of a survey where both have the same datum to so many degrees: about a centimetre. */
+/** The map's frame is that of a survey where both have the same datum within this number of degrees: about a centimetre. */
 const SAME_DATUM = 1e-7;
 const ARM_M = 100;
 

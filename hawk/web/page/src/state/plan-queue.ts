@@ -105,7 +105,7 @@ export class PlanQueue {
     return true;
   }
 
-  /** Without an answer nobody knows whether it was done: the plan's revision tells, as soon as the drone answers again. */
+  /** Without an answer nobody knows whether it was done: the plan's revision shows it, as soon as the drone answers again. */
   private async wait(step: Step): Promise<boolean> {
     this.hooks.heard(false);
     const before = this.hooks.revision();
