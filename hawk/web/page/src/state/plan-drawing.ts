@@ -1,7 +1,6 @@
 import { countFor, frontLength, MOST_IN_ROW, rowShapes, STEEPEST_DEG } from "../plan/rows.ts";
-import { type Kind, type RowSketch, type Spot } from "../plan/values.ts";
+import { type Kind, type Operation, type RowSketch, type Spot } from "../plan/values.ts";
 import type { Rectangle } from "../map/geometry.ts";
-import type { PlanEditing } from "./plan-edit.ts";
 
 /** What a click on the map means. */
 export type PlanTool = "choose" | "box" | "stall" | "row" | "area";
@@ -9,6 +8,14 @@ export type PlanTool = "choose" | "box" | "stall" | "row" | "area";
 export type RowStyle = "square" | "angled" | "parallel";
 const USUAL_LEAN = 45;
 const LEAST_AREA = 3;
+
+/** The edit of a plan that is drawn on. */
+export interface DrawnOn {
+  readonly plan: { readonly usual: { readonly width: number; readonly length: number } };
+  readonly selection: { clear(): void };
+  do(operation: Operation): void;
+  drawAgain(): void;
+}
 
 /** What is being drawn on a plan: a row by three places, or the corners of an area without stalls. Lengths in metres. */
 export class PlanDrawing {
@@ -24,9 +31,9 @@ export class PlanDrawing {
   places: readonly Spot[] = [];
   /** Where the pointer is. */
   pointer: Spot | null = null;
-  private readonly editing: PlanEditing;
+  private readonly editing: DrawnOn;
 
-  constructor(editing: PlanEditing) {
+  constructor(editing: DrawnOn) {
     this.editing = editing;
   }
 
