@@ -74,13 +74,13 @@ async def open_editor(page: Page) -> None:
         await press(page, "Menu", 10)
     await tab.first.click()
     await press(page, "(Correct the plan|Corriger le plan)", 10)
-    await expect(page.locator(".plantools")).to_be_visible()
+    await expect(page.locator(".plantools")).to_be_visible(timeout=30_000)
 
 
 async def correct(page: Page) -> None:
     """Open an edit of the plan."""
     await open_editor(page)
-    await shows(page, "You edit since")
+    await shows(page, "You edit since", 30)
 
 
 async def at(page: Page, place: Stall | tuple[float, float]) -> tuple[float, float]:

@@ -37,6 +37,8 @@ export class PlanEditing {
   /** The drone answers. */
   answers = true;
   closing = false;
+  /** The plan is being read. */
+  opening = false;
   private readonly hooks: PlanHooks;
   private readonly queue: PlanQueue;
   private readonly redraw = new Set<(redrawn: Redrawn) => void>();
@@ -76,9 +78,13 @@ export class PlanEditing {
   async begin(lotId: string): Promise<void> {
     this.opened += 1;
     const number = this.opened;
+    this.opening = true;
+    this.hooks.changed();
     const [lot, plan] = await Promise.all([fetchLot(lotId), fetchPlan(lotId, null)]);
     if (number !== this.opened) return;
+    this.opening = false;
     if (!lot || !plan) {
+      this.hooks.changed();
       this.hooks.showToast(say("plan-unanswered"), "warning");
       return;
     }
@@ -176,7 +182,7 @@ export class PlanEditing {
     this.opened += 1;
     const lost = this.queue.clear();
     if (lost > 0) this.hooks.showToast(say("plan-steps-lost", { steps: lost }), "warning");
-    Object.assign(this, { open: false, own: null, other: null, lot: null, plan: new ShownPlan() });
+    Object.assign(this, { open: false, opening: false, own: null, other: null, lot: null, plan: new ShownPlan() });
     this.selection.clear();
     this.drawing.reset();
     this.report(null);

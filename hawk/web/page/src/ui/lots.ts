@@ -50,8 +50,9 @@ export class LotsList extends Part {
   }
 
   private changing(lot: Lot): TemplateResult {
+    const { plan, drawing } = this.model;
     return html`<span class="choices">
-      <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${this.model.plan.open || this.model.drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
+      <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${plan.open || plan.opening || drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
       <button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>
     </span>`;
   }
