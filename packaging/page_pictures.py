@@ -113,7 +113,7 @@ VIEWS: Final = (
     View("settings", "still", (_control, _tab("Settings"), _search_settings)),
     View("keys", "still", (_keys,)),
     View("result", "landed", (_seen("hawk-survey .hero"),)),
-    View("plan", "still", (_control, _seen(COUNTED), _tab("Stalls"), _correct_plan), has_lots=True),
+    View("plan", "still", (_seen(COUNTED), _tab("Stalls"), _correct_plan), has_lots=True),
     View("no-operator", "lost", (_seen(".banner"),)),
     View("outdoors", "explore", (_seen(COUNTED),), theme="outdoor"),
     View("dark", "explore", (_seen(COUNTED),), theme="dark"),
