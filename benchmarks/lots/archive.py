@@ -138,13 +138,15 @@ def _survey(
         former = lot.world(replace(visit, repaint=visit.repaint - 1))
         repainted = _taken_over(store, saved, look, former, world)
     with store.reading() as connection:
-        ids = _ids(connection, saved, look)
+        ids, begun = _ids(connection, saved, look), _begun(connection)
     lasting = {} if visit.is_next_door else lasting_ids(first, world)
-    if repainted is not None:
-        gone, came = repainted.gone - {*lasting.values()}, repainted.came - lasting.keys()
-        repainted = replace(repainted, gone=gone, came=came)
-    lasted = {lasting.get(true, true): each for true, each in ids.items()}
+    lasted = {true if each in begun else lasting.get(true, true): each for true, each in ids.items()}
     return Surveyed(visit, saved, len(look.survey.stalls), lasted, repainted)
+
+
+def _begun(connection: Connection) -> set[str]:
+    """Return the stored stalls that a take-over made: a row at another pitch begins whole, and its stalls are new."""
+    return set(connection.execute(select(STALL.c.id).where(STALL.c.begins > 1)).scalars())
 
 
 def lasting_ids(first: World, later: World) -> dict[int, int]:
