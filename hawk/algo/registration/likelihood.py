@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from shapely import MultiPolygon, Polygon
 
+from hawk.algo.registration.neighbours import row_ends, row_numbers
 from hawk.algo.rows.fit import Indices, Rectangles
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
@@ -33,10 +34,10 @@ _WITHIN, _AT_END = 0.03, 0.08
 _PAIR: Final = 1.0
 """Gain of a pair: as much as its distance costs in the mean, over two axes, so that fewer pairs are no gain."""
 _ADVANTAGE = {is_end: math.log((1 - chance) / chance) for is_end, chance in ((False, _WITHIN), (True, _AT_END))}
+_OF_A_ROW: Final = 3
+"""Pairs of a row whose mean says where the row lies."""
 _MARGIN_M: Final = 2.0
 """Stalls nearer than this to the edge of what was seen are not expected to be found."""
-_NEIGHBOUR: Final = (0.6, 1.4, 0.25)
-"""A neighbour lies between the first and the second width beside a stall, and no more than this length out of line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +132,25 @@ class Likelihood:
         score -= self._known_advantage[known_alone].sum() + self._found_advantage[found_alone].sum()
         return Fit(float(score), pairs, int(known_view.sum()), int(found_view.sum()))
 
+    def rows_off(self, placement: Placement) -> float:
+        """Return by how much whole rows lie along themselves off their place, metres: the root of the mean square.
+
+        Each row counts by its pairs; 0 where fewer than two rows have `_OF_A_ROW` pairs. Stalls of one row err alike
+        where it is another lot's row, and each by itself where it is the same.
+        """
+        pairs, _ = self.pairs(placement)
+        if not len(pairs):
+            return 0.0
+        known = self.known.stalls[pairs[:, 0]]
+        off = placement.of(self.found.stalls.centres[pairs[:, 1]]) - known.centres
+        _, first, row = np.unique(row_numbers(self.known.stalls)[pairs[:, 0]], return_index=True, return_inverse=True)
+        along_row = quads.cross(known.angle[first][row], off)
+        count, total = np.bincount(row), np.bincount(row, along_row)
+        whole = count >= _OF_A_ROW
+        if whole.sum() < 2:
+            return 0.0
+        return math.sqrt(float((total[whole] ** 2 / count[whole]).sum() / count[whole].sum()))
+
     def _in_view(self, placement: Placement) -> tuple[Bools, Bools]:
         """Return which known stalls the found map saw well, and which found ones the known map did."""
         back = placement.back(self.known.stalls.centres)
@@ -138,34 +158,6 @@ class Likelihood:
         known = shapely.contains_xy(self._found_seen, back[:, 0], back[:, 1])
         found = shapely.contains_xy(self._known_seen, there[:, 0], there[:, 1])
         return np.asarray(known, np.bool_), np.asarray(found, np.bool_)
-
-
-def row_ends(stalls: Rectangles) -> Bools:
-    """Return which stalls (N,) lack a neighbour on one side of them."""
-    count = len(stalls)
-    has = np.zeros((count, 2), np.bool_)
-    if count > 1:
-        reach = float(stalls.width.max()) * _NEIGHBOUR[1] * 1.5
-        i, j = (
-            np.concatenate(both)
-            for both in _both_directions(cKDTree(stalls.centres).query_pairs(reach, output_type="ndarray"))
-        )
-        apart = stalls.centres[j] - stalls.centres[i]
-        along = np.column_stack([np.cos(stalls.angle[i]), np.sin(stalls.angle[i])])
-        lengthwise = (apart * along).sum(1)
-        across = quads.cross(stalls.angle[i], apart)
-        least, most, aside = _NEIGHBOUR
-        in_line = np.abs(lengthwise) < np.maximum(aside * stalls.length[i], np.abs(across))
-        beside = (np.abs(across) > least * stalls.width[i]) & (np.abs(across) < most * stalls.width[i]) & in_line
-        alike = quads.angle_between(stalls.angle[i], stalls.angle[j]) < _ANGLE
-        side = (across > 0).astype(np.intp)
-        has[i[beside & alike], side[beside & alike]] = True
-    return np.asarray(~has.all(axis=1))
-
-
-def _both_directions(pairs: Indices) -> tuple[tuple[Indices, Indices], tuple[Indices, Indices]]:
-    first, second = pairs.T
-    return (first, second), (second, first)
 
 
 def _advantages(is_end: Bools) -> FloatArray:

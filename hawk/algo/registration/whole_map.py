@@ -32,6 +32,9 @@ place wins by as much once in ten thousand maps."""
 LEAST_PAIRS: Final = 4
 LEAST_SHARE: Final = 0.5
 """Share of the stalls in common view that must be paired: with fewer, it is another lot, or not the same any more."""
+ROWS_OFF_M: Final = 0.25
+"""Rows of another lot lie along themselves anywhere within a pitch: .26 m off or more at the best place, in 100 pairs
+of drawn lots. Rows of the same lot are up to .21 m off at labelled places (`benchmarks.perception --plan`)."""
 _OTHER_M: Final = 1.2
 """Two placements are two places where they put the stalls this far apart, in the mean: half of the narrowest pitch."""
 _ANGLE: Final = 0.25
@@ -110,7 +113,7 @@ def registering(known: StallMap, found: StallMap) -> Steps[Registration]:
     best = max(candidates, key=lambda one: one.fit.score)
     others = [one for one in candidates if _apart(one.placement, best.placement, found) > _OTHER_M]
     second = max(others, key=lambda one: one.fit.score, default=None)
-    return Registration(best, second, _doubt(best, second))
+    return Registration(best, second, _doubt(best, second) or _rows_doubt(likelihood, best))
 
 
 def _doubt(best: Candidate, second: Candidate | None) -> Doubt | None:
@@ -121,6 +124,10 @@ def _doubt(best: Candidate, second: Candidate | None) -> Doubt | None:
     if second is not None and best.fit.score - second.fit.score < MARGIN:
         return Doubt.ALIKE
     return None if _is_within_reach(best.placement) else Doubt.FAR
+
+
+def _rows_doubt(likelihood: Likelihood, best: Candidate) -> Doubt | None:
+    return Doubt.DIFFERENT if likelihood.rows_off(best.placement) > ROWS_OFF_M else None
 
 
 def refined(likelihood: Likelihood, placement: Placement) -> Candidate:

@@ -148,7 +148,7 @@ def overlaps_between(shapes: Floats, others: Floats, most: float) -> list[tuple[
     found, beside = polygons(shapes), polygons(others)
     first, second = shapely.STRtree(beside).query(found, predicate="intersects")
     smaller = np.minimum(shapes[first, 3] * shapes[first, 4], others[second, 3] * others[second, 4])
-    shares = shapely.area(shapely.intersection(found[first], beside[second])) / smaller
+    shares = shapely.area(shapely.intersection(found[first], beside[second], grid_size=_GRID_M)) / smaller
     return [(int(first[n]), int(second[n]), float(shares[n])) for n in np.flatnonzero(shares > most)]
 
 

@@ -1,4 +1,4 @@
-"""Placements, row ends, and what counts for and against a place."""
+"""Placements, and what counts for and against a place."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.algo.registration.likelihood import DEVIATION_M, Likelihood, Placement, StallMap, row_ends
-from tests.unit.algo.registration.lots import PITCH_M, ground_about, map_of, rectangles, rows
+from hawk.algo.registration.likelihood import DEVIATION_M, Likelihood, Placement, StallMap
+from tests.unit.algo.registration.lots import ground_about, map_of, rectangles, rows
 
 HERE = Placement(0.0, (0.0, 0.0), (0.0, 0.0))
 SHORT = st.floats(-5, 5)
@@ -29,28 +29,6 @@ def test_a_placement_turns_directions_by_its_turn(turn: float) -> None:
     there = Placement(turn, (3.0, -1.0), (5.0, 5.0)).of(np.array([[0.0, 0.0], [1.0, 0.0]]))
     north, east = there[1] - there[0]
     assert math.atan2(east, north) == pytest.approx(turn)
-
-
-@pytest.mark.parametrize("angle", [0.0, 0.4, 1.3])
-def test_ends_are_the_first_and_the_last_stall_of_a_row_of_any_direction(angle: float) -> None:
-    turned = Placement(angle, (0.0, 0.0), (0.0, 0.0))
-    stalls = rows([5, 3])
-    ends = row_ends(rectangles(turned.of(stalls.centres), angle))
-    assert np.flatnonzero(ends).tolist() == [0, 4, 5, 7]
-
-
-def test_a_slanted_row_has_two_ends() -> None:
-    centres = np.array([(0.0, 3.5 * k) for k in range(6)])
-    assert np.flatnonzero(row_ends(rectangles(centres, math.radians(45)))).tolist() == [0, 5]
-
-
-def test_a_row_at_the_back_of_another_makes_no_neighbours() -> None:
-    back_to_back = rectangles(np.array([(5.2 * r, PITCH_M * k) for r in range(2) for k in range(4)]))
-    assert np.flatnonzero(row_ends(back_to_back)).tolist() == [0, 3, 4, 7]
-
-
-def test_no_stalls_have_no_ends() -> None:
-    assert row_ends(rectangles(np.zeros((0, 2)))).tolist() == []
 
 
 def test_the_same_map_pairs_every_stall_with_itself() -> None:
@@ -101,3 +79,20 @@ def test_no_stall_is_two() -> None:
     doubled = rectangles(np.array([[0.0, 0.1], [0.0, -0.3], [0.0, 2.6]]))
     pairs = Likelihood(known, StallMap(doubled, shapely.box(-20, -20, 20, 20))).fit(HERE).pairs
     assert pairs.tolist() == [[0, 0], [1, 2]]
+
+
+def test_rows_that_lie_off_by_themselves_are_told_from_stalls_that_are_off_each() -> None:
+    known = map_of(rows([12, 12, 12]))
+    rng = np.random.default_rng(1)
+    jittered = rectangles(known.stalls.centres + rng.normal(0, 0.3, (36, 2)))
+    slid = rectangles(known.stalls.centres + np.repeat([[0, 0.6], [0, -0.6], [0, 0.6]], 12, axis=0))
+    each, whole = (Likelihood(known, StallMap(stalls, known.seen)).rows_off(HERE) for stalls in (jittered, slid))
+    assert each < 0.2
+    assert whole == pytest.approx(0.6, abs=0.01)
+
+
+def test_rows_of_few_pairs_say_nothing_about_where_they_lie() -> None:
+    known = map_of(rows([2, 2, 2]))
+    slid = rectangles(known.stalls.centres + np.repeat([[0, 0.6], [0, -0.6], [0, 0.6]], 2, axis=0))
+    assert Likelihood(known, StallMap(slid, known.seen)).rows_off(HERE) == 0.0
+    assert Likelihood(known, StallMap(rectangles(known.stalls.centres + 500.0), known.seen)).rows_off(HERE) == 0.0

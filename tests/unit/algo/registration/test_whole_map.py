@@ -124,3 +124,13 @@ def test_too_few_stalls_are_said(count: int) -> None:
 def test_maps_far_from_each_other_have_too_few_stalls_in_common() -> None:
     far = StallMap(rectangles(LOT.stalls.centres + 500.0), shapely.transform(LOT.seen, lambda places: places + 500.0))
     assert register(LOT, far).doubt is Doubt.TOO_FEW
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_another_lot_with_the_same_distances_between_rows_of_the_same_lengths_is_not_taken_for_this_one(
+    seed: int,
+) -> None:
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(8, 22, 8).tolist()
+    one, other = (map_of(rows(counts, rng.uniform(0, PITCH_M, 8).tolist())) for _ in range(2))
+    assert register(one, other).doubt in (Doubt.DIFFERENT, Doubt.ALIKE)
