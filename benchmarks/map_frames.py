@@ -4,9 +4,10 @@
 
 The real page over a made-up drone that knows a field of stalls, in Chromium without a window. Each case moves the map
 with the pointer by a few pixels a frame, from within the page, and counts the frames that the browser draws; it draws
-60 a second at most. The last case turns the map, as it does while the drone's nose is up. Without ``--gpu`` the
-processor draws everything. The first paint is that of a browser that never saw the page (First Contentful Paint,
-https://w3c.github.io/paint-timing/), beside a page of one word.
+60 a second at most. Two cases show the plan of the lot while it is corrected: the map is moved, and with every frame
+another stall is chosen, for which the whole plan is drawn again. The last case turns the map, as it does while the
+drone's nose is up. Without ``--gpu`` the processor draws everything. The first paint is that of a browser that never
+saw the page (First Contentful Paint, https://w3c.github.io/paint-timing/), beside a page of one word.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ import asyncio
 import contextlib
 import json
 import sys
+import tempfile
 from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from playwright.async_api import Browser, Page, ViewportSize, async_playwright
@@ -41,7 +43,7 @@ SIZE: Final = ViewportSize(width=1440, height=900)
 WORD: Final = "data:text/html,word"
 PAINTED: Final = "() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime"
 
-MOVE: Final = """async ({ seconds, step, turning }) => {
+MOVE: Final = """async ({ seconds, step, how }) => {
   const map = document.querySelector(".ol-viewport");
   const box = map.getBoundingClientRect();
   const send = (target, type, x, buttons) => target.dispatchEvent(new PointerEvent(type, {
@@ -49,14 +51,19 @@ MOVE: Final = """async ({ seconds, step, turning }) => {
     clientX: x, clientY: box.top + box.height / 2 }));
   const middle = box.left + box.width / 2;
   const app = document.querySelector("hawk-app");
+  const stalls = [...app.model.plan.plan.stalls.keys()];
   const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
   const times = [];
   let [x, dx] = [middle, step];
-  if (!turning) send(map, "pointerdown", x, 1);
+  if (how === "moved") send(map, "pointerdown", x, 1);
   const began = await frame();
   while (performance.now() - began < seconds * 1000) {
     times.push(await frame());
-    if (turning) {
+    if (how === "chosen") {
+      app.model.plan.choose([stalls[times.length % stalls.length]]);
+      continue;
+    }
+    if (how === "turned") {
       app.model.flight.heartbeat.Yaw += 0.05;
       app.model.dispatchEvent(new Event("change"));
       continue;
@@ -65,19 +72,21 @@ MOVE: Final = """async ({ seconds, step, turning }) => {
     x += dx;
     send(document, "pointermove", x, 1);
   }
-  if (!turning) send(document, "pointerup", x, 0);
+  if (how === "moved") send(document, "pointerup", x, 0);
   return times;
 }"""
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One look at the map: presses of Zoom in after Whole lot (below 0: Zoom out), and whether it is turned."""
+    """One look at the map: presses of Zoom in after Whole lot (below 0: Zoom out), and the change with each frame."""
 
     key: str
     text: str
     zoom: int
-    turning: bool = False
+    how: Literal["moved", "chosen", "turned"] = "moved"
+    has_plan: bool = False
+    """The lot's plan is corrected."""
 
 
 CASES: Final = (
@@ -85,7 +94,9 @@ CASES: Final = (
     Case("whole", "whole field, moved", 0),
     Case("near", "some rows, moved", 2),
     Case("nearest", "a few stalls, moved", 5),
-    Case("turned", "whole field, turned with the drone", 0, turning=True),
+    Case("plan", "whole field with its plan, moved", 0, has_plan=True),
+    Case("plan_chosen", "whole field with its plan, another stall chosen", 0, "chosen", has_plan=True),
+    Case("turned", "whole field, turned with the drone", 0, "turned"),
 )
 
 
@@ -127,34 +138,49 @@ async def measure(stalls: int, seconds: float, *, gpu: bool) -> list[Figure]:
         page = await _shown(browser, url, stalls)
         for case in CASES:
             times = await _case(page, case, seconds)
-            figures += figures_of(case, times, None if case.turning else LEAST_FPS[gpu])
+            figures += figures_of(case, times, None if case.how == "turned" else LEAST_FPS[gpu])
     return figures
 
 
 async def _case(page: Page, case: Case, seconds: float) -> list[float]:
+    await _show_plan(page, shown=case.has_plan)
     name = "Zoom in" if case.zoom > 0 else "Zoom out"
     await page.get_by_role("button", name="Whole lot").click()
     for _ in range(abs(case.zoom)):
         await page.wait_for_timeout(300)
         await page.get_by_role("button", name=name).click()
-    if case.turning:
+    if case.how == "turned":
         await page.get_by_role("button", name="Turn the map with the drone").click()
     await page.wait_for_timeout(1500)
-    return list(await page.evaluate(MOVE, {"seconds": seconds, "step": STEP_PX, "turning": case.turning}))
+    return list(await page.evaluate(MOVE, {"seconds": seconds, "step": STEP_PX, "how": case.how}))
+
+
+async def _show_plan(page: Page, *, shown: bool) -> None:
+    tools = page.locator(".plantools")
+    if shown is (await tools.count() > 0):
+        return
+    if shown:
+        await page.get_by_role("tab", name="Stalls").click()
+        await page.get_by_role("button", name="Correct the plan").click()
+        await tools.wait_for(timeout=LOAD_S * 1e3)
+    else:
+        await page.get_by_role("button", name="Leave the plan").click()
 
 
 @contextlib.asynccontextmanager
 async def _drone(stalls: int) -> AsyncIterator[str]:
-    """Run the made-up drone; gives the page's address."""
-    command = (sys.executable, str(FAKE_DRONE), "still", "--port", "0", "--stalls", str(stalls))
-    drone = await asyncio.create_subprocess_exec(*command, cwd=ROOT, stdout=asyncio.subprocess.PIPE)
-    try:
-        assert drone.stdout is not None
-        yield (await asyncio.wait_for(drone.stdout.readline(), LOAD_S)).decode().strip()
-    finally:
-        if drone.returncode is None:
-            drone.kill()
-        await drone.wait()
+    """Run the made-up drone with its lot in a store; gives the page's address."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, str(FAKE_DRONE), "still", "--port", "0", "--stalls", str(stalls)]
+        command += ["--lots", str(Path(folder) / "lots.db")]
+        drone = await asyncio.create_subprocess_exec(*command, cwd=ROOT, stdout=asyncio.subprocess.PIPE)
+        try:
+            assert drone.stdout is not None
+            yield (await asyncio.wait_for(drone.stdout.readline(), LOAD_S)).decode().strip()
+        finally:
+            if drone.returncode is None:
+                drone.kill()
+            await drone.wait()
 
 
 @contextlib.asynccontextmanager
