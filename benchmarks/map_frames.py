@@ -5,7 +5,7 @@
 The real page over a made-up drone that knows a field of stalls, in Chromium without a window. Each case moves the map
 with the pointer by a few pixels a frame, from within the page, and counts the frames that the browser draws; it draws
 60 a second at most. Two cases show the plan of the lot while it is corrected: the map is moved, and with every frame
-another stall is chosen, for which the whole plan is drawn again. The last case turns the map, as it does while the
+another stall is chosen. The last case turns the map, as it does while the
 drone's nose is up. Without ``--gpu`` the processor draws everything. The first paint is that of a browser that never
 saw the page (First Contentful Paint, https://w3c.github.io/paint-timing/), beside a page of one word.
 """
@@ -138,7 +138,7 @@ async def measure(stalls: int, seconds: float, *, gpu: bool) -> list[Figure]:
         page = await _shown(browser, url, stalls)
         for case in CASES:
             times = await _case(page, case, seconds)
-            figures += figures_of(case, times, None if case.how == "turned" else LEAST_FPS[gpu])
+            figures += figures_of(case, times, LEAST_FPS[gpu] if case.how == "moved" else None)
     return figures
 
 

@@ -199,6 +199,17 @@ describe("the plan as it is shown", () => {
     assert.deepEqual([...plan.stalls.keys()].sort(), ["A 1", "A 3", "A 4"]);
   });
 
+  it("is summed up again after each change", () => {
+    const plan = new ShownPlan();
+    plan.take(whole(ROW), []);
+    assert.deepEqual(plan.summary, { usual: USUAL, rows: ["A"], confirmed: 0 });
+    const confirm = { do: "confirm", all: true } as const;
+    plan.foresee([confirm], confirm);
+    assert.equal(plan.summary.confirmed, 4);
+    plan.take({ ...whole([stall("B 1", 0, 0, { width: 3 })]), revision: 2 }, []);
+    assert.deepEqual(plan.summary, { usual: { width: 3, length: 5 }, rows: ["B"], confirmed: 0 });
+  });
+
   it("is another one where all of it comes again", () => {
     const plan = new ShownPlan();
     plan.take(whole(ROW), []);

@@ -2,6 +2,7 @@ import { FONT_FAMILY } from "../font.ts";
 import { type Kind, MARKS } from "../plan/values.ts";
 import { type Coordinate, corners, type Rectangle, type Sight, toPixel } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
+import type { StallFrame } from "./square-pictures.ts";
 import { inset } from "./stall-style.ts";
 import { path } from "./surface.ts";
 
@@ -32,19 +33,26 @@ const FOUND_DASH = [5, 3];
 const SEEN_DASH = [1.5, 3];
 
 /** Draws the plan's stalls, all of a look at once: found ones dashed, confirmed ones solid, chosen ones filled. */
-export function drawPlan(context: CanvasRenderingContext2D, stalls: readonly PlanShape[], sight: Sight, palette: Palette): void {
-  const found = stalls.filter((each) => !each.confirmed && !each.chosen);
-  const confirmed = stalls.filter((each) => each.confirmed && !each.chosen);
-  const chosen = stalls.filter((each) => each.chosen);
-  drawLook(context, found, sight, { colour: palette.plan, casing: palette.planCase, dash: FOUND_DASH, width: 1.5 });
-  drawLook(context, confirmed, sight, { colour: palette.confirmed, casing: palette.planCase, dash: [], width: 2, fill: `${palette.confirmed}38` });
-  drawLook(context, chosen, sight, { colour: palette.plan, casing: palette.planCase, dash: [], width: 3, fill: `${palette.plan}66` });
-  if (sight.resolution <= MARKED) for (const stall of stalls) drawWords(context, stall, sight, palette);
+export function drawPlan(context: CanvasRenderingContext2D, shapes: Iterable<PlanShape>, frame: StallFrame, palette: Palette): void {
+  const found: PlanShape[] = [];
+  const confirmed: PlanShape[] = [];
+  const chosen: PlanShape[] = [];
+  for (const each of shapes) (each.chosen ? chosen : each.confirmed ? confirmed : found).push(each);
+  const { resolution } = frame;
+  const place = ([east, north]: Coordinate): Coordinate => [(east - frame.west) / resolution, (frame.north - north) / resolution];
+  drawLook(context, found, { place, resolution }, { colour: palette.plan, casing: palette.planCase, dash: FOUND_DASH, width: 1.5 });
+  drawLook(context, confirmed, { place, resolution }, { colour: palette.confirmed, casing: palette.planCase, dash: [], width: 2, fill: `${palette.confirmed}38` });
+  drawLook(context, chosen, { place, resolution }, { colour: palette.plan, casing: palette.planCase, dash: [], width: 3, fill: `${palette.plan}66` });
+}
+
+/** Draws marks of kinds, and labels where there is room for them; they stand upright, however the map is turned. */
+export function drawPlanWords(context: CanvasRenderingContext2D, shapes: Iterable<PlanShape>, sight: Sight, palette: Palette): void {
+  if (sight.resolution <= MARKED) for (const stall of shapes) drawWords(context, stall, sight, palette);
 }
 
 /** Draws what vision saw and the plan lacks: dotted. */
 export function drawSeen(context: CanvasRenderingContext2D, found: readonly Rectangle[], sight: Sight, palette: Palette): void {
-  drawLook(context, found, sight, { colour: palette.planCase, casing: palette.fence, dash: SEEN_DASH, width: 1.5 });
+  drawLook(context, found, on(sight), { colour: palette.planCase, casing: palette.fence, dash: SEEN_DASH, width: 1.5 });
 }
 
 /** Draws an area without stalls. */
@@ -58,7 +66,7 @@ export function drawArea(context: CanvasRenderingContext2D, ring: readonly Coord
 
 export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
   const { shapes, places, isArea, box } = sketch;
-  drawLook(context, shapes, sight, { colour: palette.plan, casing: palette.planCase, dash: [], width: 2, fill: `${palette.plan}40` });
+  drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
   if (isArea) drawArea(context, places, sight, palette);
   else if (pixels.length > 1) {
@@ -73,6 +81,16 @@ export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, si
   strokeCased(context, palette.plan, palette.planCase, 1.5, [6, 4]);
 }
 
+/** How places become pixels. */
+interface Placing {
+  place: (coordinate: Coordinate) => Coordinate;
+  resolution: number;
+}
+
+function on(sight: Sight): Placing {
+  return { place: (coordinate) => toPixel(sight, coordinate), resolution: sight.resolution };
+}
+
 interface Look {
   colour: string;
   casing: string;
@@ -81,12 +99,12 @@ interface Look {
   fill?: string;
 }
 
-function drawLook(context: CanvasRenderingContext2D, shapes: readonly Rectangle[], sight: Sight, { colour, casing, dash, width, fill }: Look): void {
+function drawLook(context: CanvasRenderingContext2D, shapes: readonly Rectangle[], { place, resolution }: Placing, { colour, casing, dash, width, fill }: Look): void {
   if (shapes.length === 0) return;
   context.beginPath();
   for (const shape of shapes) {
-    corners(inset(shape, width, sight.resolution)).forEach((corner, index) => {
-      const [x, y] = toPixel(sight, corner);
+    corners(inset(shape, width, resolution)).forEach((corner, index) => {
+      const [x, y] = place(corner);
       if (index === 0) context.moveTo(x, y);
       else context.lineTo(x, y);
     });
@@ -96,7 +114,7 @@ function drawLook(context: CanvasRenderingContext2D, shapes: readonly Rectangle[
     context.fillStyle = fill;
     context.fill();
   }
-  if (sight.resolution <= CASED) strokeCased(context, colour, casing, width, dash);
+  if (resolution <= CASED) strokeCased(context, colour, casing, width, dash);
   else strokeOnce(context, colour, 1, []);
 }
 

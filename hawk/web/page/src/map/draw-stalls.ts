@@ -1,17 +1,8 @@
 import { FONT_FAMILY } from "../font.ts";
 import type { Stall, StallState } from "../state/map-store.ts";
 import { corners } from "./geometry.ts";
+import type { StallFrame } from "./square-pictures.ts";
 import { css, DASHES, type Detail, FILLS, HATCH, HATCH_SHARE, hatchPeriod, inset, LINES } from "./stall-style.ts";
-
-/** Where and how large stalls are drawn: pixels of the page right of `west` and below `north`. */
-export interface StallFrame {
-  west: number;
-  north: number;
-  /** Metres a pixel. */
-  resolution: number;
-  /** Pixels of the canvas to one of the page. */
-  ratio: number;
-}
 
 const ORDER: readonly StallState[] = ["suggested", "free", "taken", "unknown"];
 

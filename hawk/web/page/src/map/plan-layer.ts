@@ -1,8 +1,9 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
-import { drawArea, drawPlan, drawSeen, drawSketch, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
-import { type Coordinate, type Extent, type Rectangle, sightExtent } from "./geometry.ts";
+import { drawArea, drawPlan, drawPlanWords, drawSeen, drawSketch, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
+import { type Coordinate, type Extent, type Rectangle } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
+import { SquarePictures } from "./square-pictures.ts";
 import { StallIndex } from "./stall-index.ts";
 import { WideCanvas } from "./wide-canvas.ts";
 
@@ -12,15 +13,15 @@ export class PlanLayer extends Layer {
   private readonly index = new StallIndex<string, PlanShape>(
     (one, other) => one.chosen === other.chosen && one.confirmed === other.confirmed && one.kind === other.kind && one.label === other.label,
   );
+  private readonly pictures = new SquarePictures(this.index, (context, stalls, frame) => drawPlan(context, stalls, frame, this.palette));
   private areas: readonly (readonly Coordinate[])[] = [];
   private seen: readonly Rectangle[] = [];
   private sketch = NO_SKETCH;
   private readonly holder = document.createElement("div");
-  private readonly wide = new WideCanvas("plan", (context, sight) => {
+  private readonly wide = new WideCanvas("plan", (context, sight, frame) => {
     drawSeen(context, this.seen, sight, this.palette);
-    const shown = this.index.within(sightExtent(sight)).flatMap((square) => [...square.stalls.values()]);
     for (const ring of this.areas) drawArea(context, ring, sight, this.palette);
-    drawPlan(context, shown, sight, this.palette);
+    for (const { stalls } of this.pictures.paint(context, sight, frame)) drawPlanWords(context, stalls.values(), sight, this.palette);
   });
   private readonly over = new WideCanvas("plan", (context, sight) => drawSketch(context, this.sketch, sight, this.palette));
 
@@ -32,6 +33,7 @@ export class PlanLayer extends Layer {
 
   clear(): void {
     this.index.clear();
+    this.pictures.clear();
     this.touch();
   }
 
@@ -77,6 +79,7 @@ export class PlanLayer extends Layer {
 
   recolour(palette: Palette): void {
     this.palette = palette;
+    this.pictures.clear();
     this.over.touch();
     this.touch();
   }

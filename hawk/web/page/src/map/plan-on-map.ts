@@ -197,7 +197,7 @@ export class PlanOnMap {
 
   private newStall(place: Spot, free: boolean): Rectangle {
     const { lot, plan } = this.editing;
-    return snapStall(place, this.around([place]), lot?.found ?? [], plan.usual, free);
+    return snapStall(place, this.around([place]), lot?.found ?? [], plan.summary.usual, free);
   }
 
   /** A place of what is drawn, where snapping puts it. */
@@ -208,7 +208,7 @@ export class PlanOnMap {
     const near = this.around([place]);
     const [start, end] = drawing.places;
     if (drawing.tool === "area" || !start) return drawing.tool === "area" ? place : snapPlace(place, near);
-    const { usual } = plan;
+    const { usual } = plan.summary;
     const isParallel = drawing.style === "parallel";
     const pitch = isParallel ? usual.length : usual.width / Math.cos(drawing.leanAngle);
     if (!end || drawing.places.length >= 3) return snapEnd(start, place, this.around([start, place]), pitch);

@@ -1,5 +1,13 @@
 import type { Done, PlanChange } from "../link/plan.ts";
-import { type Operation, type PlanStall, type PlanZone, usualSize } from "./values.ts";
+import { type Operation, type PlanStall, type PlanZone, rowsOf, usualSize } from "./values.ts";
+
+export interface Summary {
+  /** Width and length that most stalls have about, metres. */
+  usual: { width: number; length: number };
+  /** Letters of the rows. */
+  rows: readonly string[];
+  confirmed: number;
+}
 
 /** A plan as a person sees it: as the store has it, with what was asked of the store and is not answered yet. */
 export class ShownPlan {
@@ -8,12 +16,12 @@ export class ShownPlan {
   zones: readonly PlanZone[] = [];
   revision = 0;
   private readonly known = new Map<string, PlanStall>();
-  private size: { width: number; length: number } | null = null;
+  private sum: Summary | null = null;
 
-  /** Width and length that most stalls have about, metres. */
-  get usual(): { width: number; length: number } {
-    this.size ??= usualSize([...this.stalls.values()]);
-    return this.size;
+  /** What is said of all its stalls; found once for each change. */
+  get summary(): Summary {
+    this.sum ??= summaryOf([...this.stalls.values()]);
+    return this.sum;
   }
 
   get(id: string): PlanStall | undefined {
@@ -56,10 +64,14 @@ export class ShownPlan {
     let shown = this.known.get(id) ?? null;
     for (const each of waiting) if (shown) shown = foreseen(each, shown);
     changed.add(id);
-    this.size = null;
+    this.sum = null;
     if (shown) this.stalls.set(id, shown);
     else this.stalls.delete(id);
   }
+}
+
+function summaryOf(stalls: readonly PlanStall[]): Summary {
+  return { usual: usualSize(stalls), rows: rowsOf(stalls), confirmed: stalls.filter((each) => each.is_confirmed).length };
 }
 
 /** Ids that an operation names. */

@@ -11,7 +11,7 @@ const LEAST_AREA = 3;
 
 /** The edit of a plan that is drawn on. */
 export interface DrawnOn {
-  readonly plan: { readonly usual: { readonly width: number; readonly length: number } };
+  readonly plan: { readonly summary: { readonly usual: { readonly width: number; readonly length: number } } };
   readonly selection: { clear(): void };
   do(operation: Operation): void;
   drawAgain(): void;
@@ -89,7 +89,7 @@ export class PlanDrawing {
     const [start, end = this.pointer, far = this.pointer] = this.places;
     if (this.tool !== "row" || !start || !end) return null;
     const front = [start, end] as const;
-    const { usual } = this.editing.plan;
+    const { usual } = this.editing.plan.summary;
     const depth = this.style === "parallel" ? usual.width : usual.length;
     const count = this.typedCount ?? countFor(frontLength(front), usual, this.leanAngle, this.style === "parallel");
     const hasEnd = this.places.length >= 2;

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
-import { type Kind, KINDS, type PlanStall, partsOf, rowsOf } from "../plan/values.ts";
+import { type Kind, KINDS, type PlanStall, partsOf } from "../plan/values.ts";
 import { kindWords } from "../words/plan.ts";
 import { say } from "../words/say.ts";
 import { metresOf, SCALES, typed } from "../words/units.ts";
@@ -39,7 +39,7 @@ export class PlanChosen extends Part {
 
   private rows(chosen: readonly PlanStall[]): TemplateResult {
     const { plan } = this.model;
-    const rows = rowsOf(plan.plan.stalls.values());
+    const { rows } = plan.plan.summary;
     const [first] = chosen;
     const row = first && chosen.every(({ label }) => partsOf(label)?.row === partsOf(first.label)?.row) ? (partsOf(first.label)?.row ?? "") : "";
     const isAll = chosen.length > 0 && chosen.length === plan.plan.stalls.size;

@@ -16,11 +16,10 @@ export interface PlanWords {
 
 /** The words of the plan's panel. */
 export function planWords(editing: PlanEditing, frame: LotFrame["by"], touch: boolean): PlanWords {
-  const stalls = [...editing.plan.stalls.values()];
-  const confirmed = stalls.filter((each) => each.is_confirmed).length;
+  const { stalls, summary } = editing.plan;
   return {
     title: say("plan-of", { name: editing.lot?.name ?? "" }),
-    counts: say("plan-counts", { stalls: stalls.length, confirmed }),
+    counts: say("plan-counts", { stalls: stalls.size, confirmed: summary.confirmed }),
     state: sentences(whoEdits(editing), waits(editing), placed(frame)),
     hint: editing.mayEdit ? hintOf(editing.drawing, touch) : "",
   };
