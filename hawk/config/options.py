@@ -62,6 +62,19 @@ def new(*suffixes: str) -> Callable[[str], Path]:
     return read
 
 
+def new_folder(text: str) -> Path:
+    """Return the path of a folder to write: it is not there yet, or empty."""
+    found = path(text)
+    try:
+        is_free = not found.exists() or (found.is_dir() and not any(found.iterdir()))
+    except OSError as error:
+        words = f"{text} cannot be read: {error.strerror or error}; name a folder that this user may write"
+        raise argparse.ArgumentTypeError(words) from None
+    if not is_free:
+        raise argparse.ArgumentTypeError(f"{text} is there and not empty: name a new folder")
+    return found
+
+
 def some(text: str) -> str:
     """Return a text that is not empty."""
     if not text.strip():

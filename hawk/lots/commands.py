@@ -1,4 +1,6 @@
-"""The commands ``hawk-drone backup`` and ``hawk-drone restore``: a copy of the lots' store, and its return."""
+"""The commands ``hawk-drone backup``, ``restore`` and ``export``: a copy of the lots' store, its return, and pictures
+of a lot with its stalls as labels.
+"""
 
 from __future__ import annotations
 
@@ -10,19 +12,26 @@ from typing import Any, Final
 from hawk.config import options as values
 from hawk.config.sections import Config, load_config
 
-LOT_COMMANDS: Final = frozenset({"backup", "restore"})
+LOT_COMMANDS: Final = frozenset({"backup", "restore", "export"})
 _FAILED: Final = 1
 
 
 def add_lot_commands(commands: Any) -> None:
-    """Add both commands to the subparsers of the command line."""
+    """Add the commands to the subparsers of the command line."""
     backup = commands.add_parser("backup", help="write a copy of all lots and surveys, also while the daemon runs")
     backup.add_argument("file", type=values.new(), metavar="FILE", help="the file to write; it must be new")
     backup.set_defaults(action_of=_backup)
     restore = commands.add_parser("restore", help="put a backup of lots and surveys in place of those in the store")
     restore.add_argument("file", type=values.file, metavar="FILE", help="a file that hawk-drone backup wrote")
     restore.set_defaults(action_of=_restore)
-    for parser in (backup, restore):
+    export = commands.add_parser("export", help="write pictures of a lot with its confirmed stalls as labels")
+    export.add_argument("lot", metavar="LOT", help="name or id of the lot")
+    export.add_argument(
+        "--training", type=values.new_folder, metavar="DIR", required=True, dest="file",
+        help="folder to write NAME.jpg and NAME.json into, as training/ reads them; new or empty",
+    )  # fmt: skip
+    export.set_defaults(action_of=_export)
+    for parser in (backup, restore, export):
         parser.set_defaults(action=_run)
         parser.add_argument(
             "--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default"
@@ -36,9 +45,12 @@ def _run(options: argparse.Namespace) -> int:
 
     config = _settings(options)
     try:
-        print(options.action_of(lots_file(config.store.directory, config.store.lots), options.file))
+        print(options.action_of(lots_file(config.store.directory, config.store.lots), options))
     except LotStoreError as error:
         print(f"hawk-drone: {error}", file=sys.stderr)
+        return _FAILED
+    except OSError as error:
+        print(f"hawk-drone: {error.filename or options.file}: {error.strerror or error}", file=sys.stderr)
         return _FAILED
     return 0
 
@@ -48,15 +60,40 @@ def _settings(options: argparse.Namespace) -> Config:
     return load_config(options.config, overrides=overrides)
 
 
-def _backup(store: Path, file: Path) -> str:
+def _backup(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.backup import backup
 
-    backup(store, file)
-    return f"{file}: a copy of {store}, {file.stat().st_size / 1e6:.1f} MB"
+    backup(store, options.file)
+    return f"{options.file}: a copy of {store}, {options.file.stat().st_size / 1e6:.1f} MB"
 
 
-def _restore(store: Path, file: Path) -> str:
+def _restore(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.backup import restore
 
-    kept = restore(store, file)
-    return f"{store}: restored from {file}" + ("" if kept is None else f"; {kept} keeps the former content")
+    kept = restore(store, options.file)
+    return f"{store}: restored from {options.file}" + ("" if kept is None else f"; {kept} keeps the former content")
+
+
+def _export(store: Path, options: argparse.Namespace) -> str:
+    from hawk.lots.database import Database
+    from hawk.lots.pictures import pictures_of
+    from hawk.lots.teaching import lot_named, read_lesson, write_lesson
+    from hawk.lots.values import LotStoreError
+
+    if not store.exists():
+        raise LotStoreError(f"{store}: there is no store of lots; name its folder by --store, and fly a survey first")
+    database = Database(store)
+    try:
+        with database.reading() as connection:
+            lesson = read_lesson(connection, lot_named(connection, options.lot))
+    finally:
+        database.close()
+    taught = write_lesson(lesson, pictures_of(store), options.file)
+    return "\n".join(
+        [
+            f"{options.file}: pictures with labels: {len(taught.pictures)}",
+            *([f"surveys without a picture: {taught.gone}"] if taught.gone else []),
+            *([f"surveys from before new paint: {taught.painted}"] if taught.painted else []),
+            f"Train on from them: python -m training.adapt {options.file} --out FILE",
+        ]
+    )

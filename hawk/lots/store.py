@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from hawk.lots.values import LotStoreError, Register, Saved
+from hawk.model.lot_map import EncodedTile, TileKey
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
@@ -71,9 +72,23 @@ class LotStore:
 
             survey = finished(landed)
             with self._opened().writing() as connection:
-                return save(connection, survey, self.register)
+                saved = save(connection, survey, self.register)
+            self._keep_picture(saved.survey, landed.current.mosaic)
+            return saved
 
         return await self._run(work)
+
+    def _keep_picture(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
+        """Write the picture of a survey that is stored. An error is logged: nothing that is counted needs it."""
+        from hawk.lots.pictures import pictures_of, worth_keeping
+
+        try:
+            pictures = pictures_of(self.path)
+            pictures.write(survey, mosaic)
+            with self._opened().reading() as connection:
+                pictures.keep(worth_keeping(connection))
+        except (OSError, LotStoreError) as error:
+            _LOG.warning("the picture of the survey is not kept: %s", error)
 
     async def read(self, query: Callable[[Connection], T]) -> T:
         """Return what a query finds in one consistent view. Raises LotStoreError."""

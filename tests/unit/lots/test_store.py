@@ -2,16 +2,21 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sqlalchemy import Connection, select
 
 from hawk.lots.backup import restore
 from hawk.lots.finished import LandedSurvey
+from hawk.lots.pictures import pictures_of
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.tables import SURVEY
 from hawk.lots.values import LotStoreError, Placed
+from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap
+from hawk.model.tile_picture import encode_picture
 from tests.unit.comm.waiting import until
 from tests.unit.lots.test_finished import STALL, landed, lot_map
 
@@ -110,3 +115,25 @@ def test_the_end_of_a_store_that_was_never_opened_opens_nothing(tmp_path: Path) 
 def test_the_settings_name_another_file(tmp_path: Path) -> None:
     assert lots_file(tmp_path) == tmp_path / "lots.db"
     assert lots_file(tmp_path, tmp_path / "all.db") == tmp_path / "all.db"
+
+
+async def test_the_picture_of_a_survey_is_kept_beside_the_store(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    saved = await store.save(replace(a_survey(), current=with_picture()))
+    assert pictures_of(store.path).surveys() == {saved.survey}
+    await store.close()
+
+
+async def test_a_picture_that_cannot_be_kept_loses_no_survey(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / "lots-pictures").write_text("a file in the place of the folder")
+    store = LotStore(tmp_path / "lots.db")
+    await store.save(replace(a_survey(), current=with_picture()))
+    assert await store.read(names) == ["000001-x"]
+    assert "the picture of the survey is not kept" in caplog.text
+    await store.close()
+
+
+def with_picture() -> OccupancyMap:
+    seen = np.full((TILE_CELLS, TILE_CELLS), 255, np.uint8)
+    tile = EncodedTile(1, encode_picture(np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8), seen))
+    return replace(lot_map({1: STALL}), mosaic={(0, 0): tile})

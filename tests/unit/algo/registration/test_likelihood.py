@@ -81,7 +81,7 @@ def test_no_stall_is_two() -> None:
     assert pairs.tolist() == [[0, 0], [1, 2]]
 
 
-def test_rows_that_lie_off_by_themselves_are_told_from_stalls_that_are_off_each() -> None:
+def test_rows_that_lie_off_are_distinguished_from_stalls_that_are_off_each_by_itself() -> None:
     known = map_of(rows([12, 12, 12]))
     rng = np.random.default_rng(1)
     jittered = rectangles(known.stalls.centres + rng.normal(0, 0.3, (36, 2)))
