@@ -35,7 +35,7 @@ from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "film", MAKE_BACKGROUND, CALIBRATE}
+    {"run", "survey", "desk", "film", MAKE_BACKGROUND, CALIBRATE}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -90,6 +90,13 @@ def make_parser() -> argparse.ArgumentParser:
     survey.set_defaults(action=_survey)
     _add_daemon_options(survey)
     _add_survey_options(survey)
+    desk = commands.add_parser("desk", help="show lots and correct their plans on the page, without a drone")
+    desk.set_defaults(action=_desk)
+    desk.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
+    desk.add_argument("--host", type=values.some, help="address to serve the page on")
+    desk.add_argument("--port", type=values.whole(0, MOST_PORT), help="port to serve the page on, 0 for a free one")
+    desk.add_argument("--store", type=values.path, metavar="DIR", help="folder with the store of lots")
+    desk.add_argument("--lot", type=values.some, metavar="LOT", help="name or id of the lot whose picture is shown")
     film = commands.add_parser("film", help="write the pictures of a recording as a film (AVI)")
     film.set_defaults(action=_film)
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
@@ -265,6 +272,13 @@ def _run(options: argparse.Namespace) -> int:
     status = asyncio.run(run_daemon(config, given))
     end_within(EXIT_S, sys.stderr)  # a thread that hangs in a library would keep the process
     return status
+
+
+def _desk(options: argparse.Namespace) -> int:
+    config = load_settings(options)
+    from hawk.daemon.desk import run_desk
+
+    return asyncio.run(run_desk(config, options.lot))
 
 
 def _survey(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""What an owner's pictures teach: flights to learn from, later flights to judge by, and whether weights are better.
+"""Lessons of an owner's pictures: flights to learn from, later flights to judge by, and whether weights are better.
 
 A folder as ``hawk-drone export LOT --training DIR`` writes it: ``NAME.jpg`` with ``NAME.json``, which says ``lot`` and
 ``ended``. Needs no torch.
@@ -29,7 +29,7 @@ from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Tally
 
 JUDGED_SHARE: Final = 3
-"""Of the flights of a lot, one in so many judges: the latest ones, one at the least."""
+"""Of the flights of a lot, one in N judges: the latest ones, one at the least."""
 STATE_LOSS: Final = 0.01
 """Least accuracy of states that is lost where one counts as worse: two stalls of 200."""
 DRAWN_LOSS: Final = 0.003

@@ -51,11 +51,18 @@ class OperatorSide:
     socket: ServerMessageSocket
 
     @classmethod
-    def create(cls, clock: Clock, settings: OperatorSettings) -> OperatorSide:
-        """Build it. Call ``socket.attach(manager.handle_now)`` when the manager exists."""
+    def create(
+        cls, clock: Clock, settings: OperatorSettings, otherwise: Callable[[ClientId, Command], Outgoing] | None = None
+    ) -> OperatorSide:
+        """Build it. Call ``socket.attach(manager.handle_now)`` when the manager exists.
+
+        ``otherwise`` answers the commands that do not concern the session alone, where there is no manager.
+        """
         hub = ClientHub()
         desk = ControlDesk(clock, settings)
-        return cls(hub, desk, ServerMessageSocket(hub.send_to, _session_gate(desk, hub)))
+        session = _session_gate(desk, hub)
+        gate = session if otherwise is None else lambda client, c: session(client, c) or otherwise(client, c)
+        return cls(hub, desk, ServerMessageSocket(hub.send_to, gate))
 
 
 def _no_recording() -> Path:
@@ -96,6 +103,8 @@ class WebServices:
     read_area: Callable[[bytes, str], str] = _no_area
     """Returns the area of a file's bytes for the editor of a kind (fence, outline), as GeoJSON; takes up to 0.1 s.
     Raises ValueError with the words for a file that holds none."""
+    is_desk: bool = False
+    """No drone is here: the page shows lots and plans alone."""
     lots: LotStore | None = None
     """Lots and surveys that last; None: there are none here."""
     folder: Path | None = None

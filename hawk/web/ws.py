@@ -314,4 +314,5 @@ def _welcome(services: WebServices, name: str, access: Access) -> Welcome:
         operator_hold=services.operator.operator_hold_s,
         speed=services.clock.speed,
         camera_fov=services.camera_fov_deg,
+        desk=services.is_desk,
     )

@@ -441,6 +441,8 @@ class Welcome(Outgoing):
     """Simulated seconds a second; 1 for a real drone."""
     camera_fov: Finite
     """Horizontal angle of view of the camera, degrees."""
+    desk: bool
+    """True where no drone is: lots and plans alone, and every command to a drone is refused."""
 
 
 class RouteAnswer(Spoken):

@@ -44,7 +44,10 @@ async def video_socket(request: web.Request) -> web.StreamResponse:
         heartbeat=PING_INTERVAL_S, autoping=not is_plain, max_msg_size=READ_LIMIT_BYTES, compress=False, timeout=1.0
     )
     with _counted(request.app):
-        await response.prepare(request)
+        try:
+            await response.prepare(request)
+        except ConnectionError:  # it left before it was answered
+            return response
         limit_buffers(request)
         with registered(request, response):
             if request.transport is not None:

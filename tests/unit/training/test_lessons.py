@@ -1,4 +1,4 @@
-"""What teaches and what judges, and when weights are taken."""
+"""Flights that teach, flights that judge, and weights that are taken."""
 
 from __future__ import annotations
 

@@ -489,6 +489,7 @@ export interface Welcome {
   "Operator Hold": number;
   Speed: number;
   "Camera Fov": number;
+  Desk: boolean;
 }
 
 export type Incoming = Ack | FenceCheck | Heartbeat | KillToken | RouteAnswer | Welcome;

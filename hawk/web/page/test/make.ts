@@ -112,6 +112,7 @@ export function welcome(changes: Partial<Welcome> = {}): Welcome {
     "Operator Hold": 30,
     Speed: 1,
     "Camera Fov": 70,
+    Desk: false,
     ...changes,
   };
 }

@@ -829,6 +829,7 @@ the-target-is-where = the target is { $where }
 the-transmitter-is-not-ready-and-does-not-say-why = the transmitter is not ready, and does not say why
 the-wind-is-too-strong = The wind is too strong.
 there = There.
+there-is-no-drone-here-lots-and-plans-alone = There is no drone here: lots and plans alone.
 there-is-no-fence-in-force = there is no fence in force
 there-is-no-fence-to-fly-in = There is no fence to fly in.
 there-is-no-recording-yet = There is no recording yet.

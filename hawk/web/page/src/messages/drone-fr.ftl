@@ -863,6 +863,7 @@ the-autopilot-s-return-is-right-again-it-begins-again = Le chemin de retour est 
 the-path-there-what = Le chemin vers ce point { $what }.
 the-wind-is-too-strong = Le vent est trop fort.
 there = Arrivé.
+there-is-no-drone-here-lots-and-plans-alone = Il n'y a pas de drone ici : seulement parkings et plans.
 there-is-no-fence-in-force = aucune géobarrière n'est en vigueur
 there-is-no-fence-to-fly-in = Il n'y a pas de géobarrière où voler.
 there-is-no-recording-yet = Il n'y a pas encore d'enregistrement.

@@ -219,6 +219,9 @@ export interface Messages {
   "simulation-mark": Record<string, never>;
   "simulation": Record<string, never>;
   "no-real-drone": Record<string, never>;
+  "desk": Record<string, never>;
+  "desk-mark": Record<string, never>;
+  "desk-words": Record<string, never>;
   "menu": Record<string, never>;
   "skip": Record<string, never>;
   "skip-to-actions": Record<string, never>;

@@ -20,6 +20,7 @@ import "./glance-line.ts";
 import "./keys-list.ts";
 import "./kill-dialog.ts";
 import "./link-banner.ts";
+import "./lots.ts";
 import "./map-panel.ts";
 import "./more-actions.ts";
 import "./plan-panel.ts";
@@ -70,11 +71,13 @@ export class App extends LitElement {
     const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
     if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
-    document.title = say(view.welcome?.Simulation ? "title-simulation" : "title", { state: stateWords(view).title });
+    if (view.welcome?.Desk) document.title = say("title", { state: say("desk-words") });
+    else document.title = say(view.welcome?.Simulation ? "title-simulation" : "title", { state: stateWords(view).title });
   }
 
   override render(): TemplateResult {
     const model = this.model;
+    if (model.flight.welcome?.Desk === true) return this.desk(model);
     const simulated = model.flight.welcome?.Simulation === true;
     const main = [this.swapped ? "swapped" : "", this.survey || model.plan.open ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
     return html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>
@@ -102,6 +105,18 @@ export class App extends LitElement {
       <hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>`;
   }
 
+  /** Without a drone: lots and plans alone. */
+  private desk(model: Operator): TemplateResult {
+    return html`<div class="simline desk" role="region" aria-label=${say("desk")}><h1>${say("desk-mark")}</h1> ${say("desk-words")}</div>
+      <div class="strips"><hawk-banner .model=${model}></hawk-banner></div>
+      <main class="surveyed">
+        <hawk-map .model=${model}></hawk-map>
+        <aside class="side">
+          ${model.plan.open ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}
+        </aside>
+      </main>`;
+  }
+
   private sheet(): TemplateResult | typeof nothing {
     if (this.panel === "none") return nothing;
     return html`<div class="sheet" role="dialog" aria-label=${say(PANEL_NAMES[this.panel])}>
@@ -124,7 +139,7 @@ export class App extends LitElement {
   private readonly key = (event: KeyboardEvent): void => {
     undoByKey(event, this.model);
     leaveByEscape(event, this.model, () => (this.panel = "none"));
-    actOnKey(event, this.model, (action) => this.open(action));
+    if (this.model.flight.welcome?.Desk !== true) actOnKey(event, this.model, (action) => this.open(action));
   };
 
   private skip(event: Event): void {

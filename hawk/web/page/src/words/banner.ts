@@ -28,6 +28,7 @@ export function banner(view: View): Banner | null {
   const heartbeat = view.heartbeat;
   if (!heartbeat) return null;
   if (linkOf(view) === "lost") return linkLost(view, heartbeat);
+  if (view.welcome?.Desk) return null;
   if (heartbeat["Kill State"] === "not confirmed") return cutNotConfirmed();
   if (autopilotLost(view)) return silentAutopilot(heartbeat);
   if (heartbeat.State === "CommunicationLost") return operatorLost(view, heartbeat);

@@ -1,0 +1,170 @@
+"""The desk: lots and their plans on the page, from a store, on a computer without a drone.
+
+It serves the same page and the same answers as the daemon, and flies nothing: no link is opened, every command to a
+drone is refused. Under the plan lies the picture of a survey of the lot.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Final
+
+from sqlalchemy import Connection
+
+from hawk.comm.clock import Clock
+from hawk.comm.protocol.commands import Ack, Command, Outgoing
+from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, SiteStatus, StatusStamp
+from hawk.comm.topic import Topic
+from hawk.config.reference import reference_text, settings
+from hawk.config.sections import Config, ConfigError
+from hawk.daemon.announcement import PageShown, announcement
+from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.start_checks import check_background, listening_problem
+from hawk.lots.comparing import placed_surveys
+from hawk.lots.pictures import SurveyPictures, pictures_of
+from hawk.lots.reading import lots as all_lots
+from hawk.lots.store import LotStore, lots_file
+from hawk.lots.teaching import lot_named
+from hawk.lots.values import LotStoreError
+from hawk.model.lot_map import EncodedTile, OccupancyMap
+from hawk.model.pictures import AnnotatedFrame
+from hawk.model.sentences import say
+from hawk.runtime.performance import LoopLag
+from hawk.runtime.program_log import ProgramLog
+from hawk.store.store_lock import StoreInUseError, held_store
+from hawk.web.access.tls import load_tls
+from hawk.web.access.tokens import TokensError, cookie_secret
+from hawk.web.app import WebServer
+from hawk.web.security import InsecureBindingError
+from hawk.web.services import OperatorSide, WebServices
+
+_LOG = logging.getLogger(__name__)
+
+STATUS_S: Final = 0.5
+"""Real seconds between two words to the page: it takes a longer silence for a lost connection."""
+
+
+@dataclass(frozen=True, slots=True)
+class Under:
+    """The ground under a plan: the ``mosaic`` of a survey in the frame about its ``datum`` (latitude, longitude)."""
+
+    datum: tuple[float, float]
+    mosaic: OccupancyMap
+
+
+def ground_under(connection: Connection, pictures: SurveyPictures, lot: str | None) -> Under | None:
+    """Return the newest placed survey with a picture, of one lot or of any; None without one.
+
+    ``lot``: id or name. Raises NotFoundError for a lot that is not there, LotStoreError for a broken picture.
+    """
+    there = pictures.surveys()
+    chosen = [lot_named(connection, lot)] if lot else [each["id"] for each in all_lots(connection)["lots"]]
+    rows = [row for each in chosen for row in placed_surveys(connection, each) if row["id"] in there]
+    if not rows:
+        return None
+    newest = max(rows, key=lambda row: int(row["seq"]))
+    tiles = {key: EncodedTile(1, data) for key, data in pictures.read(newest["id"]).items()}
+    datum = float(newest["latitude"]), float(newest["longitude"])
+    return Under(datum, OccupancyMap(mosaic=tiles, version=1, map_id=str(newest["id"])))
+
+
+def refuse(_: ClientId, command: Command) -> Outgoing:
+    """Answer a command that is for a drone."""
+    return Ack(id=command.id, accepted=False, reason=say("There is no drone here: lots and plans alone."))
+
+
+async def run_desk(config: Config, lot: str | None) -> int:
+    """Serve until SIGTERM or SIGINT; return the exit status. Raises ConfigError for what cannot be used."""
+    log = ProgramLog(config.log.level)
+    about = {"version": version("hawk-drone"), "port": str(config.web.port)}
+    try:
+        check_background(config.web)
+        with held_store(config.store.directory, about):
+            return await _serve(config, lot)
+    except StoreInUseError as error:
+        raise ConfigError(f"store.directory: {error}. It serves these lots already: open its page") from error
+    except (InsecureBindingError, TokensError) as error:
+        raise ConfigError(str(error)) from error
+    except LotStoreError as error:
+        raise ConfigError(f"--store: {error}") from error
+    finally:
+        log.close()
+
+
+async def _serve(config: Config, lot: str | None) -> int:
+    path = lots_file(config.store.directory, config.store.lots)
+    if not path.exists():
+        raise ConfigError(f"--store: {path} is not there. Name the folder of a drone's files, or restore a backup")
+    store = LotStore(path, find_stalls)
+    try:
+        if notice := await store.open():
+            _LOG.warning("%s", notice)
+        under = await store.read(lambda connection: ground_under(connection, pictures_of(path), lot))
+        await _serve_store(config, store, under)
+    finally:
+        await store.close()
+    return 0
+
+
+async def _serve_store(config: Config, store: LotStore, under: Under | None) -> None:
+    clock, lag = Clock(), LoopLag()
+    status: Topic[DroneStatus] = Topic("status", clock)
+    occupancy_map: Topic[OccupancyMap] = Topic("occupancy_map", clock)
+    video: Topic[AnnotatedFrame] = Topic("annotated", clock)
+    tls = load_tls(config.web, in_flight=False)
+    server = WebServer(
+        WebServices(
+            clock=clock,
+            web=config.web,
+            operator=config.operator,
+            side=OperatorSide.create(clock, config.operator, refuse),
+            status=status,
+            occupancy_map=occupancy_map,
+            video=video,
+            version=version("hawk-drone"),
+            simulation=False,
+            is_desk=True,
+            settings=settings(config, reference_text()),
+            lots=store,
+            cookie_secret=cookie_secret(config.store.directory),
+            folder=config.store.directory,
+            tls=tls,
+            camera_fov_deg=config.camera.horizontal_fov_deg,
+            loop_lag=lag.summary,
+        )
+    )
+    if under is not None:
+        occupancy_map.publish(under.mosaic)
+    try:
+        await server.start()
+    except OSError as error:
+        raise ConfigError(listening_problem(error, config.web)) from error
+    fingerprint = None if tls is None else tls.fingerprint
+    page = PageShown(server.url, server.page_url, server.asks_for_token, fingerprint)
+    for line in announcement(page, config.store.directory, is_simulation=False):
+        print(line, flush=True)
+    try:
+        await _speak(status, clock, under)
+    finally:
+        await server.close()
+
+
+async def _speak(status: Topic[DroneStatus], clock: Clock, under: Under | None) -> None:
+    """Publish a status again and again until a stop signal."""
+    stopping = asyncio.Event()
+    for name in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(name, stopping.set)
+    site, number = SiteStatus(datum=None if under is None else under.datum), 0
+    while not stopping.is_set():
+        number += 1
+        stamp = StatusStamp(sequence=number, time=clock(), utc=datetime.now(UTC).isoformat(timespec="seconds"))
+        status.publish(DroneStatus(stamp=stamp, site=site))
+        try:
+            await asyncio.wait_for(stopping.wait(), STATUS_S)
+        except TimeoutError:
+            continue

@@ -1,0 +1,89 @@
+"""The desk: a store's lots on the page of a computer without a drone."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import aiohttp
+import pytest
+import pytest_asyncio
+from playwright.async_api import Browser, expect
+
+from hawk.lots.database import Database
+from hawk.lots.pictures import pictures_of
+from hawk.lots.saving import save
+from hawk.lots.store import FILE
+from tests.e2e.hands import button, press, shows
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.test_plan_by_clicks import Store, at, chosen, done
+from tests.e2e.watching import watch
+from tests.unit.lots.surveys import survey
+from tests.unit.lots.test_teaching import mosaic
+
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def address(tmp_path: Path) -> AsyncIterator[str]:
+    """A desk that serves a store of one lot with a picture."""
+    store = Database(tmp_path / FILE)
+    with store.writing() as connection:
+        saved = save(connection, survey())
+    store.close()
+    pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
+    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
+    process = await asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    )
+    assert process.stdout is not None
+    line = (await asyncio.wait_for(process.stdout.readline(), 60)).decode()
+    assert line.startswith("hawk: open http")
+    yield line.split()[2]
+    process.terminate()
+    assert await asyncio.wait_for(process.wait(), 20) == 0
+
+
+async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
+    browser: Browser, address: str, screenshots: Path
+) -> None:
+    store = Store(address)
+    page = await (await browser.new_context(viewport={"width": 1440, "height": 900})).new_page()
+    await page.add_init_script(path=AXE)
+    await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
+    errors = watch(page)
+    pictures: set[str] = set()
+    page.on("response", lambda answer: pictures.add(answer.url) if "api/mosaic/" in answer.url and answer.ok else None)
+    await page.goto(address)
+    await expect(page.get_by_role("region", name="Desk")).to_contain_text("No drone is here", timeout=30_000)
+    assert await page.locator("hawk-bar, hawk-glance, hawk-video, hawk-counts").count() == 0, "nothing to fly with"
+    await press(page, "Correct the plan", 30)
+    await shows(page, "You edit since", 30)
+    before = await store.stalls()
+    await page.mouse.click(*await at(page, before["A 3"]))
+    await expect(chosen(page)).to_contain_text("A 3")
+    await page.keyboard.press("Delete")
+    await done(page)
+    await page.screenshot(path=screenshots / "desk.png")
+    assert set(before) - set(await store.stalls()) == {"A 3"}
+    assert len(pictures) == len(mosaic()), "the picture of the survey lies under the plan"
+    assert not errors
+    assert await page.evaluate(RUN_AXE) == []
+    await button(page, "Close").first.click()
+
+
+async def test_every_command_to_a_drone_is_refused(address: str) -> None:
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{address}ws") as socket:
+        welcome = await socket.receive_json(timeout=10)
+        assert welcome["Desk"] is True
+        for number, command in enumerate(("Arm", "Takeoff", "Explore", "Kill")):
+            await socket.send_json({"Type": command, "Id": number})
+        answers: dict[int, dict[str, object]] = {}
+        while len(answers) < 4:
+            message = await socket.receive_json(timeout=10)
+            if message.get("Type") == "Ack":
+                answers[message["Id"]] = message
+        assert not any(answer["Accepted"] for answer in answers.values())

@@ -1,0 +1,84 @@
+"""The desk: which picture lies under a plan, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hawk.cli import main
+from hawk.comm.protocol.commands import Ack, Arm
+from hawk.comm.protocol.heartbeat import ClientId
+from hawk.daemon.desk import Under, ground_under, refuse
+from hawk.lots.pictures import SurveyPictures, pictures_of
+from hawk.lots.store import FILE
+from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.store.store_lock import held_store
+from tests.unit.lots.repaints import Archive, flown
+from tests.unit.lots.surveys import DATUM
+from tests.unit.lots.test_pictures import MOSAIC
+
+
+@pytest.fixture
+def archive(tmp_path: Path) -> Iterator[Archive]:
+    made = Archive(tmp_path / FILE)
+    yield made
+    made.store.close()
+
+
+def under(archive: Archive, pictures: SurveyPictures, lot: str | None = None) -> Under | None:
+    with archive.store.reading() as connection:
+        return ground_under(connection, pictures, lot)
+
+
+def test_the_newest_survey_with_a_picture_lies_under_the_plan(archive: Archive) -> None:
+    surveys = [archive.add(flown(number)).survey for number in (1, 2, 3)]
+    pictures = pictures_of(archive.store.path)
+    assert under(archive, pictures) is None
+    for survey in surveys[:2]:
+        pictures.write(survey, MOSAIC)
+    found = under(archive, pictures)
+    assert found is not None
+    assert found.mosaic.map_id == surveys[1]
+    assert found.datum == (DATUM.latitude, DATUM.longitude)
+    assert set(found.mosaic.mosaic) == set(MOSAIC)
+
+
+def test_a_lot_is_chosen_by_name_and_one_that_is_not_there_is_named(archive: Archive) -> None:
+    pictures = pictures_of(archive.store.path)
+    pictures.write(archive.add(flown(1)).survey, MOSAIC)
+    assert under(archive, pictures, "Lot 1") is not None
+    with pytest.raises(NotFoundError, match="no lot is called 'Mall'"):
+        under(archive, pictures, "Mall")
+
+
+def test_a_broken_picture_is_named_with_its_remedy(archive: Archive) -> None:
+    pictures = pictures_of(archive.store.path)
+    survey = archive.add(flown(1)).survey
+    pictures.write(survey, MOSAIC)
+    next(archive.store.path.parent.glob(f"*/{survey}.zip")).write_bytes(b"PK")
+    with pytest.raises(LotStoreError, match="remove it"):
+        under(archive, pictures)
+
+
+def test_a_command_to_a_drone_is_refused_in_words() -> None:
+    answer = refuse(ClientId("one"), Arm(id=7))
+    assert isinstance(answer, Ack)
+    assert not answer.accepted
+    assert "no drone here" in answer.reason
+
+
+def test_a_store_that_is_not_there_is_named_and_none_is_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["desk", "--port", "0", "--store", str(tmp_path)]) == 2
+    assert "lots.db is not there. Name the folder" in capsys.readouterr().err
+    assert not (tmp_path / FILE).exists()
+
+
+def test_a_store_that_a_daemon_serves_is_left_to_it(archive: Archive, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = archive.store.path.parent
+    with held_store(folder, {"version": "1", "port": "8080"}):
+        assert main(["desk", "--port", "0", "--store", str(folder)]) == 2
+    assert "It serves these lots already: open its page" in capsys.readouterr().err
