@@ -24,7 +24,7 @@ from benchmarks.perception.places import folder_option, read_lots
 from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork, packaged_weights
 from training.lessons import DRAWN_SEEDS, LessonError, Split, figures, halves, judge, refusal, split
-from training.settings import DEVICES
+from training.settings import DEVICES, computes_bfloat16
 
 STEPS: Final = 500
 RATE: Final = 3e-4
@@ -77,6 +77,7 @@ def _train(options: argparse.Namespace, parts: Split, base: Path, folder: Path) 
     words = ["--ground", str(options.folder), "--start-from", str(base), "--steps", str(options.steps)]
     words += ["--rate", str(RATE), "--crop", str(CROP), "--seed", str(options.seed), "--device", options.device]
     words += [word for name in parts.judged for word in ("--leave-out", name)]
+    words += [] if options.device != "cpu" or computes_bfloat16() else ["--float32"]
     train.main([*words, "--out", str(out)])
     return out
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from training.settings import TrainingPlan, parse, plan_of, rate
+from training.settings import TrainingPlan, computes_bfloat16, parse, plan_of, rate
 
 OUT = ["--out", "lot.onnx"]
 
@@ -115,3 +115,12 @@ def test_the_states_to_average_come_from_the_second_half_and_end_with_the_last()
     assert averaged == tuple(sorted(averaged))
     assert min(averaged) >= 0.5
     assert averaged[-1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("flags", "has"), [("fpu avx2 avx512f avx512_bf16", True), ("asimd bf16", True), ("fpu avx2 avx512f", False)]
+)
+def test_a_processor_names_its_instructions_for_bfloat16(tmp_path: Path, flags: str, has: bool) -> None:
+    (tmp_path / "cpuinfo").write_text(f"processor : 0\nflags : {flags}\n")
+    assert computes_bfloat16(tmp_path / "cpuinfo") is has
+    assert not computes_bfloat16(tmp_path / "none")
