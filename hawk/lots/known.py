@@ -55,7 +55,14 @@ def known_lot(connection: Connection, lot: str, datum: tuple[float, float], surv
         lot,
         tuple(
             KnownStall(
-                stall.id, north, east, (stall.angle + frame.turn) % np.pi, stall.width, stall.length, stall.is_confirmed
+                stall.id,
+                north,
+                east,
+                (stall.angle + frame.turn) % np.pi,
+                stall.width,
+                stall.length,
+                stall.is_confirmed,
+                stall.label,
             )
             for stall, (north, east) in zip(stalls, places, strict=True)
         ),

@@ -11,8 +11,8 @@ from hawk.model.poses import Ring
 class KnownStall:
     """A stall of a lot's plan: metres (north, east) as the receiver's position places the plan on the map.
 
-    ``id`` is the UUID that lasts; ``angle`` (radians), ``width`` and ``length`` (metres) as in
-    `hawk.model.lot_map.Stall`. ``is_confirmed``: a person says that it is there.
+    ``id`` is the UUID that lasts, ``label`` the name for people; ``angle`` (radians), ``width`` and ``length`` (metres)
+    as in `hawk.model.lot_map.Stall`. ``is_confirmed``: a person says that it is there.
     """
 
     id: str
@@ -22,6 +22,7 @@ class KnownStall:
     width: float
     length: float
     is_confirmed: bool = False
+    label: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,8 +37,9 @@ class Stall:
     ``angle`` is the direction of the long side in [0, pi); ``taken`` the probability of being taken; ``score`` the
     probability of being a stall at all; ``seen`` the number of frames that showed it, of passes for a suggested one;
     ``version`` rises when its shown content changes. ``known`` is the UUID of that stall in the lot's plan, where a
-    person has confirmed it: then ``score`` is only what the flight saw of it. ``extra`` is the state of a stall
-    found beside confirmed ones, where the plan has none: ``state`` is SUGGESTED then, as for a car that stood there.
+    person has confirmed it, ``label`` its name there: then ``score`` is only what the flight saw of it. ``extra`` is
+    the state of a stall found beside confirmed ones, where the plan has none: ``state`` is SUGGESTED then, as for a
+    car that stood there.
     """
 
     id: int
@@ -55,6 +56,7 @@ class Stall:
     version: int
     known: str = ""
     extra: StallState | None = None
+    label: str = ""
 
     @property
     def existence(self) -> float:

@@ -211,12 +211,21 @@ def to_global(datum: GlobalPose, points: NDArray[np.float64]) -> NDArray[np.floa
     return np.column_stack((latitude, longitude))
 
 
+def labels_of(stalls: Mapping[int, Stall]) -> dict[int, str]:
+    """Return the labels for people, by id.
+
+    On a known lot they are those of its plan; a stall that the plan has not gets one when it is taken over.
+    """
+    of_plan = {key: stall.label for key, stall in stalls.items() if stall.label}
+    return of_plan or row_labels(stalls)
+
+
 def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
     """Return the table of stalls, one line each, in the order of their ids."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
-    labels = row_labels(stalls)
+    labels = labels_of(stalls)
     for key in sorted(stalls):
         writer.writerow(_row(datum, stalls[key], labels.get(key, "")).values())
     return out.getvalue()
@@ -224,7 +233,7 @@ def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
 
 def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
     """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise)."""
-    labels = row_labels(stalls)
+    labels = labels_of(stalls)
     features = [_feature(datum, stalls[key], labels.get(key)) for key in sorted(stalls)]
     return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False)
 

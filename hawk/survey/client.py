@@ -329,4 +329,5 @@ def _stall(update: StallUpdate) -> Stall:
         seen=update.seen or 0,
         last_seen=update.last_seen or 0.0,
         version=update.version,
+        label=update.label or "",
     )

@@ -236,6 +236,7 @@ def stall_update(stall: Stall) -> StallUpdate:
         seen=stall.seen,
         last_seen=round(stall.last_seen, 2),
         score=round(stall.score, 4),
+        label=stall.label or None,
     )
 
 

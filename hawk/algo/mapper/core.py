@@ -405,7 +405,7 @@ class MapCore:
         index = self._plan.go_on(self.tracker, self.grid, self._version, time)
         if index is not None:
             self._rows.drop()
-            self.published.plan = self._plan.ids
+            self.published.plan = self._plan.names
             gone = self.tracker.take_gone()
             self._encoder.mark_around(self.published.update(self.tracker.rows, index, gone, self._version))
 

@@ -34,8 +34,8 @@ class PlanOnMap:
 
     def __init__(self) -> None:
         self._placing: PlanPlacing | None = None
-        self.ids: tuple[str, ...] = ()
-        """Ids of the stalls of the plan that is on the map, by their numbers from 1."""
+        self.names: tuple[tuple[str, str], ...] = ()
+        """Ids and labels of the stalls of the plan that is on the map, by their numbers from 1."""
 
     def know(self, lot: KnownLot | None) -> None:
         """Take the plan of the lot that is flown over. None changes nothing: what is on the map stays."""
@@ -53,7 +53,7 @@ class PlanOnMap:
         plan = placing.go_on(tracker.count, lambda: found_map(tracker, grid))
         if plan is None:
             return None
-        self.ids = tuple(stall.id for stall in placing.lot.stalls)
+        self.names = tuple((stall.id, stall.label) for stall in placing.lot.stalls)
         is_confirmed = np.array([stall.is_confirmed for stall in placing.lot.stalls], np.bool_)
         index = tracker.put_plan(plan, is_confirmed, version)
         _call_unseen(tracker.rows, grid, time)

@@ -127,8 +127,8 @@ class StallIndex:
         self.stalls: Sharded[int, Stall] = Sharded(lambda stall_id: stall_id // _SHARD)
         self.unclear: dict[int, Stall] = {}
         """Those whose state is not known."""
-        self.plan: tuple[str, ...] = ()
-        """Ids of the stalls of the lot's plan, by their numbers from 1."""
+        self.plan: tuple[tuple[str, str], ...] = ()
+        """Ids and labels of the stalls of the lot's plan, by their numbers from 1."""
         self._counts = dict.fromkeys(StallState, 0)
         self._variances = 0  # of the number of free ones, in parts of `_FINE`: whole numbers add up without drift
 
@@ -144,11 +144,11 @@ class StallIndex:
         table = rows[index]
         for position, stall_id, values in zip(index, table["id"].tolist(), _shown(table), strict=True):
             known = None if stall_id in lost else self.stalls.get(stall_id)
-            of_plan = self._known(rows[position])
+            of_plan, label = self._known(rows[position])
             if known is not None and known.known == of_plan and not _differs(known, values):
                 continue
             rows["version"][position] = version
-            news[stall_id] = fresh = to_stall(rows[position], of_plan)
+            news[stall_id] = fresh = to_stall(rows[position], of_plan, label)
             if known is None or _is_redrawn(known, values):
                 redrawn += [fresh] if known is None else [fresh, known]
         self._count(lost, news)
@@ -162,9 +162,10 @@ class StallIndex:
         self._count(lost, news)
         self.stalls = self.stalls.changed(news, lost)
 
-    def _known(self, row: Any) -> str:
+    def _known(self, row: Any) -> tuple[str, str]:
+        """Return id and label of a row in the plan, empty for one that is not of it."""
         number = int(row["plan"])
-        return self.plan[number - 1] if row["given"] and 0 < number <= len(self.plan) else ""
+        return self.plan[number - 1] if row["given"] and 0 < number <= len(self.plan) else ("", "")
 
     def _is_news(self, stall: Stall) -> bool:
         known = self.stalls.get(stall.id)

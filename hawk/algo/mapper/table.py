@@ -124,8 +124,8 @@ def probability(log_odds: Floats) -> Floats:
     return np.asarray(1 / (1 + np.exp(-log_odds)))
 
 
-def to_stall(row: Any, known: str = "") -> Stall:
-    """Return one row as a published stall, rounded. ``known``: the id of that stall in the lot's plan."""
+def to_stall(row: Any, known: str = "", label: str = "") -> Stall:
+    """Return one row as a published stall, rounded. ``known``, ``label``: of that stall in the lot's plan."""
     north, east, angle, width, length = published_geometry(row)
     return Stall(
         id=int(row["id"]),
@@ -142,6 +142,7 @@ def to_stall(row: Any, known: str = "") -> Stall:
         version=int(row["version"]),
         known=known,
         extra=STATES[int(row["state"])] if row["extra"] else None,
+        label=label,
     )
 
 

@@ -51,6 +51,8 @@ class StallUpdate(Outgoing):
     """Frames that showed it; passes for a suggested one."""
     last_seen: Finite | None = None
     score: Finite | None = None
+    label: str | None = None
+    """Name in the plan of a known lot; null for another stall."""
 
 
 class MosaicVersion(Outgoing):

@@ -113,6 +113,7 @@ def test_a_survey_after_the_turn_is_placed_on_the_same_stalls(archive: Archive) 
         known = known_lot(connection, archive.lot, HERE)
     turned = move.of(np.array([(each.north, each.east) for each in flown(1).stalls]))
     assert [(each.north, each.east) for each in known.stalls] == [pytest.approx(each, abs=0.01) for each in turned]
+    assert [each.label for each in known.stalls] == [each["label"] for each in archive.read()["stalls"]]
     assert archive.changes() == []
 
 

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -59,6 +60,14 @@ def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
     assert tuple(rows[0]) == CSV_COLUMNS
     assert rows[2]["state"] == "free"
     assert float(rows[2]["direction_deg"]) == pytest.approx(30.0)
+
+
+def test_stalls_of_a_known_lot_have_the_labels_of_its_plan_and_others_none(survey: SurveyMap) -> None:
+    stalls = {**survey.stalls, 7: replace(survey.stalls[7], label="P-101")}
+    rows = csv.DictReader(io.StringIO(stalls_csv(survey.datum, stalls)))
+    assert {row["id"]: row["label"] for row in rows} == {"2": "", "3": "", "7": "P-101", "9": ""}
+    features = json.loads(stalls_geojson(survey.datum, stalls))["features"]
+    assert [feature["properties"]["label"] for feature in features] == [None, None, "P-101", None]
 
 
 def test_geojson_polygons_are_where_the_stalls_are(survey: SurveyMap) -> None:

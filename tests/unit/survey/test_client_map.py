@@ -46,6 +46,12 @@ def test_updates_become_the_map_of_a_survey() -> None:
     assert held.mosaic == {(-1, 2): 4}
 
 
+def test_a_stall_of_a_known_lot_has_the_label_of_its_plan() -> None:
+    held = ClientMap()
+    held.apply(update(stalls=[stall(1).model_copy(update={"label": "B 12"}), stall(2)]))
+    assert [held.stalls[number].label for number in (1, 2)] == ["B 12", ""]
+
+
 def test_what_is_removed_goes_and_removing_twice_is_no_error() -> None:
     held = ClientMap()
     held.apply(update(stalls=[stall(1), stall(2)]))

@@ -465,6 +465,7 @@ export interface StallUpdate {
   Seen: number | null;
   "Last Seen": number | null;
   Score: number | null;
+  Label: string | null;
 }
 
 /** A changed tile of the map. Its north-west corner lies -Row tiles north and Column tiles east of the datum. */

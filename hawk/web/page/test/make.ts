@@ -158,6 +158,7 @@ export function stall(Id: number, changes: Partial<StallUpdate> = {}): StallUpda
     Seen: 4,
     "Last Seen": 90,
     Score: 0.9,
+    Label: null,
     ...changes,
   };
 }

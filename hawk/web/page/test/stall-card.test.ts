@@ -72,6 +72,14 @@ describe("the stall's card", () => {
     return { rig, stage, pictures };
   }
 
+  it("names a stall as the lot's plan does", async () => {
+    const { rig, stage } = await shown();
+    assert.equal(words(stage.find(".h")), "Stall 7");
+    rig.hear({ "Occupancy Map": mapUpdate({ Stalls: [stall(7, { Version: 2, Label: "B 12" })] }) });
+    await stage.drawn();
+    assert.equal(words(stage.find(".h")), "Stall B 12");
+  });
+
   it("has the stall's picture, where there is one, and how sure it is", async () => {
     const { stage, pictures } = await shown();
     assert.equal(words(stage.find(".kind")).replace(/^\? /, ""), "Unclear, probably taken");

@@ -15,7 +15,7 @@ const LEAST_SEEN_BENEATH = 2;
 const STATES: StallState[] = ["free", "taken", "unknown", "suggested"];
 
 function stall(id: number, changes: Partial<Stall> = {}): Stall {
-  return { id, north: 0, east: 0, angle: 0, width: 2.5, length: 5, state: "free", taken: 0.1, seen: 3, lastSeen: 1, ...changes };
+  return { id, north: 0, east: 0, angle: 0, width: 2.5, length: 5, state: "free", taken: 0.1, seen: 3, lastSeen: 1, label: String(id), ...changes };
 }
 
 describe("the look of stalls", () => {

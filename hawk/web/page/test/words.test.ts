@@ -172,7 +172,7 @@ describe("other words", () => {
   });
 
   it("say how sure a stall is", () => {
-    const stall = { id: 1, north: 0, east: 0, angle: 0, width: 2, length: 5, state: "unknown" as const, taken: 0.38, seen: 4, lastSeen: 1 };
+    const stall = { id: 1, north: 0, east: 0, angle: 0, width: 2, length: 5, state: "unknown" as const, taken: 0.38, seen: 4, lastSeen: 1, label: "1" };
     const at = new Date(2026, 0, 1, 14, 33, 25).getTime();
     assert.equal(stallDetail(stall, at), "Seen in 4 pictures only, last at 14:33:25.");
     assert.equal(stallDetail({ ...stall, state: "free", seen: 1 }, null), "Seen in 1 picture only.");

@@ -25,7 +25,14 @@ def plan_of(stalls: NDArray[np.float64], confirmed: Sequence[bool] | bool = True
     flags = [confirmed] * len(stalls) if isinstance(confirmed, bool) else list(confirmed)
     known = tuple(
         KnownStall(
-            f"stall-{k}", float(n), float(e), float((row[2] + TURN) % math.pi), float(row[3]), float(row[4]), flag
+            f"stall-{k}",
+            float(n),
+            float(e),
+            float((row[2] + TURN) % math.pi),
+            float(row[3]),
+            float(row[4]),
+            flag,
+            f"A {k}",
         )
         for k, ((n, e), row, flag) in enumerate(zip(places, stalls, flags, strict=True))
     )
@@ -67,6 +74,7 @@ def test_each_confirmed_stall_is_on_the_map_at_its_place_under_its_id(flown: Occ
     found = of_plan(flown)
     assert sorted(found) == list(range(len(TRUTH.stalls)))
     assert flown.counts.total == len(TRUTH.stalls)
+    assert {k: stall.label for k, stall in found.items()} == {k: f"A {k}" for k in found}
     away = [math.dist(TRUTH.stalls[k, :2], (stall.north, stall.east)) for k, stall in found.items()]
     assert max(away) < 0.5
 

@@ -15,6 +15,8 @@ export interface Stall {
   taken: number | null;
   seen: number | null;
   lastSeen: number | null;
+  /** In the plan of a known lot; else its number. */
+  label: string;
 }
 
 export interface TileKey {
@@ -109,5 +111,6 @@ function complete(update: StallUpdate): Stall | null {
     taken: update.Taken,
     seen: update.Seen,
     lastSeen: update["Last Seen"],
+    label: update.Label ?? String(update.Id),
   };
 }

@@ -41,7 +41,7 @@ export class ConfirmBar extends Part {
     const choice = plan.choices.find((each) => each.kind === kind);
     const run = choice?.possible ? () => void this.go(target, choice.kind, height) : null;
     const second = choice?.possible ? consequence(view, plan, choice.kind, route) : (choice?.reason ?? plan.refusal);
-    const asked = stall === undefined ? plan.question : say("look-again-question", { stall });
+    const asked = stall === undefined ? plan.question : say("look-again-question", { stall: this.model.map.stalls.get(stall)?.label ?? stall });
     const line = stall === undefined ? second : sentences(plan.flown, second);
     return this.frame(asked, line, this.choices(plan, kind), say("move-slide"), run);
   }

@@ -29,10 +29,10 @@ export class StallCard extends Part {
     const words = likelihood(stall);
     const detail = stallDetail(stall, this.lastSeenAt(stall, view));
     return html`<div class="pop stall" data-mark="stall">
-      <canvas width="120" height="192" role="img" aria-label=${say("stall-picture", { stall: stall.id })}></canvas>
+      <canvas width="120" height="192" role="img" aria-label=${say("stall-picture", { stall: stall.label })}></canvas>
       <div>
         <button class="plain close" aria-label=${say("close")} @click=${() => this.close()}>${icon("close")}</button>
-        <div class="h">${say("stall-number", { stall: stall.id })}</div>
+        <div class="h">${say("stall-number", { stall: stall.label })}</div>
         <div class="kind">${swatch(stall.state)} ${capital(words)}</div>
         <div class="sub">${detail}</div>
         ${this.again(stall, view)}

@@ -30,7 +30,7 @@ export class StallsTab extends Part {
         </thead>
         <tbody>
           ${rows.map(
-            (row) => html`<tr @click=${() => this.show(row.id)}><th scope="row"><button class="small" aria-label=${say("show-stall", { stall: row.id })}>${row.id}</button></th><td>${row.state}</td><td>${row.place}</td><td>${row.seen}</td></tr>`,
+            (row) => html`<tr @click=${() => this.show(row.id)}><th scope="row"><button class="small" aria-label=${say("show-stall", { stall: row.label })}>${row.label}</button></th><td>${row.state}</td><td>${row.place}</td><td>${row.seen}</td></tr>`,
           )}
         </tbody>
       </table>

@@ -6,6 +6,7 @@ import type { Units } from "./units.ts";
 
 export interface StallRow {
   id: number;
+  label: string;
   state: string;
   place: string;
   seen: string;
@@ -26,6 +27,7 @@ export function stallRows(
   const sorted = [...stalls].sort((a, b) => rank(a) - rank(b) || away(a) - away(b) || a.id - b.id);
   return sorted.slice(0, most).map((stall) => ({
     id: stall.id,
+    label: stall.label,
     state: capital(stallWords(stall.state)),
     place: say("from-home-by", {
       distance: format.distance(away(stall), units),
