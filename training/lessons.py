@@ -32,8 +32,6 @@ JUDGED_SHARE: Final = 3
 """Of the flights of a lot, one in N judges: the latest ones, one at the least."""
 STATE_LOSS: Final = 0.01
 """Least accuracy of states that is lost where one counts as worse: two stalls of 200."""
-DRAWN_LOSS: Final = 0.003
-"""The same for F1 over drawn worlds: the weights of two trainings with other seeds differ by as much."""
 DRAWN_SEEDS: Final = (901, 902, 903, 904, 905, 906)
 """Drawn worlds that no training sees: it draws scenes, not worlds."""
 _MEASURES: Final = {
@@ -101,16 +99,21 @@ def judge(network: StallNetwork, places: Sequence[Place], seeds: Sequence[int] =
 
 def refusal(before: Judgement, after: Judgement) -> str:
     """Return why the weights of ``after`` are not taken, nothing where they are better on the later flights and no
-    worse on drawn worlds.
+    worse on drawn worlds: by no more than one standard error.
     """
     if not after.later.f1 > before.later.f1:
         return f"no better on the later flights: F1 {after.later.f1:.3f}, before {before.later.f1:.3f}"
     if after.later.state_accuracy < before.later.state_accuracy - STATE_LOSS:
         states = f"{after.later.state_accuracy:.3f}, before {before.later.state_accuracy:.3f}"
         return f"states are worse on the later flights: {states}"
-    if after.drawn.f1 < before.drawn.f1 - DRAWN_LOSS:
+    if after.drawn.f1 < before.drawn.f1 - _chance(before.drawn):
         return f"worse on drawn worlds: F1 {after.drawn.f1:.3f}, before {before.drawn.f1:.3f}"
     return ""
+
+
+def _chance(tally: Tally) -> float:
+    """Return the standard error of F1 over the true stalls, as of a share of them."""
+    return math.sqrt(tally.f1 * (1 - tally.f1) / tally.true) if tally.true else 0.0
 
 
 def figures(before: Judgement, after: Judgement) -> list[Figure]:

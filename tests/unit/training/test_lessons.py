@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.perception.places import missing_ground, read_lots
 from hawk.survey.scoring import Tally
-from training.lessons import DRAWN_LOSS, Judgement, LessonError, figures, halves, refusal, split
+from training.lessons import Judgement, LessonError, figures, halves, refusal, split
 
 GOOD = Tally(matched=900, found=950, true=1000, whole=1000, whole_matched=900, judged=900, agreed=860)
 BEFORE = Judgement(GOOD, GOOD)
@@ -55,7 +55,7 @@ def test_an_empty_folder_is_named(tmp_path: Path) -> None:
 def test_weights_are_taken_that_are_better_on_later_flights_and_no_worse_on_drawn_worlds() -> None:
     better = replace(GOOD, matched=910)
     assert refusal(BEFORE, Judgement(better, GOOD)) == ""
-    slightly = replace(GOOD, found=GOOD.found + int(DRAWN_LOSS * 1950))
+    slightly = replace(GOOD, matched=895)  # F1 .005 less; the standard error of .92 over 1,000 stalls is .008
     assert refusal(BEFORE, Judgement(better, slightly)) == ""
 
 
