@@ -37,7 +37,7 @@ def open_edit(connection: Connection, lot: str, asked: Mapping[str, Any], now: f
     Another person's edit is closed as it is and a new one opened where that one was idle for `IDLE_S`, or where
     ``take_over`` is true. Raises LotInputError, NotFoundError and BeingEditedError.
     """
-    _check_lot(connection, lot)
+    check_lot(connection, lot)
     _check_keys(asked, ("who", "take_over"))
     who = checked_name(asked.get("who"), "who")
     if not isinstance(asked.get("take_over", False), bool):
@@ -64,10 +64,19 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     """
     _check_keys(asked, ("edit", "operation"))
     operation = operation_of(asked.get("operation"))
-    edit = _held(connection, lot, asked, now)
+    edit = held(connection, lot, asked, now)
     stalls = reading.selected(connection, lot, operation)
     context = reading.context_of(connection, lot, operation)
-    draft = checked(connection, lot, drafting.drafted(operation, stalls, context), context.zones)
+    return done(connection, edit, operation.do, drafting.drafted(operation, stalls, context), now)
+
+
+def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: float) -> dict[str, Any]:
+    """Do a draft as one step of an edit, ``kind``; return the stalls that changed, as JSON values.
+
+    Raises LotInputError for a draft that does not fit the plan; nothing is written then.
+    """
+    lot = edit.lot
+    draft = checked(connection, lot, drafted, reading.zones_of(connection, lot))
     if draft.is_empty:
         return _done_json(connection, edit, follow.revision_of(connection, lot), ())
     if newest_layout(connection, lot) < edit.version:
@@ -77,7 +86,7 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     revision = follow.next_revision(connection, lot)
     was_undone = (STEP.c.edit == edit.id) & (STEP.c.state == State.UNDONE.value)
     connection.execute(update(STEP).where(was_undone).values(state=State.DROPPED.value))
-    step = {"kind": operation.do, "made": now, "revision": revision, "state": State.DONE.value}
+    step = {"kind": kind, "made": now, "revision": revision, "state": State.DONE.value}
     connection.execute(insert(STEP).values(edit=edit.id, body=steps.step_json(groups), **step))
     return _done_json(connection, edit, revision, groups)
 
@@ -100,7 +109,7 @@ def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone
 
 def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
     """Undo the newest step of the open ``edit``; return the stalls that changed. Raises as `do`."""
-    edit = _held(connection, lot, asked, now, ("edit",))
+    edit = held(connection, lot, asked, now, ("edit",))
     newest = select(STEP).where(STEP.c.edit == edit.id, STEP.c.state == State.DONE.value).order_by(STEP.c.seq.desc())
     row = connection.execute(newest.limit(1)).mappings().first()
     if row is None:
@@ -110,7 +119,7 @@ def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float)
 
 def redo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
     """Do the step again that was undone last; return the stalls that changed. Raises as `do`."""
-    edit = _held(connection, lot, asked, now, ("edit",))
+    edit = held(connection, lot, asked, now, ("edit",))
     oldest = select(STEP).where(STEP.c.edit == edit.id, STEP.c.state == State.UNDONE.value).order_by(STEP.c.seq)
     row = connection.execute(oldest.limit(1)).mappings().first()
     if row is None:
@@ -134,7 +143,7 @@ def close(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
     Returns the number of the change, which undoes the whole edit, and the version; both None when nothing is changed.
     Raises as `do`.
     """
-    edit = _held(connection, lot, asked, now, ("edit", "why"))
+    edit = held(connection, lot, asked, now, ("edit", "why"))
     why = CORRECTED if asked.get("why") in (None, "") else checked_name(asked["why"], "why")
     return {"lot": lot, "edit": edit.id, **_close(connection, edit, why, now)}
 
@@ -195,7 +204,8 @@ def _surveys_with(connection: Connection, lot: str, version: int) -> int:
     return int(connection.execute(asked).scalar_one())
 
 
-def _check_lot(connection: Connection, lot: str) -> None:
+def check_lot(connection: Connection, lot: str) -> None:
+    """Refuse an id of no lot. Raises NotFoundError."""
     there = select(LOT.c.id).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))
     if connection.execute(there).scalar() is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
@@ -207,9 +217,12 @@ def _check_keys(asked: Mapping[str, Any], known: tuple[str, ...]) -> None:
             raise LotInputError(str(key)[:20], f"is no field of this request: it takes {', '.join(known)}")
 
 
-def _held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float, keys: tuple[str, ...] = ()) -> Edit:
-    """Return the open edit that a request names, which is not idle since now."""
-    _check_lot(connection, lot)
+def held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float, keys: tuple[str, ...] = ()) -> Edit:
+    """Return the open edit that a request names, which is not idle since now. ``keys``: those that it may have.
+
+    Raises LotInputError, NotFoundError, BeingEditedError, and LotStoreError for an edit that was closed.
+    """
+    check_lot(connection, lot)
     if keys:
         _check_keys(asked, keys)
     named = asked.get("edit")

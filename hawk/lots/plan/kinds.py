@@ -21,10 +21,9 @@ KINDS: Final[Mapping[str, str]] = {
     "taxi": "taxis that wait",
 }
 """OSM's value -> whom the stall is for. OSM's ``normal`` is "" here, and ``trailer`` has no clear meaning there."""
-_MEANT: Final = {"electric": "charging", "ev": "charging", "loading": "delivery", "reserved": "private"} | {
+MEANT: Final = {"electric": "charging", "ev": "charging", "loading": "delivery", "reserved": "private"} | {
     "handicapped": "disabled",
     "family": "parent",
-    "normal": '""',
     "truck": "hgv",
 }
 """Words that people write -> OSM's value."""
@@ -33,7 +32,7 @@ _MEANT: Final = {"electric": "charging", "ev": "charging", "loading": "delivery"
 def _known(kind: str) -> str:
     if kind in KINDS:
         return kind
-    meant = _MEANT.get(kind.lower())
+    meant = '""' if kind.lower() == "normal" else MEANT.get(kind.lower())
     if meant is not None:
         raise ValueError(f"is called {meant} in OpenStreetMap: write that")
     raise ValueError(f'is no kind: write one of {", ".join(filter(None, KINDS))}, or "" for a normal stall')

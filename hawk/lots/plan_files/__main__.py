@@ -1,0 +1,34 @@
+"""Reads a plan from the input and writes its stalls to the output: the process of `hawk.lots.plan_files.child`."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import resource
+import sys
+import warnings
+
+from hawk.lots.plan_files.child import CPU_S, MEMORY_BYTES, NICENESS, REFUSED, packed
+from hawk.lots.plan_files.reading import read_plan
+from hawk.lots.plan_files.values import Asked
+from hawk.lots.values import LotInputError
+
+
+def main(asked: str) -> int:
+    """Return the exit status."""
+    with contextlib.suppress(OSError):
+        os.nice(NICENESS)
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
+    warnings.simplefilter("ignore")  # of packages about a stranger's file: nobody reads them here
+    try:
+        said, status = packed(read_plan(sys.stdin.buffer.read(), Asked(**json.loads(asked)))), 0
+    except LotInputError as error:
+        said, status = json.dumps({"field": error.field, "reason": error.reason}).encode(), REFUSED
+    sys.stdout.buffer.write(said)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

@@ -1,0 +1,129 @@
+"""Values of a plan that a file holds: the drawing as its reader finds it, and the stalls that follow from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LARGEST_BYTES: Final = 32_000_000
+"""A file of 20,000 stalls that QGIS writes has 7 to 16 MB."""
+LARGEST_UNPACKED_BYTES: Final = 64_000_000
+"""The same for the file within an archive, however small that is."""
+MOST_FEATURES: Final = 200_000
+"""Features of one file, with those that are no stalls."""
+MOST_STALLS: Final = 50_000
+MOST_LEFT_OUT: Final = 200
+"""Features that are named as left out; the others are counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """The choices of a person about a file; "" leaves one to the file.
+
+    ``layer``: the only one to read. ``units``: of a drawing, a key of `dxf.UNITS`. ``label``: the name of the property
+    with the labels. ``crs``: the system of coordinates, as EPSG:25832.
+    """
+
+    layer: str = ""
+    units: str = ""
+    label: str = ""
+    crs: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A closed outline of a drawing. ``name``: where it stands in the file; ``ring``: corners (N, 2) of x and y.
+
+    ``kind``: of `hawk.lots.plan.kinds`; None where the file says none.
+    """
+
+    name: str
+    ring: Floats = field(repr=False)
+    label: str = ""
+    kind: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A feature that is not read, or something of it: ``name`` as in `Drawn`, and ``reason`` with the remedy."""
+
+    name: str
+    reason: str
+
+
+@dataclass(slots=True)
+class Notes:
+    """Collects what is left out: the first `MOST_LEFT_OUT` by name, ``count`` of all."""
+
+    left_out: list[LeftOut] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, name: str, reason: str) -> None:
+        """Note a feature, or something of it, that is left out."""
+        self.count += 1
+        if len(self.left_out) < MOST_LEFT_OUT:
+            self.left_out.append(LeftOut(name[:120], reason[:400]))
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """All outlines of a file. x is east or the longitude, y north or the latitude.
+
+    ``crs``: the system that the file names; "" for none. ``metres``: in a unit of x and y, of a drawing of its own.
+    ``layers``: the layers with outlines, each with the number of them.
+    """
+
+    format: str
+    drawn: tuple[Drawn, ...]
+    crs: str = ""
+    metres: float = 1.0
+    layers: tuple[tuple[str, int], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FileStall:
+    """A stall of a file: ``name``, ``label`` and ``kind`` as in `Drawn`; the shape as in `hawk.lots.plan.values`."""
+
+    name: str
+    label: str
+    kind: str | None
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFile:
+    """The stalls of a file in one frame, metres north and east.
+
+    With ``datum`` (latitude, longitude) the frame is about that place, north up; without it the frame is that of the
+    drawing, about ``origin`` (x, y), a unit of which has ``metres``. ``left_out_count``: of all that ``left_out``
+    names some of. ``accuracy``: metres by which the conversion to WGS-84 may err; None where that is not known.
+    """
+
+    format: str
+    stalls: tuple[FileStall, ...] = field(repr=False)
+    crs: str = ""
+    datum: tuple[float, float] | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
+    metres: float = 1.0
+    layers: tuple[tuple[str, int], ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    left_out_count: int = 0
+    accuracy: float | None = None
+
+    def shapes(self) -> Floats:
+        """Return the shapes of all stalls, (N, 5): north, east, angle, width, length."""
+        rows = [(each.north, each.east, each.angle, each.width, each.length) for each in self.stalls]
+        return np.array(rows, np.float64).reshape(-1, 5)
+
+
+Facts = dict[str, Any]
+"""Properties of a feature by their names, as the file writes them."""
