@@ -9,17 +9,21 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from itertools import groupby
+from typing import Any, Final, TypeVar
 
 from sqlalchemy import Connection, Table, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
 from hawk.lots.plan.follow import read_again
+from hawk.lots.plan.steps import is_among
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.tables import CHANGE, LABEL, LAYOUT, METADATA, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
+
+T = TypeVar("T")
 
 LONGEST_NAME: Final = 80
 """Characters of a name."""
@@ -79,8 +83,8 @@ def changed(row: Row, **values: object) -> Row:
 
 def write(connection: Connection, change: Change, who: str, now: float) -> Done:
     """Write a change, and the rows as they were. Raises LotStoreError for rows that do not fit the others."""
-    before = [row_of(connection, row.table, row.key) for row in change.rows]
-    _put(connection, change.rows)
+    before = _as_they_are(connection, change.rows)
+    _put(connection, change.rows, before)
     _read_again(connection, (*before, *change.rows))
     made = connection.execute(
         insert(CHANGE).values(kind=change.kind, who=who, made=now, before=_json(before), after=_json(change.rows))
@@ -101,7 +105,7 @@ def undo(connection: Connection, seq: int, now: float) -> str:
     if found["undone"] is not None:
         raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
     after = [row for row in _rows(found["after"]) if row.table != LABEL.name]
-    if any(_json([row_of(connection, row.table, row.key)]) != _json([row]) for row in after):
+    if any(_json([now_]) != _json([row]) for now_, row in zip(_as_they_are(connection, after), after, strict=True)):
         raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
     before = [row for row in _rows(found["before"]) if row.table != LABEL.name]
     ended = [row.key for row in before if row.table == LAYOUT.name and row.values is None]
@@ -114,7 +118,8 @@ def undo(connection: Connection, seq: int, now: float) -> str:
     if any(row.key not in own for row in later):
         raise LotStoreError(f"change: {seq} cannot be undone: surveys were registered since with the layout it made")
     try:
-        _put(connection, tuple(reversed(before)))
+        backwards = before[::-1]
+        _put(connection, backwards, _as_they_are(connection, backwards))
     except IntegrityError as error:
         words = "surveys or stalls were stored since in the lot that it made; move them to another lot first"
         raise LotStoreError(f"change: {seq} cannot be undone: {words}") from error
@@ -149,17 +154,52 @@ def _is(table: Table, key: Sequence[Any]) -> list[Any]:
     return [column == value for column, value in zip(table.primary_key, key, strict=True)]
 
 
-def _put(connection: Connection, rows: Sequence[Row]) -> None:
-    """Write rows in their order: a row that others name comes before them, and goes after them."""
-    for row in rows:
-        table = METADATA.tables[row.table]
-        exists = row_of(connection, row.table, row.key).values is not None
-        if row.values is None:
-            connection.execute(delete(table).where(*_is(table, row.key)))
-        elif exists:
-            connection.execute(update(table).where(*_is(table, row.key)).values(**row.values))
+def _as_they_are(connection: Connection, rows: Sequence[Row]) -> list[Row]:
+    """Return rows as they are now, in their order; rows of a table that follow each other are read at once."""
+    found: list[Row] = []
+    for (name, first), members in _runs(rows, lambda row: (row.table, row.key[:-1])):
+        if len(members) == 1:
+            found.append(row_of(connection, name, members[0].key))
+            continue
+        table = METADATA.tables[name]
+        *others, last = table.primary_key
+        asked = select(table).where(*(column == value for column, value in zip(others, first, strict=True)))
+        among = json.dumps([row.key[-1] for row in members])
+        there = connection.execute(asked.where(is_among(last)), {"among": among}).mappings()
+        values = {row[last.name]: dict(row) for row in there}
+        found += [Row(name, row.key, values.get(row.key[-1])) for row in members]
+    return found
+
+
+def _put(connection: Connection, rows: Sequence[Row], before: Sequence[Row]) -> None:
+    """Write rows in their order, which are ``before`` now. A row that others name comes before them, goes after them.
+
+    Rows of a table that follow each other and are all new, or all go, are written at once.
+    """
+    pairs = list(zip(rows, before, strict=True))
+    for (name, first, does), members in _runs(pairs, lambda pair: (pair[0].table, pair[0].key[:-1], _does(*pair))):
+        table = METADATA.tables[name]
+        *others, last = table.primary_key
+        if does is insert:
+            connection.execute(insert(table), [dict(row.values or {}) for row, _ in members])
+        elif does is delete:
+            is_first = [column == value for column, value in zip(others, first, strict=True)]
+            among = json.dumps([row.key[-1] for row, _ in members])
+            connection.execute(delete(table).where(*is_first, is_among(last)), {"among": among})
         else:
-            connection.execute(insert(table).values(**row.values))
+            for row, _ in members:
+                connection.execute(update(table).where(*_is(table, row.key)).values(**(row.values or {})))
+
+
+def _does(row: Row, before: Row) -> Any:
+    """Return the statement that writes a row."""
+    return delete if row.values is None else insert if before.values is None else update
+
+
+def _runs(items: Sequence[T], of: Callable[[T], Any]) -> Iterator[tuple[Any, list[T]]]:
+    """Yield items that follow each other and have the same key, with it."""
+    for key, members in groupby(items, key=of):
+        yield key, list(members)
 
 
 def _json(rows: Sequence[Row]) -> str:

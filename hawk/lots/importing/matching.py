@@ -25,6 +25,8 @@ SAME_SHARE: Final = 0.5
 """Overlap from which a stall of the plan is that of the lot, of the smaller area."""
 _EDGE_M: Final = 6.0
 """By this the ground about the plan's stalls is made smaller again: aisles are filled, a margin of 2 m is left."""
+_ALIKE: Final = 1e-3
+"""Metres and radians by which a stall of the plan is where that of the lot is already."""
 _MOST_NAMESAKES: Final = 99
 """Numbers that are tried behind a label that another stall had."""
 
@@ -74,7 +76,7 @@ def matched(
         ended = _ended(shapes[sorted(kept)], there, pairs, same)
     else:
         ended = set()
-        _leave_conflicts(stalls, shapes, present, there, same, kept, left_out)
+        _leave_conflicts(stalls, present, pairs, same, kept, left_out)
     clashes: list[LeftOut] = []
     order = sorted(kept)
     ids = {i: present[same[i]].id if i in same else new_id() for i in order}
@@ -87,7 +89,8 @@ def matched(
         if i in same:
             old = present[same[i]]
             kind = old.kind if stalls[i].kind is None else str(stalls[i].kind)
-            new = replace(old.at(shape), label=labels[i], kind=kind, is_confirmed=True)
+            place = old if np.abs(shapes[i] - old.shape).max() < _ALIKE else old.at(shape)
+            new = replace(place, label=labels[i], kind=kind, is_confirmed=True)
             if new != old:
                 changed.append((old, new))
         else:
@@ -138,27 +141,25 @@ def _ended(shapes: Floats, there: Floats, pairs: Sequence[tuple[int, int, float]
 
 def _leave_conflicts(
     stalls: Sequence[FileStall],
-    shapes: Floats,
     present: Sequence[PlanStall],
-    there: Floats,
+    pairs: Sequence[tuple[int, int, float]],
     same: dict[int, int],
     kept: set[int],
     left_out: list[LeftOut],
 ) -> None:
     """Leave stalls of the plan out that overlap one which stays as it is: as long as that frees others to stay."""
     while True:
-        staying = [k for k in range(len(present)) if k not in {*same.values()}]
-        order = sorted(kept)
-        found = geometry.overlaps_between(shapes[order], there[staying], MOST_OVERLAP)
+        changing = {*same.values()}
+        found = [(i, k, share) for i, k, share in pairs if i in kept and k not in changing]
         if not found:
             return
-        for n, m, share in found:
-            i, other = order[n], present[staying[m]]
+        for i, k, share in found:
             if i not in kept:
                 continue
             kept.discard(i)
             same.pop(i, None)
-            words = f"would overlap {other.label}, which stays, by {share:.0%}: import with replace, or remove that one"
+            label = present[k].label
+            words = f"would overlap {label}, which stays, by {share:.0%}: import with replace, or remove that one"
             left_out.append(LeftOut(stalls[i].name, words))
 
 

@@ -207,8 +207,7 @@ def _parts(known: KnownStalls, found: FoundStalls) -> tuple[KnownStalls, FoundSt
     both = shapely.intersection(known.seen, found.seen)
     is_shared = shapely.contains_xy(both, here)
     middle = np.median(here[is_shared] if is_shared.any() else here, axis=0)
-    nearest = max(np.abs(places - middle).max(axis=1) for places in (here, there) if len(places) > 0).max()
-    reach = min(_reach(here, middle), _reach(there, middle), float(nearest) + 1.0)
+    reach = min(_reach(here, middle), _reach(there, middle))
     box = shapely.box(*(middle - reach).tolist(), *(middle + reach).tolist())
     near, beside = (np.abs(places - middle).max(axis=1) <= reach for places in (here, there))
     return (

@@ -95,7 +95,7 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
             "first_id": None,
         }
         rows.append(Row(STALL.name, (key,), {**ids, **shown}))
-        rows.append(label_row(lot, stall.label, stall.id))
+    rows += [label_row(lot, stall.label, stall.id) for stall in stalls]
     return {**asdict(changes.write(connection, Change(KIND, lot, tuple(rows)), who, now)), "stalls": len(stalls)}
 
 
