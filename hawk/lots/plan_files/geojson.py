@@ -89,7 +89,8 @@ def _ring(feature: Any) -> Floats:
 
 def _places(ring: list[Any], field: str) -> Floats:
     try:
-        places = np.array([(place[0], place[1]) for place in ring], np.float64).reshape(-1, 2)
+        given = np.array([(place[0], place[1]) for place in ring])
+        places = given.astype(np.float64).reshape(-1, 2) if given.dtype.kind in "fi" else np.full((1, 2), np.nan)
     except (TypeError, ValueError, IndexError, KeyError, OverflowError):
         places = np.full((1, 2), np.nan)
     if np.isfinite(places).all():

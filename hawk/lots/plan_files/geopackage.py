@@ -141,7 +141,8 @@ def _geometry(blob: object) -> BaseGeometry:
     if envelope is None or flags & 0b100000:
         raise _GeometryError("holds a geometry of another kind: export it again as polygons")
     try:
-        return shapely.from_wkb(blob[8 + envelope :])
+        with np.errstate(invalid="ignore"):  # of coordinates that are no numbers, which are refused by themselves
+            return shapely.from_wkb(blob[8 + envelope :])
     except (shapely.errors.ShapelyError, ValueError, TypeError):
         raise _GeometryError("holds a geometry that cannot be read: export it again") from None
 
