@@ -89,7 +89,7 @@ def matched(
         if i in same:
             old = present[same[i]]
             kind = old.kind if stalls[i].kind is None else str(stalls[i].kind)
-            place = old if np.abs(shapes[i] - old.shape).max() < _ALIKE else old.at(shape)
+            place = old if _is_there(shapes[i], old) else old.at(shape)
             new = replace(place, label=labels[i], kind=kind, is_confirmed=True)
             if new != old:
                 changed.append((old, new))
@@ -99,6 +99,13 @@ def matched(
     gone = tuple(present[k] for k in sorted(ended))
     draft = Draft(changed=tuple(changed), ended=gone, added=tuple(added), field="file")
     return Matched(draft, tuple(left_out), tuple(clashes), tuple(renamed))
+
+
+def _is_there(shape: Floats, stall: PlanStall) -> bool:
+    """Return whether a stall of the plan is where that of the lot is already: an angle of pi is one of 0."""
+    apart = np.abs(shape - stall.shape)
+    apart[2] = min(apart[2], np.pi - apart[2])
+    return bool(apart.max() < _ALIKE)
 
 
 def _allowed(stalls: Sequence[FileStall], shapes: Floats, zones: Sequence[Zone], left_out: list[LeftOut]) -> set[int]:

@@ -54,12 +54,12 @@ def osm(*elements: str) -> bytes:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n<osm version="0.6">{"".join(elements)}</osm>'.encode()
 
 
-def outline(number: int, ring: Ring, closed: bool = True, **tags: str) -> str:
+def outline(number: int, ring: Ring, **tags: str) -> str:
     """Return the nodes of a ring (north, east) and the element that joins them."""
     corners = degrees(ring)[:-1]
     ids = [number * 10 + k for k in range(len(corners))]
     nodes = [f'<node id="{i}" lat="{y!r}" lon="{x!r}"/>' for i, (x, y) in zip(ids, corners, strict=True)]
-    refs = "".join(f'<nd ref="{i}"/>' for i in ([*ids, ids[0]] if closed else ids))
+    refs = "".join(f'<nd ref="{i}"/>' for i in [*ids, ids[0]])
     said = "".join(f'<tag k="{key.replace("__", ":")}" v="{value}"/>' for key, value in tags.items())
     return f'{"".join(nodes)}<way id="{number}">{refs}{said}</way>'
 
@@ -71,7 +71,7 @@ def geopackage(
     path = folder / "plan.gpkg"
     path.unlink(missing_ok=True)
     opened = sqlite3.connect(path)
-    opened.executescript(  # noqa: S608 - our own names
+    opened.executescript(
         f"""
         PRAGMA application_id = 0x47504B47;
         CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT, srs_id INTEGER PRIMARY KEY, organization TEXT,
@@ -82,7 +82,7 @@ def geopackage(
         INSERT INTO gpkg_contents VALUES ('{table}', 'features');
         INSERT INTO gpkg_geometry_columns VALUES ('{table}', 'geom', '{kind}', {srs});
         INSERT INTO gpkg_spatial_ref_sys VALUES ('', {srs}, 'EPSG', {srs}, '');
-        """
+        """  # noqa: S608 - our own names
     )
     values = [(blob(shape, srs) if hasattr(shape, "wkb") else shape, label) for shape, label in rows]
     opened.executemany(f'INSERT INTO "{table}" (geom, ref) VALUES (?, ?)', values)  # noqa: S608 - our own name
@@ -94,14 +94,15 @@ def geopackage(
 def blob(shape: Any, srs: int) -> bytes:
     """Return a geometry as GeoPackage keeps it, with an envelope."""
     west, south, east, north = shape.bounds
-    return b"GP\x00\x03" + struct.pack("<i4d", srs, west, east, south, north) + shapely.to_wkb(shape, byte_order=1)
+    header = b"GP\x00\x03" + struct.pack("<i4d", srs, west, east, south, north)
+    return header + bytes(shapely.to_wkb(shape, byte_order=1))
 
 
 def dxf(draw: Callable[[Any, Any], object], units: int = 6) -> bytes:
     """Return a DXF that a function draws into: document and model space."""
-    import ezdxf
+    from ezdxf.filemanagement import new
 
-    document = ezdxf.new("R2010")
+    document = new("R2010")
     document.header["$INSUNITS"] = units
     draw(document, document.modelspace())
     text = io.StringIO()

@@ -139,7 +139,7 @@ def test_what_is_no_geojson_is_refused_with_the_remedy(data: bytes, words: str) 
 
 def projected(crs: str) -> list[object]:
     there = pyproj.Transformer.from_crs("EPSG:4326", crs, always_xy=True)
-    rings = [[list(there.transform(*corner)) for corner in degrees(ring)] for ring in A_ROW]
+    rings = [[list(there.transform(corner[0], corner[1])) for corner in degrees(ring)] for ring in A_ROW]
     return [feature([ring], label=f"P{k}") for k, ring in enumerate(rings, 1)]
 
 

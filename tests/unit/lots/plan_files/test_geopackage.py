@@ -30,7 +30,7 @@ def test_polygons_of_a_layer_are_stalls(tmp_path: Path) -> None:
 
 def test_the_system_of_a_layer_is_read(tmp_path: Path) -> None:
     there = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:28992", always_xy=True)
-    moved = [Polygon([there.transform(*corner) for corner in shape.exterior.coords]) for shape in SHAPES]
+    moved = [Polygon([there.transform(corner[0], corner[1]) for corner in shape.exterior.coords]) for shape in SHAPES]
     found = plan(geopackage(tmp_path, [(shape, "") for shape in moved], srs=28992))
     assert found.crs == "EPSG:28992"
     assert found.datum == pytest.approx((52.0, 5.0), abs=1e-4)
