@@ -33,6 +33,9 @@ EXAMPLES: Final = ("packaging/check_wording.py", "tests/unit/packaging/test_chec
 EXCEPTIONS: Final = {
     ("hawk/model/operation.py", "way"): "the key in journals of versions before 0.3, which must be read",
     ("tests/unit/model/test_operation.py", "way"): "the same key",
+    ("hawk/lots/plan_files/osm.py", "way"): "OpenStreetMap's element",
+    ("tests/unit/lots/plan_files/files.py", "way"): "the same element",
+    ("tests/unit/lots/plan_files/test_osm.py", "way"): "the same element",
     ("tests/unit/store/test_recording.py", "tell"): "the method of Python's files",
 }
 """File and private word -> the reason for it."""

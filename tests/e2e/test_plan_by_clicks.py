@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -313,3 +314,40 @@ async def test_axe_finds_nothing_while_a_plan_is_corrected(
 async def faults_of(page: Page, picture: Path) -> list[str]:
     await page.screenshot(path=picture)
     return list(await page.evaluate(RUN_AXE))
+
+
+async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_path: Path, screenshots: Path) -> None:
+    """The lot's own export, its stalls with the owner's numbers."""
+    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address)
+    errors = watch(page)
+    lot = await store.lot()
+    for number, stall in enumerate(lot["stalls"], 1):
+        stall["label"] = f"P{number}"
+    owners = {stall["id"]: stall["label"] for stall in lot["stalls"]}
+    file = tmp_path / "owner.json"
+    file.write_text(json.dumps({**lot, "stalls": [*lot["stalls"], {"label": "no place"}]}), "utf-8")
+    await correct(page)
+    opener = page.locator("hawk-plan-import").get_by_role("button", name="Import a plan")
+    await opener.focus()
+    async with page.expect_file_chooser() as chooser:
+        await page.keyboard.press("Enter")
+    await (await chooser.value).set_files(file)
+    shown = page.locator("hawk-plan-import")
+    await expect(shown).to_contain_text(f"0 begin, {len(owners)} change, 0 are so already, 0 end.", timeout=60_000)
+    await expect(shown).to_contain_text("1 feature is left out")
+    await page.screenshot(path=screenshots / "plan-import.png")
+    assert not await faults_of(page, screenshots / "plan-import-axe.png")
+    await press(page, "Take (the plan|it as it lies)", 5)
+    await expect(opener).to_be_visible(timeout=30_000)
+    await done(page)
+    assert {each["id"]: label for label, each in (await store.stalls()).items()} == owners
+    await page.keyboard.press("Control+z")
+    await done(page)
+    assert not {*await store.stalls()} & {*owners.values()}
+    await page.keyboard.press("Control+Shift+z")
+    await done(page)
+    await press(page, "Close the edit", 5)
+    await shows(page, "The plan is closed as version 2")
+    assert {each["id"]: label for label, each in (await store.stalls()).items()} == owners
+    assert not errors

@@ -57,11 +57,11 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
 @pytest.mark.parametrize(
     ("folder", "allowed"),
     [
-        ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"]),
+        ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | EXTRAS["plans"]),
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
         ("proving", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | {"coverage"}),
-        ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | EXTRAS["background"]),
+        ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["plans"]),
     ],
 )
 def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
@@ -72,17 +72,19 @@ def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
 @pytest.mark.slow
 def test_every_dependency_to_run_is_imported() -> None:
     used = {name for names in distributions(imported("hawk")).values() for name in names}
-    assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"]) - used
+    assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | EXTRAS["plans"]) - used
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("module", "only"), [("pymavlink", "sim"), ("rasterio", "background")])
+@pytest.mark.parametrize(
+    ("module", "only"), [("pymavlink", "sim"), ("rasterio", "background"), ("ezdxf", "lots"), ("pyproj", "lots")]
+)
 def test_only_one_room_imports_what_its_extra_brings(module: str, only: str) -> None:
     rooms = [path.name for path in (ROOT / "hawk").iterdir() if path.is_dir()]
     assert [room for room in rooms if module in imported(f"hawk/{room}")] == [only]
 
 
-@pytest.mark.parametrize("extra", ["sim", "background", "docs"])
+@pytest.mark.parametrize("extra", ["sim", "background", "docs", "plans"])
 def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
     assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
@@ -95,4 +97,4 @@ def test_every_dependency_is_defended(name: str) -> None:
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
     build = declared(SETTINGS["build-system"]["requires"])
-    assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | build
+    assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | EXTRAS["plans"] | build

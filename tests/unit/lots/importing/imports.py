@@ -6,15 +6,20 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import shapely
+
 from hawk.daemon.lot_keeper import find_stalls
 from hawk.lots.importing import taking
 from hawk.lots.importing.asking import asked_of
 from hawk.lots.importing.previews import Preview, preview, preview_json
+from hawk.lots.plan import geometry
 from hawk.lots.plan_files.reading import read_plan
 from hawk.lots.text import json_text
 from hawk.lots.values import Register
+from hawk.results.survey_map import to_global
 from tests.unit.lots.plan.plans import APART_M, DEEP_M, NOW, PITCH_M, Person
-from tests.unit.lots.plan_files.files import degrees, feature, geojson, row
+from tests.unit.lots.plan_files.files import DATUM, feature, geojson
 
 Json = dict[str, Any]
 
@@ -23,12 +28,12 @@ def drawn(
     stalls: int = 30, a_row: int = 10, north: float = 0.0, east: float = 0.0, pitch: float = PITCH_M, first: int = 1
 ) -> list[Json]:
     """Return the features of rows as those of `drawn_lot`, moved by metres, with the labels 1, 2 and so on."""
-    features = []
-    for number in range(stalls):
-        across, along = divmod(number, a_row)
-        (ring,) = row(1, pitch, north - across * APART_M, east + along * pitch)
-        features.append(feature([degrees(ring)], ref=str(number + first)))
-    return features
+    across, along = np.divmod(np.arange(stalls), a_row)
+    sizes = np.tile([0.0, pitch, DEEP_M], (stalls, 1))
+    shapes = np.column_stack([north - across * APART_M, east + along * pitch, sizes])
+    rings = shapely.get_coordinates(geometry.polygons(shapes))
+    places = to_global(DATUM, rings)[:, ::-1].reshape(stalls, 5, 2).tolist()
+    return [feature([ring], ref=str(number)) for number, ring in enumerate(places, first)]
 
 
 class Importer(Person):

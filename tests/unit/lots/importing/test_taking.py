@@ -146,3 +146,16 @@ def test_a_survey_that_follows_is_placed_on_the_plan(tmp_path: Path) -> None:
 def test_a_new_lot_needs_a_name(person: Importer, name: object) -> None:
     with pytest.raises(LotInputError, match=r"^name: "):
         person.begin(geojson(drawn(24, north=5000.0)), name)
+
+
+@pytest.mark.slow
+@pytest.mark.fault("a plan of 20,000 stalls", "it makes a lot, and is undone")
+def test_a_plan_of_20_000_stalls_makes_a_lot_and_is_undone(tmp_path: Path) -> None:
+    person = importer(tmp_path, 0)
+    made = person.begin(geojson(drawn(20_000, a_row=100)))
+    assert made["stalls"] == 20_000
+    person.lot = made["lot"]
+    assert {*person.stalls()} == {str(number) for number in range(1, 20_001)}
+    person.undo_change(made["seq"])
+    with person.store.reading() as connection:
+        assert [each["name"] for each in reading.lots(connection)["lots"]] == ["Lot 1"]

@@ -50,6 +50,7 @@ def test_units_are_those_of_the_header(number: int, scale: float) -> None:
     assert found.shapes()[:, 3:] == pytest.approx(np.tile([2.5, 5.0], (3, 1)), rel=1e-3)
 
 
+@pytest.mark.fault("a DXF says no units", "they are asked for")
 @pytest.mark.parametrize(("number", "said"), [(0, "says none"), (13, "says 13")])
 def test_units_that_are_not_known_are_asked_for(number: int, said: str) -> None:
     data = dxf(stalls(1000.0), number)
@@ -114,6 +115,10 @@ def nested(document: Any, space: Any) -> None:
     space.add_blockref("B6", (0, 0))
 
 
+@pytest.mark.fault(
+    "a small file with a plan grows without end: an archive, entities of XML, blocks within blocks",
+    "it is refused at a bound, in a process of its own",
+)
 def test_a_small_file_with_any_number_of_outlines_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hawk.lots.plan_files.dxf._MOST_ENTITIES", 500)
     with pytest.raises(LotInputError, match="has more than 500 entities, with those of its blocks"):
@@ -123,6 +128,7 @@ def test_a_small_file_with_any_number_of_outlines_is_refused(monkeypatch: pytest
         plan(dxf(nested))
 
 
+@pytest.mark.fault("a file with a plan is cut, damaged or of another kind")
 def test_a_file_that_is_cut_damaged_or_of_another_kind_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     data = dxf(stalls())
     with pytest.raises(LotInputError, match="is cut: a DXF ends with EOF"):

@@ -87,6 +87,10 @@ def nan_in(ring: list[list[float]]) -> list[list[float]]:
 CROSSED = [A_ROW[1][0], A_ROW[1][2], A_ROW[1][1], A_ROW[1][3], A_ROW[1][0]]
 
 
+@pytest.mark.fault(
+    "an imported plan has NaN, points, holes, or stalls that cross themselves or overlap",
+    "each is left out by its number and field; the others are imported",
+)
 @pytest.mark.parametrize(
     ("bad", "words"),
     [
@@ -121,6 +125,9 @@ def test_a_file_without_any_stall_is_refused_with_its_first_feature() -> None:
         plan(geojson([]))
 
 
+@pytest.mark.fault(
+    "a file with a plan is cut, damaged or of another kind", "it is refused with the remedy, and nothing is written"
+)
 @pytest.mark.parametrize(
     ("data", "words"),
     [
@@ -143,6 +150,7 @@ def projected(crs: str) -> list[object]:
     return [feature([ring], label=f"P{k}") for k, ring in enumerate(rings, 1)]
 
 
+@pytest.mark.fault("a GeoJSON is in a projected system of coordinates")
 @pytest.mark.parametrize("crs", ["EPSG:32631", "EPSG:28992", "EPSG:3857"])
 @pytest.mark.parametrize("is_in_file", [True, False])
 def test_a_named_system_of_coordinates_is_read(crs: str, is_in_file: bool) -> None:
@@ -154,6 +162,10 @@ def test_a_named_system_of_coordinates_is_read(crs: str, is_in_file: bool) -> No
     assert found.shapes()[:, 3:] == pytest.approx(np.tile([2.5, 5.0], (3, 1)), abs=0.01)
 
 
+@pytest.mark.fault(
+    "a GeoJSON is in a projected system of coordinates",
+    "it is read where the system is named, else refused with the remedy",
+)
 def test_coordinates_that_are_no_degrees_are_refused_unless_their_system_is_named() -> None:
     with pytest.raises(LotInputError, match=r"crs: of the file: its coordinates are no degrees \(\d+, 5.*EPSG:25832"):
         plan(geojson(projected("EPSG:32631")))  # type: ignore[arg-type]

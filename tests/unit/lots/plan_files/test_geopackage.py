@@ -58,6 +58,7 @@ def test_a_row_that_is_no_stall_is_left_out_by_its_number(tmp_path: Path, bad: o
     assert words in left_out(found)[0]
 
 
+@pytest.mark.fault("a GeoPackage has no layer of polygons", "it is refused with the layers that it has")
 def test_a_file_without_a_layer_of_polygons_is_refused_with_those_that_it_has(tmp_path: Path) -> None:
     data = geopackage(tmp_path, [(Point(5.0, 52.0), "")], "POINT", table="trees")
     with pytest.raises(LotInputError, match=r"has no layer of polygons, but trees \(POINT\)"):
@@ -71,6 +72,7 @@ def test_a_layer_is_chosen_by_its_name(tmp_path: Path) -> None:
         plan(data, layer="trees")
 
 
+@pytest.mark.fault("a file with a plan is cut, damaged or of another kind")
 def test_a_file_that_is_cut_or_no_geopackage_is_refused(tmp_path: Path) -> None:
     data = geopackage(tmp_path, [(SHAPES[0], str(k)) for k in range(200)])
     with pytest.raises(LotInputError, match="cut or damaged"):

@@ -16,6 +16,7 @@ def test_the_one_plan_of_an_archive_is_read() -> None:
             plan(archive(**files))
 
 
+@pytest.mark.fault("a small file with a plan grows without end: an archive, entities of XML, blocks within blocks")
 def test_an_archive_that_grows_beyond_the_bound_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reading, "LARGEST_UNPACKED_BYTES", 1_000_000)
     bomb = archive(plan__geojson=bytes(5_000_000))

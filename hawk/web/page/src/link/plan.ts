@@ -91,14 +91,44 @@ export async function fetchPlan(lot: string, since: number | null): Promise<Plan
 
 /** Asks for a change of a plan: `path` is "edit", "edit/close", "plan", "plan/undo" or "plan/redo". */
 export async function postPlan<T>(lot: string, path: string, body: object): Promise<Reply<T>> {
+  return post(`${lot}/${path}`, { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+}
+
+async function post<T>(path: string, sent: RequestInit): Promise<Reply<T>> {
   try {
-    const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), cache: "no-store" } as const;
-    const answer = await fetch(`api/lots/${lot}/${path}`, options);
+    const answer = await fetch(`api/lots/${path}`, { method: "POST", cache: "no-store", ...sent });
     if (answer.ok) return { done: (await answer.json()) as T };
     return { refused: await refusal(answer) };
   } catch {
     return UNANSWERED;
   }
+}
+
+/** A stall of a file on its place in the lot's frame. */
+export interface ImportedStall extends Rectangle {
+  label: string;
+}
+
+/** What the import of a file would change of a plan. */
+export interface ImportPreview {
+  token: string;
+  file: string;
+  placed: { is_certain: boolean; doubt: string };
+  begin: ImportedStall[];
+  stay: ImportedStall[];
+  end: ImportedStall[];
+  /** Number of stalls that the plan has as the file does. */
+  same: number;
+  left_out: { name: string; reason: string }[];
+  left_out_count: number;
+  clashes: { name: string; reason: string }[];
+}
+
+/** Sends a file with a plan to be read; `choices`: as the person made them. Nothing is written. */
+export async function previewPlan(lot: string, file: File, choices: URLSearchParams): Promise<Reply<ImportPreview>> {
+  const query = new URLSearchParams(choices);
+  query.set("name", file.name);
+  return post(`${lot}/plan/import?${query.toString()}`, { body: file });
 }
 
 async function refusal(answer: Response): Promise<Refused> {

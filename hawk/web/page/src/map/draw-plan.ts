@@ -21,6 +21,8 @@ export interface Sketch {
   places: readonly Coordinate[];
   isArea: boolean;
   box: readonly Coordinate[];
+  /** The shapes are those of a file that nobody has taken yet. */
+  isPreview?: boolean;
 }
 
 export const NO_SKETCH: Sketch = { shapes: [], places: [], isArea: false, box: [] };
@@ -65,8 +67,8 @@ export function drawArea(context: CanvasRenderingContext2D, ring: readonly Coord
 }
 
 export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
-  const { shapes, places, isArea, box } = sketch;
-  drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: [], width: 2, fill: `${palette.plan}40` });
+  const { shapes, places, isArea, box, isPreview } = sketch;
+  drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: isPreview === true ? FOUND_DASH : [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
   if (isArea) drawArea(context, places, sight, palette);
   else if (pixels.length > 1) {

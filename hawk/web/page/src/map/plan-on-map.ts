@@ -141,15 +141,19 @@ export class PlanOnMap {
   }
 
   private sketch(): void {
-    const { drawing } = this.editing;
-    const wanted = JSON.stringify([drawing.tool, drawing.places, drawing.pointer, drawing.style, drawing.count, drawing.lean, drawing.double]);
+    const { drawing, incoming } = this.editing;
+    const wanted = JSON.stringify([incoming.preview?.token, drawing.tool, drawing.places, drawing.pointer, drawing.style, drawing.count, drawing.lean, drawing.double]);
     if (wanted === this.sketched) return;
     this.sketched = wanted;
     this.editor?.sketch(this.sketchOf());
   }
 
   private sketchOf(): Sketch {
-    const { drawing } = this.editing;
+    const { drawing, incoming } = this.editing;
+    if (incoming.preview) {
+      const { begin, stay } = incoming.preview;
+      return { ...NO_SKETCH, shapes: [...begin, ...stay].map((each) => shiftedShape(this.frame.toMap, each)), isPreview: true };
+    }
     const places = drawing.tool === "area" && drawing.pointer && drawing.places.length > 0 ? [...drawing.places, drawing.pointer] : drawing.places;
     const shapes = drawing.tool === "row" ? drawing.rowStalls : drawing.tool === "stall" && drawing.pointer ? [this.newStall(drawing.pointer, false)] : [];
     if (drawing.tool === "choose" || drawing.tool === "box") return NO_SKETCH;

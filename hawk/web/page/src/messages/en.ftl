@@ -715,6 +715,26 @@ plan-areas = Areas without stalls
 plan-area-nameless = Area { $number }
 plan-allow = Allow stalls
 plan-allow-in = Allow stalls in { $name }
+plan-import = Import a plan
+plan-import-reads = Reads the file…
+plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
+plan-import-doubt = It is not certain where the plan lies:
+plan-import-left =
+    { $count ->
+        [one] 1 feature is left out
+       *[other] { $count } features are left out
+    }
+plan-import-choices = Choices about the file
+plan-import-replace = End stalls that the file has not
+plan-import-rename = Number labels that others had
+plan-import-layer = Layer
+plan-import-label = Property with the labels
+plan-import-crs = System of coordinates (EPSG:…)
+plan-import-units = Units of the drawing
+plan-import-point = Point { $number }: x,y,latitude,longitude
+plan-import-again = Read it again
+plan-import-take = Take the plan
+plan-import-take-so = Take it as it lies
 
 ## Battery
 

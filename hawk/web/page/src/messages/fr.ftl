@@ -709,6 +709,26 @@ plan-areas = Zones sans places
 plan-area-nameless = Zone { $number }
 plan-allow = Permettre
 plan-allow-in = Permettre des places : { $name }
+plan-import = Importer un plan
+plan-import-reads = Lit le fichier…
+plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
+plan-import-doubt = L’endroit du plan n’est pas certain :
+plan-import-left =
+    { $count ->
+        [one] { $count } élément laissé de côté
+       *[other] { $count } éléments laissés de côté
+    }
+plan-import-choices = Choix pour ce fichier
+plan-import-replace = Finir les places absentes du fichier
+plan-import-rename = Numéroter les libellés que d’autres avaient
+plan-import-layer = Couche
+plan-import-label = Attribut des libellés
+plan-import-crs = Système de coordonnées (EPSG:…)
+plan-import-units = Unité du dessin
+plan-import-point = Point { $number } : x,y,latitude,longitude
+plan-import-again = Relire le fichier
+plan-import-take = Prendre le plan
+plan-import-take-so = Le prendre tel quel
 
 ## Batterie
 

@@ -5,6 +5,7 @@ import { inOrder, type Operation, partsOf, type PlanStall } from "../plan/values
 import { say } from "../words/say.ts";
 import { PlanQueue, type Step } from "./plan-queue.ts";
 import { PlanDrawing } from "./plan-drawing.ts";
+import { PlanImport } from "./plan-import.ts";
 
 const POLL_MS = 2000;
 /** Stalls that one operation may name. */
@@ -28,6 +29,8 @@ export class PlanEditing {
   plan = new ShownPlan();
   readonly selection = new Set<string>();
   readonly drawing: PlanDrawing;
+  /** A plan that comes from a file. */
+  readonly incoming: PlanImport;
   /** This person's edit; null while another one edits, and while it is being asked for. */
   own: OwnEdit | null = null;
   /** Another person who edits. */
@@ -48,6 +51,7 @@ export class PlanEditing {
   constructor(hooks: PlanHooks) {
     this.hooks = hooks;
     this.drawing = new PlanDrawing(this);
+    this.incoming = new PlanImport(this);
     this.queue = new PlanQueue({
       lot: () => this.lot?.id ?? "",
       edit: () => this.own?.edit ?? null,
@@ -92,6 +96,7 @@ export class PlanEditing {
     Object.assign(this, { open: true, lot, plan: new ShownPlan(), own: null, other: null, problem: "", answers: true, closing: false });
     this.selection.clear();
     this.drawing.reset();
+    this.incoming.drop();
     this.plan.take(plan, []);
     this.report(null);
     await this.ask(false);
@@ -185,12 +190,17 @@ export class PlanEditing {
     Object.assign(this, { open: false, opening: false, own: null, other: null, lot: null, plan: new ShownPlan() });
     this.selection.clear();
     this.drawing.reset();
+    this.incoming.drop();
     this.report(null);
   }
 
   /** Leaves what is drawn, then what is chosen. Returns whether there was anything. */
   back(): boolean {
     if (!this.open) return false;
+    if (this.incoming.file) {
+      this.incoming.drop();
+      return true;
+    }
     if (this.drawing.back()) return true;
     if (this.selection.size === 0) return false;
     this.choose([]);
@@ -201,6 +211,19 @@ export class PlanEditing {
   listen(redraw: (redrawn: Redrawn) => void): () => void {
     this.redraw.add(redraw);
     return () => void this.redraw.delete(redraw);
+  }
+
+  /** Resolves when no step waits, or those that wait cannot go on. */
+  settled(): Promise<void> {
+    return this.queue.settled();
+  }
+
+  /** The store did an operation, or took a plan from a file. */
+  imported(answer: Done, operation: Operation | null = null): void {
+    if (this.own) Object.assign(this.own, { undo: answer.undo, redo: answer.redo });
+    const changed = this.plan.done(answer, this.queue.operations, operation);
+    this.forget(answer.gone);
+    this.report(changed);
   }
 
   /** What is drawn, or how, has changed. */
@@ -216,10 +239,7 @@ export class PlanEditing {
   }
 
   private done(step: Step, answer: Done): void {
-    if (this.own) Object.assign(this.own, { undo: answer.undo, redo: answer.redo });
-    const changed = this.plan.done(answer, this.queue.operations, step.path === "plan" ? step.operation : null);
-    this.forget(answer.gone);
-    this.report(changed);
+    this.imported(answer, step.path === "plan" ? step.operation : null);
   }
 
   /** A refusal of a value is said and the next step done; without an edit all steps wait until there is one again. */

@@ -10,6 +10,7 @@ import { isTouch } from "./touch.ts";
 import { LONGEST_LOT_NAME } from "./lots.ts";
 import "./plan-chosen.ts";
 import "./plan-drawn.ts";
+import "./plan-import.ts";
 
 /** The panel beside the map while a plan is corrected: who edits, what is chosen or drawn, and closing the edit. */
 @customElement("hawk-plan")
@@ -29,7 +30,8 @@ export class PlanPanel extends Part {
       </header>
       <div class="state"><span class="sub" role="status">${words.state}</span>${this.askButton()}</div>
       <div role="alert">${plan.problem === "" ? nothing : html`<p class="problem">${icon("warn")}<span>${drone(plan.problem)}</span></p>`}</div>
-      ${plan.own ? (isDrawn ? html`<hawk-plan-drawn .model=${this.model}></hawk-plan-drawn>` : html`<hawk-plan-chosen .model=${this.model}></hawk-plan-chosen>`) : nothing}
+      ${plan.own && !isDrawn ? html`<hawk-plan-import .model=${this.model}></hawk-plan-import>` : nothing}
+      ${plan.own && !plan.incoming.file ? (isDrawn ? html`<hawk-plan-drawn .model=${this.model}></hawk-plan-drawn>` : html`<hawk-plan-chosen .model=${this.model}></hawk-plan-chosen>`) : nothing}
       ${words.hint === "" ? nothing : html`<p class="sub hint">${words.hint}</p>`}
       ${plan.own ? this.closing() : nothing}
     </section>`;

@@ -1,0 +1,94 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, query } from "lit/decorators.js";
+import type { ImportPreview } from "../link/plan.ts";
+import { say } from "../words/say.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+import { drone } from "./quoting.ts";
+
+const FILES = ".geojson,.json,.gpkg,.dxf,.osm,.xml,.zip";
+const UNITS = ["", "m", "cm", "mm", "ft", "in"];
+/** Features that are listed as left out. */
+const LISTED = 20;
+
+/** An owner's plan from a file: the button that opens one, its preview, and the choices about it. */
+@customElement("hawk-plan-import")
+export class PlanImportPart extends Part {
+  @query("input[type=file]") private chooser!: HTMLInputElement;
+
+  override render(): TemplateResult {
+    const { plan } = this.model;
+    const { incoming } = plan;
+    return html`<div class="drawn">
+      <input type="file" accept=${FILES} hidden aria-label=${say("plan-import")} @change=${this.open} />
+      ${incoming.file ? this.shown(incoming.file.name) : html`<button ?disabled=${!plan.mayEdit} @click=${() => this.chooser.click()}>${icon("upload")}${say("plan-import")}</button>`}
+    </div>`;
+  }
+
+  private shown(name: string): TemplateResult {
+    const { incoming, mayEdit } = this.model.plan;
+    const { preview, problem, busy } = incoming;
+    return html`<section class="imported" aria-label=${say("plan-import")}>
+      <b>${name}</b>
+      <p role="status">${busy ? say("plan-import-reads") : preview ? say("plan-import-counts", counts(preview)) : ""}</p>
+      <div role="alert">${problem === "" ? nothing : html`<p class="problem">${icon("warn")}<span>${drone(problem)}</span></p>`}</div>
+      ${preview ? this.facts(preview) : nothing}
+      <details class="more" ?open=${problem !== "" || (preview?.clashes.length ?? 0) > 0}>
+        <summary>${say("plan-import-choices")}</summary>
+        <form @submit=${this.again}>
+          ${switched("replace", say("plan-import-replace"))} ${switched("rename", say("plan-import-rename"))}
+          ${typed("layer", say("plan-import-layer"))} ${typed("label", say("plan-import-label"))} ${typed("crs", say("plan-import-crs"))}
+          <label><span class="sub">${say("plan-import-units")}</span><select name="units">${UNITS.map((unit) => html`<option value=${unit}>${unit}</option>`)}</select></label>
+          ${[1, 2].map((number) => typed("pin", say("plan-import-point", { number })))}
+          <button type="submit" ?disabled=${busy}>${say("plan-import-again")}</button>
+        </form>
+      </details>
+      <div class="does">
+        <button class="primary" ?disabled=${busy || !mayEdit || !preview || preview.clashes.length > 0} @click=${() => void incoming.take()}>${say(preview?.placed.is_certain === false ? "plan-import-take-so" : "plan-import-take")}</button>
+        <button @click=${() => incoming.drop()}>${say("cancel")}</button>
+      </div>
+    </section>`;
+  }
+
+  private facts({ placed, left_out: leftOut, left_out_count: count, clashes }: ImportPreview): TemplateResult {
+    const named = [...clashes, ...leftOut].slice(0, LISTED);
+    return html`${placed.is_certain ? nothing : html`<p class="problem">${icon("warn")}<span>${say("plan-import-doubt")} ${drone(placed.doubt)}</span></p>`}
+    ${
+      named.length === 0
+        ? nothing
+        : html`<details class="more" ?open=${clashes.length > 0}>
+            <summary>${say("plan-import-left", { count: count + clashes.length })}</summary>
+            <ul>${named.map(({ name, reason }) => html`<li>${name}: ${drone(reason)}</li>`)}</ul>
+          </details>`
+    }`;
+  }
+
+  private readonly open = (): void => {
+    const [file] = this.chooser.files ?? [];
+    this.chooser.value = "";
+    if (file) void this.model.plan.incoming.read(file);
+  };
+
+  private readonly again = (event: Event): void => {
+    event.preventDefault();
+    const { file } = this.model.plan.incoming;
+    const choices = new URLSearchParams();
+    for (const field of (event.currentTarget as HTMLFormElement).querySelectorAll<HTMLInputElement | HTMLSelectElement>("input, select")) {
+      const isOff = field.type === "checkbox" && !(field as HTMLInputElement).checked;
+      if (!isOff && field.value.trim() !== "") choices.append(field.name, field.value.trim());
+    }
+    if (file) void this.model.plan.incoming.read(file, choices);
+  };
+}
+
+function counts({ begin, stay, same, end }: ImportPreview): { begin: number; stay: number; same: number; end: number } {
+  return { begin: begin.length, stay: stay.length, same, end: end.length };
+}
+
+function typed(name: string, label: string): TemplateResult {
+  return html`<label><span class="sub">${label}</span><input name=${name} type="text" autocomplete="off" maxlength="200" /></label>`;
+}
+
+function switched(name: string, label: string): TemplateResult {
+  return html`<label class="toggle"><input type="checkbox" name=${name} value="1" /> ${label}</label>`;
+}

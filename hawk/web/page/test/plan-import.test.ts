@@ -1,0 +1,132 @@
+import "./dom.ts";
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, describe, it } from "node:test";
+import type { ImportPreview } from "../src/link/plan.ts";
+import type { Operator } from "../src/state/operator.ts";
+import { PlanPanel } from "../src/ui/plan-panel.ts";
+import { settle } from "./fakes.ts";
+import { PlanStore } from "./plan-store.ts";
+import { flying } from "./rig.ts";
+import { Stage } from "./stage.ts";
+
+const SHAPE = { north: 0, east: 0, angle: 0, width: 2.5, length: 5, label: "1" };
+const PREVIEW: ImportPreview = {
+  token: "t1",
+  file: "plan.dxf",
+  placed: { is_certain: true, doubt: "" },
+  begin: [SHAPE, SHAPE],
+  stay: [SHAPE],
+  end: [],
+  same: 4,
+  left_out: [{ name: "<b>node 7</b>", reason: "is a point: draw it" }],
+  left_out_count: 1,
+  clashes: [],
+};
+
+async function answered(): Promise<void> {
+  for (let round = 0; round < 20; round += 1) await settle();
+}
+
+describe("the import of a plan from a file", () => {
+  const before = globalThis.fetch;
+  let store: PlanStore;
+  let model: Operator;
+  let stage: Stage<PlanPanel>;
+  /** Addresses and bodies of what was sent about imports, and the answers to it. */
+  let sent: [address: string, body: unknown][];
+  let answers: Response[];
+
+  beforeEach(async () => {
+    store = new PlanStore(["A 1", "A 2"]);
+    sent = [];
+    answers = [];
+    globalThis.fetch = (address, options) => {
+      if (!(address as string).includes("/plan/import")) return store.fetch(address, options);
+      sent.push([address as string, options?.body]);
+      const answer = answers.shift();
+      return answer ? Promise.resolve(answer) : Promise.reject(new TypeError("no link"));
+    };
+    model = flying().operator;
+    model.prefer({ name: "Ann" });
+    model.editPlan("lot");
+    await answered();
+    stage = new Stage(new PlanPanel(), model);
+    await stage.drawn();
+  });
+
+  afterEach(() => {
+    model.plan.leave();
+    globalThis.fetch = before;
+  });
+
+  const read = async (answer: Response | null): Promise<void> => {
+    if (answer) answers.push(answer);
+    await model.plan.incoming.read(new File(["x"], "plan.dxf"));
+    await stage.drawn();
+  };
+  const press = async (name: string): Promise<void> => {
+    await stage.press(name);
+    await answered();
+    await stage.drawn();
+  };
+
+  it("shows what would change, and what is left out as text", async () => {
+    await read(Response.json(PREVIEW));
+    assert.equal(sent[0]?.[0], "api/lots/lot/plan/import?name=plan.dxf");
+    assert.match(stage.text, /plan\.dxf\s*2 begin, 1 change, 4 are so already, 0 end\./);
+    assert.match(stage.text, /1 feature is left out/);
+    assert.match(stage.text, /<b>node 7<\/b>: is a point: draw it/);
+    assert.equal(stage.part.querySelector("li b"), null);
+  });
+
+  it("takes the plan within the edit, as a step that can be undone", async () => {
+    await read(Response.json(PREVIEW));
+    const stall = { id: "n1", ...SHAPE, kind: "", is_confirmed: true };
+    answers.push(Response.json({ revision: 9, stalls: [stall], gone: [], zones: [], undo: 1, redo: 0 }));
+    await press("Take the plan");
+    assert.deepEqual(sent[1], ["api/lots/lot/plan/import/t1/take", JSON.stringify({ edit: store.open?.edit, uncertain: false })]);
+    assert.equal(model.plan.plan.get("n1")?.label, "1");
+    assert.equal(model.plan.own?.undo, 1);
+    assert.equal(model.plan.incoming.file, null);
+  });
+
+  it("says where it is not certain, and takes it so on ask", async () => {
+    await read(Response.json({ ...PREVIEW, placed: { is_certain: false, doubt: "two places fit alike" } }));
+    assert.match(stage.text, /It is not certain where the plan lies: two places fit alike/);
+    answers.push(Response.json({ revision: 9, stalls: [], gone: [], zones: [], undo: 1, redo: 0 }));
+    await press("Take it as it lies");
+    assert.match(String(sent[1]?.[1]), /"uncertain":true/);
+  });
+
+  it("reads the file again with the choices, while a label is in question", async () => {
+    await read(Response.json({ ...PREVIEW, clashes: [{ name: "features[3]", reason: "label 7: was another stall's" }] }));
+    assert.match(stage.text, /features\[3\]: label 7: was another stall's/);
+    assert.equal(stage.button("Take the plan").disabled, true);
+    stage.input("[name=rename]").checked = true;
+    stage.input("[name=layer]").value = " STALLS ";
+    answers.push(Response.json(PREVIEW));
+    stage.input("[name=layer]").closest("form")?.dispatchEvent(new Event("submit", { cancelable: true }));
+    await answered();
+    await stage.drawn();
+    assert.equal(sent[1]?.[0], "api/lots/lot/plan/import?rename=1&layer=STALLS&name=plan.dxf");
+    assert.equal(stage.button("Take the plan").disabled, false);
+  });
+
+  it("shows the store's words, and those of the page without an answer", async () => {
+    await read(Response.json({ field: "units", reason: "of the drawing are not known" }, { status: 422 }));
+    assert.match(stage.text, /units: of the drawing are not known/);
+    await read(null);
+    assert.match(stage.text, /The drone did not answer: the file could not be read/);
+    await press("Cancel");
+    assert.equal(model.plan.incoming.file, null);
+    assert.match(stage.text, /No stall is chosen/);
+  });
+
+  it("is left by Escape before anything else is", async () => {
+    await read(Response.json(PREVIEW));
+    model.plan.choose(["A 1"]);
+    assert.equal(model.plan.back(), true);
+    assert.equal(model.plan.incoming.preview, null);
+    assert.equal(model.plan.selection.size, 1);
+  });
+});
