@@ -339,7 +339,7 @@ async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_pat
     await page.screenshot(path=screenshots / "plan-import.png")
     assert not await faults_of(page, screenshots / "plan-import-axe.png")
     await press(page, "Take (the plan|it as it lies)", 5)
-    await expect(opener).to_be_visible(timeout=30_000)
+    await expect(shown.get_by_role("button", name="Cancel")).to_have_count(0, timeout=30_000)
     await done(page)
     assert {each["id"]: label for label, each in (await store.stalls()).items()} == owners
     await page.keyboard.press("Control+z")

@@ -21,7 +21,8 @@ export class PlanImportPart extends Part {
     const { incoming } = plan;
     return html`<div class="drawn">
       <input type="file" accept=${FILES} hidden aria-label=${say("plan-import")} @change=${this.open} />
-      ${incoming.file ? this.shown(incoming.file.name) : html`<button ?disabled=${!plan.mayEdit} @click=${() => this.chooser.click()}>${icon("upload")}${say("plan-import")}</button>`}
+      <button ?disabled=${!plan.mayEdit} @click=${() => this.chooser.click()}>${icon("upload")}${say("plan-import")}</button>
+      ${incoming.file ? this.shown(incoming.file.name) : nothing}
     </div>`;
   }
 
@@ -74,7 +75,7 @@ export class PlanImportPart extends Part {
     const { file } = this.model.plan.incoming;
     const choices = new URLSearchParams();
     for (const field of (event.currentTarget as HTMLFormElement).querySelectorAll<HTMLInputElement | HTMLSelectElement>("input, select")) {
-      const isOff = field.type === "checkbox" && !(field as HTMLInputElement).checked;
+      const isOff = field.type === "checkbox" && "checked" in field && !field.checked;
       if (!isOff && field.value.trim() !== "") choices.append(field.name, field.value.trim());
     }
     if (file) void this.model.plan.incoming.read(file, choices);
