@@ -69,7 +69,7 @@ def _run(options: argparse.Namespace) -> int:
     try:
         asyncio.run(_import(store, options))
     except LotInputError as error:
-        if error.field in (*_TEXTS, "pin", "lot"):
+        if error.field in (*_TEXTS, "pin"):
             raise ConfigError(f"--{error.field}: {error.reason}") from None
         print(f"hawk-drone: {options.file}: {error}", file=sys.stderr)
         return _FAILED
@@ -103,8 +103,9 @@ def _previewed(
 ) -> Preview:
     from hawk.lots.importing.previews import preview
     from hawk.lots.plan_files.child import unpacked
+    from hawk.lots.teaching import lot_named
 
-    lot = None if options.lot is None else _lot(connection, options.lot)
+    lot = None if options.lot is None else lot_named(connection, options.lot)
     return preview(connection, lot, unpacked(packed), asked, store.register)
 
 
@@ -128,23 +129,6 @@ def _taken(
     if closed["layout"] is None:
         return "nothing is changed: the lot has this plan already"
     return f"the plan is version {closed['layout']} of the layout, change {closed['seq']}"
-
-
-def _lot(connection: Connection, given: str) -> str:
-    """Return the id of a lot that is named by its id or its name. Raises LotInputError."""
-    from sqlalchemy import select
-
-    from hawk.lots.tables import LOT
-    from hawk.lots.values import LotInputError
-
-    asked = select(LOT.c.id, LOT.c.name).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)
-    lots = connection.execute(asked).all()
-    found = [row.id for row in lots if given in (row.id, row.name)]
-    if len(found) == 1:
-        return str(found[0])
-    there = ", ".join(f"{row.name} ({row.id})" for row in lots[:_SHOWN]) or "none yet: use --new"
-    words = "is the name of several: write its id" if found else "is no lot of the store"
-    raise LotInputError("lot", f"{given} {words}. Lots: {there}")
 
 
 def _shown(found: Preview) -> None:
