@@ -16,6 +16,7 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
 from hawk.web.access.access import ACCESS
 from hawk.web.lot_answers import FOR_OPERATORS, ID, Body, answer, answered, now_of
+from hawk.web.services import SERVICES
 
 if TYPE_CHECKING:  # loaded where a plan is imported
     from sqlalchemy import Connection
@@ -73,7 +74,7 @@ async def _preview(store: LotStore, request: web.Request) -> str:
     packed = await read_apart(await _file(request), asked.file)
     token = new_token()
     made, text = await store.read(lambda connection: _previewed(connection, lot, packed, asked, store, token))
-    _previews(request).keep(token, made, now_of(request))
+    _previews(request).keep(token, made, _clock(request))
     return text
 
 
@@ -107,7 +108,7 @@ async def take(store: LotStore, request: web.Request, body: Body) -> object:
 
     lot, token, now = request.match_info["id"], request.match_info["token"], now_of(request)
     previews = _previews(request)
-    found = previews.of(token, lot, now)
+    found = previews.of(token, lot, _clock(request))
     text = await store.write(lambda connection: json_text(taken(connection, found, body, now)))
     previews.drop(token)
     return text
@@ -119,12 +120,17 @@ async def begin(store: LotStore, request: web.Request, body: Body) -> object:
 
     token, now = request.match_info["token"], now_of(request)
     previews = _previews(request)
-    found = previews.of(token, None, now)
+    found = previews.of(token, None, _clock(request))
     access = request.get(ACCESS)
     who = Role.OPERATOR.value if access is None else access.role.value
     made = await store.write(lambda connection: begun(connection, found, body, who, now))
     previews.drop(token)
     return made
+
+
+def _clock(request: web.Request) -> float:
+    """Return seconds of a clock that never steps: a preview outlives a time that GNSS sets."""
+    return request.app[SERVICES].monotonic()
 
 
 def _previews(request: web.Request) -> Previews:

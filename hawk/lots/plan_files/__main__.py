@@ -8,6 +8,7 @@ import os
 import resource
 import sys
 import warnings
+from pathlib import Path
 
 from hawk.lots.plan_files.child import CPU_S, MEMORY_BYTES, NICENESS, REFUSED, packed
 from hawk.lots.plan_files.reading import read_plan
@@ -19,6 +20,7 @@ def main(asked: str) -> int:
     """Return the exit status."""
     with contextlib.suppress(OSError):
         os.nice(NICENESS)
+        Path("/proc/self/oom_score_adj").write_text("1000", "ascii")  # where memory is short, this process ends first
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
     warnings.simplefilter("ignore")  # of packages about a stranger's file: nobody reads them here

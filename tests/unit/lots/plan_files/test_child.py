@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 from hawk.lots.plan_files import child
@@ -31,3 +34,21 @@ async def test_a_file_that_takes_too_long_or_too_much_is_refused(monkeypatch: py
     monkeypatch.setattr(child, "MODULE", "hawk.lots.no_such_module")
     with pytest.raises(LotInputError, match="takes more memory or time than a plan does"):
         await child.read_apart(geojson(numbered(1)), Asked())
+
+
+LESS_MEMORY = """
+import sys
+from hawk.lots.plan_files import __main__ as child
+child.MEMORY_BYTES = 200_000_000
+sys.exit(child.main("{}"))
+"""
+
+
+@pytest.mark.slow
+def test_a_file_that_takes_more_memory_than_the_bound_ends_its_process() -> None:
+    bomb = b'{"features": [' + b"[]," * 5_000_000 + b"[]]}"
+    ended = subprocess.run(
+        [sys.executable, "-c", LESS_MEMORY], input=bomb, capture_output=True, timeout=60, check=False
+    )
+    assert ended.returncode not in (0, child.REFUSED)
+    assert b"MemoryError" in ended.stderr
