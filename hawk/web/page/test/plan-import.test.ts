@@ -21,6 +21,7 @@ const PREVIEW: ImportPreview = {
   left_out: [{ name: "<b>node 7</b>", reason: "is a point: draw it" }],
   left_out_count: 1,
   clashes: [],
+  layers: [{ name: "STALLS", outlines: 7 }],
 };
 
 async function answered(): Promise<void> {
@@ -77,6 +78,7 @@ describe("the import of a plan from a file", () => {
     assert.match(stage.text, /1 feature is left out/);
     assert.match(stage.text, /<b>node 7<\/b>: is a point: draw it/);
     assert.equal(stage.part.querySelector("li b"), null);
+    assert.equal(stage.input("datalist option").value, "STALLS");
   });
 
   it("takes the plan within the edit, as a step that can be undone", async () => {

@@ -122,6 +122,7 @@ export interface ImportPreview {
   left_out: { name: string; reason: string }[];
   left_out_count: number;
   clashes: { name: string; reason: string }[];
+  layers: { name: string; outlines: number }[];
 }
 
 /** Sends a file with a plan to be read; `choices`: as the person made them. Nothing is written. */

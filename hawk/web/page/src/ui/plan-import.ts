@@ -38,9 +38,10 @@ export class PlanImportPart extends Part {
         <summary>${say("plan-import-choices")}</summary>
         <form @submit=${this.again}>
           ${switched("replace", say("plan-import-replace"))} ${switched("rename", say("plan-import-rename"))}
-          ${typed("layer", say("plan-import-layer"))} ${typed("label", say("plan-import-label"))} ${typed("crs", say("plan-import-crs"))}
+          ${typed("layer", say("plan-import-layer"), "plan-layers")} ${typed("label", say("plan-import-label"))} ${typed("crs", say("plan-import-crs"))}
           <label><span class="sub">${say("plan-import-units")}</span><select name="units">${UNITS.map((unit) => html`<option value=${unit}>${unit}</option>`)}</select></label>
           ${[1, 2].map((number) => typed("pin", say("plan-import-point", { number })))}
+          <datalist id="plan-layers">${(preview?.layers ?? []).map((layer) => html`<option value=${layer.name}></option>`)}</datalist>
           <button type="submit" ?disabled=${busy}>${say("plan-import-again")}</button>
         </form>
       </details>
@@ -86,8 +87,8 @@ function counts({ begin, stay, same, end }: ImportPreview): { begin: number; sta
   return { begin: begin.length, stay: stay.length, same, end: end.length };
 }
 
-function typed(name: string, label: string): TemplateResult {
-  return html`<label><span class="sub">${label}</span><input name=${name} type="text" autocomplete="off" maxlength="200" /></label>`;
+function typed(name: string, label: string, list = ""): TemplateResult {
+  return html`<label><span class="sub">${label}</span><input name=${name} list=${list} type="text" autocomplete="off" maxlength="200" /></label>`;
 }
 
 function switched(name: string, label: string): TemplateResult {
