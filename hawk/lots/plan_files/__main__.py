@@ -10,7 +10,7 @@ import sys
 import warnings
 from pathlib import Path
 
-from hawk.lots.plan_files.child import CPU_S, MEMORY_BYTES, NICENESS, REFUSED, packed
+from hawk.lots.plan_files.child import CPU_S, MEMORY_BYTES, NICENESS, REFUSED, TOO_MUCH, packed
 from hawk.lots.plan_files.reading import read_plan
 from hawk.lots.plan_files.values import Asked
 from hawk.lots.values import LotInputError
@@ -25,11 +25,19 @@ def main(asked: str) -> int:
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
     warnings.simplefilter("ignore")  # of packages about a stranger's file: nobody reads them here
     try:
-        said, status = packed(read_plan(sys.stdin.buffer.read(), Asked(**json.loads(asked)))), 0
+        sys.stdout.buffer.write(packed(read_plan(sys.stdin.buffer.read(), Asked(**json.loads(asked)))))
     except LotInputError as error:
-        said, status = json.dumps({"field": error.field, "reason": error.reason}).encode(), REFUSED
-    sys.stdout.buffer.write(said)
-    return status
+        return _refuse(error.field, error.reason)
+    except MemoryError:
+        return _refuse("file", TOO_MUCH)
+    except Exception as error:  # a stranger's file, and packages that expect whole ones
+        return _refuse("file", f"cannot be read ({type(error).__name__}): export it again, or in another form")
+    return 0
+
+
+def _refuse(field: str, reason: str) -> int:
+    sys.stdout.write(json.dumps({"field": field, "reason": reason}))
+    return REFUSED
 
 
 if __name__ == "__main__":

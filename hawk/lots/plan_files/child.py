@@ -23,6 +23,7 @@ LONGEST_S: Final = 180.0
 """Real seconds for a file on a computer that does other work."""
 REFUSED: Final = 3
 """Exit status of a file that cannot be used; the output says the field and the reason."""
+TOO_MUCH: Final = "takes more memory or time than a plan does: leave other layers out"
 NICENESS: Final = 15
 
 
@@ -48,7 +49,7 @@ async def read_apart(data: bytes, asked: Asked, longest_s: float = LONGEST_S) ->
         refusal = json.loads(said)
         raise LotInputError(refusal["field"], refusal["reason"])
     if process.returncode != 0:
-        raise LotInputError("file", "takes more memory or time than a plan does: leave other layers out")
+        raise LotInputError("file", TOO_MUCH)
     return said
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ezdxf.document import Drawing as Document
 
 FORMAT: Final = "DXF"
-_BROKEN: Final = (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError)
+_BROKEN: Final = (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, AssertionError, StopIteration)
 """Errors by which ezdxf ends at a file that is damaged, beside its own."""
 BINARY: Final = b"AutoCAD Binary DXF\r\n\x1a\x00"
 UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "ft": 0.3048, "in": 0.0254}
@@ -46,7 +46,7 @@ _SAGITTA: Final = 0.05
 
 def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     """Return the outlines of a file. Raises LotInputError for one that is none, is cut, or says no units."""
-    document = _document(data)
+    document = _document(data, notes)
     metres = _metres(document, asked.units)
     outlines: list[tuple[str, str, Floats]] = []
     texts: list[tuple[str, tuple[float, float]]] = []
@@ -72,7 +72,7 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     return Drawing(FORMAT, tuple(drawn), metres=metres, layers=tuple(sorted(counts.items())))
 
 
-def _document(data: bytes) -> Document:
+def _document(data: bytes, notes: Notes) -> Document:
     try:
         from ezdxf import recover
         from ezdxf.filemanagement import readfile
@@ -90,6 +90,7 @@ def _document(data: bytes) -> Document:
             pass  # many programs write what is no strict DXF; the reader that repairs takes twice the time
         try:
             document, auditor = recover.readfile(path)
+            notes.add("file", "was repaired while it was read: compare the preview with the drawing")
         except (DXFError, *_BROKEN) as error:
             words = f"cannot be read as DXF ({error}): save it again as DXF 2000 or later"
             raise LotInputError("file", words) from None

@@ -50,7 +50,7 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
         try:
             with contextlib.closing(_opened(path)) as opened:
                 return _drawing(opened, asked, notes)
-        except (sqlite3.Error, sqlite3.Warning) as error:
+        except (sqlite3.Error, sqlite3.Warning, UnicodeDecodeError) as error:
             words = f"cannot be read as GeoPackage ({error}): it is cut or damaged, export it again"
             raise LotInputError("file", words) from None
 

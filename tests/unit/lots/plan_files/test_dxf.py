@@ -150,3 +150,10 @@ def test_coordinates_of_a_named_system_place_a_drawing() -> None:
 
     found = plan(dxf(draw), crs="EPSG:25832")
     assert found.datum == pytest.approx((48.13057, 11.56708), abs=1e-3)
+
+
+def test_a_file_that_was_repaired_is_read_with_a_warning() -> None:
+    data = dxf(stalls()).replace(b" 70\n1\n", b" 70\n1x\n", 1)
+    found = plan(data, layer="STALLS")
+    assert labels(found) == ["P1", "P2", "P3"]
+    assert left_out(found) == ["file: was repaired while it was read: compare the preview with the drawing"]
