@@ -12,6 +12,7 @@ import signal
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
+from pathlib import Path
 from typing import Final
 
 from sqlalchemy import Connection
@@ -30,7 +31,7 @@ from hawk.lots.pictures import SurveyPictures, pictures_of
 from hawk.lots.reading import lots as all_lots
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.teaching import lot_named
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.lot_map import EncodedTile, OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
@@ -84,22 +85,24 @@ async def run_desk(config: Config, lot: str | None) -> int:
     about = {"version": version("hawk-drone"), "port": str(config.web.port)}
     try:
         check_background(config.web)
+        path = lots_file(config.store.directory, config.store.lots)
+        if not path.exists():
+            raise ConfigError(f"--store: {path} is not there. Name the folder of a drone's files, or restore a backup")
         with held_store(config.store.directory, about):
-            return await _serve(config, lot)
+            return await _serve(config, path, lot)
     except StoreInUseError as error:
         raise ConfigError(f"store.directory: {error}. It serves these lots already: open its page") from error
     except (InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error
+    except NotFoundError as error:
+        raise ConfigError(f"--lot: {str(error).removeprefix('LOT: ')}") from error
     except LotStoreError as error:
         raise ConfigError(f"--store: {error}") from error
     finally:
         log.close()
 
 
-async def _serve(config: Config, lot: str | None) -> int:
-    path = lots_file(config.store.directory, config.store.lots)
-    if not path.exists():
-        raise ConfigError(f"--store: {path} is not there. Name the folder of a drone's files, or restore a backup")
+async def _serve(config: Config, path: Path, lot: str | None) -> int:
     store = LotStore(path, find_stalls)
     try:
         if notice := await store.open():

@@ -59,7 +59,8 @@ async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
     page.on("response", lambda answer: pictures.add(answer.url) if "api/mosaic/" in answer.url and answer.ok else None)
     await page.goto(address)
     await expect(page.get_by_role("region", name="Desk")).to_contain_text("No drone is here", timeout=30_000)
-    assert await page.locator("hawk-bar, hawk-glance, hawk-video, hawk-counts").count() == 0, "nothing to fly with"
+    flying = "hawk-bar, hawk-glance, hawk-video, hawk-counts, hawk-fence-button, hawk-heights-button"
+    assert await page.locator(flying).count() == 0, "nothing to fly with"
     await press(page, "Correct the plan", 30)
     await shows(page, "You edit since", 30)
     before = await store.stalls()

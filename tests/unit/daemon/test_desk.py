@@ -72,9 +72,16 @@ def test_a_command_to_a_drone_is_refused_in_words() -> None:
 def test_a_store_that_is_not_there_is_named_and_none_is_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["desk", "--port", "0", "--store", str(tmp_path)]) == 2
+    assert main(["desk", "--port", "0", "--store", str(tmp_path / "other")]) == 2
     assert "lots.db is not there. Name the folder" in capsys.readouterr().err
-    assert not (tmp_path / FILE).exists()
+    assert not (tmp_path / "other").exists()
+
+
+def test_a_lot_that_is_not_there_is_named_by_its_option(archive: Archive, capsys: pytest.CaptureFixture[str]) -> None:
+    archive.add(flown(1))
+    folder = archive.store.path.parent
+    assert main(["desk", "--port", "0", "--store", str(folder), "--lot", "Mall"]) == 2
+    assert "--lot: no lot is called 'Mall'; there are 'Lot 1'" in capsys.readouterr().err
 
 
 def test_a_store_that_a_daemon_serves_is_left_to_it(archive: Archive, capsys: pytest.CaptureFixture[str]) -> None:

@@ -178,7 +178,8 @@ def test_the_longest_stall_fits_what_is_counted_for_it() -> None:
         number = rng.randrange(10**9, 10**10)
         stalls[number] = Stall(
             number, -rng.random() * 1e4, -rng.random() * 1e4, rng.random() * 3, rng.random() * 9, rng.random() * 9,
-            rng.random(), StallState.UNKNOWN, rng.random(), 10**7, rng.random() * 1e7, 10**9, label="\xd6" * LONGEST_LABEL,
+            rng.random(), StallState.UNKNOWN, rng.random(), 10**7, rng.random() * 1e7, 10**9,
+            label="\xd6" * LONGEST_LABEL,
         )  # fmt: skip
     over_the_wire(MapView().update(OccupancyMap(stalls=stalls), HERE))
 

@@ -22,10 +22,7 @@ export class SettingsTab extends Part {
     const view = this.model.view();
     const { theme, leftHanded } = this.model.preferences;
     return html`<div tabindex="0" role="region" aria-label=${say("settings")} class="scroll settings">
-      <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
-      <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
-      <section><hawk-outline-button .model=${this.model}></hawk-outline-button></section>
-      <section>${this.controlRow(view)}</section>
+      ${view.welcome?.Desk ? nothing : this.ofFlight(view)}
       <section><hawk-name .model=${this.model}></hawk-name></section>
       <section>
         <fieldset>
@@ -66,6 +63,13 @@ export class SettingsTab extends Part {
       <section><hawk-all-settings .model=${this.model}></hawk-all-settings></section>
       ${about(view)}
     </div>`;
+  }
+
+  private ofFlight(view: View): TemplateResult {
+    return html`<section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
+      <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
+      <section><hawk-outline-button .model=${this.model}></hawk-outline-button></section>
+      <section>${this.controlRow(view)}</section>`;
   }
 
   private logOutRow(view: View): TemplateResult {
