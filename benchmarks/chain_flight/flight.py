@@ -21,7 +21,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.seen import SeenGround
 from hawk.ddc.motion import Goal
-from hawk.model.known_lot import KnownLot
+from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, Fence, HeightParameters, PathPlan
@@ -88,9 +88,10 @@ def fly(
     watch: Callable[[Glance], None] = lambda _: None,
     known: KnownLot | None = None,
     asked: AskedGround | None = None,
+    tour: LotTour | None = None,
 ) -> Flown:
     """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` gets every frame that was projected
-    to the ground. ``known`` is the plan of the lot, ``asked`` the ground to survey.
+    to the ground. ``known`` is the plan of the lot, ``asked`` the ground to survey, ``tour`` that over the known lot.
     """
     errors = errors or Errors()
     vision = vision or VisionApp(VisionSettings())
@@ -107,7 +108,7 @@ def fly(
         goal = goal_of(waiting, pose, goal)
         picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
         frame = _frame(len(costs), drone, picture, camera_model, pose, lot.fence)
-        output = manager.run(replace(frame, known=known, asked_ground=asked))
+        output = manager.run(replace(frame, known=known, asked_ground=asked, tour=tour))
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
         if vision.seen.ground is not None:

@@ -128,7 +128,7 @@ def _survey(
     world = lot.world(visit)
     datum = datum_of(world, visit)
     with store.reading() as connection:
-        known = _known(connection, (datum.latitude, datum.longitude))
+        known = known_at(connection, (datum.latitude, datum.longitude))
     look = eye.look(world, visit, known)
     numbered = tuple(replace(stall, looked=float(stall.id)) for stall in look.survey.stalls)
     with store.writing() as connection:
@@ -138,7 +138,7 @@ def _survey(
         former = lot.world(replace(visit, repaint=visit.repaint - 1))
         repainted = _taken_over(store, saved, look, former, world)
     with store.reading() as connection:
-        ids, begun = _ids(connection, saved, look), _begun(connection)
+        ids, begun = stored_ids(connection, saved, look), _begun(connection)
     lasting = {} if visit.is_next_door else lasting_ids(first, world)
     lasted = {true if each in begun else lasting.get(true, true): each for true, each in ids.items()}
     return Surveyed(visit, saved, len(look.survey.stalls), lasted, repainted)
@@ -183,12 +183,12 @@ def _taken_over(store: Database, saved: Saved, look: Look, former: World, world:
     )
 
 
-def _known(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:
+def known_at(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:
     near = lot_near(connection, datum)
     return None if near is None else known_lot(connection, near[0][0], datum)
 
 
-def _ids(connection: Connection, saved: Saved, look: Look) -> dict[int, str]:
+def stored_ids(connection: Connection, saved: Saved, look: Look) -> dict[int, str]:
     """Return the stored id of each true stall that the survey observed: its looks have the stall's number as time."""
     if saved.placed not in (Placed.FIRST, Placed.REGISTERED):
         return {}

@@ -113,7 +113,7 @@ class FlownEye:
         lot = lot_of(replace(truth, origin=ORIGIN), world.start())
         errors, seed = Errors(GNSS_M, compass=visit.compass), (world.seed or 0) * 10 + visit.number
         flown = fly(world, lot, errors=errors, seed=seed, known=known, asked=_part(world, visit.part))
-        survey = _landed(flown, datum_of(world, visit), visit)
+        survey = landed(flown, datum_of(world, visit), visit)
         places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
         turned = Move(turn=-turn_of(world, places, visit.compass)).of(places)
         return Look(survey, true_ids(world, turned, [stall.id for stall in survey.stalls]))
@@ -218,7 +218,7 @@ def _part(world: World, part: float) -> AskedGround | None:
     return AskedGround(tuple((ring,) for ring in rings), float(ground.area))
 
 
-def _landed(flown: Flown, datum: GlobalPose, visit: Visit) -> FinishedSurvey:
+def landed(flown: Flown, datum: GlobalPose, visit: Visit) -> FinishedSurvey:
     ended = visit.at.timestamp()
     return finished(
         LandedSurvey(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from hawk.model.known_lot import KnownLot
+from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel, GroundStep, StallSize
@@ -50,6 +50,8 @@ class FrameInput:
     """The sun's place in the sky at the exposure; None where moment or place are not known."""
     known: KnownLot | None = field(default=None, repr=False)
     """The lot that is flown over, where it is known; another object is another plan of it."""
+    tour: LotTour | None = field(default=None, repr=False)
+    """The tour over the lot that an operator asked to survey again; None: ground or lot are explored."""
 
     @property
     def over_ground(self) -> MapPose | None:

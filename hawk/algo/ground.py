@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Stall, TileKey
 from hawk.model.plans import Inbound
 
@@ -191,4 +192,17 @@ class LotMap(Protocol):
 
     def unclear_stalls(self) -> Mapping[int, Stall]:
         """Return the valid stalls with unknown state, by id."""
+        ...
+
+
+@runtime_checkable
+class KnownMap(Protocol):
+    """A map onto which the plan of a known lot comes once its place is certain; the Mapper App implements it."""
+
+    def plan_places(self) -> tuple[KnownLot, Floats] | None:
+        """Return the plan on the map and its stalls (N, 5): north, east, angle, width, length; None before."""
+        ...
+
+    def stalls_near(self, north: float, east: float, radius: float) -> list[Stall]:
+        """Return the valid stalls within a radius (metres) of a place near the drone."""
         ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from hawk.model.poses import Ring
+from hawk.model.poses import MapPoint, Ring
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,3 +36,17 @@ class KnownLot:
     id: str
     stalls: tuple[KnownStall, ...] = field(repr=False)
     ground: tuple[tuple[Ring, ...], ...] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LotTour:
+    """A flight that looks at every stall of a known lot once more, planned before its start.
+
+    ``points`` are waypoints from the drone's place on, ``distance_m`` is the length along them. ``missed`` stalls
+    cannot be looked at from inside the fence.
+    """
+
+    lot: str
+    points: tuple[MapPoint, ...] = field(repr=False)
+    distance_m: float
+    missed: int = 0

@@ -16,6 +16,7 @@ from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.mapper.register import Shift
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen, SeenGround, SeesFrames
+from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap, Stall
 from hawk.model.operation import Health
 from hawk.model.plans import Inbound
@@ -117,6 +118,10 @@ class MapperApp:
     def stalls_near(self, north: float, east: float, radius: float) -> list[Stall]:
         """Return the valid stalls within a radius (metres) of a place near the drone."""
         return self._core.stalls_near(north, east, radius)
+
+    def plan_places(self) -> tuple[KnownLot, NDArray[np.float64]] | None:
+        """Return the plan whose place is certain, with its stalls on the map (N, 5), as `KnownMap` has it."""
+        return self._core.placed_plan
 
     def changes_since(self, version: int) -> MapDelta:
         """Return the changes after a version of the map (0: everything), for the flight journal."""

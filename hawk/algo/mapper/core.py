@@ -201,6 +201,11 @@ class MapCore:
         rows = self.tracker.rows[self.tracker.near(north, east, radius)]
         return [self.index.stalls[i] for i in rows["id"][rows["confirmed"]].tolist() if i in self.index.stalls]
 
+    @property
+    def placed_plan(self) -> tuple[KnownLot, NDArray[np.float64]] | None:
+        """The plan whose place on the map is certain, see `PlanOnMap.placed`."""
+        return self._plan.placed
+
     def inbound(self, north: float, east: float) -> Inbound:
         """Return the verdict on a place, by the majority of the cells within half a metre."""
         if not (math.isfinite(north) and math.isfinite(east)):

@@ -36,6 +36,8 @@ class PlanOnMap:
         self._placing: PlanPlacing | None = None
         self.names: tuple[tuple[str, str], ...] = ()
         """Ids and labels of the stalls of the plan that is on the map, by their numbers from 1."""
+        self.placed: tuple[KnownLot, NDArray[np.float64]] | None = None
+        """The plan whose place is certain, and its stalls on the map (N, 5): north, east, angle, width, length."""
 
     def know(self, lot: KnownLot | None) -> None:
         """Take the plan of the lot that is flown over. None changes nothing: what is on the map stays."""
@@ -54,6 +56,7 @@ class PlanOnMap:
         if plan is None:
             return None
         self.names = tuple((stall.id, stall.label) for stall in placing.lot.stalls)
+        self.placed = placing.lot, np.column_stack([plan.centres, plan.angle, plan.width, plan.length])
         is_confirmed = np.array([stall.is_confirmed for stall in placing.lot.stalls], np.bool_)
         index = tracker.put_plan(plan, is_confirmed, version)
         _call_unseen(tracker.rows, grid, time)

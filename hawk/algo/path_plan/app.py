@@ -12,13 +12,15 @@ import numpy as np
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, LotMap, Mask, Place, Window
 from hawk.algo.path_plan.beyond import Border
-from hawk.algo.path_plan.explore import Explorer
+from hawk.algo.path_plan.explore import Exploration, Explorer
 from hawk.algo.path_plan.field import InformationField, guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint, LeanObserver, ReadableSpeed, Swath, exploring_height
 from hawk.algo.path_plan.lot_ground import FenceGuard, OutlinedGround
 from hawk.algo.path_plan.lot_route import RouteKeeper
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
+from hawk.algo.path_plan.revisit import Revisit, RevisitScene
 from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Verdict
@@ -64,6 +66,7 @@ class PathPlanApp:
         self._routes = RouteKeeper(self._settings.near_lot_m)
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
         self._explorer: Explorer | None = None
+        self._revisit: Revisit | None = None
         self._explored_so_far = ExploreStatus()
         self._found_m2 = 0.0
         """Area of the lot when it was last explored, square metres."""
@@ -116,6 +119,7 @@ class PathPlanApp:
     def begin(self) -> None:
         """Forget what was explored: the map begins empty."""
         self._overview, self._explorer, self._explored_so_far = Overview(), None, ExploreStatus()
+        self._revisit = None
         self._routes, self._asked_routes = (RouteKeeper(self._settings.near_lot_m) for _ in range(2))
         self._last = Plan(PathPlan(), Health())
 
@@ -125,15 +129,20 @@ class PathPlanApp:
         if frame.fence != self._guard.fence:
             self._guard, self._overview = FenceGuard(frame.fence), Overview()
         self._take_outline(frame)
+        self._take_tour(frame)
         self._readable.take(frame.captured)
         asked = self._verdict(frame, lot_map, frame.asked, self._asked_routes)
         verdict = self._verdict(frame, lot_map, frame.desired, self._routes)
         if frame.state is not StateName.AUTONOMOUS_EXPLORE:
-            self._explorer = None
+            self._explorer = self._revisit = None
         elif self._explorer is None:
             self._explorer, self._overview = Explorer(self._exploring), Overview()
         if self._explorer is not None and frame.pose is not None:
-            path = self._explored(self._explorer, frame, frame.pose, lot_map)
+            revisit = self._revisited(frame)
+            if revisit is None:
+                path = self._explored(self._explorer, frame, frame.pose, lot_map)
+            else:
+                path = self._flown_again(revisit, frame, frame.pose, lot_map)
             self._explored_so_far = path.explore
             self._found_m2 = lot_map.lot_area_m2()
         else:
@@ -184,18 +193,49 @@ class PathPlanApp:
         if scene is None:
             return PathPlan(explore=ExploreStatus(reason=say("nothing is mapped yet")))
         plan = explorer.plan(scene)
-        status = self._outlined_status(plan.status, lot_map)
+        return self._path(plan, self._outlined_status(plan.status, lot_map), frame, pose, swath)
+
+    def _path(
+        self, plan: Exploration, status: ExploreStatus, frame: FrameInput, pose: MapPose, swath: Swath
+    ) -> PathPlan:
         status = replace(status, is_spent=status.is_whole and not status.unreached)
         if plan.target is None:
             return PathPlan(explore=status)
         target, heading = _point(plan.target), plan.heading
-        if heading is None and math.dist(plan.target, scene.place) > _YAW_FROM_M:
+        if heading is None and math.dist(plan.target, (pose.north, pose.east)) > _YAW_FROM_M:
             # the wide side of the picture lies across the path
             heading = math.atan2(target.east - pose.east, target.north - pose.north)
         yaw = pose.yaw if heading is None else math.remainder(heading - frame.camera.mount_yaw, math.tau)
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
         route = tuple(_point(p) for p in on[:_SHOWN])
-        return PathPlan(target, height, yaw, route, status, speed=self._readable.limit(swath.depth))
+        return PathPlan(target, swath.height, yaw, route, status, speed=self._readable.limit(swath.depth))
+
+    def _take_tour(self, frame: FrameInput) -> None:
+        """Begin the flight over a known lot again when another tour is asked for."""
+        before = None if self._revisit is None else self._revisit.asked
+        if self._revisit is not None and frame.tour != before:
+            self._revisit = None
+
+    def _revisited(self, frame: FrameInput) -> Revisit | None:
+        """Return the flight over the lot that is surveyed again; None without one, and while its plan is not there."""
+        tour, known = frame.tour, frame.known
+        if tour is None or (self._revisit is None and (known is None or known.id != tour.lot or not known.stalls)):
+            return None
+        if self._revisit is None and known is not None:
+            self._revisit = Revisit(self._settings, known, tour)
+        return self._revisit
+
+    def _flown_again(self, revisit: Revisit, frame: FrameInput, pose: MapPose, lot_map: LotMap) -> PathPlan:
+        height = exploring_height(frame.heights, frame.camera, self._settings.cm_per_pixel)
+        swath = Swath.of(frame.camera, height, self._settings.known_share)
+        self._lean.take(pose, frame.speed)
+        heading = pose.yaw + frame.camera.mount_yaw
+        place = (pose.north, pose.east)
+        shown = ground_footprint(frame.camera, pose) if not frame.map_problem else ()
+        picture = np.array([(point.north, point.east) for point in shown]) if shown else None
+        scene = RevisitScene(place, heading, frame.speed, self._footprint(swath), self._guard, picture)
+        plan = revisit.plan(scene, lot_map)
+        return self._path(plan, plan.status, frame, pose, swath)
 
     def _outlined_status(self, status: ExploreStatus, lot_map: LotMap) -> ExploreStatus:
         """Add what is asked for, and at the end what of it was not looked at."""

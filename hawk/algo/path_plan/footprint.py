@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -173,25 +173,27 @@ class Footprint:
     def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:
         """Return (K, N), True where one of K straight legs, with the corner where it begins, shows one of N cells.
 
-        All are (north, east), metres. Without ``corners`` the picture stays level and turns nowhere.
+        All are (north, east), metres. Without ``corners`` the picture stays level and turns nowhere. Cells (N, 6) are
+        boxes, shown only as wholes: (north, east) of the middle, of the half length and of the half width.
         """
-        along, across, half, unit = legs_about(cells, begins, ends)
-        reach = half + self.depth / 2
+        along, across, half, unit = legs_about(cells[:, :2], begins, ends)
+        long, wide, around = _extents(cells, unit)
+        reach = half + (self.depth / 2 - long)
+        shown = np.asarray(np.abs(across) <= self.width / 2 - wide)
         if corners is None:
-            return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
+            return np.asarray(shown & (np.abs(along) <= reach))
         lean = self.lean
         share = _lean_shares(2 * half)
         stands = np.asarray(~corners.before.any(1))
-        shown = np.asarray(np.abs(across) <= self.width / 2)
         shown &= along <= reach + _where(corners.last, lean.stop) * share
         shown &= along >= -reach - _where(stands, lean.start) * share
         aside = across * across
         for sign, radii in ((1, corners.turned), (-1, np.where(corners.last, self.spun, 0.0))):
             if radii.any():
                 near = along + sign * half
-                shown |= near * near + aside < _column(radii**2)
+                shown |= near * near + aside < np.maximum(_column(radii) - around, 0) ** 2
         if lean.corner > 0:
-            shown |= _outwards(along + half, across, unit, share[:, 0], corners.before, lean)
+            shown |= _outwards(along + half, across, unit, share[:, 0], corners.before, lean, around)
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
@@ -199,6 +201,10 @@ class Footprint:
 
         It turns from ``heading`` to each of K ``headings`` (radians) in the shorter direction.
         """
+        if cells.shape[1] > 2:
+            inner = 2 * float(np.sqrt((cells[:, 2:] ** 2).sum(1)).max(initial=0.0))
+            within = replace(self, width=self.width - inner, depth=self.depth - inner, spun=self.spun - inner / 2)
+            return within.swept(cells[:, :2], place, heading, headings)
         off = cells - place.astype(np.float32)
         away = np.hypot(off[:, 0], off[:, 1])
         result = np.zeros((len(headings), len(cells)), np.bool_)
@@ -229,12 +235,18 @@ class Footprint:
 
 
 def _outwards(
-    along: Singles, across: Singles, unit: Floats, share: NDArray[np.floating], before: Floats, lean: Lean
+    along: Singles,
+    across: Singles,
+    unit: Floats,
+    share: NDArray[np.floating],
+    before: Floats,
+    lean: Lean,
+    around: Singles | float,
 ) -> Bools:
     """Return (K, N), True where the picture shows a cell as the drone leans into the corner where each leg begins.
 
     ``along`` and ``across`` are about the leg's begin, ``unit`` (K, 2) is its direction, ``share`` (K,) that of full
-    lean on it, and ``before`` (K, 2) as in `Corners`.
+    lean on it, ``before`` (K, 2) as in `Corners`, and ``around`` (N,) the cells' radius, metres.
     """
     far = lean.corner * np.minimum(share, np.hypot(before[:, 0], before[:, 1]))
     other = directions(before)
@@ -244,7 +256,19 @@ def _outwards(
     on_path = np.clip(on_path, 0, 1)
     off, beside = along - on_path * ahead, across - on_path * aside
     flies = np.asarray(before.any(1))[:, None]
-    return np.asarray((off * off + beside * beside <= lean.radius**2) & flies)
+    return np.asarray((off * off + beside * beside <= np.maximum(lean.radius - around, 0) ** 2) & flies)
+
+
+def _extents(cells: Singles, unit: Floats) -> tuple[Singles | float, Singles | float, Singles | float]:
+    """Return half the extents of boxes (N, 6) along and across K legs (K, N), and their radius (N,), metres; cells
+    (N, 2) have none.
+    """
+    if cells.shape[1] == 2:
+        return 0.0, 0.0, 0.0
+    length, width, ahead = cells[:, 2:4].T, cells[:, 4:6].T, unit.astype(np.float32)
+    aside = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+    long, wide = (np.abs(turned @ length) + np.abs(turned @ width) for turned in (ahead, aside))
+    return long, wide, np.sqrt((cells[:, 2:] ** 2).sum(1))
 
 
 def directions(legs: Floats) -> Floats:

@@ -40,6 +40,12 @@ class FenceGuard:
         """Return True when a place (metres, map frame) is inside."""
         return self._polygon is None or bool(self._polygon.covers(shapely.Point(north, east)))
 
+    def contain(self, places: Floats) -> Bools:
+        """Return True for those of places (T, 2) of (north, east) that are inside."""
+        if self._polygon is None:
+            return np.ones(len(places), np.bool_)
+        return np.asarray(shapely.intersects_xy(self._polygon, places[:, 0], places[:, 1]), np.bool_)
+
     def contains_line(self, start: Place, end: Place) -> bool:
         """Return True when the whole straight line is inside."""
         return self._polygon is None or bool(self._polygon.covers(shapely.LineString([start, end])))

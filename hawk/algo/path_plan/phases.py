@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Protocol
 
 import cv2
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from hawk.algo.ground import Floats, Place
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint, Singles
+from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.overview import ExploreScene
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Wanted
@@ -70,6 +71,25 @@ class Turning:
         return 0.0 if last >= len(order) else float(turns[order[last]])
 
 
+class Standing(Protocol):
+    """A drone at a place: what a turn on the spot depends on."""
+
+    @property
+    def place(self) -> Place:
+        """(north, east), metres."""
+        ...
+
+    @property
+    def footprint(self) -> Footprint:
+        """Ground that a picture shows."""
+        ...
+
+    @property
+    def fence(self) -> FenceGuard:
+        """The limits of the flight."""
+        ...
+
+
 class Turns:
     """Turns on the spot where the exploration begins, and where its tour ends; one at each place."""
 
@@ -78,7 +98,7 @@ class Turns:
         self._turning: Turning | None = None
         self._turned_at: list[Place] = []
 
-    def present(self, scene: ExploreScene, route: Waypoints) -> Turning | None:
+    def present(self, scene: Standing, route: Waypoints) -> Turning | None:
         """Return the turn that is being made or begins now; ``route`` is that of the last plan."""
         if self._turning is None and self._is_due(scene, route):
             place = route[0] if route else scene.place
@@ -91,7 +111,7 @@ class Turns:
         """End the present turn."""
         self._turning = None
 
-    def _is_due(self, scene: ExploreScene, route: Waypoints) -> bool:
+    def _is_due(self, scene: Standing, route: Waypoints) -> bool:
         place = scene.place
         if scene.footprint.spun <= 0 or not scene.fence.contains(*place):
             return False

@@ -11,6 +11,8 @@ class PathPlanSettings:
 
     good_share: float = 0.85
     """Middle share of the picture's width and depth in which a place is seen well: the mapper's own."""
+    known_share: float = 1.0
+    """The same for stalls whose places are known: their states are read wherever a picture shows them whole."""
     turned_share: float = 0.92
     """Share of half a picture's width about a place that is shown by turning there: no drone turns at a point."""
     spun_share: float = 0.96

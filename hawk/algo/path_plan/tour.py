@@ -27,7 +27,8 @@ _FIRST_TURN: Final = 2.5
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Ground to be shown: ``cells`` (N, 2) of (north, east), worth ``weights`` (N,) square metres each.
+    """Ground to be shown: ``cells`` (N, 2) of (north, east), worth ``weights`` (N,) square metres each; or boxes (N, 6)
+    as in `Footprint.shown`.
 
     ``spare`` square metres may be left out for nothing.
     """
@@ -93,6 +94,11 @@ class Tour:
         return self._places
 
     @property
+    def wanted(self) -> Wanted:
+        """The ground that is to be shown."""
+        return self._wanted
+
+    @property
     def missing(self) -> float:
         """Square metres wanted that the tour does not show."""
         return float(self._wanted.weights @ (self._count == 0))
@@ -149,7 +155,7 @@ class Tour:
         """Draw a place to add, near one of the cells that are not shown or on a leg."""
         width = self._terms.footprint.width
         if len(unseen) and (len(self._places) == 1 or self._rng.random() < 0.7):
-            place = self._wanted.cells[unseen[int(self._rng.integers(len(unseen)))]].astype(np.float64)
+            place = self._wanted.cells[unseen[int(self._rng.integers(len(unseen)))], :2].astype(np.float64)
             return np.asarray(place + self._rng.normal(0.0, width / 6, 2))
         at = int(self._rng.integers(1, len(self._places)))
         return np.asarray(self._places[at - 1 : at + 1].mean(0) + self._rng.normal(0.0, width / 10, 2))

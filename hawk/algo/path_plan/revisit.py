@@ -1,0 +1,308 @@
+"""The flight over a known lot: every stall once more, then what is new at the lot's rim.
+
+It begins with the tour that was planned before the start (`known_tour`), and flies it by coordinates until the plan's
+place on the map is certain; then the tour moves with the plan. With every frame the rest of the tour is bettered over
+the stalls that were not looked at yet: what wind or drift left out comes back as a short leg.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from hawk.algo.ground import COARSE_M, Bools, Floats, KnownMap, LotMap, Place, Window
+from hawk.algo.known.placing import plan_rectangles
+from hawk.algo.path_plan.explore import Exploration
+from hawk.algo.path_plan.footprint import Footprint, Singles
+from hawk.algo.path_plan.known_tour import MARGIN_M, boxes_of, corner_inside, corners_of, grown, joined_boxes
+from hawk.algo.path_plan.lot_ground import FenceGuard
+from hawk.algo.path_plan.phases import Turning, Turns
+from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place
+from hawk.algo.rows.fit import Rectangles
+from hawk.model.known_lot import KnownLot, LotTour
+from hawk.model.lot_map import Stall
+from hawk.model.plans import ExploreStatus
+
+_SEEN: Final = 0.5
+"""Share of a cell in a picture from which it counts as looked at."""
+_INSIDE_M: Final = 0.8
+"""Half a cell: so far within its corners a stall is asked for in the map's cells."""
+_STALL_M2: Final = 12.5
+_LOST_M: Final = 60.0
+"""Cost of a stall that the rest of the tour leaves out, metres of path: more than any detour within a lot."""
+_MOST_SHIFTS: Final = 8
+_SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
+"""Sweeps of a frame, from so many stalls on that are left."""
+_STEPS_M: Final = (6.0, 2.0, 0.7)
+_BRAKES_M_S2: Final = 2.5
+EDGE_M: Final = 0.7
+"""Edge of a picture in which no stall counts as shown: of 0.6 m the mapper takes nothing."""
+_NEW_M: Final = 2.2
+_NEW_UNPLACED_M: Final = 8.0
+"""A find farther from every stall of the plan is new: where its place is certain, and before."""
+_NEXT: Final = (1.0, 2.0, 3.0)
+"""Stalls, on either side of a new one, that are looked at as well: its row may go on."""
+_AISLE_M: Final = 6.5
+_RIM_PATH_M: Final = 60.0
+"""Longest flight at the rim since the last new stall was found."""
+_RIM_LOOK: Final = 10
+"""Frames between two looks for new stalls."""
+
+
+@dataclass(frozen=True, slots=True)
+class RevisitScene:
+    """What one plan of the flight is made from: the drone's ``place``, the picture's ``heading`` (radians), ``speed``
+    over ground (m/s); the ``footprint`` is that of whole pictures. ``picture`` (4, 2) are the corners of the ground that
+    this frame shows, None while it is not mapped.
+    """
+
+    place: Place
+    heading: float
+    speed: float
+    footprint: Footprint
+    fence: FenceGuard
+    picture: Floats | None = None
+
+
+class Revisit:
+    """Follows the flight over one known lot from frame to frame."""
+
+    def __init__(self, settings: PathPlanSettings, known: KnownLot, tour: LotTour) -> None:
+        self._settings = settings
+        self.asked = tour
+        self.known = known
+        self._boxes = boxes_of(plan_rectangles(known))
+        self._looked: Bools = np.zeros(len(self._boxes), np.bool_)
+        self._given_up: Bools = np.zeros(len(self._boxes), np.bool_)
+        self._count = len(self._boxes)
+        """Stalls of the plan; the boxes after them are at the rim."""
+        self._is_placed = False
+        self._tour: Tour | None = None
+        self._places: Floats = np.array([(p.north, p.east) for p in tour.points[1:]]).reshape(-1, 2)
+        self._turns = Turns(replace(settings, least_turn_m2=_STALL_M2 - 1.0))
+        self._rng = np.random.default_rng(0)
+        self._frame = self._quiet = self._idle = 0
+        self._last: Place | None = None
+        self._rim_flown = 0.0
+        self._stop: Place = (0.0, 0.0)
+
+    def plan(self, scene: RevisitScene, lot_map: LotMap) -> Exploration:
+        """Return the next place to fly to."""
+        self._frame += 1
+        self._place_plan(lot_map)
+        before = int(self._looked.sum())
+        self._look(scene, lot_map)
+        self._look_at_rim(scene, lot_map)
+        self._count_idle(scene, learned=int(self._looked.sum()) > before)
+        left = np.flatnonzero(~self._looked & ~self._given_up)
+        turning = self._turns.present(_shrunk(scene), self._route)
+        if turning is not None:
+            turned = self._turn(scene, turning, left)
+            if turned is not None:
+                return turned
+        if len(left) == 0:
+            return self._over(scene)
+        self._better(scene, left)
+        return self._leg(scene, left)
+
+    @property
+    def _route(self) -> tuple[Place, ...]:
+        return tuple(as_place(place) for place in self._places)
+
+    # -- what was looked at -------------------------------------------------------------------------------------------
+
+    def _place_plan(self, lot_map: LotMap) -> None:
+        """Move stalls and tour to where the plan lies on the map, once that is certain."""
+        if self._is_placed or not isinstance(lot_map, KnownMap):
+            return
+        placed = lot_map.plan_places()
+        if placed is None or placed[0].id != self.known.id or len(placed[1]) != self._count:
+            return
+        self._is_placed = True
+        values = placed[1]
+        before, after = self._boxes[: self._count, :2].astype(np.float64), values[:, :2]
+        turn = math.remainder(float(np.median((values[:, 2] - _angles(self.known)) % math.pi)), math.pi)
+        self._boxes[: self._count] = boxes_of(Rectangles(values[:, :2], *values[:, 2:].T))
+        c, s = math.cos(turn), math.sin(turn)
+        turned = np.array([[c, -s], [s, c]])
+        if len(self._places):
+            self._places = (self._places - before.mean(0)) @ turned.T + after.mean(0)
+        self._looked[:] = False
+        self._given_up[:] = False
+        self._tour = None
+
+    def _look(self, scene: RevisitScene, lot_map: LotMap) -> None:
+        """Note the stalls that pictures have shown; all of them when the flight begins or the plan has moved."""
+        index = np.flatnonzero(~self._looked)
+        if len(index) == 0:
+            return
+        if self._tour is not None:
+            if scene.picture is not None:
+                self._looked[index] = _shows_whole(scene.picture, self._boxes[index])
+            return
+        boxes = grown(self._boxes[index], -_INSIDE_M)
+        points = np.concatenate([corners_of(boxes), boxes[:, None, :2].astype(np.float64)], axis=1)
+        for part in np.array_split(np.arange(len(index)), max(1, len(index) // 500)):
+            asked = points[part].reshape(-1, 2)
+            window = Window.around(asked, COARSE_M, COARSE_M)
+            shown = window.values_at(lot_map.coarse(window).seen, asked).reshape(-1, points.shape[1])
+            self._looked[index[part]] = (shown >= _SEEN).all(1)
+
+    def _look_at_rim(self, scene: RevisitScene, lot_map: LotMap) -> None:
+        """Add what lies beside new stalls to what is looked at: their rows go on, maybe, and the row opposite."""
+        if self._frame % _RIM_LOOK or self._rim_flown > _RIM_PATH_M or not isinstance(lot_map, KnownMap):
+            return
+        finds = [stall for stall in lot_map.stalls_near(*scene.place, scene.footprint.width / 2) if stall.seen > 0]
+        new = self._beside_plan(finds)
+        if new:
+            boxes = np.concatenate([_next_to(stall) for stall in new])
+            boxes = boxes[self._apart(boxes[:, :2], _NEW_M)]
+            self._boxes = np.concatenate([self._boxes, boxes])
+            fresh = np.zeros(len(boxes), np.bool_)
+            self._looked = np.concatenate([self._looked, fresh])
+            self._given_up = np.concatenate([self._given_up, fresh])
+            self._rim_flown = 0.0 if len(boxes) else self._rim_flown
+
+    def _beside_plan(self, finds: Sequence[Stall]) -> list[Stall]:
+        places = np.array([(stall.north, stall.east) for stall in finds], np.float32).reshape(-1, 2)
+        is_new = self._apart(places, _NEW_M if self._is_placed else _NEW_UNPLACED_M)
+        return [stall for stall, yes in zip(finds, is_new, strict=True) if yes]
+
+    def _apart(self, places: Singles, least_m: float) -> Bools:
+        """Return True for those of places (M, 2) that are no box's; none is another one's, either."""
+        away = np.hypot(*(places[:, None] - self._boxes[None, :, :2]).transpose(2, 0, 1))
+        apart = np.asarray((away > least_m).all(1))
+        twin = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) <= 1.0
+        return apart & ~np.triu(twin, 1).any(0)
+
+    def _count_idle(self, scene: RevisitScene, *, learned: bool) -> None:
+        """Give up what lies about a place where nothing is learnt any more; end the flight at the rim in time."""
+        moved = 0.0 if self._last is None else math.dist(self._last, scene.place)
+        self._last = scene.place
+        rim_only = bool(self._looked[: self._count].all())
+        self._rim_flown += moved if rim_only else 0.0
+        self._idle = 0 if learned or moved > self._settings.arrival_m / 10 else self._idle + 1
+        if self._idle > self._settings.idle_plans:
+            self._give_up(scene, scene.place)
+        if self._rim_flown > _RIM_PATH_M:
+            self._given_up[self._count :] = True
+
+    def _give_up(self, scene: RevisitScene, place: Place) -> None:
+        """Give up the stalls that a picture from a place would show."""
+        away = np.hypot(*(self._boxes[:, :2] - np.array(place, np.float32)).T)
+        open_ = ~self._looked & ~self._given_up
+        reach = max(scene.footprint.depth / 2, float(away[open_].min(initial=math.inf)) + 1.0)
+        self._given_up |= open_ & (away <= reach)
+        self._idle = 0
+
+    # -- the tour -----------------------------------------------------------------------------------------------------
+
+    def _turn(self, scene: RevisitScene, turning: Turning, left: np.ndarray) -> Exploration | None:
+        """Turn on the spot while that shows stalls; None when it does not."""
+        weights = np.full(len(left), _STALL_M2, np.float32)
+        heading = turning.heading(scene.place, scene.heading, Wanted(self._boxes[left, :2], weights, 0.0))
+        if heading is None:
+            self._turns.end()
+            return None
+        self._quiet = 0
+        route = (turning.place, *self._route[0 if self._frame < 2 else 1 :])
+        return Exploration(route[0], route, self._status(scene, done=False), heading)
+
+    def _better(self, scene: RevisitScene, left: np.ndarray) -> None:
+        """Go on from the drone's place with the rest of the tour, over what is left."""
+        boxes = joined_boxes(grown(self._boxes[left], MARGIN_M))
+        wanted = Wanted(boxes, np.full(len(boxes), _LOST_M * scene.footprint.width, np.float32), 0.0)
+        heading = (math.cos(scene.heading), math.sin(scene.heading)) if scene.speed > 1.0 else (0.0, 0.0)
+        terms = Terms(scene.footprint, 1.0, turn_m=0.5, leg_m=0.2, keep_m=3.0, before=heading,
+                      allowed=lambda places: self._allowed(places, scene.fence))  # fmt: skip
+        while len(self._places) and math.dist(self._places[0], scene.place) <= self._settings.arrival_m:
+            self._places = self._places[1:]
+        places = np.vstack([scene.place, self._places])
+        if self._tour is None:
+            self._tour = Tour(terms, wanted, places, scene.heading, self._rng)
+        else:
+            self._tour.meet(terms, wanted, places, scene.heading)
+        sweeps = next(count for least, count in _SWEEPS if len(boxes) >= least)
+        for number in range(sweeps):
+            self._tour.sweep(_STEPS_M[(self._frame + number) % len(_STEPS_M)], 0.0, _MOST_SHIFTS)
+        self._places = self._tour.places[1:]
+
+    def _allowed(self, places: Floats, fence: FenceGuard) -> Bools:
+        """Return True for places inside the fence and near the lot."""
+        low, high = self._boxes[:, :2].min(0), self._boxes[:, :2].max(0)
+        near = self._settings.scout_near_lot_m
+        return np.asarray(fence.contain(places) & ((places >= low - near) & (places <= high + near)).all(1))
+
+    def _leg(self, scene: RevisitScene, left: np.ndarray) -> Exploration:
+        """Fly to the first waypoint, or give up what it would show; hold while there is none."""
+        if not len(self._places):
+            self._given_up[left] = True  # no allowed place shows it
+            return self._over(scene)
+        target = corner_inside(scene.fence, scene.place, as_place(self._places[0]))
+        if target is None:
+            self._give_up(scene, as_place(self._places[0]))
+            self._places = self._places[1:]
+            return Exploration(None, (), self._status(scene, done=False))
+        self._quiet = 0
+        return Exploration(target, self._route, self._status(scene, done=False))
+
+    def _over(self, scene: RevisitScene) -> Exploration:
+        """Come to a stop; done after some plans in a row with nothing left."""
+        self._places = np.zeros((0, 2))
+        if self._quiet == 0:
+            ahead = scene.speed**2 / (2 * _BRAKES_M_S2)
+            stop = scene.place[0] + ahead * math.cos(scene.heading), scene.place[1] + ahead * math.sin(scene.heading)
+            self._stop = stop if scene.fence.contains_line(scene.place, stop) else scene.place
+        self._quiet += 1
+        status = self._status(scene, done=self._quiet >= self._settings.quiet_plans)
+        return Exploration(self._stop, (self._stop,), status, scene.heading)
+
+    def _status(self, scene: RevisitScene, *, done: bool) -> ExploreStatus:
+        left = round(sum(math.dist(a, b) for a, b in pairwise((scene.place, *self._route))), 1)
+        seen = float(self._looked[: self._count].mean()) if self._count else 1.0
+        reason = "nothing is left to look at" if done else ""
+        return ExploreStatus(done, seen, left, reason, unreached=bool(self._given_up[: self._count].any()))
+
+
+def _shows_whole(picture: Floats, boxes: Singles) -> Bools:
+    """Return True for the boxes (N, 6) that lie within a picture on the ground (4, 2), without its edge."""
+    corners = corners_of(boxes)
+    middle, inside = picture.mean(0), np.ones(len(boxes), np.bool_)
+    for one, other in zip(picture, np.roll(picture, -1, axis=0), strict=True):
+        side = (other - one) / max(float(np.hypot(*(other - one))), 1e-6)
+        normal = np.array([-side[1], side[0]])
+        normal *= math.copysign(1.0, float((middle - one) @ normal))
+        inside &= ((corners - one) @ normal >= EDGE_M).all(1)
+    return inside
+
+
+def _shrunk(scene: RevisitScene) -> RevisitScene:
+    """Return the scene with the ground in which the middles of stalls lie whose corners a picture shows."""
+    half, foot = 2.9, scene.footprint
+    return replace(
+        scene,
+        footprint=replace(
+            foot, width=foot.width - 2 * half, depth=foot.depth - 2 * half, spun=max(foot.spun - half, 0.0)
+        ),
+    )
+
+
+def _angles(known: KnownLot) -> Floats:
+    return np.array([stall.angle for stall in known.stalls])
+
+
+def _next_to(stall: Stall) -> Singles:
+    """Return the boxes (M, 6) of a new stall, of those that may be next to it in its row, and across its aisles."""
+    along = np.array([math.cos(stall.angle), math.sin(stall.angle)])
+    aside = np.array([-along[1], along[0]]) * stall.width
+    steps = [number * aside for one in _NEXT for number in (-one, one)]
+    steps += [sign * along * (stall.length + _AISLE_M) for sign in (-1.0, 1.0)]
+    middles = np.array([(stall.north, stall.east)]) + np.array([np.zeros(2), *steps])
+    half = np.array([*(along * stall.length / 2), *(aside / 2)])
+    return np.hstack([middles, np.tile(half, (len(middles), 1))]).astype(np.float32)
