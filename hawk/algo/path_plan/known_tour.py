@@ -33,13 +33,16 @@ MARGIN_M: Final = 1.0
 """Distance of a stall from the picture's edge: the mapper takes nothing of 0.6 m there, and a receiver wanders."""
 _LOST_M: Final = 1000.0
 """Cost of a stall that is not looked at, metres of path."""
-_MOST_BOXES: Final = 400
-"""Neighbours are taken together until there are no more boxes than this."""
-_JOINED_M: Final = (0.0, 6.0, 9.0, 13.0, 18.0, 25.0)
+MOST_SEARCHED: Final = 400
+"""Stalls of a lot up to which a tour is searched; the strips over a larger one are near the shortest flight."""
 _DIRECTIONS: Final = 9
 _KEPT: Final = (10, 4, 2)
 """Tours that are searched on, round by round: the shortest ones."""
-_HEATS: Final = ((6.0, 3.0, 1.5, 0.6), (4.0, 2.5, 1.6, 1.0, 0.6, 0.3), (2.0, 1.3, 0.9, 0.6, 0.4, 0.2, 0.1, 0.0, 0.0))
+_HEATS: Final = (
+    tuple(np.geomspace(6.0, 0.5, 6).tolist()),
+    tuple(np.geomspace(4.0, 0.3, 9).tolist()),
+    (*np.geomspace(2.5, 0.1, 14).tolist(), 0.0, 0.0),
+)
 """Heat of each sweep of those rounds, metres."""
 _STEPS: Final = ((1.5, 8.0), (0.5, 3.0), (0.0, 1.0))
 """Heat from which on waypoints are shifted by so much, metres."""
@@ -47,16 +50,13 @@ _AROUND_M: Final = 60.0
 """About the straight line to a waypoint: room for the path around what lies outside the fence."""
 _ROUTE_STEP: Final = 2
 _MOST_CORNERS: Final = 12
-_WORK: Final = 1.2e5
-"""Boxes times legs that one tour's search may look at in a sweep, times sweeps."""
 
 
 @dataclass(frozen=True, slots=True)
 class KnownTour:
     """Waypoints (K, 2) of (north, east) metres, the start first, and the length of the flight along them.
 
-    ``missed`` is the number of stalls (of joined ones: boxes) that no place of the tour shows: none where the drone may
-    be everywhere.
+    ``missed`` is the number of stalls that no place of the tour shows: none where the drone may be everywhere.
     """
 
     places: Floats = field(repr=False)
@@ -120,28 +120,6 @@ def boxes_of(stalls: Rectangles) -> Singles:
     return np.hstack([stalls.centres, along, aside]).astype(np.float32)
 
 
-def joined_boxes(boxes: Singles, most: int = _MOST_BOXES) -> Singles:
-    """Return no more than about ``most`` boxes (M, 6) that hold the boxes (N, 6): neighbours are taken together."""
-    if len(boxes) <= most:
-        return boxes
-    turn = float(np.median(np.arctan2(boxes[:, 3], boxes[:, 2]) % (math.pi / 2)))
-    c, s = math.cos(turn), math.sin(turn)
-    turned = np.array([[c, -s], [s, c]])
-    corners = corners_of(boxes) @ turned
-    middle = boxes[:, :2].astype(np.float64) @ turned
-    for side in _JOINED_M[1:]:
-        _, group = np.unique(np.floor(middle / side).astype(np.int64), axis=0, return_inverse=True)
-        group = group.ravel()
-        if group.max() < most or side == _JOINED_M[-1]:
-            break
-    low, high = np.full((group.max() + 1, 2), np.inf), np.full((group.max() + 1, 2), -np.inf)
-    np.minimum.at(low, group, corners.min(1))
-    np.maximum.at(high, group, corners.max(1))
-    half = (high - low) / 2
-    axes = [half[:, :1] * turned[:, 0], half[:, 1:] * turned[:, 1]]
-    return np.hstack([(low + high) / 2 @ turned.T, *axes]).astype(np.float32)
-
-
 def known_tour(
     boxes: Singles,
     footprint: Footprint,
@@ -160,20 +138,16 @@ def known_tour(
     """
     if len(boxes) == 0:
         return KnownTour(np.array([start], np.float64), 0.0)
-    wanted = _wanted(joined_boxes(grown(boxes, margin_m)), footprint)
+    wanted = _wanted(grown(boxes, margin_m), footprint)
     terms = Terms(footprint, 1.0, turn_m=0.5, leg_m=0.2, trials=12, turned_first=True, allowed=allowed)
-    begun: list[tuple[float, int, Floats]] = []
-    for places in _beginnings(wanted.cells, footprint, start, allowed):
-        begun.append((length_of(places), len(begun), places))
-        if len(begun) % 8 == 0:
-            yield
-    begun.sort(key=lambda one: one[:2])
+    begun = yield from _beginnings(wanted.cells, footprint, start, allowed)
+    searched = len(boxes) <= MOST_SEARCHED
     rng = np.random.default_rng(0)
     tours: list[Tour] = []
-    for _, _, places in begun[: _KEPT[0]]:
+    for places in begun[: _KEPT[0] if searched else _KEPT[-1]]:
         tours.append(Tour(terms, wanted, places, None, rng))
         yield
-    for kept, heats in zip(_KEPT, _HEATS, strict=True):
+    for kept, heats in zip(_KEPT, _HEATS if searched else [()] * len(_KEPT), strict=True):
         tours = sorted(tours, key=lambda tour: tour.cost)[:kept]
         for tour in tours:
             yield from _annealed(tour, heats)
@@ -197,10 +171,8 @@ def _wanted(boxes: Singles, footprint: Footprint) -> Wanted:
 
 
 def _annealed(tour: Tour, heats: Sequence[float]) -> Steps[None]:
-    """Better a tour, ever cooler; a large one is bettered fewer times."""
-    size = len(tour.places) * len(tour.wanted.cells)
-    count = max(1, min(len(heats), round(_WORK / max(size, 1))))
-    for heat in heats[-count:]:
+    """Better a tour, ever cooler."""
+    for heat in heats:
         step = next(metres for least, metres in _STEPS if heat >= least)
         for index in range(1, len(tour.places)):
             tour.shift(min(index, len(tour.places) - 1), step, heat)
@@ -214,14 +186,16 @@ def _annealed(tour: Tour, heats: Sequence[float]) -> Steps[None]:
 
 def _beginnings(
     boxes: Singles, footprint: Footprint, start: Place, allowed: Callable[[Floats], Bools]
-) -> list[Floats]:
+) -> Steps[list[Floats]]:
+    """Return tours (K, 2) along strips in many directions, the shortest first."""
     first = float(np.median(np.arctan2(boxes[:, 3], boxes[:, 2]) % (math.pi / 2)))
-    found = []
+    found: list[Floats] = []
     for number in range(2 * _DIRECTIONS):
-        heading = first + number * math.pi / (2 * _DIRECTIONS)
         for side in (1, -1):
-            found += _to_and_fro(boxes, footprint, start, heading, side, allowed)
-    return found
+            heading = first + number * math.pi / (2 * _DIRECTIONS)
+            found.append(_to_and_fro(boxes, footprint, start, heading, side, allowed))
+            yield
+    return sorted(found, key=length_of)
 
 
 def _to_and_fro(
@@ -231,7 +205,7 @@ def _to_and_fro(
     heading: float,
     side: int,
     allowed: Callable[[Floats], Bools],
-) -> list[Floats]:
+) -> Floats:
     """Return the shortest of the tours (K, 2) along the fewest strips in one direction.
 
     ``side`` is that from which strips are counted: 1 or -1.
@@ -252,7 +226,8 @@ def _to_and_fro(
     is_kept = allowed(places)
     is_kept[0] = True
     is_kept[1:] &= np.any(np.abs(np.diff(places, axis=0)) > 1e-6, axis=1)
-    return [places[is_kept]]
+    kept: Floats = places[is_kept]
+    return kept
 
 
 def _strips(low: Floats, high: Floats, footprint: Footprint) -> Floats:

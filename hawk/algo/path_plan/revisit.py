@@ -19,7 +19,7 @@ from hawk.algo.ground import COARSE_M, Bools, Floats, KnownMap, LotMap, Place, W
 from hawk.algo.known.placing import plan_rectangles
 from hawk.algo.path_plan.explore import Exploration
 from hawk.algo.path_plan.footprint import Footprint, Singles
-from hawk.algo.path_plan.known_tour import MARGIN_M, boxes_of, corner_inside, corners_of, grown, joined_boxes
+from hawk.algo.path_plan.known_tour import MARGIN_M, MOST_SEARCHED, boxes_of, corner_inside, corners_of, grown
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.phases import Turning, Turns
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -216,13 +216,15 @@ class Revisit:
 
     def _better(self, scene: RevisitScene, left: np.ndarray) -> None:
         """Go on from the drone's place with the rest of the tour, over what is left."""
-        boxes = joined_boxes(grown(self._boxes[left], MARGIN_M))
+        while len(self._places) and math.dist(self._places[0], scene.place) <= self._settings.arrival_m:
+            self._places = self._places[1:]
+        if len(left) > MOST_SEARCHED and len(self._places):
+            return  # flown as planned
+        boxes = grown(self._boxes[left[:MOST_SEARCHED]], MARGIN_M)
         wanted = Wanted(boxes, np.full(len(boxes), _LOST_M * scene.footprint.width, np.float32), 0.0)
         heading = (math.cos(scene.heading), math.sin(scene.heading)) if scene.speed > 1.0 else (0.0, 0.0)
         terms = Terms(scene.footprint, 1.0, turn_m=0.5, leg_m=0.2, keep_m=3.0, before=heading,
                       allowed=lambda places: self._allowed(places, scene.fence))  # fmt: skip
-        while len(self._places) and math.dist(self._places[0], scene.place) <= self._settings.arrival_m:
-            self._places = self._places[1:]
         places = np.vstack([scene.place, self._places])
         if self._tour is None:
             self._tour = Tour(terms, wanted, places, scene.heading, self._rng)
