@@ -32,7 +32,7 @@ from hawk.daemon.lot_keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.frames import Move
 from hawk.lots.saving import save
-from hawk.lots.tables import OBSERVATION
+from hawk.lots.tables import OBSERVATION, STALL
 from hawk.lots.values import Placed, Saved
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.plans import HeightParameters
@@ -50,8 +50,8 @@ class Again:
     """The second survey of a lot: ``planned_m`` was given before its start, ``first_m`` the first one flew.
 
     Of ``stalls`` that can be seen, ``looked_at`` lay as a whole in a picture, ``looked_at_well`` in the good part of
-    one. Of ``changed`` stalls, whose true state is another one than at the first visit, ``reported`` have the new state;
-    of ``unchanged`` ones ``false`` have another state than in the first survey.
+    one. Of ``changed`` stalls, whose true state is another one than at the first visit, ``reported`` have the new
+    state; of ``unchanged`` ones ``false`` have another state than in the first survey.
     """
 
     name: str
@@ -157,8 +157,6 @@ def _lot(world: World) -> Lot:
 def _states(connection: Connection, saved: Saved) -> dict[str, str]:
     if saved.placed not in (Placed.FIRST, Placed.REGISTERED):
         return {}
-    from hawk.lots.tables import STALL
-
     rows = select(STALL.c.id, OBSERVATION.c.state).join(STALL, STALL.c.key == OBSERVATION.c.stall)
     return {str(key): str(state) for key, state in connection.execute(rows.where(OBSERVATION.c.survey == saved.seq))}
 

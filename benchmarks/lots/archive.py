@@ -184,6 +184,7 @@ def _taken_over(store: Database, saved: Saved, look: Look, former: World, world:
 
 
 def known_at(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:
+    """Return the plan of the lot at a datum (latitude, longitude); None where the store has none there."""
     near = lot_near(connection, datum)
     return None if near is None else known_lot(connection, near[0][0], datum)
 

@@ -219,6 +219,7 @@ def _part(world: World, part: float) -> AskedGround | None:
 
 
 def landed(flown: Flown, datum: GlobalPose, visit: Visit) -> FinishedSurvey:
+    """Return a flight as the survey that the daemon would store."""
     ended = visit.at.timestamp()
     return finished(
         LandedSurvey(

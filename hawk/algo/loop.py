@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.cameras.drone_camera import CameraFrame
-from hawk.model.known_lot import KnownLot
+from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters
@@ -48,6 +48,7 @@ class Situation:
     map_problem: str = ""
     ground: float = 0.0
     known: KnownLot | None = None
+    tour: LotTour | None = None
 
 
 Aim = Callable[[CameraModel, float, VehiclePose | None], tuple[CameraModel, str]]
@@ -198,4 +199,5 @@ class AlgorithmLoop:
             mount_problem=aim_problem,
             sun=None if pose is None else self._sun_at(captured.captured, pose),
             known=situation.known,
+            tour=situation.tour,
         )

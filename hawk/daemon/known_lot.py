@@ -7,9 +7,10 @@ import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
+from hawk.daemon.lot_tour import TourKeeper
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
-from hawk.model.known_lot import KnownLot
+from hawk.model.known_lot import KnownLot, LotAhead
 from hawk.model.operation import Level
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
@@ -23,6 +24,9 @@ LOOK_S: Final = 2.0
 """Real seconds between two looks for a changed plan: a person may correct it in flight."""
 
 
+_Read = tuple[tuple[object, ...] | None, str, KnownLot | None, tuple[LotAhead, ...]]
+
+
 class KnownLotFollower:
     """`current` is the plan to fly with."""
 
@@ -33,6 +37,7 @@ class KnownLotFollower:
         survey: Callable[[], str],
         add_message: Callable[[Level, str, str], object],
         look_s: float = LOOK_S,
+        tours: TourKeeper | None = None,
     ) -> None:
         """Take the parts; nothing runs before `run`.
 
@@ -42,12 +47,14 @@ class KnownLotFollower:
             survey: Returns the name of the survey under way: it is no witness of itself.
             add_message: Adds a message for the operator: level, text, details.
             look_s: Real seconds between two looks.
+            tours: Plans the flight over a lot that is surveyed again; None: no lot is.
         """
         self._store = store
         self._datum = datum
         self._survey = survey
         self._add_message = add_message
         self._look_s = look_s
+        self._tours = tours
         self._known: tuple[object, ...] | None = None
         self._named = ""
         self.current: KnownLot | None = None
@@ -60,28 +67,34 @@ class KnownLotFollower:
 
     async def look(self) -> None:
         """Read the plan of the lot at the map's origin where it is another one than before."""
-        datum = self._datum()
-        if datum is None or not self._store.is_open:
+        asked = "" if self._tours is None else self._tours.asked
+        datum = self._datum() or (None if self._tours is None else self._tours.here)
+        if datum is None or not (self._store.is_open or asked):
             return
         place, survey, before = (datum.latitude, datum.longitude), self._survey(), self._known
 
-        def read(connection: Connection) -> tuple[tuple[object, ...] | None, str, KnownLot | None]:
-            from hawk.lots.known import known_lot, lot_near
+        def read(connection: Connection) -> _Read:
+            from hawk.lots.known import known_lot, lot_near, lots_ahead
 
-            near = lot_near(connection, place)
+            ahead = () if self._tours is None else lots_ahead(connection, place)
+            near = lot_near(connection, place, asked)
             if near is None:
-                return None, "", None
+                return None, "", None, ahead
             stamp, name = near
             if (stamp, place, survey) == before:
-                return before, name, self.current
+                return before, name, self.current, ahead
             lot = known_lot(connection, stamp[0], place, survey)
-            return (stamp, place, survey), name, lot if lot.stalls else None
+            return (stamp, place, survey), name, lot if lot.stalls else None, ahead
 
         try:
-            self._known, name, self.current = await self._store.read(read)
+            self._known, name, self.current, ahead = await self._store.read(read)
         except LotStoreError as error:
             _LOG.warning("the plan of the lot cannot be read: %s", error)
+            if self._tours is not None:
+                self._tours.fail(str(error))
             return
+        if self._tours is not None:
+            await self._tours.follow(self.current, datum, ahead)
         if self.current is not None and self.current.id != self._named:
             self._named = self.current.id
             self._report(name, self.current)

@@ -6,12 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
-from hawk.config.sections import StoreSettings
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.cameras.drone_camera import DroneCamera
+from hawk.config.sections import FenceSettings, StoreSettings
 from hawk.daemon.known_lot import KnownLotFollower
 from hawk.daemon.lot_keeper import LotKeeper, find_stalls
+from hawk.daemon.lot_tour import Surroundings, TourKeeper
+from hawk.ddc.fence.geometry import FenceError
+from hawk.ddc.operations_manager import OperationsManager
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore, lots_file
-from hawk.model.operation import Level
+from hawk.model.operation import Level, StateName
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
 
 
@@ -22,6 +29,7 @@ class LotParts:
     store: LotStore
     keeper: LotKeeper
     known: KnownLotFollower
+    tours: TourKeeper
 
     @classmethod
     def create(
@@ -31,10 +39,46 @@ class LotParts:
         datum: Callable[[], GlobalPose | None],
         survey: Callable[[], str],
         add_message: Callable[[Level, str, str], object],
+        around: Surroundings,
         *,
         is_restored: bool,
     ) -> Self:
-        """Make them; arguments as those of `LotKeeper` and `KnownLotFollower`."""
+        """Make them; arguments as those of `LotKeeper`, `KnownLotFollower` and `TourKeeper`."""
         store = LotStore(lots_file(config.directory, config.lots), find_stalls)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored)
-        return cls(store, keeper, KnownLotFollower(store, datum, survey, add_message))
+        tours = TourKeeper(around)
+        return cls(store, keeper, KnownLotFollower(store, datum, survey, add_message, tours=tours), tours)
+
+    async def close(self) -> None:
+        """End the store and the planning of tours."""
+        self.tours.close()
+        await self.store.close()
+
+
+def surroundings(
+    autopilot: MavsdkAutopilot, camera: DroneCamera, inputs: DdcInputs, topics: DdcTopicInterface,
+    manager: OperationsManager, settings: FenceSettings,
+) -> Surroundings:  # fmt: skip
+    """Return what the flight over a lot that is surveyed again depends on."""
+
+    def here() -> GlobalPose | None:
+        pose = topics.get_pose()
+        return None if pose is None else pose.global_
+
+    def fence(datum: GlobalPose, place: GlobalPose) -> Fence | None:
+        if autopilot.datum is not None and topics.fence_pub.value is not None:
+            return topics.fence_pub.value
+        try:
+            return manager.fences.plan.around(datum, place, settings)
+        except FenceError:
+            return None
+
+    return Surroundings(
+        asked=lambda: "" if (outline := manager.outlines.outline) is None else outline.again,
+        here=here,
+        camera=lambda: camera.model,
+        heights=topics.get_heights,
+        fence=fence,
+        state=lambda: topics.curr_state_pub.value or StateName.IDLE,
+        publish=inputs.lots.publish,
+    )

@@ -35,7 +35,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
-from hawk.daemon.lot_parts import LotParts
+from hawk.daemon.lot_parts import LotParts, surroundings
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
@@ -263,6 +263,7 @@ class Daemon:
             lambda: self.autopilot.datum,
             lambda: self._journal.survey_id,
             self.manager.log.add,
+            surroundings(self.autopilot, self.camera, self.inputs, self.topics, self.manager, self._config.fence),
             is_restored=bool(self._kept.map_parts),
         )
 
@@ -447,7 +448,7 @@ class Daemon:
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
-        await self._lots.store.close()
+        await self._lots.close()
         self._output.close()
         self._flight_state.close()
 
@@ -480,6 +481,7 @@ class Daemon:
             map_problem=self._map_problem(),
             ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
             known=self._lots.known.current,
+            tour=self._lots.tours.current,
         )
 
     def _map_problem(self) -> str:
@@ -515,8 +517,7 @@ class Daemon:
         """Begin an empty map and a journal of its own; the page sees the empty map at once."""
         assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
         await self._lots.keeper.keep()
-        survey = self._journal.new_survey()
-        outlines = self.manager.outlines
+        survey, outlines = self._journal.new_survey(), self.manager.outlines
         if outlines.outline is not None and outlines.setup.source == "set":
             self._journal.set_outline(outlines.outline)
         await self._algorithms.begin_survey(survey)

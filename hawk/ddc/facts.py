@@ -22,6 +22,7 @@ from hawk.ddc.readings.sight import SightFacts
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S, usable_pose
 from hawk.ddc.readings.wind import WindFacts
 from hawk.ddc.witnesses.witness import WitnessFacts
+from hawk.model.known_lot import LotsAhead
 from hawk.model.operation import Fall, Health
 from hawk.model.plans import Inbound, Verdict
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
@@ -113,6 +114,8 @@ class Facts:
     """The last flight ended with its motors off in the air; None while armed, and after a landing."""
     starts_in_air: int | None = None
     """Starts in the air within the restart window, this one included; None until they are counted."""
+    lots: LotsAhead = field(default_factory=LotsAhead)
+    """Lots that can be surveyed again."""
     kept: KeptFacts = KeptFacts()
     """The keeper's word; the decider adds it to what the senses gathered."""
 

@@ -169,6 +169,7 @@ class Senses:
             parameters=tuple((name, float(read[name])) for name in ALL_NAMES if name in read),
             fall=self._fall.facts(),
             starts_in_air=outcomes.starts_in_air,
+            lots=self._from.topics.get_lots_ahead(),
         )
 
     def _parts(self, instant: Instant, witness: WitnessFacts) -> Parts:

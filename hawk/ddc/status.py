@@ -170,6 +170,7 @@ def site_status(situation: Situation) -> heartbeat.SiteStatus:
         heights=(heights.minimum, heights.desired, heights.maximum),
         outline_area=None if outline is None else round(outline.area, 1),
         outline_outside=None if outline is None else round(outline.outside, 1),
+        again_distance=situation.facts.lots.tour_m if outline is not None and outline.again else None,
     )
 
 

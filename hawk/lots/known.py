@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, func, select
 
 from hawk.lots.frames import frame_of
 from hawk.lots.place import ground_about
@@ -17,27 +17,49 @@ from hawk.lots.plan.versions import newest_layout
 from hawk.lots.registering import datum_of, known_ground, present_stalls
 from hawk.lots.tables import LOT, STALL, SURVEY
 from hawk.lots.values import outline_of
-from hawk.model.known_lot import KnownLot, KnownStall
+from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
+from hawk.model.plans import Outline
 
 NEAR_M: Final = 60.0
 """A drone that stands nearer than this to a lot is about to fly over it."""
+
+AGAIN_M: Final = 300.0
+"""Distance of the drone from a lot up to which it may survey it again."""
 
 Stamp = tuple[str, int, int]
 """Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""
 
 
-def lot_near(connection: Connection, place: tuple[float, float]) -> tuple[Stamp, str] | None:
-    """Return stamp and name of the lot at a place (latitude, longitude), or of the nearest one within `NEAR_M`."""
+def lot_near(connection: Connection, place: tuple[float, float], again: str = "") -> tuple[Stamp, str] | None:
+    """Return stamp and name of the lot at a place (latitude, longitude), or of the nearest one within `NEAR_M`; of the
+    lot with the id ``again`` instead where it is there.
+    """
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     here, nearest = shapely.Point(0.0, 0.0), None
     for row in rows:
         away = ground_about(place, outline_of(row["outline"])).distance(here)
-        if away <= NEAR_M and (nearest is None or away < nearest[0]):
+        if row["id"] == again:
+            nearest = -1.0, row
+        elif away <= NEAR_M and (nearest is None or away < nearest[0]):
             nearest = away, row
     if nearest is None:
         return None
     lot_id, name = str(nearest[1]["id"]), str(nearest[1]["name"])
     return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
+
+
+def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotAhead, ...]:
+    """Return all lots with their distances from a place (latitude, longitude)."""
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    here, found = shapely.Point(0.0, 0.0), []
+    for row in rows:
+        outline, version = outline_of(row["outline"]), newest_layout(connection, row["id"])
+        away = float(ground_about(place, outline).distance(here))
+        is_in = (STALL.c.begins <= version) & (STALL.c.ends.is_(None) | (STALL.c.ends > version))
+        count = connection.execute(select(func.count()).where(STALL.c.lot == row["id"], is_in)).scalar_one()
+        shown = outline if away <= AGAIN_M else Outline()
+        found.append(LotAhead(str(row["id"]), str(row["name"]), int(count), away, shown))
+    return tuple(found)
 
 
 def known_lot(connection: Connection, lot: str, datum: tuple[float, float], survey: str = "") -> KnownLot:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from hawk.model.plans import Outline
 from hawk.model.poses import MapPoint, Ring
 
 
@@ -49,4 +50,32 @@ class LotTour:
     lot: str
     points: tuple[MapPoint, ...] = field(repr=False)
     distance_m: float
+    missed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class LotAhead:
+    """A lot of the store, as a drone may survey it again: ``stalls`` of its plan, ``away_m`` from the drone, metres.
+
+    ``outline`` is empty for a lot that is too far away.
+    """
+
+    id: str
+    name: str
+    stalls: int
+    away_m: float
+    outline: Outline = field(default=Outline(), repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LotsAhead:
+    """The lots of the store, and why it cannot be read, else "".
+
+    ``tour_m`` is the length of the flight over the lot that is surveyed again, metres; None while it is not planned.
+    ``missed`` of its stalls no place inside the fence shows.
+    """
+
+    lots: tuple[LotAhead, ...] = ()
+    problem: str = ""
+    tour_m: float | None = None
     missed: int = 0

@@ -45,11 +45,12 @@ class Outline:
     """Area that an operator asks to survey: what lies in a polygon and in no hole.
 
     Rings are WGS-84 corners (latitude, longitude) in degrees, in order, not closed. Without polygons there is no
-    outline.
+    outline. ``again`` is the id of the lot that is surveyed again, whose ground it is; empty for any other area.
     """
 
     polygons: tuple[Ring, ...] = ()
     holes: tuple[Ring, ...] = ()
+    again: str = ""
 
 
 @dataclass(frozen=True, slots=True)

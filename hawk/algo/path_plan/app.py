@@ -20,8 +20,8 @@ from hawk.algo.path_plan.lot_route import RouteKeeper
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
 from hawk.algo.path_plan.revisit import Revisit, RevisitScene
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.topic_interface import AlgorithmTopicInterface
+from hawk.algo.vision.rectify import ground_footprint
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Verdict
 from hawk.model.poses import MapPoint, MapPose

@@ -58,8 +58,8 @@ _RIM_LOOK: Final = 10
 @dataclass(frozen=True, slots=True)
 class RevisitScene:
     """What one plan of the flight is made from: the drone's ``place``, the picture's ``heading`` (radians), ``speed``
-    over ground (m/s); the ``footprint`` is that of whole pictures. ``picture`` (4, 2) are the corners of the ground that
-    this frame shows, None while it is not mapped.
+    over ground (m/s); the ``footprint`` is that of whole pictures. ``picture`` (4, 2) are the corners of the ground
+    that this frame shows, None while it is not mapped.
     """
 
     place: Place
@@ -177,9 +177,9 @@ class Revisit:
     def _apart(self, places: Singles, least_m: float) -> Bools:
         """Return True for those of places (M, 2) that are no box's; none is another one's, either."""
         away = np.hypot(*(places[:, None] - self._boxes[None, :, :2]).transpose(2, 0, 1))
-        apart = np.asarray((away > least_m).all(1))
+        apart: Bools = np.asarray((away > least_m).all(1))
         twin = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) <= 1.0
-        return apart & ~np.triu(twin, 1).any(0)
+        return np.asarray(apart & ~np.triu(twin, 1).any(0), np.bool_)
 
     def _count_idle(self, scene: RevisitScene, *, learned: bool) -> None:
         """Give up what lies about a place where nothing is learnt any more; end the flight at the rim in time."""

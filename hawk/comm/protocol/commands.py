@@ -75,6 +75,16 @@ class ClearOutline(Command):
     type: Literal["Clear Outline"] = "Clear Outline"
 
 
+class SurveyAgain(Command):
+    """Survey a known lot again: the next Explore looks at every stall of its plan once more, then at what is new at
+    its rim. It sets the lot's ground as the outline; Clear Outline ends it. Not while it explores.
+    """
+
+    type: Literal["Survey Again"] = "Survey Again"
+    lot: str = Field(min_length=1, max_length=64)
+    """Id of the lot, as in ``/api/lots.json``."""
+
+
 class Control(Command):
     """Control: Request it, Release it; Ask the one who has it, Withdraw that; answer such a question by Give or Keep.
 
@@ -324,6 +334,7 @@ AnyCommand = Annotated[
     | CheckFence
     | SetOutline
     | ClearOutline
+    | SurveyAgain
     | OperatorHeartbeat
     | OperatorName
     | Control

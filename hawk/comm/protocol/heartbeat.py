@@ -178,6 +178,8 @@ class OutlineSetup(Spoken):
     """Parts of the polygons that do not belong to it."""
     area: Finite
     """Of the whole, also outside the fence, square metres."""
+    again: str = ""
+    """Id of the known lot that is surveyed again, whose ground it is; empty for any other area."""
 
 
 # -- parts of the status, the same for every client -------------------------------------------------------------------
@@ -301,6 +303,8 @@ class SiteStatus(Outgoing):
     """Square metres of the outline inside the fence; null without one."""
     outline_outside: Known = None
     """Square metres of the outline that the fence leaves out; null without one."""
+    again_distance: Known = None
+    """Length of the planned flight over the lot that is surveyed again, metres; null until it is planned."""
 
 
 class TravelStatus(Outgoing):

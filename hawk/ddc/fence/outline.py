@@ -33,6 +33,8 @@ class OutlineFacts:
 
     area: float
     outside: float
+    again: bool = False
+    """It is the ground of a known lot that is surveyed again."""
 
 
 def outline_of(command: SetOutline) -> Outline:

@@ -157,7 +157,10 @@ class OutlineKeeper:
         if self.outline is None:
             return None
         ground = self.ground(datum, fence)
-        return OutlineFacts(self.setup.area, 0.0) if ground is None else OutlineFacts(ground.area, ground.outside)
+        again = bool(self.setup.again)
+        if ground is None:
+            return OutlineFacts(self.setup.area, 0.0, again)
+        return OutlineFacts(ground.area, ground.outside, again)
 
     def _kept(self, outline: Outline | None) -> Outline | None:
         """Return the journalled outline if it can be used."""
@@ -187,4 +190,5 @@ def _setup(outline: Outline | None, *, is_file: bool) -> OutlineSetup:
         polygons=corners_of(outline.polygons),
         holes=corners_of(outline.holes),
         area=round(check_rings(outline), 1),
+        again=outline.again,
     )

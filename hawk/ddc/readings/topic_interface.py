@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.topic import Topic
+from hawk.model.known_lot import LotsAhead
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import GroundStep, StallSize
@@ -75,6 +76,8 @@ class DdcInputs:
     """Pictures worked on per second."""
     loop_lag: Topic[float]
     """Lag of the loop, seconds."""
+    lots: Topic[LotsAhead]
+    """The lots of the store, and the flight over the one that is surveyed again."""
     second_sender: Topic[str]
     """Words for a sender beside the autopilot; empty while there is none."""
 
@@ -163,6 +166,10 @@ class DdcTopicInterface:
     def get_occupancy_map(self) -> OccupancyMap:
         """Return the map; an empty one before the first."""
         return self._inputs.occupancy_map.value or OccupancyMap()
+
+    def get_lots_ahead(self) -> LotsAhead:
+        """Return the lots of the store; none before it was read."""
+        return self._inputs.lots.value or LotsAhead()
 
     def get_vision_health(self) -> Health:
         """Health of the Vision App; unhealthy when it said nothing lately."""

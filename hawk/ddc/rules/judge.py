@@ -16,6 +16,7 @@ from hawk.ddc.fence.geometry import FenceError, contains, path_is_inside, path_w
 from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline_of
 from hawk.ddc.fence.plan import fence_refusal
 from hawk.ddc.parameters.heights import heights_problem
+from hawk.ddc.rules.again import again_refusal
 from hawk.ddc.rules.needs import POSITION_UNKNOWN, Refusal, Situation, unmet
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName, UserError
@@ -89,6 +90,8 @@ def _content(situation: Situation, command: commands.Command) -> Refusal | None:
             reason = fence_refusal(command, settings, facts.limits.heights)
         case commands.SetOutline():
             reason = _outline_refusal(command, facts, settings)
+        case commands.SurveyAgain():
+            reason = again_refusal(command, facts, fence_ahead(facts, settings))
         case commands.AutonomousMove():
             return _placed(facts, command)
         case commands.CompulsiveMove():

@@ -127,6 +127,14 @@ def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
     return joined(words, say("{area} outside the fence were left out.", area=area_words(outline.outside)))
 
 
+def again_words(explore: ExploreStatus) -> str:
+    """Return in words which stalls of a known lot were looked at once more."""
+    if explore.seen >= 1.0:
+        return say("Surveyed again: every stall was looked at.")
+    return say("Surveyed again: {seen:.0f} % of the stalls were looked at, the rest was not reached.",
+               seen=math.floor(explore.seen * 100))  # fmt: skip
+
+
 class AutonomousExploreState(AirborneState):
     """Follows the planner to the most new information until nothing is left; its height bounded by Min and Max."""
 
@@ -161,6 +169,8 @@ class AutonomousExploreState(AirborneState):
             return say("Waiting for a plan.")
         if plan.explore.asked_m2 is not None:
             return say("{seen:.0f} % seen of the outline.", seen=plan.explore.seen * 100)
+        if facts.limits.outline is not None and facts.limits.outline.again:
+            return say("{seen:.0f} % of the stalls looked at.", seen=plan.explore.seen * 100)
         if not plan.explore.lot_known:
             return say("Looking for the lot.")
         return say("{seen:.0f} % seen of the lot found so far.", seen=plan.explore.seen * 100)
@@ -186,6 +196,8 @@ class AutonomousExploreState(AirborneState):
         if plan is not None and plan.explore.done and facts.sight.plan_time >= self.entered + SETTLE_S:
             if plan.explore.asked_m2 is not None:
                 return Step(ToHover(outline_words(plan.explore, facts.limits.outline), level="ok"))
+            if facts.limits.outline is not None and facts.limits.outline.again:
+                return Step(ToHover(again_words(plan.explore), level="ok"))
             if plan.explore.lot_known:
                 return Step(ToHover(explored_words(plan.explore, facts.sight.lot_area), level="ok"))
             error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot was found here."))

@@ -31,6 +31,7 @@ export const COMMAND_TABLE = {
   "Clear Fence": { button: "set-aside-label", confirm: "never" },
   "Set Outline": { button: "set-outline", confirm: "never" },
   "Clear Outline": { button: "remove-outline", confirm: "never" },
+  "Survey Again": { button: "survey-again", confirm: "never" },
   "New Survey": { button: "new-survey", confirm: "slide" },
   "Route Request": { button: null, confirm: "never" },
   "Check Fence": { button: null, confirm: "never" },

@@ -177,6 +177,13 @@ export interface SetOutlineCommand {
   Holes?: FenceCorner[][];
 }
 
+/** Survey a known lot again: the next Explore looks at every stall of its plan once more, then at what is new at */
+export interface SurveyAgainCommand {
+  Type: "Survey Again";
+  Id?: string | number | null;
+  Lot: string;
+}
+
 /** Climb to the desired height. */
 export interface TakeoffCommand {
   Type: "Takeoff";
@@ -209,6 +216,7 @@ export type Command =
   | SetFailsafesCommand
   | SetFenceCommand
   | SetOutlineCommand
+  | SurveyAgainCommand
   | TakeoffCommand;
 
 /** Answer to one command, to the client that sent it. */
@@ -352,6 +360,7 @@ export interface Heartbeat {
   Heights: [number, number, number];
   "Outline Area": number | null;
   "Outline Outside": number | null;
+  "Again Distance": number | null;
   Target: Point | null;
   Route: Point[];
   "Flight Time": number | null;
@@ -425,6 +434,7 @@ export interface OutlineSetup {
   Polygons: FenceCorner[][];
   Holes: FenceCorner[][];
   Area: number;
+  Again: string;
 }
 
 /** A place in the map frame, metres. */

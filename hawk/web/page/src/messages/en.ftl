@@ -577,6 +577,8 @@ stalls-of-survey = stalls of the survey
 correct-plan = Correct the plan
 # $name: of the lot
 correct-plan-of = Correct the plan of { $name }
+survey-again = Survey again
+survey-again-of = Survey { $name } again
 plan-unanswered = The drone did not answer: the plan could not be read.
 # $name: of the lot
 plan-of = Plan of { $name }

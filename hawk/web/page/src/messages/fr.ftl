@@ -576,6 +576,8 @@ stalls-of-survey = places du relevé
 
 correct-plan = Corriger le plan
 correct-plan-of = Corriger le plan : { $name }
+survey-again = Relever à nouveau
+survey-again-of = Relever { $name } à nouveau
 plan-unanswered = Le drone n'a pas répondu : le plan n'a pas pu être lu.
 plan-of = Plan : { $name }
 plan-counts =

@@ -359,6 +359,8 @@ export interface Messages {
   "stalls-of-survey": Record<string, never>;
   "correct-plan": Record<string, never>;
   "correct-plan-of": { name: string | number };
+  "survey-again": Record<string, never>;
+  "survey-again-of": { name: string | number };
   "plan-unanswered": Record<string, never>;
   "plan-of": { name: string | number };
   "plan-counts": { stalls: number; confirmed: string | number };

@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { fetchLots, type Lot, type Lots, moveSurvey, nameLot, type Undecided } from "../link/lots.ts";
-import { isViewer } from "../words/actions.ts";
+import { cannot, isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -52,9 +52,19 @@ export class LotsList extends Part {
   private changing(lot: Lot): TemplateResult {
     const { plan, drawing } = this.model;
     return html`<span class="choices">
+      ${
+        cannot(this.model.view(), "Survey Again") === ""
+          ? html`<button aria-label=${say("survey-again-of", { name: lot.name })} @click=${() => this.again(lot)}>${say("survey-again")}</button>`
+          : nothing
+      }
       <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${plan.open || plan.opening || drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
       <button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>
     </span>`;
+  }
+
+  /** The drone says whether it can; take-off stays a slide. */
+  private again(lot: Lot): void {
+    void this.model.command({ Type: "Survey Again", Lot: lot.id }, say("survey-again"));
   }
 
   /** The map comes in sight for it. */
