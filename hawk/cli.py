@@ -244,6 +244,12 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="go on with the survey that an earlier flight left, after a battery swap; fly no other",
     )
+    parser.add_argument(
+        "--again",
+        type=values.some,
+        metavar="LOT",
+        help="survey this known lot (its name or id) again: the shortest flight that looks at every stall",
+    )
     parser.add_argument("--set-failsafes", action="store_true", help="set the autopilot's failsafes that are missing")
     parser.add_argument(
         "--timeout",
@@ -298,6 +304,8 @@ def _survey(options: argparse.Namespace) -> int:
         _refuse(options, ("config", "host", "port", "autopilot", "camera", "store", "fence"), remedy)
     if options.url is None:
         _refuse(options, ("token", "certificate"), "only together with --url")
+    if options.again is not None:
+        _refuse(options, ("outline",), "not together with --again, which surveys the ground of the lot")
     config = load_settings(options)  # a wrong setting shows here, before anything is started
     if options.url is None:
         from hawk.daemon.start_checks import check_background, check_files

@@ -180,6 +180,21 @@ class DroneClient:
                 LOG.warning("picture of tile %d/%d: %s", row, column, error)
         return found
 
+    async def lots(self) -> list[dict[str, Any]]:
+        """Return the lots of the store, as ``/api/lots.json`` has them.
+
+        Raises:
+            CommandRefusedError: They cannot be read; the text is the reason.
+        """
+        timeout = aiohttp.ClientTimeout(total=PICTURE_TIMEOUT_S)
+        try:
+            async with self._base.session().get(f"{self._base.url}/api/lots.json", timeout=timeout) as response:
+                if response.status != 200:
+                    raise CommandRefusedError((await response.text()).strip() or f"status {response.status}")
+                return list((await response.json())["lots"])
+        except (aiohttp.ClientError, TimeoutError, ValueError, KeyError) as error:
+            raise CommandRefusedError(str(error) or type(error).__name__) from error
+
     async def survey_map(self) -> SurveyMap | None:
         """Return the map for the exports; None while it has no place on Earth (the drone was never armed)."""
         await self.whole_map()

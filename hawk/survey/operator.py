@@ -18,6 +18,7 @@ from hawk.comm.protocol.commands import (
     ReturnToLaunch,
     SetFailsafes,
     SetOutline,
+    SurveyAgain,
     Takeoff,
 )
 from hawk.comm.protocol.heartbeat import Heartbeat, LeftOutStatus
@@ -47,6 +48,12 @@ SPIRAL_STEP_M: Final = 10.0
 SPIRAL_LENGTH_M: Final = 60.0
 """Length of the spiral: legs of 10, 10, 20 and 20 m, flown at Max."""
 NO_SURVEY: Final = "There is no survey to continue: the drone has no map of an earlier flight"
+NOTHING_LEFT: Final = (
+    "Nothing is left of this survey: the lot was seen whole. Nothing was flown; leave --continue out for a new survey."
+)
+STALLS_SEEN: Final = "Every stall of the lot was looked at."
+AGAIN_TRIES: Final = 8
+"""Attempts, a second apart, to survey a lot again: the drone reads its lots every two seconds."""
 NO_LOT: Final = "No lot in sight, not even from the greatest height and 60 m around."
 
 
@@ -81,6 +88,8 @@ class SurveyPlan:
     set_failsafes: bool = False
     continues: bool = False
     outline: SetOutline | None = None
+    again: str = ""
+    """Id of the lot that is surveyed again; empty: none."""
     limits: SurveyLimits = SurveyLimits()
 
 
@@ -105,6 +114,13 @@ class SurveyOutcome:
     outline_unseen_m2: float | None = None
     free_range: tuple[int, int] | None = None
     left_out: LeftOutStatus | None = None
+    planned_m: float | None = None
+    """Length of the flight over a lot that is surveyed again, as it was planned before the start, metres."""
+
+    @property
+    def was_flown(self) -> bool:
+        """True when the drone took off: only then there are results of this survey."""
+        return self.duration_s is not None
 
 
 class SurveyOperator:
@@ -116,6 +132,7 @@ class SurveyOperator:
         self._hand = Handset(drone, self._limits.silence_s, progress)
         self._armed_by_us = False
         self._took_off_at: float | None = None
+        self._planned_m: float | None = None
 
     def interrupt(self) -> None:
         """Come home now; `run` returns when the drone is on the ground."""
@@ -130,6 +147,9 @@ class SurveyOperator:
             await self._survey()
             unseen = (await self._hand.beat()).outline_unseen
             reason = f"{OUTLINE_SEEN} {unseen:.0f} m² of it could not be reached." if unseen else SUCCESS
+            if self._plan.again:
+                seen = (await self._hand.beat()).explored or 0.0
+                reason = STALLS_SEEN if seen >= 1.0 else f"{int(100 * seen)} % of the stalls were looked at."
         except SurveyError as error:
             status, reason = error.status, str(error)
         except (LinkLostError, FailedToSend) as error:
@@ -148,7 +168,9 @@ class SurveyOperator:
         if beat.state != StateName.IDLE:
             raise SurveyError(sentence(f"The drone is not free for a survey but in {beat.state}", beat.detail))
         if self._plan.continues:
-            await self._hand.until(lambda b: (b.lot_area or 0.0) > 0.0, self._limits.map_s, NO_SURVEY)
+            beat = await self._hand.until(lambda b: (b.lot_area or 0.0) > 0.0, self._limits.map_s, NO_SURVEY)
+            if beat.explore_done or (beat.survey_basis == "map" and beat.battery_needed_survey == 0.0):
+                raise SurveyError(NOTHING_LEFT)
         self._hand.phase = CHECKING
         if self._plan.heights is not None:
             await self._configure(self._plan.heights)
@@ -157,7 +179,24 @@ class SurveyOperator:
             await self._hand.until(
                 lambda b: b.outline_area is not None, self._limits.arm_s, "The outline was not taken"
             )
+        if self._plan.again:
+            await self._ask_again(self._plan.again)
         await self._pass_checks()
+
+    async def _ask_again(self, lot: str) -> None:
+        """Ask for the survey of a known lot, and wait until its flight is planned."""
+        refusal = None
+        for _ in range(AGAIN_TRIES):
+            refusal = await self._hand.offer(SurveyAgain(lot=lot))
+            if refusal is None:
+                break
+            await self._hand.pause(1.0)
+        else:
+            raise SurveyError(sentence("Survey Again was refused", refusal or ""))
+        beat = await self._hand.until(
+            lambda b: b.again_distance is not None, self._limits.map_s, "The flight over the lot was not planned"
+        )
+        self._planned_m = beat.again_distance
 
     async def _configure(self, heights: HeightParameters) -> None:
         wanted = (heights.minimum, heights.desired, heights.maximum)
@@ -302,6 +341,7 @@ class SurveyOperator:
             outline_unseen_m2=beat.outline_unseen,
             free_range=beat.free_range,
             left_out=beat.left_out,
+            planned_m=self._planned_m,
         )
 
 

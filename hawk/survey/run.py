@@ -7,6 +7,7 @@ import json
 import signal
 import ssl
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -31,7 +32,7 @@ from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap, map_picture, stalls_csv, stalls_geojson, to_global
 from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
-from hawk.survey.client import DroneClient, LinkLostError
+from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import CHECKING, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError, StackOptionError
@@ -47,7 +48,7 @@ LATE_FRAMES_LIMIT = 0.01
 class SurveyOptions:
     """Options of the command. ``url`` is a running daemon; without it ``simulation`` is started.
 
-    ``continues``: fly only when there is an earlier survey to go on with.
+    ``continues``: fly only when there is an earlier survey to go on with. ``again``: id or name of a lot to survey again.
     """
 
     out: Path
@@ -61,6 +62,7 @@ class SurveyOptions:
     truth: Path | None
     set_failsafes: bool
     continues: bool
+    again: str | None
     timeout_s: float
     quiet: bool
 
@@ -80,7 +82,7 @@ async def run_survey(options: SurveyOptions) -> int:
             return await _fly(options, address, None, truth, outline)
         assert options.simulation is not None  # noqa: S101 - the command line refuses neither and both
         folder = options.out / "run"
-        if not options.continues:
+        if not options.continues and options.again is None:
             set_store_aside(folder / "store")
         stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
@@ -149,6 +151,19 @@ def outline_command(file: Path) -> SetOutline:
     return SetOutline(polygons=corners_of(outline.polygons), holes=corners_of(outline.holes))
 
 
+def lot_named(wanted: str, lots: Sequence[Mapping[str, Any]]) -> str:
+    """Return the id of the lot with an id or a name. Raises ConfigError where none, or more than one, has it."""
+    found = [lot for lot in lots if lot["id"] == wanted]
+    found = found or [lot for lot in lots if str(lot["name"]).casefold() == wanted.casefold()]
+    if len(found) == 1:
+        return str(found[0]["id"])
+    if found:
+        ids = ", ".join(str(lot["id"]) for lot in found)
+        raise ConfigError(f"--again: {len(found)} lots are called {wanted!r}: write the id of one of them: {ids}")
+    names = ", ".join(str(lot["name"]) for lot in lots) or "there is none: survey a lot first"
+    raise ConfigError(f"--again: no lot has the name or id {wanted!r}; known lots: {names}")
+
+
 async def _fly(
     options: SurveyOptions,
     address: Address,
@@ -164,8 +179,16 @@ async def _fly(
     ) as drone:
         watch = FenceSender(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
+        try:
+            again = "" if options.again is None else lot_named(options.again, await drone.lots())
+        except CommandRefusedError as error:
+            raise LinkLostError(f"the lots cannot be read: {error}") from error
         plan = SurveyPlan(
-            set_failsafes=options.set_failsafes, continues=options.continues, outline=outline, limits=limits
+            set_failsafes=options.set_failsafes,
+            continues=options.continues,
+            outline=outline,
+            again=again,
+            limits=limits,
         )
         with SurveyProgress(quiet=options.quiet) as bar:
 
@@ -178,6 +201,10 @@ async def _fly(
             for name in (signal.SIGINT, signal.SIGTERM):
                 loop.add_signal_handler(name, operator.interrupt)
             outcome = await operator.run()
+        if not outcome.was_flown:
+            await watch.close()
+            print(outcome.reason)
+            return int(outcome.status)
         survey = await _map_of(drone)
         await watch.close()
         status = None if stack is None else await stack.status()
@@ -249,6 +276,7 @@ def _report(
         "disarmed": outcome.disarmed,
         "duration_s": outcome.duration_s,
         "distance_flown_m": outcome.distance_m,
+        "distance_planned_m": outcome.planned_m,
         "explored": outcome.explored,
         "lot_area_m2": None,
         "outline_m2": outcome.outline_m2,
@@ -274,6 +302,10 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     print(f"{outcome.reason}")
     if outcome.left_out is not None and outcome.explored is not None:
         print(f"Seen: {outcome.explored:.1%} of the lot found. {left_out_words(outcome.left_out)}")
+    if outcome.planned_m is not None and values["distance_flown_m"] is not None:
+        print(
+            f"Flown {values['distance_flown_m']:.0f} m with the flight home; the tour was planned as {outcome.planned_m:.0f} m."
+        )
     bounds = values["free_range"]
     between = "" if bounds is None else f" (between {bounds[0]} and {bounds[1]})"
     print(

@@ -33,8 +33,8 @@ class OutlineFacts:
 
     area: float
     outside: float
-    again: bool = False
-    """It is the ground of a known lot that is surveyed again."""
+    again: str = ""
+    """Id of the known lot that is surveyed again, whose ground it is; empty for any other area."""
 
 
 def outline_of(command: SetOutline) -> Outline:

@@ -157,7 +157,7 @@ class OutlineKeeper:
         if self.outline is None:
             return None
         ground = self.ground(datum, fence)
-        again = bool(self.setup.again)
+        again = self.setup.again
         if ground is None:
             return OutlineFacts(self.setup.area, 0.0, again)
         return OutlineFacts(ground.area, ground.outside, again)

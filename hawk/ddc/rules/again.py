@@ -45,6 +45,20 @@ def again_refusal(command: commands.SurveyAgain, facts: Facts, ahead: tuple[Glob
     return ""
 
 
+def begins_survey(lot: LotAhead, facts: Facts) -> bool:
+    """Return True when the survey of a lot needs an empty map: what an earlier one saw is not looked at again.
+
+    One of the same lot that is not over goes on, after a battery swap.
+    """
+    outline, plan, need = facts.limits.outline, facts.sight.plan, facts.battery.survey
+    is_same = outline is not None and outline.again == lot.id
+    is_over = (plan is not None and plan.explore.done) or (
+        need is not None and need.basis == "map" and not need.seconds
+    )
+    is_empty = facts.sight.lot_area <= 0.0 and facts.sight.counts.total == 0
+    return not facts.vehicle.armed and not is_empty and (is_over or not is_same)
+
+
 def again_outline(lot: LotAhead) -> Outline:
     """Return the lot's ground as the outline of its survey."""
     return replace(lot.outline, again=lot.id)

@@ -1,0 +1,97 @@
+"""A known lot surveyed again: the distance of the second flight, and what it reports.
+
+``python -m benchmarks.again [--seeds 1-20] [--json FILE]`` (``make bench-again``)
+
+Each drawn lot is flown twice (camera, vision, mapper, planner on hawk-sim's body; two to four minutes a lot): the first
+survey finds it by looking and goes into a store, the second one, 26 hours of cars later, flies the shortest tour over
+the plan that the store has. Receiver and compass err otherwise at each visit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+
+import cv2
+
+from benchmarks.again.visits import Again, survey_again
+from benchmarks.figures import Figure, Limit, Section, print_and_write
+from benchmarks.surveys import seeds_option
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Survey all lots twice, print a line each and a table of all."""
+    options = _parser().parse_args(arguments)
+    cv2.setNumThreads(1)
+    found = []
+    for seed in options.seeds:
+        found.append(survey_again(seed))
+        print(line(found[-1]), file=sys.stderr, flush=True)
+    print_and_write([Section("known lots again", figures(found))], options.json)
+    return 0
+
+
+def line(one: Again) -> str:
+    """Return a lot in one line."""
+    flown = f"{one.flown_m:.0f} m flown, {one.planned_m:.0f} m planned, {one.first_m:.0f} m the first survey"
+    looked = f"{one.looked_at} of {one.stalls} looked at, {one.looked_at_well} in a good part"
+    reported = f"{one.reported} of {one.changed} changed reported, {one.false} of {one.unchanged} unchanged"
+    return f"{one.name}: {flown}, {looked}, {reported}, {one.placed}{'' if one.finished else ', not finished'}"
+
+
+def figures(found: Sequence[Again]) -> list[Figure]:
+    """Return the figures over all lots; a survey that was not registered reports nothing."""
+    changed, reported, unchanged, false = (
+        sum(getattr(one, name) for one in found) for name in ("changed", "reported", "unchanged", "false")
+    )
+    return [
+        Figure(
+            "way_over_told_median", "distance over that planned before the start, median",
+            median(one.flown_m / one.planned_m for one in found), limit=Limit(highest=1.10),
+        ),
+        Figure(
+            "way_over_first_median", "distance over that of the first survey, median",
+            median(one.flown_m / one.first_m for one in found), limit=Limit(highest=0.80),
+        ),
+        Figure(
+            "looked_at_min", "stalls whole in a picture, worst lot",
+            min(one.looked_at / one.stalls for one in found), limit=Limit(lowest=0.99),
+        ),
+        Figure("changed_found", "changed stalls with the new state", _share(reported, changed), limit=Limit(0.97)),
+        Figure(
+            "changed_false", "unchanged stalls reported as changed", _share(false, unchanged),
+            limit=Limit(highest=0.01),
+        ),
+        Figure("looked_at_well", "stalls in the good part of a picture",
+               _share(sum(one.looked_at_well for one in found), sum(one.stalls for one in found))),
+        Figure("way_over_told_max", "distance over that planned, worst lot",
+               max(one.flown_m / one.planned_m for one in found)),
+        Figure("way_over_first_max", "distance over that of the first survey, worst lot",
+               max(one.flown_m / one.first_m for one in found)),
+        Figure("again_registered", "second surveys that were registered",
+               float(sum(one.placed == "registered" for one in found))),
+        Figure("again_finished", "flights to their end", float(sum(one.finished for one in found)),
+               limit=Limit(float(len(found)))),
+        Figure("again_changed", "changed stalls", float(changed)),
+        Figure("again_lots", "lots", float(len(found))),
+    ]  # fmt: skip
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.again", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
