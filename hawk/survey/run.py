@@ -48,7 +48,8 @@ LATE_FRAMES_LIMIT = 0.01
 class SurveyOptions:
     """Options of the command. ``url`` is a running daemon; without it ``simulation`` is started.
 
-    ``continues``: fly only when there is an earlier survey to go on with. ``again``: id or name of a lot to survey again.
+    ``continues``: fly only when there is an earlier survey to go on with. ``again``: id or name of a lot to survey
+    again.
     """
 
     out: Path
@@ -302,10 +303,8 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     print(f"{outcome.reason}")
     if outcome.left_out is not None and outcome.explored is not None:
         print(f"Seen: {outcome.explored:.1%} of the lot found. {left_out_words(outcome.left_out)}")
-    if outcome.planned_m is not None and values["distance_flown_m"] is not None:
-        print(
-            f"Flown {values['distance_flown_m']:.0f} m with the flight home; the tour was planned as {outcome.planned_m:.0f} m."
-        )
+    if outcome.planned_m is not None:
+        print(f"The flight over the lot was planned as {outcome.planned_m:.0f} m, without the flight home.")
     bounds = values["free_range"]
     between = "" if bounds is None else f" (between {bounds[0]} and {bounds[1]})"
     print(

@@ -52,9 +52,8 @@ def begins_survey(lot: LotAhead, facts: Facts) -> bool:
     """
     outline, plan, need = facts.limits.outline, facts.sight.plan, facts.battery.survey
     is_same = outline is not None and outline.again == lot.id
-    is_over = (plan is not None and plan.explore.done) or (
-        need is not None and need.basis == "map" and not need.seconds
-    )
+    is_done = plan is not None and plan.explore.done
+    is_over = is_done or (need is not None and need.basis == "map" and not need.seconds)
     is_empty = facts.sight.lot_area <= 0.0 and facts.sight.counts.total == 0
     return not facts.vehicle.armed and not is_empty and (is_over or not is_same)
 
