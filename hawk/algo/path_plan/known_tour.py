@@ -46,8 +46,8 @@ _HEATS: Final = (
 """Heat of each sweep of those rounds, metres."""
 _STEPS: Final = ((1.5, 8.0), (0.5, 3.0), (0.0, 1.0))
 """Heat from which on waypoints are shifted by so much, metres."""
-_AROUND_M: Final = 60.0
-"""About the straight line to a waypoint: room for the path around what lies outside the fence."""
+_AROUND_M: Final = (60.0, 240.0)
+"""About the straight line to a waypoint: room for the path around what lies outside the fence, a little first."""
 _ROUTE_STEP: Final = 2
 _MOST_CORNERS: Final = 12
 
@@ -105,12 +105,13 @@ def corner_inside(guard: FenceGuard, place: Place, end: Place) -> Place | None:
     """
     if not guard.contains(*place) or guard.contains_line(place, end):
         return end
-    window = Window.around(np.array([place, end]), COARSE_M, _AROUND_M)
-    mask = guard.mask(window)[::_ROUTE_STEP, ::_ROUTE_STEP]
-    corner = farthest_in_sight(mask, window, _ROUTE_STEP, place, end)
-    if corner is None or math.dist(corner, place) <= COARSE_M:
-        return None
-    return corner if guard.contains_line(place, corner) else None
+    for around in _AROUND_M:
+        window = Window.around(np.array([place, end]), COARSE_M, around)
+        mask = guard.mask(window)[::_ROUTE_STEP, ::_ROUTE_STEP]
+        corner = farthest_in_sight(mask, window, _ROUTE_STEP, place, end)
+        if corner is not None and math.dist(corner, place) > COARSE_M and guard.contains_line(place, corner):
+            return corner
+    return None
 
 
 def boxes_of(stalls: Rectangles) -> Singles:
