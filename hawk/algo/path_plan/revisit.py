@@ -26,7 +26,7 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place
 from hawk.algo.rows.fit import Rectangles
 from hawk.model.known_lot import KnownLot, LotTour
-from hawk.model.lot_map import Stall
+from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import ExploreStatus
 
 _SEEN: Final = 0.5
@@ -39,6 +39,8 @@ _LOST_M: Final = 60.0
 _MOST_SHIFTS: Final = 8
 _SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
 """Sweeps of a frame, from so many stalls on that are left."""
+_DROPS: Final = 12
+"""Tries to leave out waypoints where a flight goes on: ground of the flight before need not be flown over."""
 _STEPS_M: Final = (6.0, 2.0, 0.7)
 _BRAKES_M_S2: Final = 2.5
 EDGE_M: Final = 0.7
@@ -46,7 +48,7 @@ EDGE_M: Final = 0.7
 _NEW_M: Final = 2.2
 _NEW_UNPLACED_M: Final = 8.0
 """A find farther from every stall of the plan is new: where its place is certain, and before."""
-_NEXT: Final = (1.0, 2.0, 3.0)
+_NEXT: Final = (1.0, 2.0)
 """Stalls, on either side of a new one, that are looked at as well: its row may go on."""
 _AISLE_M: Final = 6.5
 _RIM_PATH_M: Final = 60.0
@@ -90,6 +92,8 @@ class Revisit:
         self._frame = self._quiet = self._idle = 0
         self._last: Place | None = None
         self._rim_flown = 0.0
+        self._new: set[int] = set()
+        """Stalls of the map that are not in the plan."""
         self._stop: Place = (0.0, 0.0)
 
     def plan(self, scene: RevisitScene, lot_map: LotMap) -> Exploration:
@@ -101,6 +105,7 @@ class Revisit:
         self._look_at_rim(scene, lot_map)
         self._count_idle(scene, learned=int(self._looked.sum()) > before)
         left = np.flatnonzero(~self._looked & ~self._given_up)
+        left = left[left < self._count] if (left < self._count).any() else left  # the rim comes last
         turning = self._turns.present(_shrunk(scene), self._route)
         if turning is not None:
             turned = self._turn(scene, turning, left)
@@ -146,37 +151,37 @@ class Revisit:
             if scene.picture is not None:
                 self._looked[index] = _shows_whole(scene.picture, self._boxes[index])
             return
-        boxes = grown(self._boxes[index], -_INSIDE_M)
-        points = np.concatenate([corners_of(boxes), boxes[:, None, :2].astype(np.float64)], axis=1)
-        for part in np.array_split(np.arange(len(index)), max(1, len(index) // 500)):
-            asked = points[part].reshape(-1, 2)
-            window = Window.around(asked, COARSE_M, COARSE_M)
-            shown = window.values_at(lot_map.coarse(window).seen, asked).reshape(-1, points.shape[1])
-            self._looked[index[part]] = (shown >= _SEEN).all(1)
+        for part in np.array_split(index, max(1, len(index) // 500)):
+            self._looked[part] = _seen_on(lot_map, self._boxes[part])
 
     def _look_at_rim(self, scene: RevisitScene, lot_map: LotMap) -> None:
         """Add what lies beside new stalls to what is looked at: their rows go on, maybe, and the row opposite."""
         if self._frame % _RIM_LOOK or self._rim_flown > _RIM_PATH_M or not isinstance(lot_map, KnownMap):
             return
-        finds = [stall for stall in lot_map.stalls_near(*scene.place, scene.footprint.width / 2) if stall.seen > 0]
+        reach = math.hypot(scene.footprint.width, scene.footprint.depth) / 2
+        finds = [stall for stall in lot_map.stalls_near(*scene.place, reach) if stall.seen > 0]
         new = self._beside_plan(finds)
         if new:
             boxes = np.concatenate([_next_to(stall) for stall in new])
-            boxes = boxes[self._apart(boxes[:, :2], _NEW_M)]
+            boxes = boxes[self._apart(boxes[:, :2], self._boxes, _NEW_M)]
             self._boxes = np.concatenate([self._boxes, boxes])
-            fresh = np.zeros(len(boxes), np.bool_)
-            self._looked = np.concatenate([self._looked, fresh])
-            self._given_up = np.concatenate([self._given_up, fresh])
-            self._rim_flown = 0.0 if len(boxes) else self._rim_flown
+            self._looked = np.concatenate([self._looked, _seen_on(lot_map, boxes)])
+            self._given_up = np.concatenate([self._given_up, np.zeros(len(boxes), np.bool_)])
+            self._rim_flown = 0.0
 
     def _beside_plan(self, finds: Sequence[Stall]) -> list[Stall]:
+        """Return the finds that are no stall of the plan, each once."""
+        finds = [stall for stall in finds if stall.id not in self._new and stall.state is not StallState.SUGGESTED]
         places = np.array([(stall.north, stall.east) for stall in finds], np.float32).reshape(-1, 2)
-        is_new = self._apart(places, _NEW_M if self._is_placed else _NEW_UNPLACED_M)
-        return [stall for stall, yes in zip(finds, is_new, strict=True) if yes]
+        least_m = _NEW_M if self._is_placed else _NEW_UNPLACED_M
+        is_new = self._apart(places, self._boxes[: self._count], least_m)
+        new = [stall for stall, yes in zip(finds, is_new, strict=True) if yes]
+        self._new |= {stall.id for stall in new}
+        return new
 
-    def _apart(self, places: Singles, least_m: float) -> Bools:
+    def _apart(self, places: Singles, boxes: Singles, least_m: float) -> Bools:
         """Return True for those of places (M, 2) that are no box's; none is another one's, either."""
-        away = np.hypot(*(places[:, None] - self._boxes[None, :, :2]).transpose(2, 0, 1))
+        away = np.hypot(*(places[:, None] - boxes[None, :, :2]).transpose(2, 0, 1))
         apart: Bools = np.asarray((away > least_m).all(1))
         twin = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) <= 1.0
         return np.asarray(apart & ~np.triu(twin, 1).any(0), np.bool_)
@@ -228,6 +233,8 @@ class Revisit:
         places = np.vstack([scene.place, self._places])
         if self._tour is None:
             self._tour = Tour(terms, wanted, places, scene.heading, self._rng)
+            for _ in range(_DROPS if self._looked.any() else 0):
+                self._tour.drop(0.0)
         else:
             self._tour.meet(terms, wanted, places, scene.heading)
         sweeps = next(count for least, count in _SWEEPS if len(boxes) >= least)
@@ -270,6 +277,16 @@ class Revisit:
         seen = float(self._looked[: self._count].mean()) if self._count else 1.0
         reason = "nothing is left to look at" if done else ""
         return ExploreStatus(done, seen, left, reason, unreached=bool(self._given_up[: self._count].any()))
+
+
+def _seen_on(lot_map: LotMap, boxes: Singles) -> Bools:
+    """Return True for the boxes (N, 6) whose ground pictures have shown, by the map's cells."""
+    inner = grown(boxes, -_INSIDE_M)
+    points = np.concatenate([corners_of(inner), inner[:, None, :2].astype(np.float64)], axis=1)
+    asked = points.reshape(-1, 2)
+    window = Window.around(asked, COARSE_M, COARSE_M)
+    shown = window.values_at(lot_map.coarse(window).seen, asked).reshape(-1, points.shape[1])
+    return np.asarray((shown >= _SEEN).all(1))
 
 
 def _shows_whole(picture: Floats, boxes: Singles) -> Bools:

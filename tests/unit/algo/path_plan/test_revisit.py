@@ -144,7 +144,7 @@ def test_after_a_battery_swap_only_the_rest_is_flown() -> None:
     again.fly()
     assert left > 0
     assert flown.lot_map.whole.mean() > 0.97  # of the flight before, cells of 1.6 m are known
-    assert again.distance_m < planned + 2.0
+    assert again.distance_m < planned + 8.0
 
 
 def test_the_drone_stays_inside_the_fence_and_out_of_its_zones_and_says_what_it_missed() -> None:
