@@ -18,6 +18,7 @@ from hawk.comm.protocol.commands import (
     ReturnToLaunch,
     SetFailsafes,
     SetOutline,
+    SurveyAgain,
     Takeoff,
 )
 from hawk.comm.protocol.heartbeat import (
@@ -68,6 +69,11 @@ class FakeDrone:
     """Of the map, square metres: that of an earlier flight before take-off."""
     outline_unseen: float | None = None
     """Area of an outline that it cannot reach, square metres."""
+    explored: float = 0.5
+    is_left_done: bool = False
+    """The rest of an earlier survey, by its journal: nothing."""
+    tour_m: float | None = 87.5
+    """Length of the flight over a lot that is surveyed again, once it is asked for."""
     # -- what it is ------------------------------------------------------------
     time: float = 0.0
     state: StateName = StateName.IDLE
@@ -85,7 +91,7 @@ class FakeDrone:
     orders: list[Command] = field(default_factory=list)
     heartbeat: Heartbeat | None = None
     control: bool = False
-    outline: SetOutline | None = None
+    outline: SetOutline | SurveyAgain | None = None
 
     async def ask(self, command: Command) -> Ack:
         await asyncio.sleep(0)
@@ -116,14 +122,20 @@ class FakeDrone:
                 armed=self.armed,
                 connected=self.time >= self.connected_at,
                 landed="ON_GROUND" if self.height == 0 else "IN_AIR",
+                survey_basis="map" if self.is_left_done else None,
+                battery_needed_survey=0.0 if self.is_left_done else None,
             ),
             pose=PoseStatus(relative_altitude=self.height, north=self.north, east=self.east),
-            site=SiteStatus(heights=self.heights, outline_area=None if self.outline is None else 1000.0),
+            site=SiteStatus(
+                heights=self.heights,
+                outline_area=None if self.outline is None else 1000.0,
+                again_distance=self.tour_m if isinstance(self.outline, SurveyAgain) else None,
+            ),
             perception=PerceptionStatus(
                 explore_done=self.done,
                 outline_unseen=self.outline_unseen if self.done else None,
                 park_lot_detected=self.height > 0 and self.searched >= self.lot_seen_after,
-                explored=0.5,
+                explored=self.explored,
                 lot_area=self.lot_area,
             ),
             travel=TravelStatus(distance_flown=12.0),
@@ -165,7 +177,7 @@ class FakeDrone:
             self.control = command.action == "Request"
         elif isinstance(command, Configure):
             self.heights = (command.min, command.des, command.max)
-        elif isinstance(command, SetOutline):
+        elif isinstance(command, SetOutline | SurveyAgain):
             self.outline = command
         elif isinstance(command, SetFailsafes):
             self.failsafes_set = self.failsafes_settable

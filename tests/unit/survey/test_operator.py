@@ -16,6 +16,7 @@ from hawk.comm.protocol.commands import (
     ReturnToLaunch,
     SetFailsafes,
     SetOutline,
+    SurveyAgain,
     Takeoff,
 )
 from hawk.comm.protocol.heartbeat import FenceCorner, Heartbeat
@@ -23,6 +24,7 @@ from hawk.model.operation import StateName, UserError
 from hawk.model.plans import HeightParameters
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import (
+    NOTHING_LEFT,
     SPIRAL_LENGTH_M,
     SurveyLimits,
     SurveyOperator,
@@ -77,6 +79,53 @@ async def test_without_an_earlier_map_nothing_is_continued_and_the_drone_stays_o
     outcome = await fly(drone, replace(PLAN, continues=True))
     assert outcome.status is SurveyStatus.FAILED
     assert "no survey to continue" in outcome.reason
+    assert not drone.received(Arm)
+
+
+@pytest.mark.parametrize("left", [{"is_left_done": True}, {"done": True}])
+async def test_a_survey_of_which_nothing_is_left_ends_at_once_on_the_ground(left: dict[str, bool]) -> None:
+    drone = FakeDrone(lot_area=3_200.0, **left)  # type: ignore[arg-type]
+    outcome = await fly(drone, replace(PLAN, continues=True))
+    assert (outcome.status, outcome.reason) == (SurveyStatus.FAILED, NOTHING_LEFT)
+    assert not outcome.was_flown
+    assert not drone.received(Arm)
+    assert drone.time < 10.0
+
+
+@pytest.mark.parametrize(
+    ("seen", "words"), [(1.0, "Every stall of the lot was looked at."), (0.987, "98 % of the stalls were looked at.")]
+)
+async def test_a_lot_is_surveyed_again_by_its_planned_flight_without_a_search(seen: float, words: str) -> None:
+    drone = FakeDrone(lot_seen_after=float("inf"), explored=seen)
+    outcome = await fly(drone, replace(PLAN, again="one"))
+    assert drone.received(SurveyAgain) == [SurveyAgain(lot="one")]
+    assert (outcome.status, outcome.reason) == (SurveyStatus.DONE, words)
+    assert outcome.planned_m == 87.5
+    assert outcome.was_flown
+
+
+async def test_a_lot_that_is_refused_is_asked_for_again_until_the_drone_has_read_its_lots() -> None:
+    refused = {"Survey Again": "Lot: no lot has this id: open the list of lots, then choose one."}
+
+    def read(drone: FakeDrone) -> None:
+        if drone.time > 6.0:
+            drone.refusals = {}
+
+    drone = FakeDrone(refusals=dict(refused), on_beat=read)
+    assert (await fly(drone, replace(PLAN, again="one"))).status is SurveyStatus.DONE
+    assert len(drone.received(SurveyAgain)) > 1
+    drone = FakeDrone(refusals=refused)
+    outcome = await fly(drone, replace(PLAN, again="one"))
+    assert outcome.status is SurveyStatus.FAILED
+    assert "no lot has this id" in outcome.reason
+    assert not drone.received(Arm)
+
+
+async def test_a_flight_over_a_lot_that_is_not_planned_does_not_begin() -> None:
+    drone = FakeDrone(tour_m=None)
+    outcome = await fly(drone, replace(PLAN, again="one"))
+    assert outcome.status is SurveyStatus.FAILED
+    assert "not planned" in outcome.reason
     assert not drone.received(Arm)
 
 

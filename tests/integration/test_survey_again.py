@@ -1,0 +1,54 @@
+"""A known lot surveyed again: the real daemon on the simulated drone flies the tour that it planned before take-off."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from urllib.parse import urljoin
+
+import pytest
+
+from hawk.comm.protocol.commands import AutonomousExplore, SurveyAgain
+from hawk.model.operation import StateName
+from hawk.sim.launch import SimulationOptions
+from hawk.worlds.generate import generate_world
+from tests.integration.daemon_support import PatientStack, operator, write_settings
+from tests.integration.sim_support import get_json
+from tests.integration.test_known_lot import BIAS, CAMERA_HZ, SETTINGS, SPEED, store_plan
+
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
+
+
+async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off(tmp_path: Path) -> None:
+    (tmp_path / "store").mkdir()
+    store_plan(tmp_path / "store" / "lots.db", generate_world(1).truth_json())
+    options = SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ, gnss_bias=BIAS)
+    stack = PatientStack(options, tmp_path, write_settings(tmp_path, SETTINGS), None)
+    try:
+        url = (await stack.start()).url
+        answer = asyncio.get_running_loop().run_in_executor
+        (lot,) = (await answer(None, get_json, urljoin(url, "/api/lots.json")))["lots"]
+        async with operator(url) as pilot:
+            await pilot.take_control()
+            assert "no lot has this id" in await pilot.refusal(SurveyAgain(lot="another"))
+            await pilot.until(lambda _: True, 10.0)
+            for _ in range(20):  # the lots are read every two seconds
+                if not await pilot.refusal_or_none(SurveyAgain(lot=lot["id"])):
+                    break
+                await asyncio.sleep(0.5)
+            planned = (await pilot.until(lambda beat: beat.again_distance is not None, 60.0)).again_distance
+            assert planned is not None
+            await pilot.take_off()
+            before = (await pilot.until(lambda beat: beat.distance_flown is not None)).distance_flown
+            await pilot.order(AutonomousExplore())
+            beat = await pilot.until(lambda beat: beat.explore_done and beat.state is StateName.HOVER, 300.0)
+            assert beat.explored is not None
+            assert beat.explored >= 0.98
+            assert beat.distance_flown is not None
+            assert before is not None
+            assert beat.distance_flown - before < 1.5 * planned + 10.0
+            await pilot.until_said("Surveyed again: every stall was looked at.")
+            await pilot.come_home()
+            await pilot.until_said("The survey is stored as one of Market.")
+    finally:
+        await stack.stop()

@@ -1,0 +1,83 @@
+"""A known lot by its name or id; and a survey that never took off leaves earlier results as they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Self
+
+import pytest
+
+from hawk.config.sections import ConfigError
+from hawk.survey import run
+from hawk.survey.handset import SurveyStatus
+from hawk.survey.operator import NOTHING_LEFT, SurveyOutcome, SurveyPlan
+
+LOTS = [{"id": "1a", "name": "Market"}, {"id": "2b", "name": "Lot 2"}, {"id": "3c", "name": "market"}]
+
+
+def test_a_lot_is_named_by_its_id_or_by_a_name_that_no_other_has() -> None:
+    assert run.lot_named("1a", LOTS) == "1a"
+    assert run.lot_named("LOT 2", LOTS) == "2b"
+
+
+@pytest.mark.parametrize(
+    ("wanted", "lots", "words"),
+    [
+        ("Harbour", LOTS, "--again: no lot has the name or id 'Harbour'; known lots: Market, Lot 2, market"),
+        ("Market", LOTS, "--again: 2 lots are called 'Market': write the id of one of them: 1a, 3c"),
+        ("Market", [], "known lots: there is none: survey a lot first"),
+    ],
+)
+def test_a_lot_that_is_not_known_is_refused_with_the_remedy(wanted: str, lots: list[Any], words: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        run.lot_named(wanted, lots)
+    assert words in str(refused.value)
+
+
+class Client:
+    """A drone that answers what a survey asks before it flies."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        pass
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        pass
+
+    async def lots(self) -> list[dict[str, Any]]:
+        return [dict(lot) for lot in LOTS]
+
+
+def texts_in(folder: Path) -> dict[str, str]:
+    return {path.name: path.read_text() for path in folder.iterdir()}
+
+
+async def test_a_survey_that_never_took_off_writes_over_no_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plans: list[SurveyPlan] = []
+    outcome = SurveyOutcome(SurveyStatus.FAILED, NOTHING_LEFT, True, True, None, None, None)
+
+    async def refused() -> SurveyOutcome:
+        return outcome
+
+    def operator(_drone: object, plan: SurveyPlan, _show: object) -> SimpleNamespace:
+        plans.append(plan)
+        return SimpleNamespace(run=refused, interrupt=lambda: None)
+
+    monkeypatch.setattr(run, "DroneClient", Client)
+    monkeypatch.setattr(run, "SurveyOperator", operator)
+    earlier = {name: f"yesterday's {name}" for name in ("stalls.csv", "stalls.geojson", "map.png", "report.json")}
+    for name, text in earlier.items():
+        (tmp_path / name).write_text(text)
+    options = run.SurveyOptions(
+        out=tmp_path, simulation=None, url="http://127.0.0.1:1", token=None, certificate=None, config=None, fence=None,
+        outline=None, truth=None, set_failsafes=False, continues=True, again="1a", timeout_s=60.0, quiet=True,
+    )  # fmt: skip
+    assert await run.run_survey(options) == SurveyStatus.FAILED
+    assert texts_in(tmp_path) == earlier
+    assert NOTHING_LEFT in capsys.readouterr().out
+    assert plans[0].again == "1a"
