@@ -30,18 +30,16 @@ async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off
         (lot,) = (await answer(None, get_json, urljoin(url, "/api/lots.json")))["lots"]
         async with operator(url) as pilot:
             await pilot.take_control()
+            async with asyncio.timeout(60.0):  # the lots are read every two seconds, once the place is known
+                while await pilot.hand.offer(SurveyAgain(lot=lot["id"])) is not None:
+                    await pilot.hand.next()
             assert "no lot has this id" in await pilot.refusal(SurveyAgain(lot="another"))
-            await pilot.until(lambda _: True, 10.0)
-            for _ in range(20):  # the lots are read every two seconds
-                if not await pilot.refusal_or_none(SurveyAgain(lot=lot["id"])):
-                    break
-                await asyncio.sleep(0.5)
             planned = (await pilot.until(lambda beat: beat.again_distance is not None, 60.0)).again_distance
             assert planned is not None
             await pilot.take_off()
             before = (await pilot.until(lambda beat: beat.distance_flown is not None)).distance_flown
             await pilot.order(AutonomousExplore())
-            beat = await pilot.until(lambda beat: beat.explore_done and beat.state is StateName.HOVER, 300.0)
+            beat = await pilot.until(lambda beat: beat.explore_done and beat.state == StateName.HOVER, 300.0)
             assert beat.explored is not None
             assert beat.explored >= 0.98
             assert beat.distance_flown is not None
