@@ -15,6 +15,7 @@ from hawk.comm.protocol.commands import (
     Control,
     Disarm,
     Hold,
+    NewSurvey,
     ReturnToLaunch,
     SetFailsafes,
     SetOutline,
@@ -184,8 +185,10 @@ class SurveyOperator:
         await self._pass_checks()
 
     async def _ask_again(self, lot: str) -> None:
-        """Ask for the survey of a known lot, and wait until its flight is planned."""
+        """Ask for the survey of a known lot, on an empty map unless it goes on; wait until its flight is planned."""
         refusal = None
+        if not self._plan.continues and ((await self._hand.beat()).lot_area or 0.0) > 0.0:
+            await self._hand.order(NewSurvey())
         for _ in range(AGAIN_TRIES):
             refusal = await self._hand.offer(SurveyAgain(lot=lot))
             if refusal is None:

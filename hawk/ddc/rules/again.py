@@ -42,11 +42,13 @@ def again_refusal(command: commands.SurveyAgain, facts: Facts, ahead: tuple[Glob
         return say("Lot: the outline of {name} cannot be used: {error}", name=lot.name, error=words_of(error))
     if ahead is not None and ground_of(lot.outline, *ahead).area <= 0.0:
         return say("Lot: nothing of {name} lies inside the fence: set another fence.", name=lot.name)
+    if needs_empty_map(lot, facts):
+        return say("Lot: the map holds an earlier survey: begin a new survey first; the earlier one stays stored.")
     return ""
 
 
-def begins_survey(lot: LotAhead, facts: Facts) -> bool:
-    """Return True when the survey of a lot needs an empty map: what an earlier one saw is not looked at again.
+def needs_empty_map(lot: LotAhead, facts: Facts) -> bool:
+    """Return True when the map holds an earlier survey: what it saw would not be looked at again.
 
     One of the same lot that is not over goes on, after a battery swap.
     """

@@ -30,7 +30,7 @@ from hawk.ddc.parameters.failsafes import return_altitude
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
-from hawk.ddc.rules.again import again_outline, begins_survey, lot_of
+from hawk.ddc.rules.again import again_outline, lot_of
 from hawk.ddc.rules.judge import fence_ahead, is_sent_unheard, place_of, place_refusal, refusal, route_refusal
 from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
 from hawk.ddc.rules.needs import Refusal, Situation
@@ -284,8 +284,7 @@ class CommandDesk:
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
             case commands.SurveyAgain() if (lot := lot_of(command, facts)) is not None:
                 asked = say("{name} is surveyed again: {stalls} stalls.", name=lot.name, stalls=lot.stalls)
-                begun = (BeginSurvey(),) if begins_survey(lot, facts) else ()
-                return Ruling(accepted, (NO_USER_ERROR, UseOutline(again_outline(lot)), *begun, Log("ok", asked)))
+                return Ruling(accepted, (NO_USER_ERROR, UseOutline(again_outline(lot)), Log("ok", asked)))
             case commands.ClearOutline():
                 gone = Log("ok", say("The outline was removed; Explore finds the lot by looking."))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))

@@ -13,6 +13,7 @@ from hawk.comm.protocol.commands import (
     Configure,
     Control,
     Disarm,
+    NewSurvey,
     ReturnToLaunch,
     SetFailsafes,
     SetOutline,
@@ -102,6 +103,14 @@ async def test_a_lot_is_surveyed_again_by_its_planned_flight_without_a_search(se
     assert (outcome.status, outcome.reason) == (SurveyStatus.DONE, words)
     assert outcome.planned_m == 87.5
     assert outcome.was_flown
+
+
+@pytest.mark.parametrize("continues", [False, True])
+async def test_a_lot_is_surveyed_again_on_an_empty_map_unless_the_survey_goes_on(continues: bool) -> None:
+    drone = FakeDrone(lot_area=900.0)
+    await fly(drone, replace(PLAN, again="one", continues=continues))
+    assert len(drone.received(NewSurvey)) == (0 if continues else 1)
+    assert len(drone.received(SurveyAgain)) == 1
 
 
 async def test_a_lot_that_is_refused_is_asked_for_again_until_the_drone_has_read_its_lots() -> None:

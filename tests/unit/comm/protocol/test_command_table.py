@@ -73,7 +73,7 @@ def test_what_stops_or_saves_the_drone_passes_the_queue() -> None:
 
 
 def test_nothing_that_must_work_without_the_autopilot_needs_its_link() -> None:
-    free = {"Configure", "Kill Request", "Kill", "Clear Kill", "Set Outline", "Clear Outline"}
+    free = {"Configure", "Kill Request", "Kill", "Clear Kill", "Set Outline", "Clear Outline", "Survey Again"}
     assert {row.type for row in ROWS if row.states and Need.LINK not in row.needs} == free
 
 

@@ -10,7 +10,7 @@ from hawk.comm.protocol.commands import SurveyAgain
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import ring_from_map
 from hawk.ddc.fence.outline import OutlineFacts
-from hawk.ddc.rules.again import again_outline, again_refusal, begins_survey, lot_of
+from hawk.ddc.rules.again import again_outline, again_refusal, lot_of, needs_empty_map
 from hawk.ddc.rules.judge import fence_ahead
 from hawk.model.known_lot import LotAhead, LotsAhead
 from hawk.model.lot_map import Counts
@@ -70,22 +70,28 @@ def test_without_a_position_no_lot_can_be_found() -> None:
     assert why(lost).startswith("Lot: the position is not known well enough")
 
 
+def test_a_map_with_an_earlier_survey_is_refused_before_flight() -> None:
+    facts = on_ground(flying(1.0))
+    mapped = replace(with_lots(facts, lot()), sight=replace(facts.sight, lot_area=900.0))
+    assert why(mapped).startswith("Lot: the map holds an earlier survey: begin a new survey first")
+
+
 def test_what_an_earlier_survey_saw_is_looked_at_again_on_an_empty_map() -> None:
     empty = on_ground(flying(1.0))
     empty = replace(empty, sight=replace(empty.sight, lot_area=0.0, counts=Counts()))
     mapped = replace(empty, sight=replace(empty.sight, lot_area=900.0))
-    assert not begins_survey(lot(), empty)
-    assert begins_survey(lot(), mapped)
+    assert not needs_empty_map(lot(), empty)
+    assert needs_empty_map(lot(), mapped)
     armed = flying(1.0)
-    assert not begins_survey(lot(), replace(armed, sight=replace(armed.sight, lot_area=900.0)))
+    assert not needs_empty_map(lot(), replace(armed, sight=replace(armed.sight, lot_area=900.0)))
 
 
 def test_after_a_battery_swap_the_survey_of_the_same_lot_goes_on_until_it_is_over() -> None:
     facts = on_ground(flying(1.0))
     same = replace(facts.limits, outline=OutlineFacts(900.0, 0.0, "one"))
     going = replace(facts, limits=same, sight=replace(facts.sight, lot_area=900.0, plan=PathPlan()))
-    assert not begins_survey(lot(), going)
+    assert not needs_empty_map(lot(), going)
     over = replace(going, sight=replace(going.sight, plan=PathPlan(explore=ExploreStatus(done=True))))
-    assert begins_survey(lot(), over)
+    assert needs_empty_map(lot(), over)
     other = replace(going, limits=replace(same, outline=OutlineFacts(900.0, 0.0, "two")))
-    assert begins_survey(lot(), other)
+    assert needs_empty_map(lot(), other)

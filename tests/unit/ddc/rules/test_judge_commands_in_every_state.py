@@ -88,6 +88,7 @@ Set Fence          | yes    saving    disarm land    land  land    land   land  
 Clear Fence        | undrawn saving   disarm land    land  land    land   land   land   land   land pilot
 Set Outline        | yes    saving    yes    yes     yes   explores yes   yes    yes    yes    lost pilot
 Clear Outline      | unset  saving    unset  unset   unset explores unset unset  unset  unset  lost pilot
+Survey Again       | no-lot saving    no-lot no-lot  no-lot explores no-lot no-lot no-lot no-lot lost pilot
 New Survey         | empty  saving    disarm land    land  land    land   land   land   land   land pilot
 """
 """Answer to each command in each state of a drone on which all is well: "yes", or a word of `REASONS`."""
@@ -121,6 +122,7 @@ REASONS = {
     "uncut": "The motors were not cut.",
     "undrawn": "No fence is drawn: the standard one is used.",
     "unset": "No outline is set.",
+    "no-lot": "Lot: no lot has this id: open the list of lots, then choose one.",
     "empty": "The map is empty: the next flight begins it.",
 }
 
@@ -186,7 +188,7 @@ async def test_every_pair(fresh: Rig, state: StateName, name: str) -> None:
 async def test_what_is_offered_is_what_is_taken(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
     offered = {option.command for option in fresh.manager.options() if option.possible}
-    assert offered - {"Kill"} == {name for name, states in ACCEPTED.items() if state in states}
+    assert offered - {"Kill", "Survey Again"} == {name for name, states in ACCEPTED.items() if state in states}
 
 
 @pytest.mark.parametrize("state", StateName)

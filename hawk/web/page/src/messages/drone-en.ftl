@@ -338,6 +338,7 @@ lot-name-is-away-m-away-bring-the-drone-within-300-m-of-it = Lot: { $name } is {
 lot-no-lot-has-this-id-open-the-list-of-lots-then-choose-one = Lot: no lot has this id: open the list of lots, then choose one.
 lot-nothing-of-name-lies-inside-the-fence-set-another-fence = Lot: nothing of { $name } lies inside the fence: set another fence.
 lot-the-lots-cannot-be-read-problem = Lot: the lots cannot be read: { $problem }
+lot-the-map-holds-an-earlier-survey-begin-a-new-survey-first = Lot: the map holds an earlier survey: begin a new survey first; the earlier one stays stored.
 lot-the-outline-of-name-cannot-be-used-error = Lot: the outline of { $name } cannot be used: { $error }
 lot-the-position-is-not-known-well-enough-to-find-the-lot = Lot: the position is not known well enough to find the lot: wait for it.
 make-room-on-the-disk = Make room on the disk.

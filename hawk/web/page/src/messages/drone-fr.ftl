@@ -946,6 +946,7 @@ lot-name-is-away-m-away-bring-the-drone-within-300-m-of-it = Parking : { $name }
 lot-no-lot-has-this-id-open-the-list-of-lots-then-choose-one = Parking : aucun parking n'a cet identifiant : ouvrez la liste des parkings, puis choisissez-en un.
 lot-nothing-of-name-lies-inside-the-fence-set-another-fence = Parking : rien de { $name } n'est dans la géobarrière : définissez une autre géobarrière.
 lot-the-lots-cannot-be-read-problem = Parking : les parkings ne peuvent pas être lus : { $problem }
+lot-the-map-holds-an-earlier-survey-begin-a-new-survey-first = Parking : la carte contient un relevé précédent : commencez d'abord un nouveau relevé ; le précédent reste enregistré.
 lot-the-outline-of-name-cannot-be-used-error = Parking : le contour de { $name } ne peut pas être utilisé : { $error }
 lot-the-position-is-not-known-well-enough-to-find-the-lot = Parking : la position n'est pas assez bien connue pour trouver le parking : attendez-la.
 name-is-surveyed-again-stalls-stalls = { $name } est relevé à nouveau : { $stalls } places.
