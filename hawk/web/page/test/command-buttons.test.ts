@@ -1,6 +1,6 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
-import { describe, it } from "node:test";
+import { afterEach, beforeEach, describe, it } from "node:test";
 import type { LitElement } from "lit";
 import { COMMAND_TABLE, type CommandButton, type SentBy } from "../src/command-table.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
@@ -14,6 +14,7 @@ import { FenceButton } from "../src/ui/fence-button.ts";
 import { GlanceLine } from "../src/ui/glance-line.ts";
 import { HeightsButton } from "../src/ui/heights-button.ts";
 import { KillDialog } from "../src/ui/kill-dialog.ts";
+import { LotsList } from "../src/ui/lots.ts";
 import { OutlineButton } from "../src/ui/outline-button.ts";
 import { OwnName } from "../src/ui/own-name.ts";
 import { say } from "../src/words/say.ts";
@@ -37,7 +38,7 @@ interface Scene {
 
 const PLANE = new LocalPlane({ Latitude: 48, Longitude: 11 });
 const SQUARE = ([[-50, -50], [50, -50], [50, 50], [-50, 50]] as const).map(([North, East]) => PLANE.toEarth({ North, East }));
-const NO_OUTLINE = { Source: "none" as const, Polygons: [], Holes: [], Area: 0 };
+const NO_OUTLINE = { Source: "none" as const, Polygons: [], Holes: [], Area: 0, Again: "" };
 const GROUND: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND", "Fence Setup": CIRCLE, "Outline Setup": NO_OUTLINE };
 const MANUAL: Partial<Heartbeat> = { State: "Manual" };
 
@@ -110,6 +111,15 @@ const SCENES: Record<WithButton, Scene> = {
     },
   },
   "Clear Outline": { part: () => new OutlineButton(), drone: { ...GROUND, "Outline Setup": { ...NO_OUTLINE, Source: "set", Polygons: [SQUARE] } } },
+  "Survey Again": {
+    part: () => new LotsList(),
+    drone: GROUND,
+    press: async (_, stage) => {
+      await settle();
+      await stage.drawn();
+      await stage.press(say("survey-again-of", { name: "South" }));
+    },
+  },
   "New Survey": { part: () => new EarlierSurvey(), drone: { ...GROUND, "Occupancy Map": mapUpdate({ Stalls: [stall(1)] }), Free: 1 } },
   Name: { part: () => new OwnName(), before: (_, stage) => (stage.input("input").value = "Anna") },
   Control: { drone: { "In Control": false, Controller: null } },
@@ -126,7 +136,18 @@ async function onStage(part: Part, operator: Operator): Promise<Stage<Part>> {
   return stage;
 }
 
+const LISTED = { lots: [{ id: "a", name: "South", stalls: 4, survey_count: 1, last_survey: null }], undecided: [], changes: [] };
+
 describe("the buttons of the table of commands", () => {
+  const before = globalThis.fetch;
+  beforeEach(() => {
+    globalThis.fetch = (address) =>
+      Promise.resolve(address === "api/lots.json" ? Response.json(LISTED) : new Response(null, { status: 404 }));
+  });
+  afterEach(() => {
+    globalThis.fetch = before;
+  });
+
   for (const [type, scene] of Object.entries(SCENES) as [WithButton, Scene][]) {
     const { button, confirm } = COMMAND_TABLE[type];
     it(`${say(button)} sends ${type}, ${confirm === "never" ? "at once" : `confirmed: ${confirm}`}`, async () => {
