@@ -8,8 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.ground import Floats
-from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.known_tour import (
     MARGIN_M,
     KnownTour,
@@ -46,7 +45,7 @@ def lots() -> st.SearchStrategy[Rectangles]:
     return st.builds(rows_of, st.integers(1, 6), st.integers(1, 24), st.floats(0.0, math.pi), st.floats(5.5, 30.0))
 
 
-def shown_whole(tour: KnownTour, boxes: Floats, foot: Footprint) -> list[bool]:
+def shown_whole(tour: KnownTour, boxes: Singles, foot: Footprint) -> list[bool]:
     """Return for each box whether one leg's pictures, or a turn, show it as a whole: by its own geometry."""
     places = [shapely.Point(place) for place in tour.places]
     shapes = [shapely.buffer(places[0], foot.spun, quad_segs=64), shapely.buffer(places[-1], foot.spun, quad_segs=64)]
@@ -56,7 +55,7 @@ def shown_whole(tour: KnownTour, boxes: Floats, foot: Footprint) -> list[bool]:
         aside = np.array([-ahead[1], ahead[0]]) * foot.width / 2
         begin, end = one - ahead * foot.depth / 2, other + ahead * foot.depth / 2
         shapes.append(shapely.Polygon([begin - aside, begin + aside, end + aside, end - aside]))
-    polygons = [shapely.Polygon(corners) for corners in corners_of(np.asarray(boxes, np.float32))]
+    polygons = [shapely.Polygon(corners) for corners in corners_of(boxes)]
     return [any(shape.buffer(0.05).covers(polygon) for shape in shapes) for polygon in polygons]
 
 

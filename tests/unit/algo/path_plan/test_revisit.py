@@ -55,7 +55,7 @@ class SeenMap:
     def coarse(self, window: Window) -> CoarseLayers:
         step = round(window.cell_m / _FINE_M)
         size = (self.window.columns // step, self.window.rows // step)
-        small = cv2.resize(self.seen, size, interpolation=cv2.INTER_AREA)
+        small = np.asarray(cv2.resize(self.seen, size, interpolation=cv2.INTER_AREA), np.float32)
         top, left = window.row - self.window.row // step, window.column - self.window.column // step
         part = small[top : top + window.rows, left : left + window.columns]
         return CoarseLayers(window, part, part, part, part)
@@ -110,7 +110,7 @@ def lot_of(rows: int = 4, stalls: int = 24) -> KnownLot:
     """Return rows of stalls east and north of the origin."""
     row, number = np.divmod(np.arange(rows * stalls), stalls)
     places = np.column_stack([row * 11.0, number * 2.6]).tolist()
-    return KnownLot("a lot", tuple(KnownStall(str(k), *at, 0.0, 2.5, 5.0) for k, at in enumerate(places)), ())
+    return KnownLot("a lot", tuple(KnownStall(str(k), at[0], at[1], 0.0, 2.5, 5.0) for k, at in enumerate(places)), ())
 
 
 def flight(
