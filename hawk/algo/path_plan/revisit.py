@@ -36,9 +36,13 @@ _INSIDE_M: Final = 0.8
 _STALL_M2: Final = 12.5
 _LOST_M: Final = 60.0
 """Cost of a stall that the rest of the tour leaves out, metres of path: more than any detour within a lot."""
+_RIM_M: Final = 4.0
+"""The same for a place at the rim while stalls of the plan are left: it is looked at on the path, or last."""
 _MOST_SHIFTS: Final = 8
 _SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
 """Sweeps of a frame, from so many stalls on that are left."""
+_TRIES: Final = 6
+"""Frames in which no waypoint is found after which what is left is given up."""
 _DROPS: Final = 12
 """Tries to leave out waypoints where a flight goes on: ground of the flight before need not be flown over."""
 _STEPS_M: Final = (6.0, 2.0, 0.7)
@@ -50,8 +54,9 @@ _NEW_UNPLACED_M: Final = 8.0
 """A find farther from every stall of the plan is new: where its place is certain, and before."""
 _NEXT: Final = (1.0, 2.0)
 """Stalls, on either side of a new one, that are looked at as well: its row may go on."""
-_AISLE_M: Final = 6.5
-_RIM_PATH_M: Final = 60.0
+_NEW_WORTH_M: Final = 15.0
+"""Path that each new stall is worth once all others are looked at: one alone may be a false find."""
+_RIM_PATH_M: Final = 120.0
 """Longest flight at the rim since the last new stall was found."""
 _RIM_LOOK: Final = 10
 """Frames between two looks for new stalls."""
@@ -89,7 +94,7 @@ class Revisit:
         self._places: Floats = np.array([(p.north, p.east) for p in tour.points[1:]]).reshape(-1, 2)
         self._turns = Turns(replace(settings, least_turn_m2=_STALL_M2 - 1.0))
         self._rng = np.random.default_rng(0)
-        self._frame = self._quiet = self._idle = 0
+        self._frame = self._quiet = self._idle = self._empty = 0
         self._last: Place | None = None
         self._rim_flown = 0.0
         self._new: set[int] = set()
@@ -105,7 +110,6 @@ class Revisit:
         self._look_at_rim(scene, lot_map)
         self._count_idle(scene, learned=int(self._looked.sum()) > before)
         left = np.flatnonzero(~self._looked & ~self._given_up)
-        left = left[left < self._count] if (left < self._count).any() else left  # the rim comes last
         turning = self._turns.present(_shrunk(scene), self._route)
         if turning is not None:
             turned = self._turn(scene, turning, left)
@@ -155,7 +159,7 @@ class Revisit:
             self._looked[part] = _seen_on(lot_map, self._boxes[part])
 
     def _look_at_rim(self, scene: RevisitScene, lot_map: LotMap) -> None:
-        """Add what lies beside new stalls to what is looked at: their rows go on, maybe, and the row opposite."""
+        """Add what lies beside new stalls to what is looked at: their rows go on, maybe."""
         if self._frame % _RIM_LOOK or self._rim_flown > _RIM_PATH_M or not isinstance(lot_map, KnownMap):
             return
         reach = math.hypot(scene.footprint.width, scene.footprint.depth) / 2
@@ -225,8 +229,12 @@ class Revisit:
             self._places = self._places[1:]
         if len(left) > MOST_SEARCHED and len(self._places):
             return  # flown as planned
-        boxes = grown(self._boxes[left[:MOST_SEARCHED]], MARGIN_M)
-        wanted = Wanted(boxes, np.full(len(boxes), _LOST_M * scene.footprint.width, np.float32), 0.0)
+        left = left[:MOST_SEARCHED]
+        boxes = grown(self._boxes[left], MARGIN_M)
+        has_plan = bool((left < self._count).any())
+        rim_m = _RIM_M if has_plan else min(_NEW_WORTH_M * len(self._new), _RIM_PATH_M)
+        worth = np.where(left >= self._count, rim_m, _LOST_M).astype(np.float32)
+        wanted = Wanted(boxes, worth * scene.footprint.width, 0.0)
         heading = (math.cos(scene.heading), math.sin(scene.heading)) if scene.speed > 1.0 else (0.0, 0.0)
         terms = Terms(scene.footprint, 1.0, turn_m=0.5, leg_m=0.2, keep_m=3.0, before=heading,
                       allowed=lambda places: self._allowed(places, scene.fence))  # fmt: skip
@@ -250,9 +258,12 @@ class Revisit:
 
     def _leg(self, scene: RevisitScene, left: np.ndarray) -> Exploration:
         """Fly to the first waypoint, or give up what it would show; hold while there is none."""
-        if not len(self._places):
+        self._empty = 0 if len(self._places) else self._empty + 1
+        if self._empty > _TRIES:
             self._given_up[left] = True  # no allowed place shows it
             return self._over(scene)
+        if self._empty:
+            return Exploration(None, (), self._status(scene, done=False))
         target = corner_inside(scene.fence, scene.place, as_place(self._places[0]))
         if target is None:
             self._give_up(scene, as_place(self._places[0]))
@@ -317,11 +328,10 @@ def _angles(known: KnownLot) -> Floats:
 
 
 def _next_to(stall: Stall) -> Singles:
-    """Return the boxes (M, 6) of a new stall, of those that may be next to it in its row, and across its aisles."""
+    """Return the boxes (M, 6) of a new stall and of those that may be next to it in its row."""
     along = np.array([math.cos(stall.angle), math.sin(stall.angle)])
     aside = np.array([-along[1], along[0]]) * stall.width
     steps = [number * aside for one in _NEXT for number in (-one, one)]
-    steps += [sign * along * (stall.length + _AISLE_M) for sign in (-1.0, 1.0)]
     middles = np.array([(stall.north, stall.east)]) + np.array([np.zeros(2), *steps])
     half = np.array([*(along * stall.length / 2), *(aside / 2)])
     return np.hstack([middles, np.tile(half, (len(middles), 1))]).astype(np.float32)

@@ -168,7 +168,8 @@ def test_a_row_that_goes_on_beyond_the_plan_is_followed() -> None:
     flown = flight(new=new)
     flown.fly()
     assert flown.lot_map.whole.all()
-    assert flown.lot_map.shown == {stall.id for stall in new}
+    assert len(flown.lot_map.shown) > 15  # of 24: 120 m of flight at most
+    assert flown.distance_m < flown.tour.distance_m + 180.0
 
 
 def test_without_the_plan_of_its_lot_a_tour_is_not_flown() -> None:
