@@ -49,7 +49,7 @@ _FAST: Final = {"synchronous": 0}
 class Again:
     """The second survey of a lot: ``planned_m`` was given before its start, ``first_m`` the first one flew.
 
-    Of ``stalls`` that can be seen, ``looked_at`` lay as a whole in a picture, ``looked_at_well`` in the good part of
+    Of ``stalls`` that can be seen, ``looked_at`` were as a whole in a picture, ``looked_at_well`` in the good part of
     one. Of ``changed`` stalls, whose true state is another one than at the first visit, ``reported`` have the new
     state; of ``unchanged`` ones ``false`` have another state than in the first survey.
     """

@@ -23,7 +23,7 @@ _MOVED_M: Final = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What a flight over a lot depends on; each is asked for when it is needed.
+    """Readings and limits that a flight over a lot depends on; each is asked for when it is needed.
 
     ``fence`` returns the fence on the map of a datum for a drone at a place: the one in force, else that of the next
     Arm; None where there is none.

@@ -219,9 +219,9 @@ def _to_and_fro(
     orders = []
     for order in (strips, strips[::-1]):
         for first in (0, 1):
-            ways = order.copy()
-            ways[1 - first :: 2] = ways[1 - first :: 2, ::-1]
-            orders.append(np.vstack([begin, ways.reshape(-1, 2)]))
+            flown = order.copy()
+            flown[1 - first :: 2] = flown[1 - first :: 2, ::-1]
+            orders.append(np.vstack([begin, flown.reshape(-1, 2)]))
     places = min(orders, key=length_of) @ turned.T
     places[0] = start
     is_kept = allowed(places)

@@ -40,7 +40,7 @@ _RIM_M: Final = 4.0
 """The same for a place at the rim while stalls of the plan are left: it is looked at on the path, or last."""
 _MOST_SHIFTS: Final = 8
 _SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
-"""Sweeps of a frame, from so many stalls on that are left."""
+"""Sweeps of a frame, from that number of stalls on that are left."""
 _TRIES: Final = 6
 """Frames in which no waypoint is found after which what is left is given up."""
 _DROPS: Final = 12
@@ -64,7 +64,7 @@ _RIM_LOOK: Final = 10
 
 @dataclass(frozen=True, slots=True)
 class RevisitScene:
-    """What one plan of the flight is made from: the drone's ``place``, the picture's ``heading`` (radians), ``speed``
+    """Inputs of one plan of the flight: the drone's ``place``, the picture's ``heading`` (radians), ``speed``
     over ground (m/s); the ``footprint`` is that of whole pictures. ``picture`` (4, 2) are the corners of the ground
     that this frame shows, None while it is not mapped.
     """
