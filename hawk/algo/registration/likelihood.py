@@ -136,13 +136,16 @@ class Likelihood:
         """Return by how much whole rows lie along themselves off their place, metres: the root of the mean square.
 
         Each row counts by its pairs; 0 where fewer than two rows have `_OF_A_ROW` pairs. Stalls of one row err alike
-        where it is another lot's row, and each by itself where it is the same.
+        where it is another lot's row, and each by itself where it is the same. A map that is stretched or sheared as a
+        whole, by a wrong height or a compass, is no other lot: what an affine map explains is taken out first.
         """
         pairs, _ = self.pairs(placement)
         if not len(pairs):
             return 0.0
         known = self.known.stalls[pairs[:, 0]]
         off = placement.of(self.found.stalls.centres[pairs[:, 1]]) - known.centres
+        terms = np.column_stack([np.ones(len(off)), known.centres - known.centres.mean(axis=0)])
+        off = off - terms @ np.linalg.lstsq(terms, off)[0]
         _, first, row = np.unique(row_numbers(self.known.stalls)[pairs[:, 0]], return_index=True, return_inverse=True)
         along_row = quads.cross(known.angle[first][row], off)
         count, total = np.bincount(row), np.bincount(row, along_row)

@@ -33,8 +33,8 @@ LEAST_PAIRS: Final = 4
 LEAST_SHARE: Final = 0.5
 """Share of the stalls in common view that must be paired: with fewer, it is another lot, or not the same any more."""
 ROWS_OFF_M: Final = 0.25
-"""Rows of another lot lie along themselves anywhere within a pitch: .26 m off or more at the best place, in 100 pairs
-of drawn lots. Rows of the same lot are up to .21 m off at labelled places (`benchmarks.perception --plan`)."""
+"""Rows of another lot lie along themselves anywhere within a pitch: .28 m off or more at the best place, in 40 pairs
+of drawn lots. Rows of the same lot are up to .21 m off at labelled places, and .22 m in a flown lot."""
 _OTHER_M: Final = 1.2
 """Two placements are two places where they put the stalls this far apart, in the mean: half of the narrowest pitch."""
 _ANGLE: Final = 0.25
