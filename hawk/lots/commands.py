@@ -25,7 +25,7 @@ def add_lot_commands(commands: Any) -> None:
     restore.add_argument("file", type=values.file, metavar="FILE", help="a file that hawk-drone backup wrote")
     restore.set_defaults(action_of=_restore)
     export = commands.add_parser("export", help="write pictures of a lot with its confirmed stalls as labels")
-    export.add_argument("lot", metavar="LOT", help="name or id of the lot")
+    export.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
     export.add_argument(
         "--training", type=values.new_folder, metavar="DIR", required=True, dest="file",
         help="folder to write NAME.jpg and NAME.json into, as training/ reads them; new or empty",

@@ -23,7 +23,7 @@ _NAMED: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/states/moves.py",
         "hawk/ddc/states/path_home.py",
     ),
-    "judge": ("hawk/ddc/rules/judge.py", "hawk/ddc/rules/needs.py"),
+    "judge": ("hawk/ddc/rules/judge.py", "hawk/ddc/rules/needs.py", "hawk/ddc/rules/again.py"),
     "guard": ("hawk/ddc/rules/guard.py",),
     "before Arm": ("hawk/ddc/rules/preflight.py", "hawk/ddc/readings/clearance.py"),
     "commands": (

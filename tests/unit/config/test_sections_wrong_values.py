@@ -240,7 +240,9 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--token": (URL, EMPTY),
         "--certificate": (("--url", "https://x"), NOT_THERE),
         "--timeout": (SIM, ("-1", "0", "nan", "inf", "x", "", "1e9")),
+        "--again": (URL, EMPTY),
     },
+    "desk": {**STORE, "--host": ((), NO_HOST), "--port": ((), NOT_PORT), "--lot": ((), EMPTY)},
     "film": {"RECORDING": ((), NOT_THERE), "FILM": ((), (*NO_PATH, "film.mp4", "/nowhere/film.avi", "/"))},
     "tokens": {**STORE, "work": ((), ("make",)), "role": ((), ("pilot", ""))},
     "make-certificate": {
@@ -273,6 +275,13 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     },
     "backup": {**STORE, "FILE": ((), (*NO_PATH, "/", "/nowhere/lots.db"))},
     "restore": {**STORE, "FILE": ((), NOT_THERE)},
+    "export": {**STORE, "LOT": ((), EMPTY), "--training": ((), (*NO_PATH, __file__))},
+    "import-plan": {
+        **STORE,
+        "FILE": ((), NOT_THERE),
+        **{f"--{name}": ((), EMPTY) for name in ("lot", "new", "layer", "units", "label", "crs", "who")},
+        "--pin": ((), (*EMPTY, "1,2", "a,b,c,d", "nan,1,1,1", "1,1,91,1")),
+    },
     "rollback": {},
     "versions": {},
 }
@@ -312,6 +321,8 @@ POSITIONS: dict[str, Callable[[str, str], list[str]]] = {
     "film": lambda name, value: [value, "x.avi"] if name == "RECORDING" else [__file__, value],
     "backup": lambda name, value: [value if name == "FILE" else "lots.db"],
     "restore": lambda name, value: [value if name == "FILE" else __file__],
+    "export": lambda name, value: [value if name == "LOT" else "Lot 1", "--training", "out"],
+    "import-plan": lambda name, value: [value if name == "FILE" else __file__, "--lot", "Lot 1"],
     "tokens": lambda name, value: [value, "operator"] if name == "work" else ["rotate", value],
 }
 
