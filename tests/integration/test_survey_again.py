@@ -38,6 +38,7 @@ async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off
             assert planned is not None
             await pilot.take_off()
             before = (await pilot.until(lambda beat: beat.distance_flown is not None)).distance_flown
+            await pilot.until(lambda beat: any(o.command == "Autonomous Explore" and o.possible for o in beat.options))
             await pilot.order(AutonomousExplore())
             beat = await pilot.until(lambda beat: beat.explore_done and beat.state == StateName.HOVER, 300.0)
             assert beat.explored is not None
