@@ -28,8 +28,7 @@ def add_calibrate_command(commands: Any) -> None:
     parser.add_argument(
         "work", nargs="?", choices=("camera", "board"), default="camera", help="board: write the board to print (PDF)"
     )
-    parser.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
-    parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
+    values.add_settings(parser)
     parser.add_argument(
         "--out",
         type=values.new(),

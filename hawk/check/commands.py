@@ -33,7 +33,7 @@ def add_check_commands(commands: Any) -> None:
     """Add the commands to the subparsers of the command line."""
     check = commands.add_parser("check", help="look at camera, autopilot, disk, clock and network before a flight")
     check.set_defaults(action=_check)
-    _add_settings(check)
+    values.add_settings(check)
     check.add_argument("--host", type=values.some, help="address to serve the page on")
     check.add_argument("--port", type=values.whole(0, MOST_PORT), help="port to serve the page on")
     check.add_argument("--autopilot", metavar="URL", help="MAVSDK connection URL of the autopilot")
@@ -41,13 +41,8 @@ def add_check_commands(commands: Any) -> None:
     check.add_argument("--json", action="store_true", help="print one JSON object and no table")
     doctor = commands.add_parser("doctor", help="collect what a bug report needs, without secrets, in one file")
     doctor.set_defaults(action=_doctor)
-    _add_settings(doctor)
+    values.add_settings(doctor)
     doctor.add_argument("--out", type=values.new(".tar.gz"), metavar="FILE", help="the file to write (.tar.gz)")
-
-
-def _add_settings(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
-    parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -143,3 +143,9 @@ def pair(names: str) -> Callable[[str], tuple[float, float]]:
 
 
 place = pair("X,Y")
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say whose settings and files a command works with."""
+    parser.add_argument("--config", type=path, metavar="FILE", help="settings (TOML); without it every default")
+    parser.add_argument("--store", type=path, metavar="DIR", help="folder of the daemon's files")

@@ -28,7 +28,7 @@ from hawk.daemon.lot_keeper import find_stalls
 from hawk.daemon.start_checks import check_background, listening_problem
 from hawk.lots.comparing import placed_surveys
 from hawk.lots.pictures import SurveyPictures, pictures_of
-from hawk.lots.reading import lots as all_lots
+from hawk.lots.saving import lot_places
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.teaching import lot_named
 from hawk.lots.values import LotStoreError, NotFoundError
@@ -64,7 +64,7 @@ def ground_under(connection: Connection, pictures: SurveyPictures, lot: str | No
     ``lot``: id or name. Raises NotFoundError for a lot that is not there, LotStoreError for a broken picture.
     """
     there = pictures.surveys()
-    chosen = [lot_named(connection, lot)] if lot else [each["id"] for each in all_lots(connection)["lots"]]
+    chosen = [lot_named(connection, lot)] if lot else [each.id for each in lot_places(connection)]
     rows = [row for each in chosen for row in placed_surveys(connection, each) if row["id"] in there]
     if not rows:
         return None

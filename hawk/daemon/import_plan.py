@@ -53,8 +53,7 @@ def add_import_command(commands: Any) -> None:
     parser.add_argument("--uncertain", action="store_true", help="take it where its place is not certain, too")
     parser.add_argument("--who", type=values.some, default="hawk-drone", metavar="NAME", help="the one who imports")
     parser.add_argument("--dry-run", action="store_true", help="show what would change, write nothing")
-    parser.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
-    parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
+    values.add_settings(parser)
     parser.set_defaults(action=_run)
 
 

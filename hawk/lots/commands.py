@@ -33,10 +33,7 @@ def add_lot_commands(commands: Any) -> None:
     export.set_defaults(action_of=_export)
     for parser in (backup, restore, export):
         parser.set_defaults(action=_run)
-        parser.add_argument(
-            "--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default"
-        )
-        parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
+        values.add_settings(parser)
 
 
 def _run(options: argparse.Namespace) -> int:

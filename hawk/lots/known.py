@@ -13,6 +13,7 @@ from sqlalchemy import Connection, func, select
 from hawk.lots.frames import frame_of
 from hawk.lots.place import ground_about
 from hawk.lots.plan.follow import revision_of
+from hawk.lots.plan.reading import in_plan
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.registering import datum_of, known_ground, present_stalls
 from hawk.lots.tables import LOT, STALL, SURVEY
@@ -53,10 +54,9 @@ def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotA
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     here, found = shapely.Point(0.0, 0.0), []
     for row in rows:
-        outline, version = outline_of(row["outline"]), newest_layout(connection, row["id"])
+        outline = outline_of(row["outline"])
         away = float(ground_about(place, outline).distance(here))
-        is_in = (STALL.c.begins <= version) & (STALL.c.ends.is_(None) | (STALL.c.ends > version))
-        count = connection.execute(select(func.count()).where(STALL.c.lot == row["id"], is_in)).scalar_one()
+        count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
         shown = outline if away <= AGAIN_M else Outline()
         found.append(LotAhead(str(row["id"]), str(row["name"]), int(count), away, shown))
     return tuple(found)

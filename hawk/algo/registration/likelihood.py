@@ -132,14 +132,14 @@ class Likelihood:
         score -= self._known_advantage[known_alone].sum() + self._found_advantage[found_alone].sum()
         return Fit(float(score), pairs, int(known_view.sum()), int(found_view.sum()))
 
-    def rows_off(self, placement: Placement) -> float:
+    def rows_off(self, placement: Placement, pairs: Indices) -> float:
         """Return by how much whole rows lie along themselves off their place, metres: the root of the mean square.
 
-        Each row counts by its pairs; 0 where fewer than two rows have `_OF_A_ROW` pairs. Stalls of one row err alike
-        where it is another lot's row, and each by itself where it is the same. A map that is stretched or sheared as a
-        whole, by a wrong height or a compass, is no other lot: what an affine map explains is taken out first.
+        ``pairs`` (K, 2) are those of its `Fit`. Each row counts by its pairs; 0 where fewer than two rows have
+        `_OF_A_ROW` pairs. Stalls of one row err alike where it is another lot's row, and each by itself where it is the
+        same. A map that is stretched or sheared as a whole, by a wrong height or a compass, is no other lot: what an
+        affine map explains is taken out first.
         """
-        pairs, _ = self.pairs(placement)
         if not len(pairs):
             return 0.0
         known = self.known.stalls[pairs[:, 0]]

@@ -113,21 +113,19 @@ def registering(known: StallMap, found: StallMap) -> Steps[Registration]:
     best = max(candidates, key=lambda one: one.fit.score)
     others = [one for one in candidates if _apart(one.placement, best.placement, found) > _OTHER_M]
     second = max(others, key=lambda one: one.fit.score, default=None)
-    return Registration(best, second, _doubt(best, second) or _rows_doubt(likelihood, best))
+    return Registration(best, second, _doubt(likelihood, best, second))
 
 
-def _doubt(best: Candidate, second: Candidate | None) -> Doubt | None:
+def _doubt(likelihood: Likelihood, best: Candidate, second: Candidate | None) -> Doubt | None:
     if len(best.fit.pairs) < LEAST_PAIRS:
         return Doubt.TOO_FEW
     if best.fit.share < LEAST_SHARE:
         return Doubt.DIFFERENT
     if second is not None and best.fit.score - second.fit.score < MARGIN:
         return Doubt.ALIKE
-    return None if _is_within_reach(best.placement) else Doubt.FAR
-
-
-def _rows_doubt(likelihood: Likelihood, best: Candidate) -> Doubt | None:
-    return Doubt.DIFFERENT if likelihood.rows_off(best.placement) > ROWS_OFF_M else None
+    if not _is_within_reach(best.placement):
+        return Doubt.FAR
+    return Doubt.DIFFERENT if likelihood.rows_off(best.placement, best.fit.pairs) > ROWS_OFF_M else None
 
 
 def refined(likelihood: Likelihood, placement: Placement) -> Candidate:

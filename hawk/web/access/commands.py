@@ -45,10 +45,7 @@ def add_access_commands(commands: Any) -> None:
     certificate.set_defaults(action_of=_make_certificate)
     for parser in (tokens, certificate):
         parser.set_defaults(action=_run)
-        parser.add_argument(
-            "--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default"
-        )
-        parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
+        values.add_settings(parser)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.registration.likelihood import DEVIATION_M, Likelihood, Placement, StallMap
+from hawk.algo.rows.fit import Rectangles
 from tests.unit.algo.registration.lots import ground_about, map_of, rectangles, rows
 
 HERE = Placement(0.0, (0.0, 0.0), (0.0, 0.0))
@@ -81,13 +82,18 @@ def test_no_stall_is_two() -> None:
     assert pairs.tolist() == [[0, 0], [1, 2]]
 
 
+def rows_off(known: StallMap, found: Rectangles) -> float:
+    likelihood = Likelihood(known, StallMap(found, known.seen))
+    return likelihood.rows_off(HERE, likelihood.fit(HERE).pairs)
+
+
 def test_rows_that_lie_off_are_distinguished_from_stalls_that_are_off_each_by_itself() -> None:
     known = map_of(rows([12] * 6))
     rng = np.random.default_rng(1)
     jittered = rectangles(known.stalls.centres + rng.normal(0, 0.3, (72, 2)))
     off = np.array([0.6, -0.6, -0.6, 0.6, 0.6, -0.6])
     slid = rectangles(known.stalls.centres + np.repeat(np.column_stack([np.zeros(6), off]), 12, axis=0))
-    each, whole = (Likelihood(known, StallMap(stalls, known.seen)).rows_off(HERE) for stalls in (jittered, slid))
+    each, whole = (rows_off(known, stalls) for stalls in (jittered, slid))
     assert each < 0.2
     assert 0.5 < whole < 0.6
 
@@ -98,11 +104,11 @@ def test_a_map_that_is_stretched_or_sheared_as_a_whole_is_no_other_lot(stretch: 
     known = map_of(rectangles(np.vstack([one, one + np.array([0.0, 40.0])])))
     middle = known.stalls.centres.mean(axis=0)
     found = rectangles((known.stalls.centres - middle) @ np.array(stretch) + middle)
-    assert Likelihood(known, StallMap(found, known.seen)).rows_off(HERE) < 0.01
+    assert rows_off(known, found) < 0.01
 
 
 def test_rows_of_few_pairs_say_nothing_about_where_they_lie() -> None:
     known = map_of(rows([2, 2, 2]))
     slid = rectangles(known.stalls.centres + np.repeat([[0, 0.6], [0, -0.6], [0, 0.6]], 2, axis=0))
-    assert Likelihood(known, StallMap(slid, known.seen)).rows_off(HERE) == 0.0
-    assert Likelihood(known, StallMap(rectangles(known.stalls.centres + 500.0), known.seen)).rows_off(HERE) == 0.0
+    assert rows_off(known, slid) == 0.0
+    assert rows_off(known, rectangles(known.stalls.centres + 500.0)) == 0.0
