@@ -29,6 +29,8 @@ TAKEN_UP_S = 3.0
 """A daemon that starts in the air acts within this."""
 STOP_S = 10.0
 """The service manager kills what has not ended by then (TimeoutStopSec)."""
+OVER_HOME_MS = 30_000.0
+"""RTL_LOIT_TIME of the drone here: it is in the air yet when the daemon has started for the third time."""
 OPERATOR_TIMEOUT_S, OPERATOR_HOLD_S = 4.0, 6.0
 """As `daemon_support.LOW` sets them."""
 
@@ -69,6 +71,7 @@ async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flown
 
 async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
     """Taken up at the first start, brought home at the second, left to the autopilot at the third."""
+    await flown.stack.inject({"parameters": {"RTL_LOIT_TIME": OVER_HOME_MS}})
     async with operator(flown.url) as pilot:
         await pilot.take_off()
         before = await pilot.until(lambda b: (b.flight_time or 0) > 5)
@@ -93,6 +96,7 @@ async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
     async with operator(flown.url) as pilot:
         await stays_away_until_disarmed(flown.stack, pilot)
         await pilot.until(lambda b: b.connected and b.state == StateName.IDLE)
+    await flown.stack.inject({"parameters": {"RTL_LOIT_TIME": 5_000.0}})
 
 
 async def stays_away_until_disarmed(stack: SimulatedStack, pilot: Operator) -> None:

@@ -83,7 +83,11 @@ _WORDS: Final = {"velocity": say("velocity"), "pos_horiz": say("position"), "com
 
 
 class LeapObserver:
-    """Compares successive positions in EKF-local (NED, metres) with their velocities."""
+    """Compares successive positions in EKF-local (NED, metres) with their velocities.
+
+    Their times are the autopilot's own: an estimate of its clock on ours moves by tenths of a second when the link's
+    delay changes, and at 5 m/s that would be a leap.
+    """
 
     def __init__(self) -> None:
         self._last: EkfPosition | None = None

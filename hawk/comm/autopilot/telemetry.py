@@ -228,7 +228,8 @@ class Telemetry:
 
     def _on_local_position(self, fields: Mapping[str, Any], time: float) -> None:
         sample = EkfPosition(time, *(_number(fields, name) for name in ("x", "y", "z", "vx", "vy", "vz")))
-        if self._leaps.look(sample) and self.tie.frames is not None:
+        sent = _number(fields, "time_boot_ms") / 1000.0
+        if self._leaps.look(replace(sample, time=sent)) and self.tie.frames is not None:
             _LOG.warning("The autopilot's position leapt; no pose is given until it is tied to the map again")
             self.tie.offset.doubt()
             self._buffer.clear()

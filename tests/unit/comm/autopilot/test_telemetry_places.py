@@ -118,6 +118,28 @@ def test_a_leap_up_is_no_leap_on_the_map(rig: Rig) -> None:
     assert rig.telemetry.map_problem(rig.clock()) == ""
 
 
+def test_a_link_whose_delay_changes_makes_no_leap_of_a_flight_at_speed(rig: Rig) -> None:
+    """The autopilot's clock is placed on ours by the least delay of 30 s: it moves when all messages come later."""
+    in_the_air(rig)
+    leaps: list[float] = []
+    rig.topics.estimate_jump.listen(leaps.append)
+    north, delay, at_first = 0.0, 0.0, rig.telemetry.from_boot(0.0)
+    assert at_first is not None
+    for wanted in (0.0, 0.3, 0.0):
+        rig.clock.advance(max(0.0, wanted - delay))
+        sooner = max(0.0, delay - wanted)
+        rig.said.boot += sooner
+        north += 5.0 * sooner
+        delay = wanted
+        for _ in range(700):
+            rig.advance()
+            north += 5.0 * 0.05
+            rig.take(rig.said.attitude(), rig.said.local(north, velocity=(5.0, 0.0, 0.0)), rig.said.world(north))
+            assert rig.telemetry.tie.offset.sure
+        assert rig.telemetry.from_boot(0.0) == pytest.approx(at_first + delay, abs=1e-6), "it moves with the delay"
+    assert leaps == []
+
+
 @pytest.mark.parametrize("shift", [(5.0, 0.0, 0.0), (0.0, -5.0, 0.0), (0.0, 0.0, 5.0)])
 def test_a_leap_that_the_frames_take_up_is_none_of_the_estimate(rig: Rig, shift: tuple[float, float, float]) -> None:
     """EKF-local moves its origin: the local position leaps, the place on the globe stays."""
