@@ -26,6 +26,8 @@ from tests.integration.sim_support import free_udp_port, get_json, simulation, s
 
 pytestmark = pytest.mark.integration
 SPEED = 4.0
+ANSWER_S = 2.0
+"""A busy machine answers for a parameter within this, real seconds."""
 HEIGHT = 8.0
 ZONES = (((30.0, 30.0), (45.0, 30.0), (45.0, 45.0)), ((-40.0, -40.0), (-30.0, -40.0), (-30.0, -30.0), (-40.0, -30.0)))
 FENCE = Fence((), ((-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0)), 37.0, 40.0, autopilot_zones=ZONES)
@@ -42,7 +44,7 @@ class Rig:
         self.clock = Clock(SPEED)
         self.topics = VehicleTopics.create(self.clock)
         settings = AutopilotSettings(url=f"udpin://127.0.0.1:{self.port}")
-        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics)
+        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, parameter_answer_s=ANSWER_S)
         self.texts: list[StatusText] = []
         self.places: list[ArmPlace] = []
         self.jumps: list[float] = []

@@ -43,7 +43,7 @@ async def test_a_move_into_the_slope_ends_above_it(standing: tuple[SimulatedStac
     assert pilot.beat.height_above_ground == pytest.approx(8.0, abs=1.5)
     assert health(pilot.beat, "rangefinder").healthy
     await pilot.order(CompulsiveMove(x=45.0, y=0.0))
-    beat = await pilot.until(lambda b: any(entry.text.startswith("Only ") for entry in b.messages))
+    beat = await pilot.until_said("Only ")
     assert beat.state == StateName.HOVER
     risen = await pilot.until(lambda b: b.time > beat.time + 8.0)
     assert risen.state == StateName.HOVER
