@@ -19,12 +19,13 @@ CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 LAUNCHER = f"""#!{sys.executable}
 import os, sys
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
+from tests.pace import speed_here
 set_session_niceness(SIMULATOR_NICENESS)
 os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
 """
 """Puts the browser where the simulator is: the operator's computer, too, is another one, which the daemon does not slow
 down. Without this vision goes before the browser where the daemon's session goes before others, and clicks take 4 s."""
-SPEED = 3.0
+SPEED = speed_here(3.0)
 CAMERA_HZ = 5.0
 """Pictures in a simulated second: vision keeps up with them, beside a browser."""
 FAKE_DRONE = Path(__file__).resolve().parents[2] / "packaging" / "fake_drone.py"

@@ -17,6 +17,7 @@ from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, confirm, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import PatientStack, eventually, kill_daemon, operator, write_settings
+from tests.pace import speed_here
 
 pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.asyncio(loop_scope="session")]
 
@@ -26,7 +27,7 @@ minimum_m = 15.0
 desired_m = 25.0
 maximum_m = 30.0
 """
-SPEED = 2.0
+SPEED = speed_here(2.0)
 """Two pages beside drone and daemon leave two slow cores no room for more."""
 CAMERA_HZ = 5.0
 """Pictures in a simulated second: vision keeps up with them."""

@@ -27,6 +27,7 @@ from hawk.survey import report
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
+from tests.pace import speed_here
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
@@ -36,7 +37,7 @@ minimum_m = 15.0
 desired_m = 25.0
 maximum_m = 30.0
 """
-SPEED = 3.0
+SPEED = speed_here(3.0)
 CAMERA_HZ = 5.0
 """Pictures in a simulated second: vision keeps up with them at this speed."""
 FIRST = SimulationOptions(seed=3, speed=SPEED, camera_rate=CAMERA_HZ)

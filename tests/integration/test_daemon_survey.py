@@ -40,6 +40,7 @@ from tests.integration.daemon_support import (
     operator,
     write_settings,
 )
+from tests.pace import speed_here
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
@@ -64,7 +65,7 @@ MAP_BACK_S = 20.0
 """So long after a crash, the drone's seconds, the map is back: vision starts after the drone is acted for."""
 FROM_HOME_M = 5.0
 FRAMES = 30
-SPEED = 3.0
+SPEED = speed_here(3.0)
 CAMERA_HZ = 5.0
 """Pictures in a simulated second: vision keeps up with them."""
 EXPLORE_ATTEMPTS = 5

@@ -29,6 +29,7 @@ from hawk.survey.stack import SimulatedStack
 from hawk.worlds.generate import generate_world
 from tests.integration.daemon_support import PatientStack, operator, write_settings
 from tests.integration.sim_support import get_json
+from tests.pace import speed_here
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
@@ -38,7 +39,7 @@ minimum_m = 15.0
 desired_m = 30.0
 maximum_m = 40.0
 """
-SPEED, CAMERA_HZ = 3.0, 5.0
+SPEED, CAMERA_HZ = speed_here(3.0), 5.0
 BIAS = "1.2,-0.9"
 """Error of the receiver for the whole flight, metres north and east; it moves slowly beside, too."""
 DATUM = GlobalPose(43.2609, -79.9192, 0.0)
