@@ -14,12 +14,12 @@ from playwright.async_api import Browser, async_playwright
 
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
+from tests.pace import speed_here
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 LAUNCHER = f"""#!{sys.executable}
 import os, sys
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
-from tests.pace import speed_here
 set_session_niceness(SIMULATOR_NICENESS)
 os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
 """
