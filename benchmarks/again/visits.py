@@ -6,8 +6,10 @@ planner on hawk-sim's body.
 
 from __future__ import annotations
 
+import contextlib
+import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -16,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select
 
+from benchmarks.again.corrected import correct
 from benchmarks.chain_flight.flight import HEIGHT_M, Errors, Flown, Glance, camera, fly, lot_of
 from benchmarks.exploration.lots import Lot
 from benchmarks.lots.archive import known_at, stored_ids
@@ -101,25 +104,58 @@ class Surveyed:
     ids: dict[int, str] = field(repr=False)
 
 
-def survey_again(seed: int) -> Again:
-    """Survey the drawn lot of a seed, then survey it again."""
+@dataclass(frozen=True, slots=True)
+class Twice:
+    """The second survey of a lot over the plan as the first one left it, and over that plan corrected by a person.
+
+    ``corrections`` is the number of stalls that the person removed and added.
+    """
+
+    found: Again
+    corrected: Again
+    corrections: int
+
+
+def survey_again(seed: int) -> Twice:
+    """Survey the drawn lot of a seed, then survey it again over the plan as it is, and over the corrected plan."""
     lot = DrawnLot(seed)
-    one, two = lot.visits()[:2]
-    before, after = lot.world(one), lot.world(two)
+    before, after = (lot.world(visit) for visit in lot.visits()[:2])
     with tempfile.TemporaryDirectory(prefix="hawk-again-") as folder:
-        store = Database(Path(folder) / "lots.db", _FAST)
-        try:
-            first = _survey(store, before, one)
-            datum = datum_of(after, two)
-            with store.reading() as connection:
-                known = known_at(connection, (datum.latitude, datum.longitude))
-            assert known is not None
-            ground = _lot(after)
-            tour = outcome(lot_tour(known, camera(), HeightParameters(15, HEIGHT_M, 60), ground.fence, ground.start))
-            watch = Watch(after)
-            second = _survey(store, after, two, known, tour, watch.see)
-        finally:
-            store.close()
+        found, corrected = Path(folder) / "found.db", Path(folder) / "corrected.db"
+        with _opened(found) as store:
+            first = _survey(store, before, lot.visits()[0])
+        shutil.copyfile(found, corrected)
+        with _opened(corrected) as store, store.writing() as connection:
+            assert first.saved.lot is not None
+            whole = [stall.id for stall, yes in zip(before.stalls, Watch(before).counted, strict=True) if yes]
+            corrections = correct(connection, first.saved.lot, before, first.ids, whole)
+        seconds = []
+        for file in (found, corrected):
+            with _opened(file) as store:
+                seconds.append(_again(store, lot, before, after, first))
+        return Twice(seconds[0], seconds[1], corrections)
+
+
+@contextlib.contextmanager
+def _opened(file: Path) -> Iterator[Database]:
+    store = Database(file, _FAST)
+    try:
+        yield store
+    finally:
+        store.close()
+
+
+def _again(store: Database, lot: DrawnLot, before: World, after: World, first: Surveyed) -> Again:
+    """Fly the second survey over the plan of the store."""
+    visit = lot.visits()[1]
+    datum = datum_of(after, visit)
+    with store.reading() as connection:
+        known = known_at(connection, (datum.latitude, datum.longitude))
+    assert known is not None
+    ground = _lot(after)
+    tour = outcome(lot_tour(known, camera(), HeightParameters(15, HEIGHT_M, 60), ground.fence, ground.start))
+    watch = Watch(after)
+    second = _survey(store, after, visit, known, tour, watch.see)
     changed, reported, unchanged, false = _compared(before, after, first, second)
     return Again(
         lot.name, first.flown.distance_m, tour.distance_m, second.flown.distance_m, second.flown.seconds,

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.again.__main__ import figures, line
-from benchmarks.again.visits import Again, survey_again
+from benchmarks.again.__main__ import figures, line, sections
+from benchmarks.again.visits import Again, Twice, survey_again
 
 LOT = Again(
     name="seed 7", first_m=100.0, planned_m=70.0, flown_m=77.0, seconds=30.0, finished=True, placed="registered",
@@ -51,10 +51,21 @@ def test_a_lot_is_a_line_for_people() -> None:
     )
 
 
+def test_the_limits_are_those_of_the_corrected_plan_and_the_finds_have_keys_of_their_own() -> None:
+    corrected, found = sections([Twice(replace(LOT, reported=30), LOT, 4), Twice(LOT, LOT, 3)])
+    assert {figure.key: figure.value for figure in corrected.figures}["corrections"] == 7.0
+    by_finds = {figure.key: figure for figure in found.figures}
+    assert by_finds["changed_found_by_finds"].value == 69 / 80
+    assert all(figure.limit is None for figure in found.figures)
+    assert not by_finds.keys() & {figure.key for figure in corrected.figures}
+
+
 @pytest.mark.flight
 def test_the_second_survey_of_a_lot_flies_less_and_looks_at_every_stall() -> None:
-    found = survey_again(10)
-    assert found.finished
-    assert found.flown_m < found.first_m
-    assert found.looked_at == found.stalls
-    assert found.reported >= 0.9 * found.changed > 0
+    both = survey_again(10)
+    assert both.corrections < 0.2 * both.found.stalls
+    for found in (both.found, both.corrected):
+        assert found.finished
+        assert found.flown_m < found.first_m
+        assert found.looked_at == found.stalls
+        assert found.reported >= 0.9 * found.changed > 0
