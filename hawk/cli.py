@@ -20,6 +20,8 @@ from hawk.config.addresses import MOST_PORT
 from hawk.config.sections import ConfigError, load_settings
 from hawk.daemon.import_plan import COMMAND as IMPORT_PLAN
 from hawk.daemon.import_plan import add_import_command
+from hawk.exports.commands import COMMAND as EXPORT
+from hawk.exports.commands import add_export_command
 from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
 from hawk.runtime.process import end_within
 from hawk.runtime.repeated_log import plain_lines
@@ -37,7 +39,7 @@ from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN}
+    {"run", "survey", "desk", "film", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -108,6 +110,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_calibrate_command(commands)
     add_background_command(commands)
     add_lot_commands(commands)
+    add_export_command(commands)
     add_import_command(commands)
     add_version_commands(commands)
     return parser

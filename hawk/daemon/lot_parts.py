@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
@@ -82,3 +83,10 @@ def surroundings(
         state=lambda: topics.curr_state_pub.value or StateName.IDLE,
         publish=inputs.lots.publish,
     )
+
+
+def program_name(model: Path | None) -> str:
+    """Return version and network of a survey. There is a map by then: the algorithms' libraries are loaded."""
+    from hawk.daemon import algorithms
+
+    return algorithms.program_name(model)

@@ -35,7 +35,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
-from hawk.daemon.lot_parts import LotParts, surroundings
+from hawk.daemon.lot_parts import LotParts, program_name, surroundings
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.start_checks import (
@@ -502,7 +502,7 @@ class Daemon:
             seconds=self.clock(),
             utc=time.time() if heard is None else heard.timestamp(),
             time_is_sure=heard is not None or is_wall_clock_kept(),
-            program=version("hawk-drone"),
+            program=program_name(self._config.vision.model),
             simulated=self._options.is_simulation,
             speed=self.clock.speed,
             accuracy=None if (seen := self.vehicle.diagnostics.value) is None else seen.horizontal_accuracy,

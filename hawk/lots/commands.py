@@ -1,6 +1,4 @@
-"""The commands ``hawk-drone backup``, ``restore`` and ``export``: a copy of the lots' store, its return, and pictures
-of a lot with its stalls as labels.
-"""
+"""The commands ``hawk-drone backup`` and ``restore``: a copy of the lots' store, and its return."""
 
 from __future__ import annotations
 
@@ -12,7 +10,7 @@ from typing import Any, Final
 from hawk.config import options as values
 from hawk.config.sections import Config, load_config
 
-LOT_COMMANDS: Final = frozenset({"backup", "restore", "export"})
+LOT_COMMANDS: Final = frozenset({"backup", "restore"})
 _FAILED: Final = 1
 
 
@@ -24,14 +22,7 @@ def add_lot_commands(commands: Any) -> None:
     restore = commands.add_parser("restore", help="put a backup of lots and surveys in place of those in the store")
     restore.add_argument("file", type=values.file, metavar="FILE", help="a file that hawk-drone backup wrote")
     restore.set_defaults(action_of=_restore)
-    export = commands.add_parser("export", help="write pictures of a lot with its confirmed stalls as labels")
-    export.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
-    export.add_argument(
-        "--training", type=values.new_folder, metavar="DIR", required=True, dest="file",
-        help="folder to write NAME.jpg and NAME.json into, as training/ reads them; new or empty",
-    )  # fmt: skip
-    export.set_defaults(action_of=_export)
-    for parser in (backup, restore, export):
+    for parser in (backup, restore):
         parser.set_defaults(action=_run)
         values.add_settings(parser)
 
@@ -69,28 +60,3 @@ def _restore(store: Path, options: argparse.Namespace) -> str:
 
     kept = restore(store, options.file)
     return f"{store}: restored from {options.file}" + ("" if kept is None else f"; {kept} keeps the former content")
-
-
-def _export(store: Path, options: argparse.Namespace) -> str:
-    from hawk.lots.database import Database
-    from hawk.lots.pictures import pictures_of
-    from hawk.lots.teaching import lot_named, read_lesson, write_lesson
-    from hawk.lots.values import LotStoreError
-
-    if not store.exists():
-        raise LotStoreError(f"{store}: there is no store of lots; name its folder by --store, and fly a survey first")
-    database = Database(store)
-    try:
-        with database.reading() as connection:
-            lesson = read_lesson(connection, lot_named(connection, options.lot))
-    finally:
-        database.close()
-    taught = write_lesson(lesson, pictures_of(store), options.file)
-    return "\n".join(
-        [
-            f"{options.file}: pictures with labels: {len(taught.pictures)}",
-            *([f"surveys without a picture: {taught.gone}"] if taught.gone else []),
-            *([f"surveys from before new paint: {taught.painted}"] if taught.painted else []),
-            f"Train on from them: python -m training.adapt {options.file} --out FILE",
-        ]
-    )

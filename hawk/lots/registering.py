@@ -7,6 +7,7 @@ back to the survey's own.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Final, Self
@@ -16,7 +17,7 @@ from shapely import MultiPoint, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
-from hawk.lots.frames import Move, frame_of, same_stalls
+from hawk.lots.frames import Floats, Move, frame_of, same_stalls
 from hawk.lots.place import ground_about
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.tables import LOT, STALL, SURVEY
@@ -166,20 +167,37 @@ def mean_datum(connection: Connection, lot: str) -> tuple[float, float]:
     `USUAL_M`.
     """
     kept = _kept(connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one())
+    origins, weights = _origins(connection, lot, kept)
+    if not weights:
+        return kept
+    mean = np.average(origins, axis=0, weights=weights)[None]
+    ((latitude, longitude),) = to_global(GlobalPose(*kept, 0.0), mean).tolist()
+    return latitude, longitude
+
+
+def datum_accuracy(connection: Connection, lot: str) -> float | None:
+    """Return the standard deviation of `mean_datum`, metres; None where no survey is placed.
+
+    That of a weighted mean of independent errors, the root of the inverse sum of the weights: the receivers of two
+    surveys err independently when they fly hours apart.
+    """
+    kept = _kept(connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one())
+    _, weights = _origins(connection, lot, kept)
+    return math.sqrt(1 / sum(weights)) if weights else None
+
+
+def _origins(connection: Connection, lot: str, kept: tuple[float, float]) -> tuple[list[Floats], list[float]]:
+    """Return where each placed survey has a lot's origin, metres about ``kept``, and the inverse of its variance."""
     is_placed = SURVEY.c.placed.in_([Placed.FIRST.value, Placed.REGISTERED.value]) & SURVEY.c.north.is_not(None)
     asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn", "accuracy")))
     surveys = connection.execute(asked.where(SURVEY.c.lot == lot, is_placed)).all()
-    if not surveys:
-        return kept
     origins, weights = [], []
     for latitude, longitude, north, east, turn, accuracy in surveys:
         ((a, b),) = Move(north, east, turn).back(np.zeros((1, 2))).tolist()
         frame = frame_of(kept, (latitude, longitude))
         origins.append(frame.of(np.array([[a, b]]))[0])
         weights.append(1 / ((USUAL_M if accuracy is None else accuracy) ** 2 + MAP_M**2))
-    mean = np.average(origins, axis=0, weights=weights)[None]
-    ((latitude, longitude),) = to_global(GlobalPose(*kept, 0.0), mean).tolist()
-    return latitude, longitude
+    return origins, weights
 
 
 def _kept(row: _Row) -> tuple[float, float]:

@@ -147,13 +147,14 @@ def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
     share = (opacity / np.float32(255)).astype(np.float32)
     picture = np.asarray(cv2.blendLinear(mosaic, colours[cells.values], share, 1 - share), np.uint8)
     for key in sorted(survey.stalls):
-        _draw(picture, cells, survey.stalls[key])
+        draw_stall(picture, cells.to_pixels(survey.stalls[key].corners()), survey.stalls[key].state)
     return picture
 
 
-def _draw(picture: NDArray[np.uint8], cells: Raster, stall: Stall) -> None:
-    pixels = cells.to_pixels(stall.corners()).astype(np.int32)
-    if stall.state is StallState.SUGGESTED:
+def draw_stall(picture: NDArray[np.uint8], corners: NDArray[np.float64], state: StallState) -> None:
+    """Draw a stall into a BGR picture by its corners (4, 2) as (column, row)."""
+    pixels = corners.astype(np.int32)
+    if state is StallState.SUGGESTED:
         _draw_corners(picture, pixels)
         return
     left, top = np.maximum(pixels.min(axis=0), 0)
@@ -167,16 +168,16 @@ def _draw(picture: NDArray[np.uint8], cells: Raster, stall: Stall) -> None:
         StallState.FREE: (_FREE, _FREE_LINE, 0.46),
         StallState.TAKEN: (_TAKEN, _TAKEN_LINE, 0.6),
         StallState.UNKNOWN: (_PLATE, (255, 255, 255), 0.45),
-    }[stall.state]
+    }[state]
     tint = np.empty(part.shape, np.float32)
     tint[:] = colour
-    if stall.state is StallState.TAKEN:
+    if state is StallState.TAKEN:
         rows, columns = np.indices(inside.shape)
         tint[(rows + columns + left + top) % 9 > 4] = _PLATE
     tinted = part * (1 - share) + tint * share
     part[inside > 0] = tinted[inside > 0].astype(np.uint8)
     cv2.polylines(picture, [pixels], True, line, 1, cv2.LINE_AA)
-    if stall.state is StallState.UNKNOWN:
+    if state is StallState.UNKNOWN:
         centre = (int(pixels[:, 0].mean()) - 5, int(pixels[:, 1].mean()) + 5)
         cv2.putText(picture, "?", centre, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
 

@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, area_file, background, downloads, lots, plan_files, plans
+from hawk.web import api, area_file, background, downloads, exports, lots, plan_files, plans
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
 from hawk.web.access.guesses import GUESSES, TokenGuesses
@@ -112,6 +112,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     area_file.add_routes(app)
     lots.add_routes(app)
     plans.add_routes(app)
+    exports.add_routes(app)
     plan_files.add_routes(app)
     (documentation or Documentation.load()).add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)

@@ -45,14 +45,16 @@ def answered(
 async def answer(request: web.Request, work: Callable[[LotStore], Awaitable[object]]) -> web.StreamResponse:
     """Return what some work gives, or its refusal: 422 for a value, 404 for an id, 409 for the store.
 
-    Text is JSON already: the plan of a large lot is encoded on the store's thread. The store is opened first: that
-    loads SQLAlchemy on its thread, and imports on the loop cost nothing then.
+    Text is JSON already: the plan of a large lot is encoded on the store's thread. A response is one. The store is
+    opened first: that loads SQLAlchemy on its thread, and imports on the loop cost nothing then.
     """
     headers = {hdrs.CACHE_CONTROL: "no-store"}
     try:
         store = _store(request)
         await store.open()
         found = await work(store)
+        if isinstance(found, web.StreamResponse):
+            return found
         text = found if isinstance(found, str) else json.dumps(found)
         return web.json_response(text=text, headers=headers)
     except LotInputError as error:

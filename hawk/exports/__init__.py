@@ -1,0 +1,1 @@
+"""Surveys of lots as files that other programs open."""

@@ -1,0 +1,105 @@
+"""The command ``hawk-drone export``: a survey as a file that other programs open, or pictures with labels."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+from hawk.config import options as values
+from hawk.config.sections import load_config
+
+COMMAND: Final = "export"
+_ENDS: Final = (".csv", ".geojson", ".gpkg", ".kmz", ".png", ".tif")
+_NEWEST: Final = "newest"
+_FAILED: Final = 1
+
+
+def add_export_command(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    export = commands.add_parser(COMMAND, help="write a survey of a lot as a file for other programs")
+    export.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
+    what = export.add_mutually_exclusive_group(required=True)
+    what.add_argument(
+        "--out", type=values.new(*_ENDS), metavar="FILE",
+        help="the file to write: .csv, .geojson, .gpkg, .kmz, .png (the lot's picture), .tif (the mosaic as Cloud "
+        "Optimised GeoTIFF, with NAME-occupancy.tif and the STAC item NAME.json)",
+    )  # fmt: skip
+    what.add_argument(
+        "--training", type=values.new_folder, metavar="DIR",
+        help="folder to write pictures of the lot with its confirmed stalls as labels into, NAME.jpg and NAME.json, as "
+        "training/ reads them; new or empty",
+    )  # fmt: skip
+    export.add_argument(
+        "--survey", type=values.some, metavar="ID", default=_NEWEST,
+        help="id of the survey, or its beginning (the last one that is registered); with --out",
+    )  # fmt: skip
+    values.add_settings(export)
+    export.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from hawk.lots.store import lots_file  # loads numpy: not for the other commands
+    from hawk.lots.values import LotStoreError
+
+    overrides = {} if options.store is None else {"store": {"directory": options.store}}
+    config = load_config(options.config, overrides=overrides)
+    if options.training is not None and options.survey != _NEWEST:
+        print("hawk-drone: --survey: only together with --out: --training takes every survey", file=sys.stderr)
+        return 2
+    try:
+        store = lots_file(config.store.directory, config.store.lots)
+        if not store.exists():
+            raise LotStoreError(
+                f"{store}: there is no store of lots; name its folder by --store, and fly a survey first"
+            )
+        print(_teach(store, options) if options.training is not None else _export(store, options))
+    except LotStoreError as error:
+        print(f"hawk-drone: {error}", file=sys.stderr)
+        return _FAILED
+    except OSError as error:
+        named = error.filename or options.out or options.training
+        print(f"hawk-drone: {named}: {error.strerror or error}", file=sys.stderr)
+        return _FAILED
+    return 0
+
+
+def _export(store: Path, options: argparse.Namespace) -> str:
+    from hawk.exports.files import export
+    from hawk.exports.reading import survey_of
+    from hawk.lots.database import Database
+    from hawk.lots.pictures import pictures_of
+    from hawk.lots.teaching import lot_named
+
+    database = Database(store)
+    try:
+        with database.reading() as connection:
+            survey = survey_of(connection, lot_named(connection, options.lot), options.survey)
+            written = export(connection, survey, pictures_of(store), options.out)
+    finally:
+        database.close()
+    sizes = (f"{path}: {path.stat().st_size / 1e6:.2f} MB" for path in written)
+    return "\n".join([f"survey {survey}", *sizes])
+
+
+def _teach(store: Path, options: argparse.Namespace) -> str:
+    from hawk.lots.database import Database
+    from hawk.lots.pictures import pictures_of
+    from hawk.lots.teaching import lot_named, read_lesson, write_lesson
+
+    database = Database(store)
+    try:
+        with database.reading() as connection:
+            lesson = read_lesson(connection, lot_named(connection, options.lot))
+    finally:
+        database.close()
+    taught = write_lesson(lesson, pictures_of(store), options.training)
+    return "\n".join(
+        [
+            f"{options.training}: pictures with labels: {len(taught.pictures)}",
+            *([f"surveys without a picture: {taught.gone}"] if taught.gone else []),
+            *([f"surveys from before new paint: {taught.painted}"] if taught.painted else []),
+            f"Train on from them: python -m training.adapt {options.training} --out FILE",
+        ]
+    )

@@ -1,0 +1,102 @@
+"""The files of a survey by the ends of their names."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final
+
+import cv2
+from sqlalchemy import Connection, select
+
+from hawk.exports.geopackage import surveys_gpkg
+from hawk.exports.ground import Ground, ground_of, lot_picture
+from hawk.exports.kmz import survey_kmz
+from hawk.exports.rasters import write_rasters
+from hawk.exports.reading import read_survey
+from hawk.exports.text_files import survey_csv, survey_geojson
+from hawk.exports.values import ExportedSurvey
+from hawk.lots.frames import Move
+from hawk.lots.pictures import SurveyPictures
+from hawk.lots.tables import SURVEY
+from hawk.lots.values import LotStoreError
+
+TABLES: Final[Mapping[str, tuple[str, Callable[[ExportedSurvey], bytes]]]] = {
+    ".csv": ("text/csv; charset=utf-8", survey_csv),
+    ".geojson": ("application/geo+json", survey_geojson),
+    ".gpkg": ("application/geopackage+sqlite3", lambda survey: surveys_gpkg([survey])),
+    ".kmz": ("application/vnd.google-earth.kmz", survey_kmz),
+}
+"""Ends of names with the type of such a file, and its maker, which takes a survey alone."""
+PICTURE: Final = ".png"
+RASTER: Final = ".tif"
+ARCHIVE: Final = ".zip"
+SUFFIXES: Final = (*TABLES, PICTURE, RASTER)
+
+
+def shown_ground(connection: Connection, survey: ExportedSurvey, pictures: SurveyPictures) -> Ground:
+    """Return a survey's ground in the frame of its lot. Raises LotStoreError."""
+    asked = select(SURVEY.c.north, SURVEY.c.east, SURVEY.c.turn).where(SURVEY.c.id == survey.survey)
+    row = connection.execute(asked).one()
+    move = Move() if survey.doubt or row.north is None else Move(row.north, row.east, row.turn)
+    return ground_of(survey, pictures.read(survey.survey), move)
+
+
+def made(connection: Connection, survey_id: str, pictures: SurveyPictures, suffix: str) -> tuple[str, bytes]:
+    """Return a survey as a file, the type of its content first; the rasters come in one archive.
+
+    Args:
+        connection: The store.
+        survey_id: Id of the survey.
+        pictures: Pictures of the store's surveys.
+        suffix: One of `TABLES`, `PICTURE`, or `ARCHIVE`.
+
+    Raises:
+        NotFoundError: There is no such survey.
+        LotStoreError: A picture is broken, there is nothing to draw, or rasterio is missing.
+    """
+    survey = read_survey(connection, survey_id)
+    if suffix in TABLES:
+        content_type, make = TABLES[suffix]
+        return content_type, make(survey)
+    ground = shown_ground(connection, survey, pictures)
+    if suffix == PICTURE:
+        _, data = cv2.imencode(PICTURE, lot_picture(survey, ground))
+        return "image/png", data.tobytes()
+    if suffix != ARCHIVE:
+        raise LotStoreError(f"kind: {suffix} is none of {', '.join(SUFFIXES)}")
+    with tempfile.TemporaryDirectory(prefix="hawk-export-") as folder:
+        written = write_rasters(survey, ground, Path(folder) / f"survey-{survey.survey[:8]}{RASTER}")
+        out = io.BytesIO()
+        with zipfile.ZipFile(out, "w") as archive:  # the rasters are compressed already
+            for path in written:
+                archive.write(path, path.name)
+        return "application/zip", out.getvalue()
+
+
+def export(connection: Connection, survey_id: str, pictures: SurveyPictures, path: Path) -> tuple[Path, ...]:
+    """Write a survey as the file that the end of a name says; return the paths of all files written.
+
+    A file that is there is replaced as a whole, or stays. Raises as `made`, and OSError.
+    """
+    suffix = path.suffix.lower()
+    if suffix == RASTER:
+        survey = read_survey(connection, survey_id)
+        with tempfile.TemporaryDirectory(prefix=".hawk-export-", dir=path.parent) as folder:
+            written = write_rasters(survey, shown_ground(connection, survey, pictures), Path(folder) / path.name)
+            for each in written:
+                os.replace(each, path.with_name(each.name))
+            return tuple(path.with_name(each.name) for each in written)
+    _, data = made(connection, survey_id, pictures, suffix)
+    unfinished = path.with_name(f"{path.name}.part")
+    try:
+        unfinished.write_bytes(data)
+        os.replace(unfinished, path)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+        raise
+    return (path,)

@@ -1,0 +1,144 @@
+"""Surveys as GeoPackage (OGC 12-128r18), written by SQLite itself: a layer of the lot, one of stalls, and a table of
+the survey.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import struct
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from hawk.exports.shapes import lot_shape, stall_shape
+from hawk.exports.text_files import about_survey
+from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.lots.values import utc
+
+_WGS84: Final = 4326
+_APPLICATION_ID: Final = 0x47504B47
+"""SQLite's application_id of a GeoPackage: "GPKG"."""
+_VERSION: Final = 10300
+_SCHEMA: Final = """
+CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT NOT NULL,
+  organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL, description TEXT);
+CREATE TABLE gpkg_contents (table_name TEXT NOT NULL PRIMARY KEY, data_type TEXT NOT NULL, identifier TEXT UNIQUE,
+  description TEXT DEFAULT '', last_change DATETIME NOT NULL, min_x DOUBLE, min_y DOUBLE, max_x DOUBLE, max_y DOUBLE,
+  srs_id INTEGER REFERENCES gpkg_spatial_ref_sys(srs_id));
+CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL REFERENCES gpkg_contents(table_name),
+  column_name TEXT NOT NULL, geometry_type_name TEXT NOT NULL, srs_id INTEGER NOT NULL, z TINYINT NOT NULL,
+  m TINYINT NOT NULL, PRIMARY KEY (table_name, column_name));
+"""
+_SYSTEMS: Final = (
+    ("Undefined Cartesian", -1, "NONE", -1, "undefined", None),
+    ("Undefined geographic", 0, "NONE", 0, "undefined", None),
+    (
+        "WGS 84", _WGS84, "EPSG", _WGS84,
+        'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563,AUTHORITY["EPSG","7030"]],'
+        'AUTHORITY["EPSG","6326"]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433],'
+        'AXIS["Latitude",NORTH],AXIS["Longitude",EAST],AUTHORITY["EPSG","4326"]]',
+        None,
+    ),
+)  # fmt: skip
+_STALL_COLUMNS: Final = {
+    "stall_id": "TEXT", "lot_id": "TEXT", "survey_id": "TEXT", "label": "TEXT", "kind": "TEXT", "state": "TEXT",
+    "taken_probability": "REAL", "looked": "DATETIME", "looks": "INTEGER", "width_m": "REAL", "length_m": "REAL",
+    "direction_deg": "REAL", "confirmed": "BOOLEAN",
+}  # fmt: skip
+_LOT_COLUMNS: Final = {"lot_id": "TEXT", "name": "TEXT"}
+_SURVEY_TYPES: Final = {bool: "BOOLEAN", int: "INTEGER", float: "REAL"}
+
+
+def surveys_gpkg(surveys: Sequence[ExportedSurvey]) -> bytes:
+    """Return surveys as one GeoPackage: the layers ``lots`` and ``stalls``, and the table ``surveys``.
+
+    The stalls of all surveys are in one layer, told apart by ``survey_id``; a lot is there once.
+    """
+    with tempfile.TemporaryDirectory(prefix="hawk-gpkg-") as folder:
+        path = Path(folder) / "survey.gpkg"
+        connection = sqlite3.connect(path)
+        try:
+            with connection:
+                _write(connection, surveys)
+        finally:
+            connection.close()
+        return path.read_bytes()
+
+
+def _write(connection: sqlite3.Connection, surveys: Sequence[ExportedSurvey]) -> None:
+    connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
+    connection.execute(f"PRAGMA user_version = {_VERSION}")
+    for statement in _SCHEMA.split(";"):
+        connection.execute(statement)
+    connection.executemany("INSERT INTO gpkg_spatial_ref_sys VALUES (?,?,?,?,?,?)", _SYSTEMS)
+    changed = utc(max((survey.ended for survey in surveys), default=0.0)).replace("Z", ".000Z")
+    lots = {survey.lot_id: survey for survey in surveys}
+    grounds = [(lot_shape(survey.outline), [survey.lot_id, survey.lot]) for survey in lots.values()]
+    _layer(connection, "lots", "MULTIPOLYGON", _LOT_COLUMNS, grounds, changed)
+    stalls = [(stall_shape(stall), _row(survey, stall)) for survey in surveys for stall in survey.stalls]
+    _layer(connection, "stalls", "POLYGON", _STALL_COLUMNS, stalls, changed)
+    _table(connection, [about_survey(survey) for survey in surveys], changed)
+
+
+def _row(survey: ExportedSurvey, stall: ExportedStall) -> list[Any]:
+    looked = None if stall.looked is None else utc(stall.looked).replace("Z", ".000Z")
+    return [
+        stall.id, survey.lot_id, survey.survey, stall.label, stall.kind or "normal", stall.state, stall.taken, looked,
+        stall.seen, stall.width, stall.length, stall.direction, stall.is_confirmed,
+    ]  # fmt: skip
+
+
+def _layer(
+    connection: sqlite3.Connection,
+    name: str,
+    kind: str,
+    columns: dict[str, str],
+    rows: Iterable[tuple[BaseGeometry, Sequence[Any]]],
+    changed: str,
+) -> None:
+    """Write a layer of features: ``columns`` with their types, and rows of a geometry with their values."""
+    rows = list(rows)
+    declared = ", ".join(f"{column} {kind}" for column, kind in columns.items())
+    connection.execute(f"CREATE TABLE {name} (fid INTEGER PRIMARY KEY AUTOINCREMENT, geom {kind} NOT NULL, {declared})")
+    marks = ",".join("?" * (len(columns) + 1))
+    values = [(_blob(shape), *row) for shape, row in rows]
+    named = ", ".join(columns)
+    connection.executemany(f"INSERT INTO {name} (geom, {named}) VALUES ({marks})", values)  # noqa: S608 - our names
+    bounds = shapely.total_bounds([shape for shape, _ in rows]).tolist() if rows else [None] * 4
+    bounds = [None if value != value else value for value in bounds]
+    connection.execute(
+        "INSERT INTO gpkg_contents VALUES (?, 'features', ?, '', ?, ?, ?, ?, ?, ?)",
+        (name, name, changed, *bounds, _WGS84),
+    )
+    connection.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, 0, 0)", (name, kind, _WGS84))
+
+
+def _table(connection: sqlite3.Connection, surveys: Sequence[dict[str, Any]], changed: str) -> None:
+    """Write the table of surveys."""
+    if not surveys:
+        return
+    types = {
+        name: next((_SURVEY_TYPES[type(v)] for each in surveys if type(v := each[name]) in _SURVEY_TYPES), "TEXT")
+        for name in surveys[0]
+    }
+    declared = ", ".join(f"{name} {kind}" for name, kind in types.items())
+    connection.execute(f"CREATE TABLE surveys (fid INTEGER PRIMARY KEY AUTOINCREMENT, {declared})")
+    marks = ",".join("?" * len(types))
+    rows = [tuple(each.values()) for each in surveys]
+    named = ", ".join(types)
+    connection.executemany(f"INSERT INTO surveys ({named}) VALUES ({marks})", rows)  # noqa: S608 - our names
+    connection.execute(
+        "INSERT INTO gpkg_contents (table_name, data_type, identifier, last_change, srs_id) "
+        "VALUES ('surveys', 'attributes', 'surveys', ?, 0)",
+        (changed,),
+    )
+
+
+def _blob(shape: BaseGeometry) -> bytes:
+    """Return a geometry as the standard's blob: header without envelope, then well-known binary."""
+    flags = 0b00000001 | (0b00010000 if shape.is_empty else 0)
+    return b"".join((b"GP", struct.pack("<BBi", 0, flags, _WGS84), shapely.to_wkb(shape, byte_order=1)))

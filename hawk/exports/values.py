@@ -1,0 +1,69 @@
+"""Values of an export: one survey of a lot with everything that a reader must know of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from hawk.model.plans import Outline
+
+LatLon = tuple[float, float]
+"""Degrees, WGS-84: latitude, longitude."""
+UNSEEN: Final = "unknown"
+"""State of a stall at which a survey did not look, or that it could not tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedStall:
+    """A stall of the layout with the survey's look at it.
+
+    ``corners`` (4) run counter-clockwise as seen from above; ``place`` is their middle. ``taken``: probability that a
+    car stands there, None where the survey did not look. ``looked``: time of the last look, UTC, Unix seconds.
+    ``seen``: number of looks. ``kind`` is one of OpenStreetMap's ``parking_space``, "" for a normal stall. ``width``
+    and ``length`` in metres, ``direction`` of the long side in degrees clockwise from north, below 180.
+    """
+
+    id: str
+    label: str
+    kind: str
+    state: str
+    taken: float | None
+    looked: float | None
+    seen: int
+    place: LatLon
+    corners: tuple[LatLon, ...]
+    width: float
+    length: float
+    direction: float
+    is_confirmed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedSurvey:
+    """One survey of a lot.
+
+    ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time server nor GNSS had set the
+    clock. ``accuracy``: standard deviation of the lot's place on Earth, metres; a person's pin has none. ``outline``:
+    that of the lot. ``doubt``: why the survey is not registered: its stalls are as it found them then, without ids and
+    labels of the lot. ``software``: the program and its network. ``origin``: the lot's datum.
+    """
+
+    lot: str
+    lot_id: str
+    survey: str
+    began: float
+    ended: float
+    time_is_sure: bool
+    layout: int | None
+    software: str
+    is_simulated: bool
+    accuracy: float | None
+    is_pinned: bool
+    origin: LatLon
+    outline: Outline = field(repr=False)
+    stalls: tuple[ExportedStall, ...] = field(repr=False)
+    doubt: str = ""
+
+    def count(self, state: str) -> int:
+        """Return the number of stalls in a state."""
+        return sum(stall.state == state for stall in self.stalls)

@@ -1,0 +1,58 @@
+"""The command ``hawk-drone export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hawk.cli import main
+from tests.unit.exports.stored import Stored
+
+
+def run(stored: Stored, tmp_path: Path, *arguments: str) -> int:
+    stored.store.close()
+    return main(["export", "Lot 1", "--store", str(tmp_path), *arguments])
+
+
+def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "lot.csv"
+    assert run(stored, tmp_path, "--out", str(out)) == 0
+    assert len(out.read_text().splitlines()) == 61
+    said = capsys.readouterr().out
+    assert said.startswith(f"survey {stored.first.survey}\n{out}: 0.0")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "reason"),
+    [
+        (["--out", "lot.csv", "--survey", "zz"], 1, "--survey: 0 surveys of this lot begin with 'zz'"),
+        (["--training", "new", "--survey", "zz"], 2, "--survey: only together with --out"),
+    ],
+)
+def test_a_survey_that_is_not_there_writes_nothing(
+    stored: Stored,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    status: int,
+    reason: str,
+) -> None:
+    arguments[1] = str(tmp_path / arguments[1])
+    assert run(stored, tmp_path, *arguments) == status
+    assert reason in capsys.readouterr().err
+    assert not Path(arguments[1]).exists()
+
+
+def test_without_a_store_nothing_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "Lot 1", "--store", str(tmp_path), "--out", str(tmp_path / "lot.kmz")]) == 1
+    assert "there is no store of lots; name its folder by --store" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("end", ["lot.shp", "lot", "lot.geotiff"])
+def test_another_end_is_refused_with_those_that_are_known(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str
+) -> None:
+    assert main(["export", "Lot 1", "--out", str(tmp_path / end)]) == 2
+    assert "must end in .csv or .geojson or .gpkg or .kmz or .png or .tif" in capsys.readouterr().err

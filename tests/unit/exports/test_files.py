@@ -1,0 +1,59 @@
+"""The files of a survey by the ends of their names, and what is left of one that cannot be written."""
+
+from __future__ import annotations
+
+import errno
+import io
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from hawk.exports.files import SUFFIXES, TABLES, export, made
+from hawk.lots.values import LotStoreError
+from tests.unit.exports.stored import Stored
+
+BEGINNINGS = {
+    ".csv": b"stall_id,", ".geojson": b'{"type": "FeatureCollection"', ".gpkg": b"SQLite format 3\x00",
+    ".kmz": b"PK\x03\x04", ".png": b"\x89PNG", ".tif": b"II",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_end_of_the_name_says_what_is_written(stored: Stored, tmp_path: Path, suffix: str) -> None:
+    with stored.store.reading() as connection:
+        written = export(connection, stored.first.survey, stored.pictures, tmp_path / f"lot{suffix.upper()}")
+    assert written[0].read_bytes().startswith(BEGINNINGS[suffix])
+    assert len(written) == (3 if suffix == ".tif" else 1)
+    assert not list(tmp_path.glob("*.part"))
+    assert not list(tmp_path.glob(".hawk-export*"))
+
+
+def test_rasters_come_in_one_archive(stored: Stored) -> None:
+    with stored.store.reading() as connection:
+        content_type, data = made(connection, stored.first.survey, stored.pictures, ".zip")
+        with pytest.raises(LotStoreError, match=r"kind: \.exe is none of \.csv, \.geojson, \.gpkg"):
+            made(connection, stored.first.survey, stored.pictures, ".exe")
+    assert content_type == "application/zip"
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        stem = f"survey-{stored.first.survey[:8]}"
+        assert archive.namelist() == [f"{stem}.tif", f"{stem}-occupancy.tif", f"{stem}.json"]
+
+
+@pytest.mark.parametrize("suffix", [*TABLES, ".png"])
+def test_a_full_disk_leaves_the_file_of_before(
+    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    target = tmp_path / f"lot{suffix}"
+    target.write_bytes(b"before")
+
+    def full(self: Path, data: bytes) -> int:
+        with self.open("wb") as file:
+            file.write(data[:5])
+        raise OSError(errno.ENOSPC, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with stored.store.reading() as connection, pytest.raises(OSError, match="No space left"):
+        export(connection, stored.first.survey, stored.pictures, target)
+    assert target.read_bytes() == b"before"
+    assert not list(tmp_path.glob("*.part"))

@@ -1,0 +1,65 @@
+"""A survey as GeoPackage, read back by SQLite."""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import shapely
+
+from hawk.exports.geopackage import surveys_gpkg
+from hawk.model.plans import Outline
+from tests.unit.exports.stored import NAME, Stored
+from tests.unit.lots.repaints import flown
+
+
+def rows(data: bytes, path: Path, query: str) -> list[Any]:
+    path.write_bytes(data)
+    connection = sqlite3.connect(path)
+    try:
+        return connection.execute(query).fetchall()
+    finally:
+        connection.close()
+
+
+def test_the_file_says_that_it_is_a_geopackage_with_three_tables(stored: Stored, tmp_path: Path) -> None:
+    data, file = surveys_gpkg([stored.read()]), tmp_path / "a.gpkg"
+    assert rows(data, file, "PRAGMA application_id") == [(0x47504B47,)]
+    assert rows(data, file, "PRAGMA user_version") == [(10300,)]
+    contents = rows(data, file, "SELECT table_name, data_type, srs_id FROM gpkg_contents")
+    assert contents == [("lots", "features", 4326), ("stalls", "features", 4326), ("surveys", "attributes", 0)]
+    assert rows(data, file, "PRAGMA integrity_check") == [("ok",)]
+
+
+def test_geometries_are_the_stalls_of_the_survey(stored: Stored, tmp_path: Path) -> None:
+    survey = stored.read()
+    found = rows(surveys_gpkg([survey]), tmp_path / "a.gpkg", "SELECT stall_id, kind, state, geom FROM stalls")
+    assert len(found) == 60
+    for (key, kind, state, blob), stall in zip(found, survey.stalls, strict=True):
+        assert (key, kind, state) == (stall.id, stall.kind or "normal", stall.state)
+        assert blob[:8] == b"GP\x00\x01" + (4326).to_bytes(4, "little")
+        shape = shapely.from_wkb(blob[8:])
+        assert shape.exterior.coords[0][::-1] == pytest.approx(stall.corners[0], abs=1e-12)
+    low_x, low_y = rows(surveys_gpkg([survey]), tmp_path / "a.gpkg", "SELECT min_x, min_y FROM gpkg_contents")[1]
+    assert low_x == pytest.approx(min(b for stall in survey.stalls for _, b in stall.corners))
+    assert low_y == pytest.approx(min(a for stall in survey.stalls for a, _ in stall.corners))
+
+
+def test_surveys_of_one_lot_share_it_and_are_told_apart(stored: Stored, tmp_path: Path) -> None:
+    both = [replace(stored.read(), lot=NAME), replace(stored.read(stored.add(flown(2)).survey), lot=NAME)]
+    data, file = surveys_gpkg(both), tmp_path / "a.gpkg"
+    assert rows(data, file, "SELECT name FROM lots") == [(NAME,)]
+    assert rows(data, file, "SELECT survey_id, count(*) FROM stalls GROUP BY survey_id") == sorted(
+        (survey.survey, 60) for survey in both
+    )
+    assert [row[0] for row in rows(data, file, "SELECT survey_id FROM surveys")] == [each.survey for each in both]
+
+
+def test_a_lot_without_an_outline_and_a_survey_of_nothing_are_files_too(stored: Stored, tmp_path: Path) -> None:
+    empty = replace(stored.read(), outline=Outline(), stalls=())
+    data = surveys_gpkg([empty])
+    assert rows(data, tmp_path / "a.gpkg", "SELECT min_x FROM gpkg_contents") == [(None,), (None,), (None,)]
+    assert rows(surveys_gpkg([]), tmp_path / "b.gpkg", "SELECT count(*) FROM stalls") == [(0,)]
