@@ -56,7 +56,7 @@ _SURVEY_TYPES: Final = {bool: "BOOLEAN", int: "INTEGER", float: "REAL"}
 def surveys_gpkg(surveys: Sequence[ExportedSurvey]) -> bytes:
     """Return surveys as one GeoPackage: the layers ``lots`` and ``stalls``, and the table ``surveys``.
 
-    The stalls of all surveys are in one layer, told apart by ``survey_id``; a lot is there once.
+    The stalls of all surveys are in one layer, distinguished by ``survey_id``; a lot is there once.
     """
     with tempfile.TemporaryDirectory(prefix="hawk-gpkg-") as folder:
         path = Path(folder) / "survey.gpkg"

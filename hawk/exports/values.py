@@ -10,7 +10,7 @@ from hawk.model.plans import Outline
 LatLon = tuple[float, float]
 """Degrees, WGS-84: latitude, longitude."""
 UNSEEN: Final = "unknown"
-"""State of a stall at which a survey did not look, or that it could not tell."""
+"""State of a stall at which a survey did not look, or that it could not determine."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Surveys as files for other programs: ``/api/surveys/ID.csv`` and its like, for whoever may read lots.
+"""Surveys as files for other programs: ``/api/surveys/ID.csv`` and its like, for viewers and operators.
 
 Each file is made on the store's thread, which nothing of a flight waits for.
 """

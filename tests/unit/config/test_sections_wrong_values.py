@@ -275,7 +275,13 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     },
     "backup": {**STORE, "FILE": ((), (*NO_PATH, "/", "/nowhere/lots.db"))},
     "restore": {**STORE, "FILE": ((), NOT_THERE)},
-    "export": {**STORE, "LOT": ((), EMPTY), "--training": ((), (*NO_PATH, __file__))},
+    "export": {
+        **STORE,
+        "LOT": ((), EMPTY),
+        "--training": ((), (*NO_PATH, __file__)),
+        "--out": ((), (*NO_PATH, "lot.shp", "/nowhere/lot.csv")),
+        "--survey": ((), EMPTY),
+    },
     "import-plan": {
         **STORE,
         "FILE": ((), NOT_THERE),

@@ -7,9 +7,14 @@ import io
 import zipfile
 from pathlib import Path
 
+import numpy as np
+import pyogrio
 import pytest
+import shapely
 
 from hawk.exports.files import SUFFIXES, TABLES, export, made
+from hawk.exports.text_files import CSV_COLUMNS
+from hawk.lots.place import about
 from hawk.lots.values import LotStoreError
 from tests.unit.exports.stored import Stored
 
@@ -27,6 +32,33 @@ def test_the_end_of_the_name_says_what_is_written(stored: Stored, tmp_path: Path
     assert len(written) == (3 if suffix == ".tif" else 1)
     assert not list(tmp_path.glob("*.part"))
     assert not list(tmp_path.glob(".hawk-export*"))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "layer", "key"), [(".gpkg", "stalls", "stall_id"), (".geojson", None, "id"), (".kmz", None, "stall_id")]
+)
+def test_gdal_opens_each_file_with_its_system_and_places_to_a_centimetre(
+    stored: Stored, tmp_path: Path, suffix: str, layer: str | None, key: str
+) -> None:
+    file, survey = tmp_path / f"lot{suffix}", stored.read()
+    with stored.store.reading() as connection:
+        export(connection, survey.survey, stored.pictures, file)
+    meta, _, shapes, values = pyogrio.raw.read(file, layer=layer)
+    assert meta["crs"] == "EPSG:4326"
+    ids = dict(zip(meta["fields"].tolist(), values, strict=True))[key].tolist()
+    middles = {each: shapely.from_wkb(shape).centroid for each, shape in zip(ids, shapes, strict=True)}
+    for stall in survey.stalls:
+        place = np.array([(middles[stall.id].y, middles[stall.id].x)])
+        assert np.abs(about(stall.place, place)[0, :2]).max() < 0.01
+    assert len(shapes) == len(survey.stalls) + (suffix == ".geojson"), "GeoJSON has the lot, too"
+
+
+def test_gdal_opens_the_table(stored: Stored, tmp_path: Path) -> None:
+    with stored.store.reading() as connection:
+        export(connection, stored.first.survey, stored.pictures, tmp_path / "lot.csv")
+    meta, _, _, values = pyogrio.raw.read(tmp_path / "lot.csv")
+    assert tuple(meta["fields"]) == CSV_COLUMNS
+    assert len(values[0]) == 60
 
 
 def test_rasters_come_in_one_archive(stored: Stored) -> None:

@@ -48,7 +48,7 @@ def test_geometries_are_the_stalls_of_the_survey(stored: Stored, tmp_path: Path)
     assert low_y == pytest.approx(min(a for stall in survey.stalls for a, _ in stall.corners))
 
 
-def test_surveys_of_one_lot_share_it_and_are_told_apart(stored: Stored, tmp_path: Path) -> None:
+def test_surveys_of_one_lot_share_it_and_are_distinguished(stored: Stored, tmp_path: Path) -> None:
     both = [replace(stored.read(), lot=NAME), replace(stored.read(stored.add(flown(2)).survey), lot=NAME)]
     data, file = surveys_gpkg(both), tmp_path / "a.gpkg"
     assert rows(data, file, "SELECT name FROM lots") == [(NAME,)]

@@ -51,7 +51,7 @@ async def viewer(tmp_path: Path, rig: Rig) -> AsyncIterator[Viewer]:
 
 
 @pytest.mark.parametrize("kind", KINDS.split("|"))
-async def test_whoever_may_read_gets_a_survey_as_a_file(viewer: Viewer, kind: str) -> None:
+async def test_viewers_get_a_survey_as_a_file(viewer: Viewer, kind: str) -> None:
     status, headers, data = await viewer.get(f"/api/surveys/{viewer.survey}.{kind}")
     assert status == 200
     assert headers["Content-Type"].startswith(TYPES[kind])
