@@ -9,7 +9,7 @@ import { Stage, words } from "./stage.ts";
 const HTML = "<b onclick='alert(1)'>North</b>";
 const LISTED = {
   lots: [
-    { id: "a", name: HTML, stalls: 144, survey_count: 2, last_survey: { ended: "2026-05-04T12:00:00Z" } },
+    { id: "a", name: HTML, stalls: 144, survey_count: 2, last_survey: { id: "n", ended: "2026-05-04T12:00:00Z" } },
     { id: "b", name: "South", stalls: 1, survey_count: 1, last_survey: null },
   ],
   undecided: [{ id: "s", ended: "2026-05-05T12:00:00Z", candidates: ["b"] }],
@@ -54,6 +54,13 @@ describe("the lots", () => {
     assert.match(rows[1] ?? "", /South1 stall · 1 survey/);
     assert.equal(stage.part.querySelector("li b")?.textContent, HTML);
     assert.equal(stage.part.querySelectorAll("li b b").length, 0);
+  });
+
+  it("offer the files of the newest survey, where there is one", async () => {
+    const stage = await shown();
+    const links = [...stage.part.querySelectorAll("a")].map((link) => link.getAttribute("href"));
+    assert.deepEqual(links, ["csv", "geojson", "gpkg", "kmz", "png"].map((kind) => `api/surveys/n.${kind}`));
+    assert.ok([...stage.part.querySelectorAll("a")].every((link) => link.hasAttribute("download")));
   });
 
   it("are renamed", async () => {

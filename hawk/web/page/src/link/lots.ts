@@ -9,7 +9,12 @@ export interface Lot {
   surveys: number;
   /** UTC in ISO 8601; null without a survey. */
   lastSeen: string | null;
+  /** Id of the newest survey. */
+  newest: string | null;
 }
+
+/** Ends of the names of a survey's files, as the drone makes them. */
+export const SURVEY_FILES = ["csv", "geojson", "gpkg", "kmz", "png"];
 
 /** A survey that waits for the answer to "which lot is it?". */
 export interface Undecided {
@@ -26,7 +31,7 @@ export interface Lots {
 }
 
 interface Listed {
-  lots: { id: string; name: string; stalls: number; survey_count: number; last_survey: { ended: string } | null }[];
+  lots: { id: string; name: string; stalls: number; survey_count: number; last_survey: { id: string; ended: string } | null }[];
   undecided: Undecided[];
   changes?: unknown;
 }
@@ -41,6 +46,7 @@ export async function fetchLots(): Promise<Lots | null> {
     stalls,
     surveys: survey_count,
     lastSeen: last_survey?.ended ?? null,
+    newest: last_survey?.id ?? null,
   }));
   return { lots, undecided: answer.undecided, stamp: JSON.stringify(answer) };
 }

@@ -539,6 +539,7 @@ lot-surveys =
 # $when: a day
 lot-seen = · last seen { $when }
 rename = Rename
+survey-files-of = Files of the newest survey of { $name }
 rename-lot = Rename { $name }
 name-of-lot = Name of the lot
 which-lot = Which lot is it?

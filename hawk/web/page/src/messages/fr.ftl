@@ -539,6 +539,7 @@ lot-surveys =
 # $when: a day
 lot-seen = · vu le { $when }
 rename = Renommer
+survey-files-of = Fichiers du dernier relevé de { $name }
 rename-lot = Renommer { $name }
 name-of-lot = Nom du parking
 which-lot = Quel parking est-ce ?

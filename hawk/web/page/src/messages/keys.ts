@@ -338,6 +338,7 @@ export interface Messages {
   "lot-surveys": { surveys: number };
   "lot-seen": { when: string | number };
   "rename": Record<string, never>;
+  "survey-files-of": { name: string | number };
   "rename-lot": { name: string | number };
   "name-of-lot": Record<string, never>;
   "which-lot": Record<string, never>;

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
-import { fetchLots, type Lot, type Lots, moveSurvey, nameLot, type Undecided } from "../link/lots.ts";
+import { fetchLots, type Lot, type Lots, moveSurvey, nameLot, SURVEY_FILES, type Undecided } from "../link/lots.ts";
 import { cannot, isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
@@ -45,8 +45,15 @@ export class LotsList extends Part {
 
   private row(lot: Lot): TemplateResult {
     const seen = lot.lastSeen === null ? "" : say("lot-seen", { when: format.day(lot.lastSeen) });
-    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.surveys })} ${seen}</span></span>
+    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.surveys })} ${seen}</span>
+        ${lot.newest === null ? nothing : this.files(lot)}</span>
       ${this.mayChange() ? this.changing(lot) : nothing}`;
+  }
+
+  private files(lot: Lot): TemplateResult {
+    return html`<span class="sub" role="group" aria-label=${say("survey-files-of", { name: lot.name })}>
+      ${SURVEY_FILES.map((kind) => html`<a href="api/surveys/${lot.newest}.${kind}" download>${kind}</a> `)}
+    </span>`;
   }
 
   private changing(lot: Lot): TemplateResult {
