@@ -1,16 +1,22 @@
-"""Surveys as files for other programs: ``/api/surveys/ID.csv`` and its like, for viewers and operators.
+"""Surveys for other programs: as files, ``/api/surveys/ID.csv`` and its like, and a lot's newest one as a feed in the
+words of a receiver, ``/api/lots/ID/feeds/ngsi-ld``.
 
-Each file is made on the store's thread, which nothing of a flight waits for.
+Each is made on the store's thread, which nothing of a flight waits for.
 """
 
 from __future__ import annotations
 
-from typing import Final
+import math
+from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
 
 from hawk.lots.store import LotStore
-from hawk.web.lot_answers import ID, answer
+from hawk.lots.values import LotInputError, NotFoundError
+from hawk.web.lot_answers import ID, answer, now_of
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
 
 KINDS: Final = "csv|geojson|gpkg|kmz|png|zip"
 """Ends of names; ``zip`` holds the rasters."""
@@ -19,6 +25,7 @@ KINDS: Final = "csv|geojson|gpkg|kmz|png|zip"
 def add_routes(app: web.Application) -> None:
     """Add every route of this module."""
     app.router.add_get(f"/api/surveys/{ID}.{{kind:{KINDS}}}", survey_file)
+    app.router.add_get(f"/api/lots/{ID}/feeds/{{feed}}", feed)
 
 
 async def survey_file(request: web.Request) -> web.StreamResponse:
@@ -38,3 +45,37 @@ async def survey_file(request: web.Request) -> web.StreamResponse:
         return web.Response(body=data, headers=headers)
 
     return await answer(request, work)
+
+
+async def feed(request: web.Request) -> web.StreamResponse:
+    """The newest registered survey of a lot in a receiver's words; a state is unknown after ``valid_s`` seconds."""
+    lot, name = request.match_info["id"], request.match_info["feed"]
+
+    async def work(store: LotStore) -> web.StreamResponse:
+        from hawk.exports.feeds import FEEDS, VALID_S, valid_at
+        from hawk.exports.reading import read_survey, survey_of
+        from hawk.lots.text import json_text
+
+        if name not in FEEDS:
+            raise NotFoundError(f"feed: there is none called {name}; there are {', '.join(FEEDS)}")
+        valid_s, now = _seconds(request.query.get("valid_s", str(VALID_S))), now_of(request)
+
+        def made(connection: Connection) -> str:
+            survey = valid_at(read_survey(connection, survey_of(connection, lot)), now, valid_s)
+            return json_text(FEEDS[name].make(survey))
+
+        text = await store.read(made)
+        headers = {hdrs.CONTENT_TYPE: FEEDS[name].content_type, hdrs.CACHE_CONTROL: "no-store"}
+        return web.Response(body=text.encode(), headers=headers)
+
+    return await answer(request, work)
+
+
+def _seconds(given: str) -> float:
+    try:
+        value = float(given)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise LotInputError("valid_s", f"must be a positive number of seconds, not {given}")
+    return value

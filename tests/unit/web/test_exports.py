@@ -12,6 +12,7 @@ from hawk.comm.protocol.authority import Role
 from hawk.lots.pictures import pictures_of
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
+from hawk.lots.values import Saved
 from hawk.web.exports import KINDS
 from tests.unit.exports.stored import mosaic
 from tests.unit.lots.surveys import survey
@@ -25,12 +26,13 @@ TYPES = {
 
 
 class Viewer:
-    """A program that may only read, and the id of a survey."""
+    """A program that may only read, and the ids of a survey and its lot."""
 
-    def __init__(self, stand: Stand, session: aiohttp.ClientSession, survey_id: str) -> None:
+    def __init__(self, stand: Stand, session: aiohttp.ClientSession, saved: Saved) -> None:
         self._stand = stand
         self._session = session
-        self.survey = survey_id
+        self.survey = saved.survey
+        self.lot = saved.lot
 
     async def get(self, path: str) -> tuple[int, Mapping[str, str], bytes]:
         assert self._stand.rig.server is not None
@@ -45,7 +47,7 @@ async def viewer(tmp_path: Path, rig: Rig) -> AsyncIterator[Viewer]:
     await rig.start()
     saved = await store.write(lambda connection: save(connection, survey()))
     pictures_of(store.path).write(saved.survey, mosaic())
-    yield Viewer(stand, await stand.tool(Role.VIEWER), saved.survey)
+    yield Viewer(stand, await stand.tool(Role.VIEWER), saved)
     await stand.close()
     await store.close()
 
@@ -75,3 +77,34 @@ async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Vie
     assert (status, b"only the picture of that survey is lost" in data) == (409, True)
     status, _, _ = await viewer.get(f"/api/surveys/{viewer.survey}.csv")
     assert status == 200
+
+
+@pytest.mark.parametrize(
+    ("name", "content_type", "key"),
+    [
+        ("ngsi-ld", "application/ld+json", "ParkingSpot"),
+        ("cds", "application/vnd.cds+json", "curb_space_id"),
+        ("parkapi", "application/json", "parking_spots"),
+    ],
+)
+async def test_a_lot_is_a_feed_in_the_words_of_a_receiver(
+    viewer: Viewer, name: str, content_type: str, key: str
+) -> None:
+    status, headers, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/{name}?valid_s=1e10")
+    assert status == 200
+    assert headers["Content-Type"].startswith(content_type)
+    assert key in data.decode()
+    assert ('"status":"unknown"' in data.decode()) is False
+    _, _, old = await viewer.get(f"/api/lots/{viewer.lot}/feeds/{name}")
+    assert old != data, "the survey is older than an hour"
+
+
+@pytest.mark.parametrize("valid_s", ["0", "-1", "nan", "inf", "x"])
+async def test_a_time_that_is_no_time_is_refused(viewer: Viewer, valid_s: str) -> None:
+    status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/cds?valid_s={valid_s}")
+    assert (status, b"must be a positive number of seconds" in data) == (422, True)
+
+
+async def test_another_feed_is_refused_with_those_that_there_are(viewer: Viewer) -> None:
+    status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/datex")
+    assert (status, b"there are ngsi-ld, cds, parkapi" in data) == (404, True)

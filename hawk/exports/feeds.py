@@ -1,0 +1,238 @@
+"""A survey in the words of receivers: NGSI-LD (FIWARE smart data models), CDS 1.0 curb spaces, and ParkAPI.
+
+A state is that of a look at a moment. Where the look is older than the receiver lets it be valid, it is unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from itertools import groupby
+from typing import Any, Final
+
+import shapely
+
+from hawk.exports.shapes import lot_shape, stall_shape
+from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey
+from hawk.lots.labels import parts_of
+from hawk.lots.values import utc
+
+VALID_S: Final = 3600.0
+"""Age of a look up to which its state is given, seconds, where a receiver names no other."""
+_NGSI_STATES: Final = {"free": "free", "taken": "occupied"}
+_NGSI_CONTEXT: Final = (
+    "https://raw.githubusercontent.com/smart-data-models/dataModel.Parking/master/context.jsonld",
+    "https://uri.etsi.org/ngsi-ld/v1/ngsi-ld-core-context.jsonld",
+)
+_PARKAPI_STATES: Final = {"free": "AVAILABLE", "taken": "TAKEN"}
+_PARKAPI_AUDIENCE: Final = {
+    "disabled": "DISABLED", "charging": "CHARGING", "parent": "FAMILY", "delivery": "DELIVERY", "private": "PRIVATE",
+    "staff": "PRIVATE", "bus": "BUS", "hgv": "TRUCK", "taxi": "TAXI",
+}  # fmt: skip
+"""OSM's value of a stall's kind -> ParkAPI's ParkingAudience; its motorcycles are a purpose of their own."""
+_PARKAPI_CAPACITY: Final = {
+    "disabled": "disabled", "charging": "charging", "parent": "family", "hgv": "truck", "bus": "bus",
+}  # fmt: skip
+CDS_VERSION: Final = "1.0.0"
+
+
+@dataclass(frozen=True, slots=True)
+class Feed:
+    """A receiver's format: the type of its content, and what makes it of a survey."""
+
+    content_type: str
+    make: Callable[[ExportedSurvey], Any]
+
+
+def valid_at(survey: ExportedSurvey, now: float, valid_s: float) -> ExportedSurvey:
+    """Return the survey without the states whose looks are older than ``valid_s`` at ``now`` (Unix seconds).
+
+    The time of a look that is not sure decides as it is: a clock that was never set makes a look old.
+    """
+    return replace(survey, stalls=tuple(_valid(stall, now, valid_s) for stall in survey.stalls))
+
+
+def _valid(stall: ExportedStall, now: float, valid_s: float) -> ExportedStall:
+    is_valid = stall.looked is not None and -valid_s <= now - stall.looked <= valid_s
+    return stall if is_valid else replace(stall, state=UNSEEN, taken=None)
+
+
+def ngsi_entities(survey: ExportedSurvey) -> list[dict[str, Any]]:
+    """Return OffStreetParking, a ParkingGroup a row, and a ParkingSpot a stall, as key-values (NGSI-LD 1.6).
+
+    Spots refer to their group and site, groups to their site; the other way round the models allow one value only.
+    """
+    site = f"urn:ngsi-ld:OffStreetParking:{survey.lot_id}"
+    rows = _rows(survey)
+    groups = {name: f"urn:ngsi-ld:ParkingGroup:{survey.lot_id}:{name}" for name in rows}
+    row_of = {stall.id: name for name, stalls in rows.items() for stall in stalls}
+    spots = [_ngsi_spot(stall, site, groups.get(row_of.get(stall.id, ""))) for stall in survey.stalls]
+    return [
+        _ngsi_site(survey, site),
+        *(_ngsi_group(groups[name], name, stalls, site) for name, stalls in rows.items()),
+        *spots,
+    ]
+
+
+def _rows(survey: ExportedSurvey) -> dict[str, list[ExportedStall]]:
+    """Return the stalls by the letters of their rows; those with an owner's own label are in none."""
+    lettered = [(parts[0], stall) for stall in survey.stalls if (parts := parts_of(stall.label)) is not None]
+    ordered = sorted(lettered, key=lambda each: (len(each[0]), each[0]))
+    return {name: [stall for _, stall in each] for name, each in groupby(ordered, key=lambda each: each[0])}
+
+
+def _ngsi_site(survey: ExportedSurvey, site: str) -> dict[str, Any]:
+    shape = lot_shape(survey.outline)
+    if shape.is_empty:
+        shape = shapely.MultiPoint([stall.place[::-1] for stall in survey.stalls])
+    return {
+        "@context": list(_NGSI_CONTEXT),
+        "id": site,
+        "type": "OffStreetParking",
+        "name": survey.lot,
+        "location": shapely.geometry.mapping(shape),
+        "category": ["parkingLot", "ground"],
+        "layout": ["openSpace"],
+        "occupancyDetectionType": ["singleSpaceDetection"],
+        "totalSpotNumber": len(survey.stalls),
+        **_ngsi_counts(survey.stalls),
+        "occupancyModified": utc(survey.ended),
+        "observationDateTime": utc(survey.ended),
+        "source": survey.software,
+    }
+
+
+def _ngsi_counts(stalls: tuple[ExportedStall, ...] | list[ExportedStall]) -> dict[str, int]:
+    """Return the counts where every state is known: a part of a lot is not its free spots."""
+    states = [stall.state for stall in stalls]
+    if UNSEEN in states or not states:
+        return {}
+    return {"availableSpotNumber": states.count("free"), "occupiedSpotNumber": states.count("taken")}
+
+
+def _ngsi_group(group: str, name: str, stalls: list[ExportedStall], site: str) -> dict[str, Any]:
+    shape = shapely.MultiPoint([stall.place[::-1] for stall in stalls]).convex_hull
+    known = _ngsi_counts(stalls)
+    known.pop("occupiedSpotNumber", None)  # the model of a group has none
+    return {
+        "@context": list(_NGSI_CONTEXT),
+        "id": group,
+        "type": "ParkingGroup",
+        "name": name,
+        "location": shapely.geometry.mapping(shape),
+        "refParkingSite": site,
+        "category": ["adjacentSpaces", "offStreet"],
+        "totalSpotNumber": len(stalls),
+        **known,
+        "occupancyDetectionType": ["singleSpaceDetection"],
+    }
+
+
+def _ngsi_spot(stall: ExportedStall, site: str, group: str | None) -> dict[str, Any]:
+    return {
+        "@context": list(_NGSI_CONTEXT),
+        "id": f"urn:ngsi-ld:ParkingSpot:{stall.id}",
+        "type": "ParkingSpot",
+        "name": stall.label,
+        "location": shapely.geometry.mapping(stall_shape(stall)),
+        "status": _NGSI_STATES.get(stall.state, "unknown"),
+        "category": ["offStreet"],
+        "width": round(stall.width, 2),
+        "length": round(stall.length, 2),
+        "refParkingSite": site,
+        **({} if group is None else {"refParkingGroup": group}),
+        **({} if stall.looked is None else {"timeInstant": utc(stall.looked)}),
+    }
+
+
+def cds_spaces(survey: ExportedSurvey) -> dict[str, Any]:
+    """Return the stalls as CDS curb spaces of one curb zone, the lot; times are milliseconds of Unix."""
+    ended = round(survey.ended * 1000)
+    spaces = [_cds_space(number, stall, survey.lot_id, ended) for number, stall in enumerate(survey.stalls, 1)]
+    return {
+        "version": CDS_VERSION,
+        "time_zone": "Etc/UTC",
+        "last_updated": ended,
+        "currency": "USD",
+        "author": survey.software,
+        "data": {"spaces": spaces},
+    }
+
+
+def _cds_space(number: int, stall: ExportedStall, zone: str, ended: int) -> dict[str, Any]:
+    looked = {} if stall.looked is None else {"availability_time": round(stall.looked * 1000)}
+    known = {"available": stall.state == "free", **looked} if stall.state != UNSEEN else {}
+    return {
+        "curb_space_id": stall.id,
+        "geometry": shapely.geometry.mapping(stall_shape(stall)),
+        "name": stall.label,
+        "published_date": ended,
+        "last_updated_date": ended,
+        "curb_zone_id": zone,
+        "space_number": number,
+        "length": round(stall.length * 100),
+        "width": round(stall.width * 100),
+        **known,
+    }
+
+
+def parkapi(survey: ExportedSurvey) -> dict[str, Any]:
+    """Return the lot as a parking site and the stalls as parking spots of ParkAPI (its model is DATEX II Parking's)."""
+    spots = [_parkapi_spot(stall, survey) for stall in survey.stalls]
+    return {"parking_sites": [_parkapi_site(survey)], "parking_spots": spots}
+
+
+def _parkapi_site(survey: ExportedSurvey) -> dict[str, Any]:
+    places = shapely.MultiPoint([stall.place[::-1] for stall in survey.stalls]) if survey.stalls else None
+    middle = shapely.Point(survey.origin[::-1]) if places is None else places.centroid
+    kinds = {name: [s for s in survey.stalls if s.kind == kind] for kind, name in _PARKAPI_CAPACITY.items()}
+    shape = lot_shape(survey.outline)
+    free = _ngsi_counts(survey.stalls).get("availableSpotNumber")
+    return {
+        "uid": survey.lot_id,
+        "name": survey.lot,
+        "type": "OFF_STREET_PARKING_GROUND",
+        "purpose": "CAR",
+        "lat": round(middle.y, 8),
+        "lon": round(middle.x, 8),
+        "geojson": None if shape.is_empty else shapely.geometry.mapping(shape),
+        "capacity": len(survey.stalls),
+        **{f"capacity_{name}": len(stalls) for name, stalls in kinds.items() if stalls},
+        "has_realtime_data": True,
+        "static_data_updated_at": _offset(survey.ended),
+        "realtime_data_updated_at": _offset(survey.ended),
+        "realtime_opening_status": "UNKNOWN",
+        "realtime_capacity": len(survey.stalls),
+        **({} if free is None else {"realtime_free_capacity": free}),
+    }
+
+
+def _parkapi_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, Any]:
+    audience = _PARKAPI_AUDIENCE.get(stall.kind)
+    return {
+        "uid": stall.id,
+        "name": stall.label or None,
+        "type": "OFF_STREET_PARKING_GROUND",
+        "purpose": "MOTORCYCLE" if stall.kind == "motorcycle" else "CAR",
+        "lat": round(stall.place[0], 8),
+        "lon": round(stall.place[1], 8),
+        "geojson": shapely.geometry.mapping(stall_shape(stall)),
+        "restricted_to": [] if audience is None else [{"type": audience}],
+        "has_realtime_data": True,
+        "static_data_updated_at": _offset(survey.ended),
+        "realtime_data_updated_at": _offset(survey.ended if stall.looked is None else stall.looked),
+        "realtime_status": _PARKAPI_STATES.get(stall.state, "UNKNOWN"),
+    }
+
+
+def _offset(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds")
+
+
+FEEDS: Final[Mapping[str, Feed]] = {
+    "ngsi-ld": Feed("application/ld+json", ngsi_entities),
+    "cds": Feed("application/vnd.cds+json;version=1.0", cds_spaces),
+    "parkapi": Feed("application/json", parkapi),
+}
+"""Formats by name."""
