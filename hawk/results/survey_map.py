@@ -10,7 +10,9 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -61,13 +63,37 @@ class Raster:
 
 
 @dataclass(frozen=True, slots=True)
+class Made:
+    """Source of a file: the ``survey``'s name (that of its journal, with its date), when the file was made (ISO 8601,
+    UTC), and the ``software``.
+    """
+
+    survey: str = ""
+    utc: str = ""
+    software: str = ""
+
+    @classmethod
+    def now(cls, survey: str) -> Made:
+        """Return the source of a file that this program makes now."""
+        return cls(survey, datetime.now(UTC).isoformat(timespec="seconds"), f"hawk-drone {version('hawk-drone')}")
+
+    def values(self) -> dict[str, str]:
+        """Return the source by the names of its columns."""
+        return {"survey": self.survey, "made_utc": self.utc, "software": self.software}
+
+
+_UNKNOWN: Final = Made()
+
+
+@dataclass(frozen=True, slots=True)
 class SurveyMap:
-    """Stalls and cells of a survey in the map frame, and the WGS-84 place of its origin."""
+    """Stalls and cells of a survey in the map frame, and the WGS-84 place of its origin. ``survey`` is its name."""
 
     datum: GlobalPose
     stalls: Mapping[int, Stall]
     tiles: Mapping[TileKey, NDArray[np.uint8]]
     mosaic: Mapping[TileKey, bytes] = field(default_factory=dict, repr=False)
+    survey: str = ""
 
     @classmethod
     def of(cls, datum: GlobalPose, current: OccupancyMap) -> SurveyMap:
@@ -76,7 +102,8 @@ class SurveyMap:
             key: np.frombuffer(zlib.decompress(tile.data), np.uint8).reshape(TILE_CELLS, TILE_CELLS)
             for key, tile in current.tiles.items()
         }
-        return cls(datum, dict(current.stalls), tiles, {key: tile.data for key, tile in current.mosaic.items()})
+        mosaic = {key: tile.data for key, tile in current.mosaic.items()}
+        return cls(datum, dict(current.stalls), tiles, mosaic, current.map_id)
 
     @property
     def counts(self) -> Counts:
@@ -203,7 +230,11 @@ CSV_COLUMNS = (
     "length_m",
     "seen",
     "score",
+    "survey",
+    "made_utc",
+    "software",
 )
+"""Columns of the table; the last three are the same in every line: two surveys' tables can be distinguished."""
 
 
 def to_global(datum: GlobalPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -221,22 +252,26 @@ def labels_of(stalls: Mapping[int, Stall]) -> dict[int, str]:
     return of_plan or row_labels(stalls)
 
 
-def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
+def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNKNOWN) -> str:
     """Return the table of stalls, one line each, in the order of their ids."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
     labels = labels_of(stalls)
     for key in sorted(stalls):
-        writer.writerow(_row(datum, stalls[key], labels.get(key, "")).values())
+        row = {**_row(datum, stalls[key], labels.get(key, "")), **made.values()}
+        writer.writerow(row.values())
     return out.getvalue()
 
 
-def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
-    """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise)."""
+def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNKNOWN) -> str:
+    """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise).
+
+    Its source is the member "hawk".
+    """
     labels = labels_of(stalls)
     features = [_feature(datum, stalls[key], labels.get(key)) for key in sorted(stalls)]
-    return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False)
+    return json.dumps({"type": "FeatureCollection", "hawk": made.values(), "features": features}, allow_nan=False)
 
 
 def _row(datum: GlobalPose, stall: Stall, label: str) -> dict[str, object]:

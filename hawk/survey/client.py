@@ -308,7 +308,7 @@ class ClientMap:
 
     def survey_map(self, datum: GlobalPose, pictures: Mapping[TileKey, bytes]) -> SurveyMap:
         """Return the map for the exports, with the mosaic's pictures (JPEG)."""
-        return SurveyMap(datum, dict(self.stalls), dict(self.tiles), dict(pictures))
+        return SurveyMap(datum, dict(self.stalls), dict(self.tiles), dict(pictures), self.map_id or "")
 
 
 def _cells(data: str) -> NDArray[np.uint8]:

@@ -29,7 +29,7 @@ from hawk.daemon.start_checks import make_folder
 from hawk.ddc.fence.geojson import read_survey_outline
 from hawk.ddc.fence.outline import OutlineError, corners_of
 from hawk.model.poses import GlobalPose
-from hawk.results.survey_map import SurveyMap, map_picture, stalls_csv, stalls_geojson, to_global
+from hawk.results.survey_map import Made, SurveyMap, map_picture, stalls_csv, stalls_geojson, to_global
 from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError
@@ -252,10 +252,12 @@ class FenceSender:
 
 def write_results(folder: Path, survey: SurveyMap, values: dict[str, Any]) -> None:
     """Write ``stalls.csv``, ``stalls.geojson``, ``map.png`` and ``report.json``."""
-    (folder / "stalls.csv").write_text(stalls_csv(survey.datum, survey.stalls), encoding="utf-8")
-    (folder / "stalls.geojson").write_text(stalls_geojson(survey.datum, survey.stalls), encoding="utf-8")
+    made = Made.now(survey.survey)
+    (folder / "stalls.csv").write_text(stalls_csv(survey.datum, survey.stalls, made), encoding="utf-8")
+    (folder / "stalls.geojson").write_text(stalls_geojson(survey.datum, survey.stalls, made), encoding="utf-8")
     cv2.imwrite(str(folder / "map.png"), map_picture(survey))
-    (folder / "report.json").write_text(json.dumps(report.finite(values), indent=1, allow_nan=False), encoding="utf-8")
+    values = {**report.finite(values), **made.values()}
+    (folder / "report.json").write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
 
 
 async def _map_of(drone: DroneClient) -> SurveyMap:

@@ -28,6 +28,7 @@ from hawk.comm.protocol.heartbeat import (
 )
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState
 from hawk.model.operation import StateName
+from hawk.results.survey_map import Made
 from tests.unit.docs.scripts import load
 from tests.unit.web.rig import Rig, Visitor, browser
 
@@ -137,7 +138,10 @@ async def rig() -> AsyncIterator[Rig]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", REQUESTS, ids=lambda each: f"{each['method']} {each['route']}")
-async def test_a_request_is_answered_as_the_page_says(rig: Rig, example: dict[str, Any]) -> None:
+async def test_a_request_is_answered_as_the_page_says(
+    rig: Rig, example: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Made, "now", lambda survey: Made(survey, "2026-05-01T09:41:31+00:00", "hawk-drone 0.3.0"))
     assert rig.server is not None
     url = rig.server.make_url(example["path"])
     async with browser() as session, session.request(example["method"], url, allow_redirects=False) as response:

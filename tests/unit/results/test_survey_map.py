@@ -5,6 +5,7 @@ import io
 import json
 import math
 from dataclasses import replace
+from datetime import datetime, timedelta
 
 import cv2
 import numpy as np
@@ -14,7 +15,7 @@ from shapely.geometry import shape
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState
 from hawk.model.poses import GlobalPose
 from hawk.model.tile_picture import encode_picture
-from hawk.results.survey_map import CSV_COLUMNS, SurveyMap, map_picture, stalls_csv, stalls_geojson
+from hawk.results.survey_map import CSV_COLUMNS, Made, SurveyMap, map_picture, stalls_csv, stalls_geojson
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 
@@ -60,6 +61,15 @@ def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
     assert tuple(rows[0]) == CSV_COLUMNS
     assert rows[2]["state"] == "free"
     assert float(rows[2]["direction_deg"]) == pytest.approx(30.0)
+
+
+def test_tables_and_polygons_name_their_survey_moment_and_software(survey: SurveyMap) -> None:
+    made = Made.now("000007-20260504T103000Z")
+    row = next(csv.DictReader(io.StringIO(stalls_csv(survey.datum, survey.stalls, made))))
+    assert (row["survey"], row["made_utc"]) == ("000007-20260504T103000Z", made.utc)
+    assert row["software"].startswith("hawk-drone ")
+    assert json.loads(stalls_geojson(survey.datum, survey.stalls, made))["hawk"] == made.values()
+    assert datetime.fromisoformat(made.utc).utcoffset() == timedelta(0)
 
 
 def test_stalls_of_a_known_lot_have_the_labels_of_its_plan_and_others_none(survey: SurveyMap) -> None:
