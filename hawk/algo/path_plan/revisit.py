@@ -8,7 +8,8 @@ the stalls that were not looked at yet: what wind or drift left out comes back a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -47,8 +48,10 @@ _DROPS: Final = 12
 """Tries to leave out waypoints where a flight goes on: ground of the flight before need not be flown over."""
 _STEPS_M: Final = (6.0, 2.0, 0.7)
 _BRAKES_M_S2: Final = 2.5
-EDGE_M: Final = 0.7
-"""Edge of a picture in which no stall counts as shown: of 0.6 m the mapper takes nothing."""
+EDGE_M: Final = 0.9
+"""Edge of a picture in which no stall counts as shown: of 0.6 m the mapper takes nothing, and a plan errs."""
+_KEPT: Final = 300
+"""Pictures that are remembered until the plan has its place: a minute."""
 _NEW_M: Final = 2.2
 _NEW_UNPLACED_M: Final = 8.0
 """A find farther from every stall of the plan is new: where its place is certain, and before."""
@@ -90,6 +93,10 @@ class Revisit:
         self._count = len(self._boxes)
         """Stalls of the plan; the boxes after them are at the rim."""
         self._is_placed = False
+        self._pictures: deque[Floats] = deque(maxlen=_KEPT)
+        """Ground of the pictures so far, until the plan has its place."""
+        self._seen_before: Bools = self._looked.copy()
+        """Stalls that an earlier flight has shown."""
         self._tour: Tour | None = None
         self._places: Floats = np.array([(p.north, p.east) for p in tour.points[1:]]).reshape(-1, 2)
         self._turns = Turns(replace(settings, least_turn_m2=_STALL_M2 - 1.0))
@@ -147,16 +154,22 @@ class Revisit:
         self._tour = None
 
     def _look(self, scene: RevisitScene, lot_map: LotMap) -> None:
-        """Note the stalls that pictures have shown; all of them when the flight begins or the plan has moved."""
-        index = np.flatnonzero(~self._looked)
-        if len(index) == 0:
-            return
-        if self._tour is not None:
-            if scene.picture is not None:
-                self._looked[index] = _shows_whole(scene.picture, self._boxes[index])
-            return
-        for part in np.array_split(index, max(1, len(index) // 500)):
-            self._looked[part] = _seen_on(lot_map, self._boxes[part])
+        """Note the stalls that pictures have shown whole: those of an earlier flight when this one begins, and of all
+        its pictures when the plan has moved.
+        """
+        if scene.picture is not None and (not self._is_placed or self._tour is None):
+            self._pictures.append(scene.picture)
+        if self._frame == 1:
+            for part in np.array_split(np.arange(len(self._boxes)), max(1, len(self._boxes) // 500)):
+                self._looked[part] = _seen_on(lot_map, self._boxes[part])
+            self._seen_before = self._looked.copy()
+        shown: Iterable[Floats] = () if scene.picture is None else (scene.picture,)
+        if self._tour is None:
+            self._looked[: self._count] |= self._seen_before[: self._count]
+            shown = self._pictures
+        for picture in shown:
+            index = np.flatnonzero(~self._looked)
+            self._looked[index] = _shows_whole(picture, self._boxes[index])
 
     def _look_at_rim(self, scene: RevisitScene, lot_map: LotMap) -> None:
         """Add what lies beside new stalls to what is looked at: their rows go on, maybe."""

@@ -134,6 +134,23 @@ def test_every_stall_is_looked_at_in_little_more_than_the_planned_distance(off: 
     assert flown.distance_m < 1.12 * flown.tour.distance_m + 8.0
 
 
+class SeenInParts(SeenMap):
+    """Pictures have shown all ground from the second frame on, but no stall in one picture."""
+
+    def look(self, pose: MapPose) -> None:
+        super().look(pose)
+        if self.frames > 1:
+            self.seen[:] = 1.0
+
+
+def test_stalls_that_pictures_have_shown_in_parts_alone_are_looked_at() -> None:
+    flown = flight(off=(1.5, -1.0))
+    flown.lot_map = SeenInParts(flown.known, (1.5, -1.0), ())
+    flown.fly()
+    assert flown.last.explore.done
+    assert flown.lot_map.whole.all()
+
+
 def test_after_a_battery_swap_only_the_rest_is_flown() -> None:
     flown = flight()
     flown.fly(most_s=0.6 * flown.tour.distance_m / 5.0)
