@@ -61,7 +61,7 @@ def _valid(stall: ExportedStall, now: float, valid_s: float) -> ExportedStall:
 def ngsi_entities(survey: ExportedSurvey) -> list[dict[str, Any]]:
     """Return OffStreetParking, a ParkingGroup a row, and a ParkingSpot a stall, as key-values (NGSI-LD 1.6).
 
-    Spots refer to their group and site, groups to their site; the other way round the models allow one value only.
+    Spots refer to their group and site, groups to their site; in the other direction the models allow one value only.
     """
     site = f"urn:ngsi-ld:OffStreetParking:{survey.lot_id}"
     rows = _rows(survey)

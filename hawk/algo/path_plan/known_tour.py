@@ -29,8 +29,8 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import MapPoint
 
-MARGIN_M: Final = 1.0
-"""Distance of a stall from the picture's edge: the mapper takes nothing of 0.6 m there, and a receiver wanders."""
+MARGIN_M: Final = 1.4
+"""Distance of a stall from the edge of a picture in a tour: a little more than what counts (`revisit.EDGE_M`)."""
 _LOST_M: Final = 1000.0
 """Cost of a stall that is not looked at, metres of path."""
 MOST_SEARCHED: Final = 400
