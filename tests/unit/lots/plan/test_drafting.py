@@ -227,7 +227,7 @@ BAD: list[tuple[Any, str]] = [
     ({"do": "draw_zone", "outline": AREA}, "name: is missing: write it"),
     ({"do": "draw_zone", "outline": AREA, "name": " "}, "name: .*is empty or holds characters that cannot be shown"),
     ({"do": "draw_zone", "outline": AREA, "name": "A", "kind": "no_stalls"}, "kind: .*is no kind"),
-    ({"do": "draw_zone", "outline": [[0, 0], [2, 2], [2, 0], [0, 2]], "name": "A"}, "outline: crosses or touches itself"),
+    ({"do": "draw_zone", "outline": [[0, 0], [2, 2], [2, 0], [0, 2]], "name": "A"}, "outline: crosses or touches"),
     ({"do": "erase_zone", "zone": NOBODY}, "zone: is none of this plan: read the plan again"),
 ]  # fmt: skip
 

@@ -35,7 +35,7 @@ def operation(**fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Json]:
     return st.fixed_dictionaries(fields)
 
 
-def do(name: str, **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Json]:
+def do(name: str, /, **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Json]:
     return operation(do=st.just(name), **fields)
 
 
