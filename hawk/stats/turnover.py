@@ -1,7 +1,7 @@
 """Turnover and length of stay as brackets: at least what changes of state show, at most the Markov estimate.
 
-Neither is a point: a stay between two surveys is not seen, and the lengths of stays are not known to be exponential,
-where the estimate would be right. For stays of more usual lengths it is too high.
+Neither is a point: a stay between two surveys is not seen. The estimate is right for exponential stays and too high for
+log-normal ones, as long as surveys are close (docs/statistics.md).
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ MOST_ERROR: Final = 1.0
 """Standard deviation of a number's logarithm from which its upper end says nothing."""
 _STEP: Final = 0.01
 """Step of a chance by which a slope is taken."""
+CLOSE_H: Final = 0.75
+"""Longest gap between surveys that shows the mean stay. Where surveys were an hour or more apart, the estimate was 1.5
+to 3.5 h in drawn lots whose stays took 1.8 and 2.0 h: short stays between long ones are hidden."""
 LEAST_DEPARTURES: Final = 30
 """Departures from which a mean stay is known to a fifth or so."""
 
@@ -134,10 +137,11 @@ def _spread(chance: Floats, of: Floats, error: Floats) -> Floats:
 def longest_gap(whole: Moves) -> float | None:
     """Return the longest gap between surveys, hours, that has an upper end: `LONGEST` of the lot's mean stay.
 
-    The mean stay is the Markov estimate of the closest pairs, with all stalls as the first group: those that show
-    `LEAST_DEPARTURES`, since the estimate is the more too short the farther looks are apart. None without one.
+    The mean stay is the Markov estimate of the closest pairs, at most `CLOSE_H` apart, with all stalls as the first
+    group: those that show `LEAST_DEPARTURES`. None without one.
     """
     order = np.argsort(whole.hours, kind="stable")
+    order = order[whole.hours[order] <= CLOSE_H]
     shown = np.cumsum(whole.table[order, 0, TAKEN, FREE])
     near = order[: int(np.searchsorted(shown, LEAST_DEPARTURES)) + 1]
     table, hours = whole.table[near, 0], whole.hours[near]

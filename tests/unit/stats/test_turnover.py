@@ -75,7 +75,7 @@ def test_a_bracket_holds_the_arrivals_and_the_mean_stay_and_has_no_end_where_sur
     assert found.stay.high
     assert found.arrivals.low <= came <= found.arrivals.high
     assert found.stay.low <= MEAN_H <= found.stay.high
-    far, came = seen_at(drawn, 1.5)
+    far, came = seen_at(drawn, 1.0)
     moves = Moves.of(far, everything(far))
     (found,) = turnover(moves, longest_gap(moves))
     assert (found.arrivals.high, found.stay.low, found.open_pairs) == (None, None, found.pairs)
