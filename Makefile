@@ -22,7 +22,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-small newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-small study newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -163,6 +163,10 @@ bench-archive: setup
 # Twenty drawn lots, six surveys each, through the daemon's registration: half an hour.
 bench-lots: setup
 	$(BIN)/python -m benchmarks.lots $(ARGS)
+
+# Three drawn lots, eighteen surveys each, against the simulator's history: a quarter of an hour.
+study: setup
+	$(BIN)/python -m benchmarks.study $(ARGS)
 
 bench-again: setup
 	$(BIN)/python -m benchmarks.again $(ARGS)

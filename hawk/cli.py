@@ -34,12 +34,14 @@ from hawk.sim.launch import (
     SimulatorOptionError,
     simulator_installed,
 )
+from hawk.stats.commands import COMMAND as STATS
+from hawk.stats.commands import add_stats_command
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT}
+    {"run", "survey", "desk", "film", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -112,6 +114,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_lot_commands(commands)
     add_export_command(commands)
     add_import_command(commands)
+    add_stats_command(commands)
     add_version_commands(commands)
     return parser
 

@@ -16,7 +16,6 @@ from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered, shapes_of
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
-from hawk.lots.plan.reading import zones_of
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.registering import (
     Doubt,
@@ -53,9 +52,9 @@ def lots(connection: Connection) -> dict[str, Any]:
 def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     """Return a lot with its outline, its surveys in their order, and its stalls with the last look at each.
 
-    ``zones``: areas without stalls; ``layouts``: the versions of the layout; ``edit``: who edits the plan, whose
-    ``revision`` rises with every change. ``newest_registered`` says how that survey differs from the layout. Nothing
-    follows from it without a person.
+    ``zones``: areas without stalls; ``named_zones``: those that statistics count; ``layouts``: the versions of the
+    layout; ``edit``: who edits the plan, whose ``revision`` rises with every change. ``newest_registered`` says how
+    that survey differs from the layout. Nothing follows from it without a person.
 
     Raises NotFoundError.
     """
@@ -77,7 +76,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
             | looks.get(key, unseen)
             for stall, key in present_stalls(connection, lot_id).items()
         ],
-        "zones": shown.zones_json(zones_of(connection, lot_id)),
+        **shown.all_zones_json(connection, lot_id),
         "layouts": shown.layouts_json(connection, lot_id),
         "edit": shown.edit_json(connection, lot_id),
         "revision": follow.revision_of(connection, lot_id),

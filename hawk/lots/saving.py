@@ -15,6 +15,7 @@ from sqlalchemy import Connection, RowMapping, delete, func, insert, select, upd
 
 from hawk.lots.frames import Move
 from hawk.lots.labels import lasting_labels
+from hawk.lots.looks import keep_looks
 from hawk.lots.place import Answer, LotPlace, which_lot
 from hawk.lots.plan.follow import read_again
 from hawk.lots.plan.versions import newest_layout
@@ -67,6 +68,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
             placed, known = Placed.REGISTERED, len(outcome.same)
         else:
             doubt = outcome.why
+    keep_looks(connection, [seq])
     where = (seq, _id_of(connection, seq), lot, _name_of(connection, lot), placed, candidates)
     saved = Saved(*where, stalls=len(survey.stalls), known=known, doubt=doubt)
     connection.execute(insert(OUTBOX).values(kind="survey", body=_message(saved, survey), made=survey.ended))

@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 5
+VERSION: Final = 6
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -138,7 +138,8 @@ ZONE: Final = Table(
     Column("begins", Integer, nullable=False),
     Column("ends", Integer),
 )
-"""``outline``: JSON, a ring of [north, east], metres in the lot's frame, not closed. ``kind``: `NO_STALLS`."""
+"""``outline``: JSON, a ring of [north, east], metres in the lot's frame, not closed. ``kind``: `NO_STALLS`, or one of
+`hawk.lots.plan.kinds` of a zone that statistics count by itself."""
 NO_STALLS: Final = "no_stalls"
 """Kind of a zone that has no stall."""
 OBSERVATION: Final = Table(
@@ -153,6 +154,15 @@ OBSERVATION: Final = Table(
     Index("ix_observation_stall", "stall"),
     sqlite_with_rowid=False,
 )
+LOOKS: Final = Table(
+    "looks",
+    METADATA,
+    Column("survey", ForeignKey("survey.seq", ondelete="CASCADE"), primary_key=True),
+    Column("at", Float, nullable=False),
+    Column("stalls", LargeBinary, nullable=False),
+)
+"""Observations of a survey in one piece (`hawk.lots.looks`), which triggers remove when an observation changes.
+``at``: mean moment of the looks."""
 OUTBOX: Final = Table(
     "outbox",
     METADATA,

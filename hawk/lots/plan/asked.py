@@ -206,8 +206,28 @@ class Allow(Asked):
     zone: Id
 
 
+class DrawZone(Asked):
+    """Draws a zone with a ``name``: statistics count the stalls whose middle is in it together.
+
+    ``kind``: whom its stalls are for. No stall changes.
+    """
+
+    do: Literal["draw_zone"]
+    outline: Annotated[list[Place], Field(min_length=3, max_length=MOST_CORNERS)]
+    name: Annotated[str, Field(max_length=80), AfterValidator(_tidy)]
+    kind: Kind = ""
+
+
+class EraseZone(Asked):
+    """Removes a zone with a name. Its stalls stay."""
+
+    do: Literal["erase_zone"]
+    zone: Id
+
+
 Operation = (
     AddStall | AddRow | Remove | Move | Turn | Widen | SetKind | Confirm | Renumber | Split | Forbid | Allow
+    | DrawZone | EraseZone
 )  # fmt: skip
 OPERATIONS: Final[tuple[type[Asked], ...]] = get_args(Operation)
 """Models of all operations."""

@@ -21,6 +21,8 @@ from hawk.lots.plan.asked import (
     AddStall,
     Allow,
     Confirm,
+    DrawZone,
+    EraseZone,
     Forbid,
     Move,
     Operation,
@@ -39,13 +41,14 @@ from hawk.lots.values import LotInputError
 class Context:
     """The facts that drafts need besides the stalls: ``width`` and ``length`` are the lot's usual ones, metres.
 
-    ``zones``: the areas without stalls. ``new_id`` returns a UUID that nothing else has.
+    ``zones``: the areas without stalls; ``named``: zones with a name. ``new_id`` returns a UUID that is new.
     """
 
     width: float
     length: float
     zones: Sequence[Zone]
     new_id: Callable[[], str]
+    named: Sequence[Zone] = ()
 
 
 def drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) -> Draft:
@@ -83,10 +86,11 @@ def _drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) ->
         case Forbid():
             return _forbidden(asked, stalls, context)
         case Allow():
-            zone = next((each for each in context.zones if each.id == asked.zone), None)
-            if zone is None:
-                raise LotInputError("zone", "is none of this plan: read the plan again")
-            return Draft(allowed=(zone,))
+            return Draft(allowed=(_zone(asked.zone, context.zones),))
+        case DrawZone():
+            return _drawn(asked, context)
+        case EraseZone():
+            return Draft(erased=(_zone(asked.zone, context.named),))
 
 
 def _new(shapes: Floats, kind: str, context: Context) -> tuple[PlanStall, ...]:
@@ -174,8 +178,25 @@ def _split(stall: PlanStall, count: int, context: Context) -> Draft:
     return Draft(changed=(first,), added=new, field="parts")
 
 
+def _zone(named: str, zones: Sequence[Zone]) -> Zone:
+    zone = next((each for each in zones if each.id == named), None)
+    if zone is None:
+        raise LotInputError("zone", "is none of this plan: read the plan again")
+    return zone
+
+
+def _ring(asked: Forbid | DrawZone) -> tuple[tuple[float, float], ...]:
+    return tuple(geometry.checked_ring([(round(north, 6), round(east, 6)) for north, east in asked.outline]))
+
+
+def _drawn(asked: DrawZone, context: Context) -> Draft:
+    if any(zone.name == asked.name for zone in context.named):
+        raise LotInputError("name", f"{asked.name} is another zone's: write another one, or erase that zone first")
+    return Draft(drawn=(Zone(context.new_id(), asked.name, _ring(asked), asked.kind),), field="outline")
+
+
 def _forbidden(asked: Forbid, stalls: Sequence[PlanStall], context: Context) -> Draft:
-    outline = tuple(geometry.checked_ring([(round(north, 6), round(east, 6)) for north, east in asked.outline]))
+    outline = _ring(asked)
     name = " ".join(asked.name.split())
     if not name.isprintable():
         raise LotInputError("name", "holds characters that cannot be shown: write it without")

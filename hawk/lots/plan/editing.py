@@ -256,5 +256,5 @@ _STATES: Final = select(STEP.c.state).where(STEP.c.edit == bindparam("edit"))
 
 def _done_json(connection: Connection, edit: Edit, revision: int, groups: tuple[Group, ...]) -> dict[str, Any]:
     changed = shown.touched_json(connection, steps.rows_touched(groups, STALL.name))
-    zones = shown.zones_json(reading.zones_of(connection, edit.lot))
-    return {"edit": edit.id, "revision": revision, **changed, "zones": zones, **_steps_left(connection, edit)}
+    zones = shown.all_zones_json(connection, edit.lot)
+    return {"edit": edit.id, "revision": revision, **changed, **zones, **_steps_left(connection, edit)}

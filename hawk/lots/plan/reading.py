@@ -11,7 +11,18 @@ import numpy as np
 from sqlalchemy import ColumnElement, Connection, Integer, Select, and_, bindparam, cast, func, select, text
 
 from hawk.lots.labels import parts_of
-from hawk.lots.plan.asked import LENGTHS_M, WIDTHS_M, AddRow, AddStall, Allow, Forbid, Operation, Split
+from hawk.lots.plan.asked import (
+    LENGTHS_M,
+    WIDTHS_M,
+    AddRow,
+    AddStall,
+    Allow,
+    DrawZone,
+    EraseZone,
+    Forbid,
+    Operation,
+    Split,
+)
 from hawk.lots.plan.drafting import Context
 from hawk.lots.plan.steps import is_among
 from hawk.lots.plan.values import LASTING, Floats, PlanStall, Zone, shapes_of
@@ -88,7 +99,7 @@ _LETTERS: Final = text(
 def selected(connection: Connection, lot: str, asked: Operation) -> list[PlanStall]:
     """Return the stalls that an operation means, those of ids in their order. Raises LotInputError."""
     match asked:
-        case AddStall() | AddRow() | Allow():
+        case AddStall() | AddRow() | Allow() | DrawZone() | EraseZone():
             return []
         case Forbid():
             return _in_box(connection, lot, np.array(asked.outline), 0.0)
@@ -146,6 +157,14 @@ def zones_of(connection: Connection, lot: str, version: int | None = None) -> li
     return [Zone(key, name, tuple((a, b) for a, b in json.loads(outline))) for key, name, outline in found]
 
 
+def named_zones(connection: Connection, lot: str, version: int | None = None) -> list[Zone]:
+    """Return the zones with a name, by it, of the plan or of a version of the layout."""
+    columns = (ZONE.c.id, ZONE.c.name, ZONE.c.outline, ZONE.c.kind)
+    asked = select(*columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind != NO_STALLS)
+    found = connection.execute(asked.order_by(ZONE.c.name, ZONE.c.id))
+    return [Zone(key, name, tuple((a, b) for a, b in json.loads(outline)), kind) for key, name, outline, kind in found]
+
+
 def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
     """Return the facts that the draft of an operation needs besides the stalls."""
     usual: Mapping[str, float] = {}
@@ -154,7 +173,8 @@ def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
         median = connection.execute(_MEDIANS[name], {"lot": lot}).scalar()
         usual = {} if median is None else {name: float(median)}
     width, length = usual.get("width", USUAL_M[0]), usual.get("length", USUAL_M[1])
-    return Context(width, length, zones_of(connection, lot), new_id)
+    named = named_zones(connection, lot) if isinstance(asked, DrawZone | EraseZone) else ()
+    return Context(width, length, zones_of(connection, lot), new_id, named)
 
 
 def highest_of(connection: Connection, lot: str, near: Sequence[PlanStall]) -> dict[str, int]:

@@ -9,11 +9,11 @@ from typing import Any, Final
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.lots.plan import follow
-from hawk.lots.plan.reading import COLUMNS, all_stalls, stalls_in, zones_of
+from hawk.lots.plan.reading import COLUMNS, all_stalls, named_zones, stalls_in, zones_of
 from hawk.lots.plan.steps import is_among, rows_touched, step_of
 from hawk.lots.plan.values import LASTING, PlanStall, Zone
 from hawk.lots.plan.versions import edit_of
-from hawk.lots.tables import EDIT, FORMER, LAYOUT, NO_STALLS, STALL, STEP
+from hawk.lots.tables import EDIT, FORMER, LAYOUT, STALL, STEP
 from hawk.lots.values import NotFoundError, utc
 
 _TOUCHED: Final = (
@@ -36,7 +36,7 @@ def plan(connection: Connection, lot: str, since: int | None = None) -> dict[str
         bodies = connection.execute(steps.where(EDIT.c.lot == lot, STEP.c.revision > since)).scalars()
         keys = rows_touched([group for body in bodies for group in step_of(body)], STALL.name)
         shown |= {"whole": False, **touched_json(connection, keys)}
-    return {**shown, "zones": zones_json(zones_of(connection, lot))}
+    return {**shown, **all_zones_json(connection, lot)}
 
 
 def plan_of(connection: Connection, lot: str, version: int) -> dict[str, Any]:
@@ -48,7 +48,7 @@ def plan_of(connection: Connection, lot: str, version: int) -> dict[str, Any]:
     asked = select(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends > version).order_by(FORMER.c.ends.desc())
     former = {row["stall"]: row for row in connection.execute(asked).mappings()}  # that of the smallest `ends` is last
     shown = [stall_json(each, former.get(each.key)) for each in stalls]
-    return {"lot": lot, "layout": version, "stalls": shown, "zones": zones_json(zones_of(connection, lot, version))}
+    return {"lot": lot, "layout": version, "stalls": shown, **all_zones_json(connection, lot, version)}
 
 
 def touched_json(connection: Connection, keys: Sequence[int | str]) -> dict[str, Any]:
@@ -65,10 +65,16 @@ def stall_json(stall: PlanStall, former: RowMapping | None = None) -> dict[str, 
     return {"id": stall.id} | {name: former[name] for name in LASTING}
 
 
+def all_zones_json(connection: Connection, lot: str, version: int | None = None) -> dict[str, Any]:
+    """Return ``zones``, the areas without stalls, and ``named_zones``, of the plan or of a version of the layout."""
+    named = named_zones(connection, lot, version)
+    return {"zones": zones_json(zones_of(connection, lot, version)), "named_zones": zones_json(named)}
+
+
 def zones_json(zones: Sequence[Zone]) -> list[dict[str, Any]]:
-    """Return areas without stalls."""
+    """Return areas without stalls, or zones with a name."""
     return [
-        {"id": zone.id, "name": zone.name, "kind": NO_STALLS, "outline": [list(corner) for corner in zone.outline]}
+        {"id": zone.id, "name": zone.name, "kind": zone.kind, "outline": [list(corner) for corner in zone.outline]}
         for zone in zones
     ]
 

@@ -16,7 +16,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, bindparam, func, insert, select, text, update
 
 from hawk.lots.plan.values import LASTING, Draft, PlanStall
-from hawk.lots.tables import FORMER, LABEL, METADATA, NO_STALLS, STALL, ZONE
+from hawk.lots.tables import FORMER, LABEL, METADATA, STALL, ZONE
 
 Key = int | str
 
@@ -83,9 +83,9 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
     """
     keys = _add_stalls(connection, lot, version, draft.added)
     zones = [
-        {"id": zone.id, "lot": lot, "name": zone.name, "kind": NO_STALLS, "outline": json.dumps(zone.outline)}
+        {"id": zone.id, "lot": lot, "name": zone.name, "kind": zone.kind, "outline": json.dumps(zone.outline)}
         | {"begins": version, "ends": version}
-        for zone in draft.forbidden
+        for zone in draft.begun_zones
     ]
     if zones:
         connection.execute(insert(ZONE), zones)
@@ -99,8 +99,8 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
         *_grouped(("stall", old.key, *_differing(old, new)) for old, new in draft.changed),
         *_together("stall", keys, out_of_plan, in_plan),
         *_together("stall", [stall.key for stall in draft.ended], in_plan, out_of_plan),
-        *_together("zone", [zone.id for zone in draft.forbidden], out_of_plan, in_plan),
-        *_together("zone", [zone.id for zone in draft.allowed], in_plan, out_of_plan),
+        *_together("zone", [zone.id for zone in draft.begun_zones], out_of_plan, in_plan),
+        *_together("zone", [zone.id for zone in draft.ended_zones], in_plan, out_of_plan),
     )
     _keep_former(connection, version, [old.key for old, _ in draft.changed if old.begins < version])
     apply(connection, groups)

@@ -9,6 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.lots.tables import NO_STALLS
+
 Floats = NDArray[np.float64]
 
 SHAPE: Final = ("north", "east", "angle", "width", "length")
@@ -47,11 +49,15 @@ class PlanStall:
 
 @dataclass(frozen=True, slots=True)
 class Zone:
-    """An area without stalls; ``outline``: corners (north, east), metres in the lot's frame."""
+    """An area; ``outline``: corners (north, east), metres in the lot's frame.
+
+    ``kind``: `NO_STALLS`, or one of `hawk.lots.plan.kinds` of a named zone, whose stalls statistics count together.
+    """
 
     id: str
     name: str
     outline: tuple[tuple[float, float], ...] = field(repr=False)
+    kind: str = NO_STALLS
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +65,8 @@ class Draft:
     """A change of a plan that was not checked yet.
 
     ``changed``: stalls as they are and as they are to be; ``added``: without label, in the order of a row; ``field``:
-    the field of the operation that says where stalls stand.
+    the field of the operation that says where stalls stand. ``forbidden``, ``allowed``: areas without stalls that
+    begin, end; ``drawn``, ``erased``: named zones that do.
     """
 
     changed: tuple[tuple[PlanStall, PlanStall], ...] = ()
@@ -67,12 +74,24 @@ class Draft:
     added: tuple[PlanStall, ...] = ()
     forbidden: tuple[Zone, ...] = ()
     allowed: tuple[Zone, ...] = ()
+    drawn: tuple[Zone, ...] = ()
+    erased: tuple[Zone, ...] = ()
     field: str = "stalls"
 
     @property
     def is_empty(self) -> bool:
         """True when nothing changes."""
-        return not (self.changed or self.ended or self.added or self.forbidden or self.allowed)
+        return not (self.changed or self.ended or self.added or self.begun_zones or self.ended_zones)
+
+    @property
+    def begun_zones(self) -> tuple[Zone, ...]:
+        """Areas that become part of the plan."""
+        return (*self.forbidden, *self.drawn)
+
+    @property
+    def ended_zones(self) -> tuple[Zone, ...]:
+        """Areas that are no part of the plan any more."""
+        return (*self.allowed, *self.erased)
 
     @property
     def placed(self) -> tuple[PlanStall, ...]:

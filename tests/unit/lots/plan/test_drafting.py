@@ -135,6 +135,21 @@ def test_an_area_without_stalls_ends_those_in_it_until_it_is_taken_away(ann: Per
     assert ann.do(**{**ADD, "north": 0.0, "east": 10.0})["stalls"][0]["label"] == "A 11"
 
 
+def test_a_zone_with_a_name_is_drawn_and_erased_and_changes_no_stall(ann: Person) -> None:
+    done = ann.do("draw_zone", outline=AREA, name="Short  stay", kind="delivery")
+    (zone,) = done["named_zones"]
+    assert (zone["name"], zone["kind"], done["zones"], done["gone"], done["stalls"]) == (
+        "Short stay", "delivery", [], [], [],
+    )  # fmt: skip
+    with pytest.raises(LotInputError, match="name: Short stay is another zone's"):
+        ann.do("draw_zone", outline=AREA, name="Short stay")
+    assert len(ann.do("draw_zone", outline=AREA, name="Long stay")["named_zones"]) == 2  # zones may overlap
+    assert ann.do(**{**ADD, "north": 0.0, "east": 40.0})["named_zones"] != []
+    with pytest.raises(LotInputError, match="zone: is none of this plan"):
+        ann.do("allow", zone=zone["id"])
+    assert [each["name"] for each in ann.do("erase_zone", zone=zone["id"])["named_zones"]] == ["Long stay"]
+
+
 def test_stalls_that_vision_found_on_each_other_may_be_moved_together_and_come_no_nearer(ann: Person) -> None:
     ann.do("remove", stalls=ann.ids("A 2"))
     with ann.store.writing() as connection:
@@ -209,6 +224,11 @@ BAD: list[tuple[Any, str]] = [
     ({"do": "forbid", "outline": [[0, 0], [2, 2], [2, math.nan]]}, r"outline\[2\]\[1\]: must be a finite number"),
     ({"do": "forbid", "outline": AREA, "name": "a\0b"}, "name: holds characters that cannot be shown"),
     ({"do": "allow", "zone": NOBODY}, "zone: is none of this plan: read the plan again"),
+    ({"do": "draw_zone", "outline": AREA}, "name: is missing: write it"),
+    ({"do": "draw_zone", "outline": AREA, "name": " "}, "name: .*is empty or holds characters that cannot be shown"),
+    ({"do": "draw_zone", "outline": AREA, "name": "A", "kind": "no_stalls"}, "kind: .*is no kind"),
+    ({"do": "draw_zone", "outline": [[0, 0], [2, 2], [2, 0], [0, 2]], "name": "A"}, "outline: crosses or touches"),
+    ({"do": "erase_zone", "zone": NOBODY}, "zone: is none of this plan: read the plan again"),
 ]  # fmt: skip
 
 

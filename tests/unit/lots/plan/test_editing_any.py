@@ -35,7 +35,7 @@ def operation(**fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Json]:
     return st.fixed_dictionaries(fields)
 
 
-def do(name: str, **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Json]:
+def do(name: str, /, **fields: st.SearchStrategy[Any]) -> st.SearchStrategy[Json]:
     return operation(do=st.just(name), **fields)
 
 
@@ -74,6 +74,8 @@ OPERATIONS = st.one_of(
     do("set_kind", stalls=SOME, kind=st.sampled_from(sorted(KINDS))),
     do("forbid", outline=st.lists(PLACE, min_size=3, max_size=4)),
     do("allow", zone=st.integers(0, 3)),
+    do("draw_zone", outline=st.lists(PLACE, min_size=3, max_size=4), name=LETTERS),
+    do("erase_zone", zone=st.integers(0, 3)),
     do("confirm", row=LETTERS),
 )
 ACTS = st.lists(
@@ -95,7 +97,7 @@ def with_ids(person: Person, asked: Json) -> Json:
     """Return an operation whose numbers are ids of the plan, where the plan has as many."""
     plan = person.plan()
     ids = [each["id"] for each in plan["stalls"]]
-    zones = [each["id"] for each in plan["zones"]]
+    zones = [each["id"] for each in (*plan["zones"], *plan["named_zones"])]
     named = dict(asked)
     for field, known in (("stalls", ids), ("stall", ids), ("zone", zones)):
         value = named.get(field)

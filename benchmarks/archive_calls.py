@@ -1,0 +1,122 @@
+"""Time of every call for statistics over an archive of surveys: what a page or a tool waits for.
+
+The archive is written into the store's tables: a registration of each survey would take minutes and change no call.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from sqlalchemy import Connection, insert, select, update
+
+from hawk.lots.database import Database
+from hawk.lots.looks import keep_looks
+from hawk.lots.saving import save
+from hawk.lots.tables import OBSERVATION, STALL, SURVEY
+from hawk.lots.values import FinishedSurvey
+from hawk.stats.answering import ALL_BY, changes, statistics
+from hawk.stats.reading import Period
+
+SURVEYS: Final = 1000
+HOURS: Final = (8.2, 11.4, 14.6, 17.8)
+"""Hours of a day's surveys."""
+REPEATS: Final = 12
+_BEGIN: Final = datetime(2026, 1, 5, tzinfo=UTC)
+_TAKEN: Final = 0.55
+_MOVED: Final = 0.35
+"""Share of the stalls whose state is drawn again between two surveys."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calls:
+    """Milliseconds of each call, by its name."""
+
+    times: dict[str, list[float]]
+
+    @property
+    def slowest(self) -> tuple[str, float]:
+        """The call with the greatest median, and that."""
+        medians = {name: float(np.median(times)) for name, times in self.times.items()}
+        name = max(medians, key=lambda each: medians[each])
+        return name, medians[name]
+
+    @property
+    def p99_ms(self) -> float:
+        """The time that 99 % of all calls need at most."""
+        return float(np.percentile([each for times in self.times.values() for each in times], 99))
+
+
+def fill(store: Database, first: FinishedSurvey, surveys: int = SURVEYS) -> str:
+    """Write an archive of surveys of one lot, and return its id. ``first``: the survey that makes the lot."""
+    rng = np.random.default_rng(39)
+    with store.writing() as connection:
+        lot = save(connection, first).lot
+        assert lot is not None, "the first survey made no lot"
+        keys = np.array(connection.execute(select(STALL.c.key).where(STALL.c.lot == lot)).scalars().all())
+        ended = _BEGIN.timestamp() - 86_400.0
+        connection.execute(update(SURVEY).values(began=ended - 900, ended=ended))
+        like = dict(connection.execute(select(SURVEY)).mappings().one())
+        state = rng.random(len(keys)) < _TAKEN
+        for number in range(surveys):
+            state = np.where(rng.random(len(keys)) < _MOVED, rng.random(len(keys)) < _TAKEN, state)
+            _write(connection, like, number, keys, state, rng)
+    return lot
+
+
+def _write(
+    connection: Connection, like: dict[str, Any], number: int, keys: np.ndarray[Any, Any], state: np.ndarray[Any, Any],
+    rng: np.random.Generator,
+) -> None:  # fmt: skip
+    day, turn = divmod(number, len(HOURS))
+    ended = (_BEGIN + timedelta(days=day, hours=HOURS[turn])).timestamp()
+    seq, named = like["seq"] + 1 + number, f"{number:08d}-0000-4000-8000-000000000000"
+    shown = {"seq": seq, "id": named, "origin": f"archive {number}", "placed": "registered"}
+    connection.execute(insert(SURVEY).values(**{**like, **shown, "began": ended - 900, "ended": ended}))
+    taken = np.where(state, 1 - rng.beta(1, 60, len(keys)), rng.beta(1, 60, len(keys)))
+    rows = [
+        {"survey": seq, "stall": key, "looked": ended - 300, "taken": chance, "seen": 9}
+        | {"state": "taken" if chance >= 0.5 else "free"}
+        for key, chance in zip(keys.tolist(), taken.tolist(), strict=True)
+    ]  # fmt: skip
+    connection.execute(insert(OBSERVATION), rows)
+    keep_looks(connection, [seq])
+
+
+def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
+    """Yield every call by its name: the figures in each division, over all, a month and a day, and two surveys."""
+    periods = {"all": (None, None), "month": (30, 60), "day": (30, 31)}
+    for name, (begin, end) in periods.items():
+        period = Period(_moment(begin), _moment(end), UTC, "UTC")
+        for by in (None, *ALL_BY):
+            yield f"{by or 'lot'}, {name}", lambda c, p=period, b=by: statistics(c, lot, p, b)  # type: ignore[misc]
+    before, after = (f"{number:08d}-0000-4000-8000-000000000000" for number in (100, 103))
+    day = Period(_moment(25), _moment(26), UTC, "UTC")
+    yield "changes, day", lambda connection: changes(connection, lot, before, after, day)
+
+
+def _moment(day: int | None) -> float | None:
+    return None if day is None else (_BEGIN + timedelta(days=day)).timestamp()
+
+
+def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, repeats: int = REPEATS) -> Calls:
+    """Fill a store and time every call of a process that has begun, a transaction each."""
+    store = Database(path, {"synchronous": 0})
+    try:
+        lot = fill(store, first, surveys)
+        times: dict[str, list[float]] = {}
+        for repeat in range(repeats + 1):
+            for name, call in calls(lot):
+                began = time.perf_counter()
+                with store.reading() as connection:
+                    call(connection)
+                if repeat:  # the first ones load libraries
+                    times.setdefault(name, []).append((time.perf_counter() - began) * 1e3)
+        return Calls(times)
+    finally:
+        store.close()

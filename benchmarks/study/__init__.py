@@ -1,0 +1,1 @@
+"""Statistics of drawn lots against the simulator's exact history."""

@@ -1,0 +1,42 @@
+"""Statistics of a lot in a store: one call for the command line, the page and other tools."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from sqlalchemy import Connection
+
+from hawk.lots.values import LotInputError
+from hawk.stats.between import Changes, changes_between
+from hawk.stats.figures import Figures, figures
+from hawk.stats.grouping import BY
+from hawk.stats.reading import Period, read_panel
+
+HOUR: Final = "hour"
+ALL_BY: Final = (HOUR, *BY)
+"""Values of ``by``."""
+
+
+def statistics(connection: Connection, lot: str, period: Period, by: str | None = None) -> Figures:
+    """Return the figures of a lot in a period, parted by one of `ALL_BY`.
+
+    Raises LotInputError for another ``by``, NotFoundError, LotStoreError.
+    """
+    if by is not None and by not in ALL_BY:
+        raise LotInputError("by", f"must be one of {', '.join(ALL_BY)}, not {by!r}")
+    return figures(read_panel(connection, lot, period), by or "")
+
+
+def changes(connection: Connection, lot: str, before: str, after: str, period: Period) -> Changes:
+    """Return what changed from one survey of a lot to another one, by their ids.
+
+    Raises LotInputError for a survey that the period has not, or whose place or time is not sure; NotFoundError.
+    """
+    panel = read_panel(connection, lot, period)
+    numbers = {survey.id: number for number, survey in enumerate(panel.surveys)}
+    reasons = {each.id: each.why for each in panel.left_out}
+    for field, survey in (("before", before), ("after", after)):
+        if survey not in numbers:
+            words = reasons.get(survey, "is no survey of this lot and period: name another one")
+            raise LotInputError(field, words)
+    return changes_between(panel, numbers[before], numbers[after])

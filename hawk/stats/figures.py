@@ -1,0 +1,232 @@
+"""Figures of a lot's use over a period: by hour of the day, by day of the week, and by row, zone or kind.
+
+Terms and formulas: docs/statistics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from hawk.stats.between import Steady, steady
+from hawk.stats.counting import count
+from hawk.stats.flow import Flow, Moves
+from hawk.stats.grouping import BY, groups_of, whole
+from hawk.stats.hours import Hours, around, flown_hours
+from hawk.stats.turnover import Turnover, longest_gap, turnover
+from hawk.stats.values import NOTHING, Estimate, Floats, Group, LeftOut, Panel
+
+PRACTICAL: Final = (0.85, 0.90)
+"""Occupancies from which a lot counts as full: drivers circle (docs/statistics.md)."""
+WEEKDAYS: Final = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """The flown hour of highest occupancy. ``rivals``: other flown hours whose interval reaches its own."""
+
+    begin: str
+    occupancy: Estimate
+    accumulation: Estimate
+    rivals: int
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """Use of a group of stalls over the flown hours of a period.
+
+    ``occupancy``: mean share of taken stalls, which is the parking-hour utilisation; ``accumulation``: mean number of
+    taken ones; ``load``: space-hours taken; ``above``: shares of the flown hours at or above `PRACTICAL`.
+    """
+
+    name: str
+    capacity: int
+    surveys: int
+    hours: int
+    occupancy: Estimate
+    accumulation: Estimate
+    load: Estimate
+    peak: Peak | None
+    above: tuple[Estimate, ...]
+    steady: Steady
+    turnover: Turnover
+
+
+@dataclass(frozen=True, slots=True)
+class Hour:
+    """Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing."""
+
+    hour: int
+    days: int
+    occupancy: Estimate
+    accumulation: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Day:
+    """Days of the week with surveys: ``days`` of them, ``hours`` flown in all."""
+
+    weekday: int
+    days: int
+    hours: int
+    occupancy: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Two days of the week, by the hours of the day that both have: by how much the second is fuller (share)."""
+
+    first: int
+    second: int
+    hours: int
+    difference: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """All figures of a period. ``by`` says what ``parts`` are; empty for none."""
+
+    lot: str
+    name: str
+    clock: str
+    first: datetime | None
+    last: datetime | None
+    surveys: int
+    left_out: tuple[LeftOut, ...]
+    whole: Use | None
+    by: str
+    parts: tuple[Use, ...] = field(repr=False)
+    hours: tuple[Hour, ...] = field(repr=False)
+    days: tuple[Day, ...] = field(repr=False)
+    compared: tuple[Compared, ...] = field(repr=False)
+
+
+def figures(panel: Panel, by: str = "") -> Figures:
+    """Return the figures of a panel. ``by``: one of `hawk.stats.grouping.BY` parts the lot; others do not."""
+    groups = [*whole(panel), *(groups_of(panel, by) if by in BY else [])]
+    counted, moves = count(panel, groups), Moves.of(panel, groups)
+    hours = flown_hours(panel, counted, Flow.of(moves, counted))
+    at = [panel.local(survey.at) for survey in (*panel.surveys[:1], *panel.surveys[-1:])]
+    total, *parts = _uses(panel, groups, hours, moves)
+    return Figures(
+        panel.lot, panel.name, panel.clock_name, at[0] if at else None, at[-1] if at else None, len(panel.surveys),
+        panel.left_out, total if at else None, by, tuple(parts), hours_of_day(hours), days_of_week(hours),
+        compared(hours),
+    )  # fmt: skip
+
+
+def _uses(panel: Panel, groups: Sequence[Group], hours: Hours, moves: Moves) -> list[Use]:
+    mean, bounds, still = hours.over(), hours.bounds(), steady(panel, groups)
+    above = [_above(hours, bounds, limit) for limit in PRACTICAL]
+    turnovers = turnover(moves, longest_gap(moves))
+    known = np.isfinite(hours.mean)
+    flown = known.sum(axis=0).tolist()
+    stalls = ((hours.capacity * known).sum(axis=0) / np.maximum(known.sum(axis=0), 1)).tolist()
+    newest = panel.is_there[-1] if len(panel.surveys) else np.zeros(len(panel.stalls), np.bool_)
+    return [
+        Use(
+            group.name, int((newest & group.members).sum()), mean[k].surveys, flown[k], mean[k],
+            mean[k].times(stalls[k]), mean[k].times(stalls[k] * flown[k]), _peak(hours, bounds, k),
+            tuple(each[k] for each in above), still[k], turnovers[k],
+        )
+        for k, group in enumerate(groups)
+    ]  # fmt: skip
+
+
+def _above(hours: Hours, bounds: tuple[Floats, Floats], limit: float) -> list[Estimate]:
+    """Return the share of flown hours at or above an occupancy; the ends: hours whose interval is, may be."""
+    known = np.isfinite(hours.mean)
+    flown = known.sum(axis=0).tolist()
+    surveys = np.where(known, hours.surveys, 0.0).sum(axis=0).tolist()
+    counts = zip(*((known & (each >= limit)).sum(axis=0).tolist() for each in (hours.mean, *bounds)), strict=True)
+    return [
+        Estimate(value / whole, least / whole, most / whole, int(count)) if whole else NOTHING
+        for (value, least, most), whole, count in zip(counts, flown, surveys, strict=True)
+    ]
+
+
+def _peak(hours: Hours, bounds: tuple[Floats, Floats], group: int) -> Peak | None:
+    mean = hours.mean[:, group]
+    if not np.isfinite(mean).any():
+        return None
+    top = int(np.nanargmax(mean))
+    low, high = (each[:, group] for each in bounds)
+    rivals = int((np.nan_to_num(high, nan=-1.0) >= low[top]).sum()) - 1
+    share = Estimate(float(mean[top]), float(low[top]), float(high[top]), int(hours.surveys[top, group]))
+    begin = f"{hours.day[top].isoformat()}T{hours.hour[top]:02d}:00"
+    return Peak(begin, share, share.times(float(hours.capacity[top, group])), rivals)
+
+
+def hours_of_day(hours: Hours) -> tuple[Hour, ...]:
+    """Return the mean of each of the 24 hours of the day over the days that have it, of the first group."""
+    of_day = np.array(hours.hour, np.int64)
+    found = []
+    for hour in range(24):
+        is_it = (of_day == hour) & np.isfinite(hours.mean[:, 0])
+        days = int(is_it.sum())
+        if not days:
+            found.append(Hour(hour, 0, NOTHING, NOTHING))
+            continue
+        deviation = float(np.sqrt(hours.variance[is_it, 0].sum())) / days
+        share = around(float(hours.mean[is_it, 0].mean()), deviation, int(hours.surveys[is_it, 0].sum()))
+        found.append(Hour(hour, days, share, share.times(float(hours.capacity[is_it, 0].mean()))))
+    return tuple(found)
+
+
+def days_of_week(hours: Hours) -> tuple[Day, ...]:
+    """Return the days of the week that were flown, of the first group."""
+    weekday = np.array([day.weekday() for day in hours.day], np.int64)
+    numbers = sorted(set(weekday[np.isfinite(hours.mean[:, 0])].tolist()))
+    weights = np.zeros((len(weekday), len(numbers)))
+    for k, number in enumerate(numbers):
+        is_it = (weekday == number) & np.isfinite(hours.mean[:, 0])
+        weights[is_it, k] = 1.0 / is_it.sum()
+    shares = _sums(hours, weights)
+    found = []
+    for k, number in enumerate(numbers):
+        dates = {day for day, weight in zip(hours.day, weights[:, k].tolist(), strict=True) if weight}
+        found.append(Day(number, len(dates), int((weights[:, k] > 0).sum()), shares[k]))
+    return tuple(found)
+
+
+def compared(hours: Hours) -> tuple[Compared, ...]:
+    """Return each two days of the week by the hours of the day that both have, of the first group.
+
+    Each hour of the day counts once, with the mean over the dates of that day.
+    """
+    known = np.isfinite(hours.mean[:, 0])
+    weekday = np.where(known, np.array([day.weekday() for day in hours.day], np.int64), -1)
+    hour = np.array(hours.hour, np.int64)
+    of_hours = {day: frozenset(hour[weekday == day].tolist()) for day in sorted(set(weekday[known].tolist()))}
+    pairs = [
+        (first, second, shared)
+        for first, second in combinations(of_hours, 2)
+        if (shared := of_hours[first] & of_hours[second])
+    ]
+    weights = np.zeros((len(hour), len(pairs)))
+    for k, (first, second, common) in enumerate(pairs):
+        for day, sign in ((first, -1.0), (second, 1.0)):
+            for each in sorted(common):
+                is_it = (weekday == day) & (hour == each)
+                weights[is_it, k] = sign / is_it.sum() / len(common)
+    shares = _sums(hours, weights, low=-1.0)
+    return tuple(
+        Compared(first, second, len(common), share)
+        for (first, second, common), share in zip(pairs, shares, strict=True)
+    )  # fmt: skip
+
+
+def _sums(hours: Hours, weights: Floats, low: float = 0.0) -> list[Estimate]:
+    """Return sums over the hours of the first group by weights (K, C)."""
+    values = weights.T @ np.nan_to_num(hours.mean[:, 0])
+    deviations = np.sqrt(hours.spread(weights[:, :, None], slice(1))[:, 0])
+    surveys = (weights != 0).T.astype(np.float64) @ hours.surveys[:, 0]
+    return [
+        around(float(value), float(deviation), int(count), low)
+        for value, deviation, count in zip(values, deviations, surveys, strict=True)
+    ]

@@ -1,0 +1,135 @@
+"""Values of the statistics: what surveys saw of a lot's stalls, groups of stalls, and figures with their intervals.
+
+No vehicle is in them: a stall is free, taken or unknown at the moment of a survey.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime, tzinfo
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+States = NDArray[np.int8]
+
+LEVEL: Final = 0.9
+"""Share of figures whose interval is to hold the true value."""
+DEVIATIONS: Final = 1.6449
+"""Standard deviations on either side that hold `LEVEL` of a normal distribution."""
+FREE: Final = 0
+TAKEN: Final = 1
+UNSEEN: Final = -1
+"""States of a look; the last one is also that of a stall that was looked at without certainty."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountedStall:
+    """A stall: ``row`` is the letter of its label, ``kind`` OSM's value, ``zones`` the names of those it lies in."""
+
+    id: str
+    label: str
+    row: str
+    kind: str
+    zones: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CountedSurvey:
+    """A survey whose stalls are known. ``at``: mean moment of its looks, UTC, Unix seconds."""
+
+    id: str
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A survey of the period that no figure uses, and why."""
+
+    id: str
+    at: float
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Looks of S surveys, by their time, at N stalls of a lot.
+
+    ``taken`` (S, N): probability of being taken, NaN where unseen; ``state`` (S, N): `FREE`, `TAKEN`, `UNSEEN`;
+    ``is_there`` (S, N): the layout of that survey has the stall. ``clock``: the lot's time, called ``clock_name``.
+    """
+
+    lot: str
+    name: str
+    clock: tzinfo
+    clock_name: str
+    stalls: tuple[CountedStall, ...] = field(repr=False)
+    surveys: tuple[CountedSurvey, ...] = field(repr=False)
+    left_out: tuple[LeftOut, ...]
+    taken: Floats32 = field(repr=False)
+    state: States = field(repr=False)
+    is_there: Bools = field(repr=False)
+
+    @property
+    def at(self) -> Floats:
+        """Moments of the surveys, (S,), Unix seconds."""
+        return np.array([survey.at for survey in self.surveys], np.float64)
+
+    def local(self, at: float) -> datetime:
+        """Return a moment on the lot's clock."""
+        return datetime.fromtimestamp(at, self.clock)
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Stalls that are counted together: ``members`` (N,) of a panel."""
+
+    name: str
+    members: Bools = field(repr=False)
+
+
+def summed(values: NDArray[Any], groups: Sequence[Group]) -> Floats:
+    """Return the sums of values (S, N) over the members of each group, (S, G): faster than a product of matrices."""
+    if not values.size or not groups:
+        return np.zeros((len(values), len(groups)))
+    columns = [np.flatnonzero(group.members) for group in groups]
+    sizes = [len(each) for each in columns]
+    total = np.zeros((len(values), len(groups)))
+    filled = [k for k, size in enumerate(sizes) if size]
+    if filled:
+        starts = np.cumsum([0, *(sizes[k] for k in filled[:-1])])
+        kind = values.dtype if values.dtype.kind == "f" else np.int32
+        total[:, filled] = np.add.reduceat(values[:, np.concatenate(columns)], starts, axis=1, dtype=kind)
+    return total
+
+
+def capacity_of(is_there: Bools, groups: Sequence[Group]) -> Floats:
+    """Return how many stalls of each group are there, (S, G); ``is_there`` (S, N)."""
+    if is_there.all():
+        return np.tile([float(group.members.sum()) for group in groups], (len(is_there), 1))
+    return summed(is_there, groups)
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A figure with its interval and the number of surveys behind it; all are None where there is none."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+    surveys: int
+
+    def times(self, factor: float) -> Estimate:
+        """Return the figure in another unit."""
+        value, low, high = (None if each is None else each * factor for each in (self.value, self.low, self.high))
+        return Estimate(value, low, high, self.surveys)
+
+
+NOTHING: Final = Estimate(None, None, None, 0)
+"""Figure of an hour that nobody flew."""

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from sqlalchemy import delete, select
+
+from hawk.cli import main
+from hawk.lots.database import Database
+from hawk.lots.saving import save
+from hawk.lots.tables import LOOKS
+from tests.unit.stats.test_reading import later, register, seen
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    store = Database(tmp_path / "lots.db")
+    with store.writing() as connection:
+        for number in (1, 2, 3):
+            save(connection, later(seen({}), number) if number > 1 else seen({}), register)
+    store.close()
+
+    def command(*options: str) -> tuple[int, str, str]:
+        status = main(["stats", *options, "--store", str(tmp_path), "--time-zone", "UTC"])
+        return status, *capsys.readouterr()
+
+    return command
+
+
+def test_the_figures_are_printed_with_their_intervals_and_the_clock(run: Run) -> None:
+    status, out, _ = run("Lot 1")
+    assert status == 0
+    assert "Lot 1: 3 surveys, times by UTC" in out
+    assert "90% intervals" in out
+    assert "capacity: 20 stalls" in out
+    assert "occupancy over" in out
+
+
+@pytest.mark.parametrize("by", ["hour", "row", "zone", "kind"])
+def test_csv_has_a_line_a_part_that_names_lot_clock_and_surveys(run: Run, by: str) -> None:
+    status, out, _ = run("Lot 1", "--by", by, "--csv")
+    rows = list(csv.DictReader(io.StringIO(out)))
+    assert status == 0
+    assert len(rows) == (24 if by == "hour" else 1)
+    assert {(row["lot"], row["clock"], row["surveys_in_period"]) for row in rows} == {("Lot 1", "UTC", "3")}
+
+
+def test_json_has_every_figure_with_low_high_and_surveys(run: Run) -> None:
+    _, out, _ = run("Lot 1", "--by", "row", "--json")
+    found = json.loads(out)
+    assert set(found["whole"]["occupancy"]) == {"value", "low", "high", "surveys"}
+    assert found["parts"][0]["name"] == "A"
+    assert [hour["occupancy"]["value"] is None for hour in found["hours"]].count(False) == 1
+
+
+def test_a_period_without_surveys_says_so(run: Run) -> None:
+    status, out, _ = run("Lot 1", "--from", "2031-01-01", "--to", "2031-01-02")
+    assert status == 0
+    assert "No survey of this period can be used" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("Lot 1", "--from", "yesterday"), "--from: must be a date, as 2026-05-04"),
+        (("Lot 1", "--to", "2026-13-01"), "--to: must be a date"),
+        (("Lot 1", "--from", "2026-05-04", "--to", "2026-05-01"), "--to: 2026-05-01 is not after 2026-05-04"),
+        (("Lot 1", "--by", "colour"), "--by: invalid choice: 'colour'"),
+        (("Lot 9",), "LOT: no lot is called 'Lot 9'; there are 'Lot 1'"),
+        (("Lot 1", "--csv", "--json"), "--json: not allowed with argument --csv"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_its_name_and_the_remedy(
+    run: Run, options: tuple[str, ...], words: str
+) -> None:
+    status, _, error = run(*options)
+    assert status != 0
+    assert words in error
+
+
+def test_a_time_zone_that_there_is_not_and_a_store_that_there_is_not_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["stats", "Lot 1", "--store", str(tmp_path), "--time-zone", "Mars/Olympus"]) != 0
+    assert "--time-zone: must be a name of the time zone database" in capsys.readouterr().err
+    assert main(["stats", "Lot 1", "--store", str(tmp_path)]) != 0
+    assert "there is no store of lots; name its folder by --store" in capsys.readouterr().err
+
+
+def test_pieces_that_are_missing_are_kept_by_the_command(run: Run, tmp_path: Path) -> None:
+    store = Database(tmp_path / "lots.db")
+    with store.writing() as connection:
+        connection.execute(delete(LOOKS))
+    store.close()
+    assert run("Lot 1")[0] == 0
+    store = Database(tmp_path / "lots.db")
+    with store.reading() as connection:
+        assert len(connection.execute(select(LOOKS.c.survey)).all()) == 3
+    store.close()
+
+
+def test_the_command_line_starts_without_numpy() -> None:
+    code = "import sys, hawk.cli; hawk.cli.make_parser(); print('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "False\n"

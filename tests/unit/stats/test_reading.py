@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from datetime import UTC
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sqlalchemy import select, update
+
+from hawk.lots.database import Database
+from hawk.lots.plan import editing
+from hawk.lots.saving import save
+from hawk.lots.tables import STALL, SURVEY
+from hawk.lots.values import FinishedSurvey, FoundStalls, KnownStalls, LotInputError, NotFoundError, Registration
+from hawk.model.lot_map import StallState
+from hawk.stats.answering import changes, statistics
+from hawk.stats.reading import NO_LOOKS, NO_TIME, UNREGISTERED, Period, read_panel
+from hawk.stats.values import FREE, TAKEN, UNSEEN
+from tests.unit.lots import surveys
+from tests.unit.lots.surveys import BEGAN, survey
+
+EVER = Period(None, None, UTC, "UTC")
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "lots.db")
+    yield opened
+    opened.close()
+
+
+def register(known: KnownStalls, found: FoundStalls) -> Registration:
+    """Take each stall for the one with its number."""
+    there = [stall.id for stall in known.stalls]
+    return Registration(0.0, 0.0, 0.0, {stall.id: there[stall.id - 1] for stall in found.stalls})
+
+
+def seen(states: Mapping[int, StallState], stalls: int = 20, **values: object) -> FinishedSurvey:
+    """Return a survey whose stalls are free, but those of some numbers."""
+    whole = survey(stalls=stalls)
+    chance = {StallState.FREE: 0.01, StallState.TAKEN: 0.99, StallState.UNKNOWN: 0.5}
+    made = tuple(
+        replace(each, state=state, taken=chance[state])
+        for each in whole.stalls
+        for state in [states.get(each.id, StallState.FREE)]
+    )
+    return replace(whole, stalls=made, **values)  # type: ignore[arg-type]
+
+
+def later(given: FinishedSurvey, number: int) -> FinishedSurvey:
+    """Return the survey as one of the next day, its looks too."""
+    stalls = tuple(replace(stall, looked=stall.looked + 86_400) for stall in given.stalls)
+    return surveys.later(replace(given, stalls=stalls), number)
+
+
+def lot_of(store: Database, *flown: FinishedSurvey) -> str:
+    with store.writing() as connection:
+        saved = [save(connection, each, register) for each in flown]
+    return saved[0].lot or ""
+
+
+def test_states_and_probabilities_are_those_of_the_observations_by_time(store: Database) -> None:
+    first = seen({1: StallState.TAKEN, 2: StallState.UNKNOWN})
+    lot = lot_of(store, first, later(seen({3: StallState.TAKEN}), 2))
+    with store.reading() as connection:
+        found = read_panel(connection, lot, EVER)
+    assert found.state[:, :4].tolist() == [[TAKEN, UNSEEN, FREE, FREE], [FREE, FREE, TAKEN, FREE]]
+    assert found.taken[0, :3].tolist() == pytest.approx([0.99, 0.5, 0.01])
+    assert found.at[1] - found.at[0] == pytest.approx(86_400)
+    assert {stall.row for stall in found.stalls} == {"A"}
+    assert found.left_out == ()
+
+
+def test_surveys_whose_place_or_time_is_not_sure_are_left_out_and_named_with_the_reason(store: Database) -> None:
+    lot = lot_of(store, seen({}), later(seen({}), 2), later(seen({}), 3), later(seen({}), 4))
+    with store.writing() as connection:
+        ids = connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all()
+        for seq, values in ((2, {"placed": "unregistered"}), (3, {"time_is_sure": False})):
+            connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
+        connection.exec_driver_sql("DELETE FROM observation WHERE survey = 4")
+        found = statistics(connection, lot, EVER)
+    assert found.surveys == 1
+    assert [(each.id, each.why) for each in found.left_out] == [
+        (ids[1], UNREGISTERED), (ids[2], NO_TIME), (ids[3], NO_LOOKS),
+    ]  # fmt: skip
+
+
+def test_a_period_holds_its_begin_and_not_its_end(store: Database) -> None:
+    lot = lot_of(store, seen({}), later(seen({}), 2))
+    ended = BEGAN + 900
+    with store.reading() as connection:
+        counts = [
+            len(read_panel(connection, lot, Period(begin, end, UTC, "UTC")).surveys)
+            for begin, end in ((None, None), (ended, ended + 86_400), (ended + 1, None), (None, ended))
+        ]
+    assert counts == [2, 1, 1, 0]
+
+
+def test_a_stall_counts_in_the_surveys_whose_layout_has_it(store: Database) -> None:
+    lot = lot_of(store, seen({}))
+    with store.writing() as connection:
+        gone = connection.execute(select(STALL.c.id).order_by(STALL.c.key)).scalars().first()
+        edit = editing.open_edit(connection, lot, {"who": "Ann"}, 1.0)["edit"]
+        editing.do(connection, lot, {"edit": edit, "operation": {"do": "remove", "stalls": [gone]}}, 2.0)
+        editing.close(connection, lot, {"edit": edit}, 3.0)
+        connection.execute(update(SURVEY).values(layout=1))
+        save(connection, later(replace(seen({}), stalls=seen({}).stalls[:19]), 2), register)
+        found = read_panel(connection, lot, EVER)
+    assert found.is_there.sum(axis=1).tolist() == [20, 19]
+    assert found.state[1][~found.is_there[1]].tolist() == [UNSEEN]
+
+
+def test_a_lot_without_surveys_of_a_period_has_no_figures_and_no_hours(store: Database) -> None:
+    lot = lot_of(store, seen({}))
+    with store.reading() as connection:
+        for by in (None, "hour", "row", "zone", "kind"):
+            found = statistics(connection, lot, Period(BEGAN + 9e6, None, UTC, "UTC"), by)
+            assert (found.whole, found.surveys, found.first) == (None, 0, None)
+            assert all(each.occupancy.value is None for each in found.hours)
+
+
+def test_zones_have_the_stalls_whose_middle_is_in_them(store: Database) -> None:
+    lot = lot_of(store, seen({}), later(seen({1: StallState.TAKEN, 2: StallState.TAKEN}), 2))
+    with store.writing() as connection:
+        edit = editing.open_edit(connection, lot, {"who": "Ann"}, 1.0)["edit"]
+        ring = [[-9, -3], [9, -3], [9, 3.7], [-9, 3.7]]
+        operation = {"do": "draw_zone", "name": "Short stay", "kind": "delivery", "outline": ring}
+        editing.do(connection, lot, {"edit": edit, "operation": operation}, 2.0)
+        editing.close(connection, lot, {"edit": edit}, 3.0)
+        found = statistics(connection, lot, EVER, "zone")
+    assert [(part.name, part.capacity) for part in found.parts] == [("no zone", 18), ("Short stay", 2)]
+    assert found.parts[1].occupancy.value == pytest.approx(0.5, abs=0.01)
+
+
+def test_changes_between_two_surveys_name_the_stalls(store: Database) -> None:
+    lot = lot_of(store, seen({1: StallState.TAKEN, 4: StallState.UNKNOWN}), later(seen({2: StallState.TAKEN}), 2))
+    with store.reading() as connection:
+        before, after = connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all()
+        found = changes(connection, lot, before, after, EVER)
+        with pytest.raises(LotInputError, match="after: is no survey of this lot and period"):
+            changes(connection, lot, before, "nobody", EVER)
+    assert [(each.stall.label, each.is_taken) for each in found.stalls] == [("A 1", False), ("A 2", True)]
+    assert (found.compared, found.unknown, found.came.value, found.left.value) == (19, 1, 1.0, 1.0)
+    assert np.isclose(found.stalls[0].chance, 0.99 * 0.99, atol=1e-3)
+
+
+def test_an_unknown_lot_or_division_is_refused_by_name(store: Database) -> None:
+    lot = lot_of(store, seen({}))
+    with store.reading() as connection:
+        with pytest.raises(NotFoundError, match="lot: there is no lot with this id"):
+            read_panel(connection, "nobody", EVER)
+        with pytest.raises(LotInputError, match="by: must be one of hour, row, zone, kind, not 'colour'"):
+            statistics(connection, lot, EVER, "colour")
