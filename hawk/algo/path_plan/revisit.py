@@ -49,7 +49,8 @@ _DROPS: Final = 12
 _STEPS_M: Final = (6.0, 2.0, 0.7)
 _BRAKES_M_S2: Final = 2.5
 EDGE_M: Final = 1.3
-"""Edge of a picture in which no stall counts as shown: of 0.6 m the mapper takes nothing, and stalls of a plan that\nvision has found lie up to 0.6 m off."""
+"""Edge of a picture in which no stall counts as shown: of 0.6 m the mapper takes nothing, and stalls of a plan that
+vision has found lie up to 0.6 m off."""
 _KEPT: Final = 300
 """Pictures that are remembered until the plan has its place: a minute."""
 _NEW_M: Final = 2.2
