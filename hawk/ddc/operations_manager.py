@@ -20,6 +20,7 @@ from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
+from hawk.ddc.memory import remember
 from hawk.ddc.orders import Cause, CauseKind
 from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION
 from hawk.ddc.parameters.heights import ParameterStore
@@ -72,7 +73,6 @@ class OperationsManager:
         self._topics = ddc_topic_interface
         self._service = ddc_service_interface
         self._tick_s = 1.0 / setup.settings.flight.tick_hz
-        self._recorder = Recorder(setup.record)
         self._failing = FailingTicks(setup.speed)
         self._returns: set[asyncio.Task[None]] = set()
         self._trail = Trail(self._keep_flight)
@@ -100,6 +100,9 @@ class OperationsManager:
             setup.clock(),
             continues_survey=setup.continues_survey,
             right_parameters=setup.flight.parameters if setup.flight is not None and goes_on else None,
+        )
+        self._recorder = Recorder(
+            setup.record, lambda: remember(self._decider, setup.settings, tokens), setup.wants_memory
         )
         self._stop_hearing: Callable[[], None] = lambda: None
 
@@ -141,6 +144,7 @@ class OperationsManager:
         if COMMAND_TABLE[command.type].begins_flight and self._failing.is_failing:
             reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
             return Ack(id=command.id, accepted=False, reason=reason)
+        self._guarded(lambda: self._recorder.prepare(facts.now))
         decision = self._decider.command(facts, client, command)
         self._guarded(lambda: self._recorder.command(facts, client, command, decision))
         self._perform(decision)
@@ -181,7 +185,7 @@ class OperationsManager:
             True if there was something to do.
         """
         facts = self._senses.look()
-        decision = self._decider.leave_air(facts, Cause(say("The program ends."), CauseKind.ALWAYS))
+        decision = self._leave_air(facts, Cause(say("The program ends."), CauseKind.ALWAYS))
         if decision is None:
             return False
         self._perform(decision)
@@ -220,6 +224,7 @@ class OperationsManager:
 
     def _decide(self, facts: Facts) -> bool:
         """Decide and act; return False when the drone's safety was not looked after."""
+        self._guarded(lambda: self._recorder.prepare(facts.now))
         try:
             decision = self._decider.tick(facts)
         except Exception as error:
@@ -253,9 +258,16 @@ class OperationsManager:
         request.add_done_callback(self._returns.discard)
         cause = Cause(say("A fault in the program."), CauseKind.ALWAYS)
         self.log.add("error", say("A fault in the program: returning home."), self.own_health.reason)
-        decision = None if facts is None else self._decider.leave_air(facts, cause)
+        decision = None if facts is None else self._leave_air(facts, cause)
         if decision is not None:
             self._perform(decision)
+
+    def _leave_air(self, facts: Facts, cause: Cause) -> Decision | None:
+        self._guarded(lambda: self._recorder.prepare(facts.now))
+        decision = self._decider.leave_air(facts, cause)
+        if decision is not None:
+            self._guarded(lambda: self._recorder.leave(facts, cause, decision))
+        return decision
 
     async def _ask_for_return(self) -> None:
         try:

@@ -1,11 +1,14 @@
 """Records what was decided from which facts: the same facts and commands give the same decisions.
 
-The records of one run, in their order: ``tick`` and ``command`` hold the facts, ``decision`` the acts that followed.
-Facts that are as they were one record before are left out.
+The records of one run, in their order: ``memory`` holds what the decider remembers, ``tick``, ``command`` and ``leave``
+the facts, ``decision`` the acts that followed. Facts that are as they were one record before are left out. Records of
+facts are numbered: where a number is missing, messages were lost, and a reader goes on from the next memory
+(`hawk.ddc.replay`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -16,8 +19,13 @@ from hawk.comm.protocol.commands import Command
 from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.decider import Decision
 from hawk.ddc.facts import Facts
+from hawk.ddc.orders import Cause
 
-TICK, COMMAND, DECISION = "tick", "command", "decision"
+TICK, COMMAND, LEAVE, DECISION, MEMORY = "tick", "command", "leave", "decision", "memory"
+MEMORY_S = 60.0
+"""The decider's memory is recorded this often, seconds, and where the recording has none."""
+LEAST_MEMORY_S = 1.0
+"""Not more often than this: a recording that loses messages asks for it again and again, seconds."""
 WHOLE_EVERY = 20
 """Every such record holds all facts, so that a reader can begin within a second of any place."""
 
@@ -25,21 +33,53 @@ WHOLE_EVERY = 20
 class Recorder:
     """Hands facts, commands and decisions to the recording."""
 
-    def __init__(self, record: Callable[[str, dict[str, Any]], None]) -> None:
+    def __init__(
+        self,
+        record: Callable[[str, dict[str, Any]], None],
+        remember: Callable[[], dict[str, Any]],
+        wants_memory: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Begin.
+
+        Args:
+            record: Takes topic and payload.
+            remember: Returns the decider's memory of now.
+            wants_memory: Returns True while what was recorded last cannot be entered.
+        """
         self._record = record
+        self._remember = remember
+        self._wants_memory = wants_memory
+        self._remembered_at: float | None = None
         self._last: Facts | None = None
         self._count = 0
 
+    def prepare(self, now: float) -> None:
+        """Record the decider's memory where it is due: call it before each decision, ``now`` in seconds."""
+        passed = math.inf if self._remembered_at is None else now - self._remembered_at
+        if passed < (LEAST_MEMORY_S if self._wants_memory() else MEMORY_S):
+            return
+        self._remembered_at, self._last = now, None
+        self._record(MEMORY, self._remember())
+
     def tick(self, facts: Facts, decision: Decision) -> None:
         """Record a tick and its decision."""
-        self._record(TICK, {"facts": self._changed(facts)})
+        self._facts(TICK, facts, {})
         self._decision(decision)
 
     def command(self, facts: Facts, client: ClientId, command: Command, decision: Decision) -> None:
         """Record a command, without its token, and its decision."""
         content = command.model_dump(by_alias=True, exclude={"token"})
-        self._record(COMMAND, {"client": client, **content, "facts": self._changed(facts)})
+        self._facts(COMMAND, facts, {"client": client, **content})
         self._decision(decision)
+
+    def leave(self, facts: Facts, cause: Cause, decision: Decision) -> None:
+        """Record that the drone left the air because the program ends, or ticks failed, and the decision."""
+        self._facts(LEAVE, facts, {"cause": cause})
+        self._decision(decision)
+
+    def _facts(self, kind: str, facts: Facts, content: dict[str, Any]) -> None:
+        number = self._count
+        self._record(kind, {**content, "number": number, "facts": self._changed(facts)})
 
     def _decision(self, decision: Decision) -> None:
         if decision.acts or decision.fault:

@@ -92,6 +92,8 @@ class ManagerSetup:
     utc: Callable[[], datetime] = field(default=lambda: datetime.now(UTC))
     record: Callable[[str, dict[str, Any]], None] = field(default=lambda _kind, _payload: None)
     """Receives every tick's facts, every command, answer, request and decision."""
+    wants_memory: Callable[[], bool] = field(default=lambda: False)
+    """True while the recording cannot be entered: the decider's memory is recorded with the next tick."""
     count_start: Callable[[], int] = field(default=lambda: 1)
     """Journals a start in the air; returns the number of starts in the last 60 s, this one included."""
     new_token: Callable[[], str] | None = None

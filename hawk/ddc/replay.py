@@ -1,0 +1,213 @@
+"""Decides a recorded flight again: the same memory, facts and commands give the same decisions.
+
+A recording can be entered at each ``memory``. Where records are missing, nothing is decided until the next one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from typing import Any, Final
+
+from pydantic import TypeAdapter, ValidationError
+
+from hawk.comm.protocol.commands import BadMessageError, Command, Kill, parse_command
+from hawk.comm.protocol.heartbeat import ClientId
+from hawk.ddc.decider import Decider, Decision
+from hawk.ddc.facts import Facts
+from hawk.ddc.memory import MemoryFormatError, remember, restore
+from hawk.ddc.orders import Cause
+from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
+from hawk.ddc.rules.kill import KillTokens
+from hawk.ddc.settings import DdcSettings
+from hawk.store.recording import to_json
+
+NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
+_NOTHING: Final[Mapping[str, Any]] = {"acts": [], "fault": ""}
+_OURS: Final = frozenset({"number", "facts", "client"})
+
+
+class ReplayError(ValueError):
+    """A recording that cannot be decided again; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One recorded moment: facts, the command or cause (both None: a tick), and the decision as it was recorded.
+
+    ``memory``: what the decider remembered just before; None where it was not recorded.
+    """
+
+    facts: Facts
+    number: int
+    client: ClientId = ""
+    command: Command | None = None
+    cause: Cause | None = None
+    memory: Mapping[str, Any] | None = field(default=None, repr=False)
+    decision: Mapping[str, Any] = field(default_factory=lambda: _NOTHING)
+
+    @property
+    def kill_problem(self) -> str:
+        """The recorded outcome of the token of a Kill."""
+        for act in self.decision["acts"]:
+            if act["act"] == "Record" and act["kind"] == "kill token":
+                return str(act["payload"][0][1])
+        return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A decision that is another one now, both as a recording keeps them. ``at``: seconds of the recording's clock."""
+
+    at: float
+    command: str
+    recorded: Any
+    again: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Number of moments that were decided again, of memories entered, of moments that no memory leads to."""
+
+    decided: int = 0
+    entered: int = 0
+    left_out: int = 0
+    differences: tuple[Difference, ...] = ()
+
+
+def moments(records: Iterable[tuple[str, Mapping[str, Any]]]) -> Iterator[Moment]:
+    """Give the recorded moments in order, from the first whole facts on.
+
+    Args:
+        records: Topic and payload (plain JSON) of each record; other topics are ignored.
+
+    Raises:
+        ReplayError: A record that this version cannot read.
+    """
+    known: dict[str, Any] = {}
+    memory: Mapping[str, Any] | None = None
+    open_: Moment | None = None
+    for kind, payload in records:
+        if kind in (TICK, COMMAND, LEAVE):
+            known |= payload["facts"]
+            if len(known) < len(fields(Facts)):
+                continue
+            if open_ is not None:
+                yield open_
+            open_, memory = replace(_moment(kind, payload, known), memory=memory), None
+        elif kind == MEMORY:
+            memory = payload
+        elif kind == DECISION and open_ is not None:
+            yield replace(open_, decision=payload)
+            open_ = None
+    if open_ is not None:
+        yield open_
+
+
+@cache
+def _facts() -> TypeAdapter[Facts]:
+    return TypeAdapter(Facts)
+
+
+def _moment(kind: str, payload: Mapping[str, Any], known: Mapping[str, Any]) -> Moment:
+    try:
+        facts, number = _facts().validate_python(known), int(payload["number"])
+        if kind == TICK:
+            return Moment(facts, number)
+        if kind == LEAVE:
+            return Moment(facts, number, cause=TypeAdapter(Cause).validate_python(payload["cause"]))
+        content = {name: value for name, value in payload.items() if name not in _OURS}
+        if content["Type"] == Kill.model_fields["type"].default:
+            content["Token"] = "never recorded: this stands for it"  # noqa: S105
+        return Moment(facts, number, payload["client"], parse_command(json.dumps(content)))
+    except (ValidationError, BadMessageError, KeyError, TypeError) as error:
+        raise ReplayError(f"a record of {kind} is of another version: {error}") from error
+
+
+class _RecordedTokens(KillTokens):
+    """Confirms a Kill where the recorded flight did."""
+
+    problem = ""
+
+    def redeem(self, client: ClientId, token: str, now: float) -> str:  # noqa: ARG002 - it was judged in flight
+        """Return the recorded outcome."""
+        return self.problem
+
+
+def decide_again(flight: Iterable[Moment], settings: DdcSettings) -> Iterator[tuple[Moment, Decision]]:
+    """Give each moment with the decision that its facts cause now, from the first memory on.
+
+    At each memory the decider goes on from there. Moments after missing ones are left out. Raises ReplayError.
+    """
+    for moment, decision, _ in _decided(flight, settings):
+        if decision is not None:
+            yield moment, decision
+
+
+def compare(records: Iterable[tuple[str, Mapping[str, Any]]], settings: DdcSettings) -> Comparison:
+    """Decide a recording again and compare; what the decider remembers is compared at each memory.
+
+    Args:
+        records: Topic and payload (plain JSON) of each record.
+        settings: Those of the recorded run.
+
+    Raises:
+        ReplayError: No memory, or records of another version.
+    """
+    decided = entered = left_out = 0
+    differences: list[Difference] = []
+    for moment, decision, remembered in _decided(moments(records), settings):
+        entered += moment.memory is not None
+        if decision is None:
+            left_out += 1
+            continue
+        decided += 1
+        now, command = moment.facts.now, "" if moment.command is None else moment.command.type
+        if remembered is not None and remembered != moment.memory:
+            differences.append(Difference(now, MEMORY, moment.memory, remembered))
+        again = _as_recorded(decision)
+        if again != moment.decision:
+            differences.append(Difference(now, command, moment.decision, again))
+    if entered == 0:
+        raise ReplayError(NO_MEMORY)
+    return Comparison(decided, entered, left_out, tuple(differences))
+
+
+def _as_recorded(decision: Decision) -> Any:
+    return json.loads(to_json(plain(decision)))
+
+
+def _decided(
+    flight: Iterable[Moment], settings: DdcSettings
+) -> Iterator[tuple[Moment, Decision | None, dict[str, Any] | None]]:
+    """Give each moment, its decision (None: no memory leads to it), and what the decider remembered before a memory."""
+    tokens = _RecordedTokens()
+    decider: Decider | None = None
+    number = 0
+    for moment in flight:
+        if moment.number != number:
+            decider = None
+        number = moment.number + 1
+        remembered = None
+        if moment.memory is not None:
+            remembered = None if decider is None else remember(decider, settings, tokens)
+            decider = _entered(moment.memory, settings, tokens)
+        yield moment, None if decider is None else _decide(decider, tokens, moment), remembered
+
+
+def _entered(memory: Mapping[str, Any], settings: DdcSettings, tokens: KillTokens) -> Decider:
+    try:
+        return restore(memory, settings, tokens)
+    except MemoryFormatError as error:
+        raise ReplayError(str(error)) from error
+
+
+def _decide(decider: Decider, tokens: _RecordedTokens, moment: Moment) -> Decision | None:
+    tokens.problem = moment.kill_problem
+    if moment.command is not None:
+        return decider.command(moment.facts, moment.client, moment.command)
+    if moment.cause is not None:
+        return decider.leave_air(moment.facts, moment.cause)
+    return decider.tick(moment.facts)

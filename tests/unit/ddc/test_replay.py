@@ -1,0 +1,335 @@
+"""Recorded flights are decided again: the same memory, facts and commands give the same decisions."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import inspect
+import json
+import textwrap
+from collections.abc import Awaitable, Callable, Iterator
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from hawk.comm.protocol.commands import (
+    Arm,
+    AutonomousExplore,
+    AutonomousMove,
+    ClearKill,
+    CompulsiveMove,
+    Configure,
+    Hold,
+    Kill,
+    KillRequest,
+    KillToken,
+    Land,
+    ReturnToLaunch,
+    RouteRequest,
+    SetFailsafes,
+    Takeoff,
+)
+from hawk.ddc import memory, recorder
+from hawk.ddc.memory import FORMAT, MemoryFormatError, remember, restore
+from hawk.ddc.recorder import LEAVE, MEMORY, TICK, plain
+from hawk.ddc.replay import Moment, ReplayError, compare, decide_again, moments
+from hawk.ddc.rules.kill import KillTokens
+from hawk.model.operation import StateName
+from hawk.model.plans import Inbound
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode
+from hawk.store.recording import to_json
+from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, Rig
+from tests.unit.ddc.test_operations_manager_properties import Flight
+
+
+async def survey(rig: Rig) -> None:
+    """A whole survey: failsafes set, heights saved, explored, moved, home."""
+    await rig.run(2)
+    rig.order(SetFailsafes())
+    await rig.run(3)
+    rig.order(Configure(min=12, des=25, max=48))
+    await rig.until(StateName.IDLE)  # a thread writes them
+    await rig.run(2)
+    rig.order(Arm())
+    await rig.run(1)
+    rig.order(Takeoff())
+    await rig.until(StateName.HOVER)
+    rig.target_plan(20, 10)
+    rig.order(AutonomousExplore())
+    await rig.run(8)
+    rig.finish_plan()
+    await rig.until(StateName.HOVER)
+    rig.manager.handle("eve", RouteRequest(x=10, y=10))
+    rig.manager.handle("ana", AutonomousMove(x=10, y=0))
+    await rig.run(8)
+    assert not rig.command(CompulsiveMove(x=500, y=0)).accepted
+    rig.order(ReturnToLaunch())
+    await rig.until(StateName.IDLE)
+
+
+async def troubles(rig: Rig) -> None:
+    """A start in the air, an operator lost, a breach, a jump, a lost link, a pilot."""
+    rig.autopilot.put_in_air()
+    await rig.run(1)
+    rig.desk.present = False
+    await rig.run(3)
+    rig.desk.present = True
+    await rig.run(1)
+    rig.order(CompulsiveMove(x=60, y=0))
+    await rig.run(2)
+    rig.autopilot.topics.frame_jump.publish(4.0)
+    rig.autopilot.topics.estimate_jump.publish(9.0)
+    rig.autopilot.move_home(GlobalPose(PLACE.latitude + 0.003, PLACE.longitude, PLACE.altitude))
+    await rig.run(1)
+    rig.autopilot.north = 148.0
+    await rig.run(3)
+    rig.autopilot.connected = False
+    await rig.run(5)
+    rig.autopilot.connected = True
+    await rig.run(2)
+    rig.autopilot.change_mode(CopterMode.LOITER)
+    await rig.run(4)
+    rig.order(Land(confirmed=True))
+    await rig.until(StateName.IDLE)
+
+
+async def refusals(rig: Rig) -> None:
+    """Refused by the autopilot, by the planner and by the judge; then the motors are cut."""
+    await rig.run(2)
+    rig.autopilot.refuse["arm"] = "Arm: Throttle too high"
+    rig.order(Arm())
+    await rig.run(2)
+    rig.autopilot.refuse.clear()
+    rig.order(Arm())
+    await rig.run(1)
+    rig.order(Takeoff())
+    await rig.until(StateName.HOVER)
+    rig.sight.inbound = Inbound.OUTSIDE
+    rig.manager.handle("ana", AutonomousMove(x=20, y=0))
+    await rig.run(2)
+    rig.autopilot.refuse["set_mode"] = "EKF variance"
+    rig.order(ReturnToLaunch())
+    await rig.run(5)
+    rig.autopilot.refuse.clear()
+    assert rig.command(Hold(), client="eve").reason
+    token = rig.manager.handle_now("ana", KillRequest())
+    assert isinstance(token, KillToken)
+    assert not rig.command(Kill(token="a guess that is wrong")).accepted
+    token = rig.manager.handle_now("ana", KillRequest())
+    assert isinstance(token, KillToken)
+    rig.order(Kill(token=token.token))
+    await rig.run(3)
+    rig.order(ClearKill())
+    await rig.run(1)
+
+
+FLIGHTS: list[Callable[[Rig], Awaitable[None]]] = [survey, troubles, refusals]
+Records = list[tuple[str, dict[str, Any]]]
+
+
+def recorded(rig: Rig) -> Records:
+    """Return the records as a file would give them back."""
+    return [(kind, json.loads(to_json(payload))) for kind, payload in rig.records]
+
+
+def as_recorded(decision: Any) -> Any:
+    return json.loads(to_json(plain(decision)))
+
+
+async def flown(fly: Callable[[Rig], Awaitable[None]], folder: Path) -> tuple[Rig, Records]:
+    rig = Rig(folder, parameters=DEFAULT_PARAMETERS if fly is survey else None)
+    await fly(rig)
+    await rig.close()
+    return rig, recorded(rig)
+
+
+@pytest.fixture
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Record the memory every second."""
+    monkeypatch.setattr(recorder, "MEMORY_S", 0.999)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fly", FLIGHTS, ids=lambda fly: fly.__name__)
+async def test_the_facts_of_a_flight_give_every_decision_again(
+    fly: Callable[[Rig], Awaitable[None]], tmp_path: Path
+) -> None:
+    rig, records = await flown(fly, tmp_path)
+    flight = list(moments(records))
+    assert len([moment for moment in flight if moment.command is None]) == rig.manager.ticks
+    assert sum(bool(moment.decision["acts"]) for moment in flight) > 30
+    found = compare(records, rig.settings)
+    assert (found.decided, found.entered, found.left_out) == (len(flight), 1, 0)
+    assert found.differences == ()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("often")
+@pytest.mark.parametrize("fly", FLIGHTS, ids=lambda fly: fly.__name__)
+async def test_a_recording_is_entered_at_every_memory(fly: Callable[[Rig], Awaitable[None]], tmp_path: Path) -> None:
+    rig, records = await flown(fly, tmp_path)
+    found = compare(records, rig.settings)
+    assert found.entered > 20
+    assert found.left_out == 0
+    assert found.differences == ()
+    starts = [place for place, (kind, _) in enumerate(records) if kind == MEMORY]
+    later = records[starts[len(starts) // 2] :]  # a file whose beginning is lost
+    again = compare(later, rig.settings)
+    assert again.decided == len(list(moments(later)))
+    assert again.differences == ()
+
+
+@pytest.mark.slow
+async def test_another_fact_gives_another_decision(tmp_path: Path) -> None:
+    rig, records = await flown(troubles, tmp_path)
+    flight = [_without_operator(moment) for moment in moments(records)]
+    again = [as_recorded(decision) for _, decision in decide_again(flight, rig.settings)]
+    assert len(again) == len(flight)
+    assert again != [moment.decision for moment in flight]
+
+
+async def test_a_decision_that_differs_is_shown_with_its_time(tmp_path: Path) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    changed = next(payload for kind, payload in records if kind == "decision")
+    changed["fault"] = "another one"
+    (difference,) = compare(records, rig.settings).differences
+    assert difference.recorded["fault"] == "another one"
+    assert difference.again["fault"] == ""
+    assert difference.at == next(iter(moments(records))).facts.now
+
+
+async def test_a_memory_that_differs_is_shown(tmp_path: Path, often: None) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    memories = [payload for kind, payload in records if kind == MEMORY]
+    memories[2]["decider"][3]["_fault"] = "never happened"
+    first = compare(records, rig.settings).differences[0]
+    assert first.command == MEMORY
+    assert first.again["decider"][3]["_fault"] == ""
+
+
+@pytest.mark.usefixtures("often")
+async def test_moments_after_lost_records_wait_for_the_next_memory(tmp_path: Path) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    ticks = [place for place, (kind, _) in enumerate(records) if kind == TICK]
+    del records[ticks[23]]
+    found = compare(records, rig.settings)
+    assert found.left_out == 16  # of the twenty ticks of that second: 20, 21 and 22 came before
+    assert found.differences == ()
+
+
+async def test_the_end_of_the_program_in_the_air_is_decided_again(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.autopilot.put_in_air()
+    await rig.run(1)
+    assert await rig.manager.shutdown_in_air()
+    await rig.run(1)
+    await rig.close()
+    records = recorded(rig)
+    assert [kind for kind, _ in records].count(LEAVE) == 1
+    assert rig.state is StateName.RETURN_TO_LAUNCH
+    assert compare(records, rig.settings).differences == ()
+
+
+async def test_a_recording_of_a_version_without_memories_is_refused(tmp_path: Path) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    without = [(kind, payload) for kind, payload in records if kind != MEMORY]
+    with pytest.raises(ReplayError, match="holds no memory of the decider"):
+        compare(without, rig.settings)
+
+
+async def test_facts_of_another_version_are_refused(tmp_path: Path) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    next(payload for kind, payload in records if kind == TICK)["facts"]["vehicle"] = {"armed": "perhaps"}
+    with pytest.raises(ReplayError, match="a record of tick is of another version"):
+        compare(records, rig.settings)
+
+
+async def test_a_memory_of_another_format_is_refused(tmp_path: Path) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    next(payload for kind, payload in records if kind == MEMORY)["format"] = FORMAT + 1
+    with pytest.raises(ReplayError, match=f"has format {FORMAT + 1}, this program reads {FORMAT}: use the version"):
+        compare(records, rig.settings)
+
+
+@pytest.mark.parametrize(
+    "coded",
+    [
+        ["object", "subprocess.Popen", 0, {}],
+        ["value", "ddc.orders.ToIdle", {"wings": 2}],
+        ["enum", "model.vehicle.CopterMode", "sideways"],
+        ["model", "comm.protocol.commands.Arm", {"Type": "Land"}],
+        ["same", 4],
+        ["given", "password"],
+        ["what"],
+        [],
+        ["tuple", 1],
+        None,
+    ],
+    ids=str,
+)
+def test_what_is_no_memory_is_refused(coded: Any, tmp_path: Path) -> None:
+    with pytest.raises(MemoryFormatError, match="memory"):
+        restore({"format": FORMAT, "decider": coded}, Rig(tmp_path).settings, KillTokens())
+
+
+def test_an_object_of_a_foreign_class_is_not_remembered(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    decider = rig.manager._decider
+    decider._fault = Path("/")  # type: ignore[assignment]
+    with pytest.raises(MemoryFormatError, match="Path is no class of the decider's memory"):
+        remember(decider, rig.settings, decider._desk._tokens)
+
+
+class RecordedFlight(Flight):
+    """Whatever may happen in a flight, recorded and decided again."""
+
+    def teardown(self) -> None:
+        if hasattr(self, "rig"):
+            found = compare(recorded(self.rig), self.rig.settings)
+            assert found.left_out == 0
+            assert found.differences == ()
+        super().teardown()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("often")
+class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, name-defined]
+    settings = settings(
+        max_examples=12,
+        stateful_step_count=25,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+    )
+
+
+SHAPE = "7e1d7835d880ba5f"
+"""Digest of the attributes of every class that a memory may hold, for `FORMAT`."""
+
+
+def test_a_memory_of_another_shape_has_another_number() -> None:
+    """Where this fails: raise FORMAT in hawk.ddc.memory, and write the new digest here."""
+    shape = {name: sorted(_attributes(kind)) for name, kind in memory._kinds().items() if name.startswith("ddc.")}
+    digest = hashlib.sha256(json.dumps(shape, sort_keys=True).encode()).hexdigest()[:16]
+    assert (FORMAT, digest) == (1, SHAPE)
+
+
+def _attributes(kind: type[Any]) -> Iterator[str]:
+    """Give the attributes that the methods of a class set."""
+    for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(kind)))):
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield node.attr
+    if hasattr(kind, "__dataclass_fields__"):
+        yield from (item.name for item in fields(kind))
+
+
+async def _wait(rig: Rig) -> None:
+    await rig.run(3)
+
+
+def _without_operator(moment: Moment) -> Moment:
+    operator = replace(moment.facts.operator, is_present=False)
+    return replace(moment, facts=replace(moment.facts, operator=operator))
