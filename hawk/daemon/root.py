@@ -38,6 +38,7 @@ from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.lot_parts import LotParts, program_name, surroundings
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
+from hawk.daemon.recording_parts import FlightViews, make_recording
 from hawk.daemon.start_checks import (
     listening_problem,
     make_folder,
@@ -63,7 +64,6 @@ from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.runtime.supervision import Supervisor, leave_at_once
 from hawk.sim.launch import SimulationOptions
 from hawk.store.journal import FlightJournal
-from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file
 from hawk.versions.flight_state import FlightStateFile
 from hawk.web.access.tls import Tls, watch_certificate
@@ -136,7 +136,7 @@ class Daemon:
         self._lag = LoopLag()
         self.performance = Performance(self.clock, self._lag)
         self._journal = FlightJournal(config.store.directory / "journal")
-        self._recording = Recording(config.store, self.clock, self._metadata())
+        self._recording = make_recording(config, self.clock, self.clock.speed, options.simulation)
         runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
         self._flight_state = FlightStateFile(Path(runtime) if runtime else None)
         self._make_vehicle()
@@ -202,6 +202,7 @@ class Daemon:
                 directory=self._config.store.directory,
                 settings=DdcSettings.from_config(self._config),
                 record=self._record,
+                wants_memory=self._recording.wants_memory,
                 count_start=self._starts.found_in_air,
                 continues_survey=bool(self._kept.map_parts),
                 begin_survey=self._begin_another_survey,
@@ -227,6 +228,8 @@ class Daemon:
         )
         self.manager.init()
         self.manager.status.listen(self._trace.follow)
+        views = FlightViews(self._recording.show, self.clock, lambda: self.autopilot.datum)
+        views.listen(self.vehicle, self.manager.status, self.inputs.occupancy_map)
         if self._set_aside:
             _LOG.warning("%s", self._set_aside)
             self.manager.log.add("warning", f"{self._set_aside}.", "")
@@ -297,15 +300,6 @@ class Daemon:
                 "log_lines_dropped": self._log.dropped,
             },
         )
-
-    def _metadata(self) -> dict[str, str]:
-        simulation = self._options.simulation
-        return {
-            "version": version("hawk-drone"),
-            "configuration": self._config.model_dump_json(exclude={"web": {"token"}}),
-            "seed": str(simulation.seed) if simulation else "",
-            "speed": str(self.clock.speed),
-        }
 
     @property
     def flew_lately(self) -> bool:

@@ -22,7 +22,7 @@ from hawk.ddc.orders import Cause
 from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
-from hawk.store.recording import to_json
+from hawk.store.frame_codec import to_json
 
 NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
 _NOTHING: Final[Mapping[str, Any]] = {"acts": [], "fault": ""}

@@ -1,143 +1,54 @@
 """The recording of a flight (MCAP, https://mcap.dev): every input, decision and command, written off the loop.
 
-One file a flight. Messages are written as they come, not in chunks, and flushed four times a second: a crash loses
-less than a second, and the rest can be read. The queue is bounded by bytes; messages beyond it are dropped, counted
-and shown in health.
+One file a flight; it begins with what came in the last minute before. Messages are flushed four times a second: a crash
+loses less than a second, and the rest can be read. The queue is bounded by bytes; messages beyond it are dropped,
+counted and shown in health.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import logging
 import shutil
-import struct
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Any, TypeVar
-
-from mcap.writer import CompressionType, IndexType, Writer
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 from hawk.config.sections import StoreSettings
 from hawk.model.operation import Health
 from hawk.model.sentences import say
+from hawk.store.recording_ring import Item, Ring
+from hawk.store.shown import View
 
-T = TypeVar("T")
-_LENGTH = struct.Struct("<I")
-_PICTURE = "jpeg"
-_FINITE = TypeAdapter[Any](Any, config=ConfigDict(ser_json_inf_nan="strings"))
-
-
-class FrameFormatError(ValueError):
-    """Bytes that are no frame; the text says what is wrong."""
-
-
-def encode_frame(frame: Any) -> bytes:
-    """Return a dataclass with a ``jpeg: bytes`` field as bytes. Raises TypeError for anything else."""
-    if not is_dataclass(frame) or isinstance(frame, type) or not isinstance(getattr(frame, _PICTURE, None), bytes):
-        raise TypeError(f"{type(frame).__name__} is no dataclass with a {_PICTURE} field of bytes")
-    values = {item.name: getattr(frame, item.name) for item in fields(frame) if item.name != _PICTURE}
-    header = json.dumps(values, default=to_plain, separators=(",", ":")).encode()
-    picture: bytes = getattr(frame, _PICTURE)
-    return b"".join((_LENGTH.pack(len(header)), header, picture))
-
-
-def decode_frame(data: bytes, kind: type[T]) -> T:
-    """Return the dataclass of `encode_frame`, equal to the one that went in. Raises FrameFormatError."""
-    if len(data) < _LENGTH.size:
-        raise FrameFormatError("the frame has no header")
-    (length,) = _LENGTH.unpack_from(data)
-    end = _LENGTH.size + length
-    if end > len(data):
-        raise FrameFormatError(f"the frame's header has {length} bytes, only {len(data) - _LENGTH.size} are there")
-    try:
-        values = json.loads(data[_LENGTH.size : end])
-        return TypeAdapter(kind).validate_python({**values, _PICTURE: data[end:]})
-    except (ValidationError, ValueError, TypeError) as error:
-        raise FrameFormatError(f"the frame is no {kind.__name__}: {error}") from error
-
-
-def picture_of(data: bytes) -> bytes:
-    """Return the picture of `encode_frame` alone. Raises FrameFormatError."""
-    return data[_header_end(data) :]
-
-
-def values_of(data: bytes) -> dict[str, Any]:
-    """Return the fields of `encode_frame` without the picture, as JSON keeps them. Raises FrameFormatError."""
-    end = _header_end(data)
-    try:
-        values = json.loads(data[_LENGTH.size : end])
-    except ValueError as error:
-        raise FrameFormatError(f"the frame's header is not JSON: {error}") from error
-    if not isinstance(values, dict):
-        raise FrameFormatError("the frame's header is no object")
-    return values
-
-
-def _header_end(data: bytes) -> int:
-    if len(data) < _LENGTH.size or (end := _LENGTH.size + _LENGTH.unpack_from(data)[0]) > len(data):
-        raise FrameFormatError("the frame's header is torn")
-    return int(end)
-
-
-def to_json(payload: Any) -> str:
-    """Return a payload as JSON. JSON has no infinity: such numbers become "Infinity", "-Infinity" or "NaN"."""
-    try:
-        return json.dumps(payload, default=to_plain, separators=(",", ":"), allow_nan=False)
-    except ValueError:
-        return _FINITE.dump_json(json.loads(json.dumps(payload, default=to_plain))).decode()
-
-
-def to_plain(value: Any) -> Any:
-    """Return what JSON can hold of a dataclass, array scalar, set or path; for ``json.dumps(default=...)``."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {item.name: getattr(value, item.name) for item in fields(value)}
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    if isinstance(value, bytes):
-        return f"<{len(value)} bytes>"
-    if isinstance(value, set | frozenset):
-        return sorted(value, key=str)
-    return str(value)
-
+if TYPE_CHECKING:
+    from hawk.store.recording_file import JsonSchemas, RecordingFile
 
 _LOG = logging.getLogger(__name__)
 
 FRAME_INPUT = "frame_input"
 """Topic of the frames of the algorithms."""
-METADATA = "hawk"
-"""Name of the metadata record with seed, configuration and version."""
+MEMORY = "memory"
+"""Topic of what the decider remembers (`hawk.ddc.recorder`): a reader can begin there."""
 FLUSH_S = 0.25
 _DROPS_SHOWN_S = 10.0
 _QUEUE_BYTES = 64_000_000
 _SMALL = 2_000
+_STALL = 1_000
 _CLOSE_S = 5.0
 _STOPPED = "Recording stopped"
-_JSON, _FRAME = "json", "hawk-frame"
 
 
 class NoRecordingError(Exception):
     """There is no complete recording; the message says why."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Item:
-    topic: str
-    payload: Any
-    is_frame: bool
-    time_ns: int
-    size: int
-
-
 class Recording:
-    """Writes recordings. `begin` opens a file, `end` finishes it; messages outside are ignored."""
+    """Writes recordings. `begin` opens a file, `end` finishes it; of messages outside the last minute is held."""
 
     def __init__(
         self,
@@ -150,11 +61,14 @@ class Recording:
         opener: Callable[[Path], IO[bytes]] = lambda path: path.open("xb"),
         queue_bytes: int = _QUEUE_BYTES,
         retry_s: float = 2.0,
+        json_schemas: JsonSchemas = dict,
+        ring: Ring | None = None,
     ) -> None:
         """Start the thread; nothing is written before `begin`.
 
         ``metadata`` goes into every file: seed, configuration and version of this run. ``retry_s``: real seconds
-        between two looks at the free space, and before a new file after a failure.
+        between two looks at the free space, and before a new file after a failure. ``json_schemas`` is called by the
+        thread.
         """
         self._folder = settings.directory / "recordings"
         self._least_free = settings.minimum_free_mb * 1_000_000
@@ -167,7 +81,7 @@ class Recording:
         self._limit = queue_bytes
         self._retry_s = retry_s
         self._ready = threading.Condition()
-        self._queue: deque[_Item] = deque()
+        self._queue: deque[Item] = deque()
         self._queued = 0
         self._wanted = False
         self._closing = False
@@ -176,7 +90,10 @@ class Recording:
         """Number of messages that did not fit into the queue or could not be written."""
         self._dropped_at = float("-inf")
         self._health = Health()
-        self._file: _McapFile | None = None
+        self._file: RecordingFile | None = None
+        self._json_schemas = json_schemas
+        self._ring = Ring() if ring is None else ring
+        self._has_entry = False
         self.path: Path | None = None
         """The newest file."""
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
@@ -185,22 +102,35 @@ class Recording:
     def begin(self) -> None:
         """Record into a new file from now on. Does nothing while it records, or when it is switched off."""
         with self._ready:
-            self._wanted = self._enabled
+            if self._enabled and not self._wanted and not self._closing:
+                self._wanted = True
+                before = self._ring.take()
+                self._queue.extend(before)
+                self._queued += sum(item.size for item in before)
             self._ready.notify_all()
 
     def end(self) -> None:
         """Finish the file."""
         with self._ready:
-            self._wanted = False
+            if self._wanted:
+                self._wanted = self._has_entry = False
             self._ready.notify_all()
+
+    def wants_memory(self) -> bool:
+        """Return True while what was recorded last has no `MEMORY` from which a reader could begin."""
+        return self._enabled and not self._has_entry
 
     def record(self, kind: str, payload: Mapping[str, Any]) -> None:
         """Record inputs, a decision or a command under a topic. ``payload`` must not change afterwards."""
-        self._put(kind, payload, is_frame=False, size=_SMALL)
+        self._put(kind, payload, "json", _SMALL)
+
+    def show(self, view: View) -> None:
+        """Record a value for viewers: a pose, a message, or stalls. It must not change afterwards."""
+        self._put("", view, "view", _SMALL + _STALL * len(getattr(view, "stalls", ())))
 
     def record_frame(self, frame: Any) -> None:
         """Record a frame of the algorithms: a frozen dataclass with a ``jpeg`` field, kept without loss."""
-        self._put(FRAME_INPUT, frame, is_frame=True, size=_SMALL + len(frame.jpeg))
+        self._put(FRAME_INPUT, frame, "frame", _SMALL + len(frame.jpeg))
 
     def newest(self) -> Path:
         """Return the newest complete file, of an earlier run too. Reads the folder. Raises NoRecordingError."""
@@ -255,16 +185,23 @@ class Recording:
 
     # --- inside ----------------------------------------------------------------------------------------------------
 
-    def _put(self, topic: str, payload: Any, *, is_frame: bool, size: int) -> None:
+    def _put(self, topic: str, payload: Any, kind: Literal["json", "frame", "view"], size: int) -> None:
         now = self._clock()
+        item, is_entry = Item(topic, payload, kind, round(now * 1e9), size), topic == MEMORY
         with self._ready:
+            if not self._enabled or self._closing:
+                return
             if not self._wanted:
+                goes_on = self._ring.add(item, is_entry=is_entry)
+                self._has_entry = goes_on and (self._has_entry or is_entry)
                 return
             if self._queued + size > self._limit:
                 self.dropped += 1
                 self._dropped_at = now
+                self._has_entry = self._has_entry and kind != "json"
                 return
-            self._queue.append(_Item(topic, payload, is_frame, round(now * 1e9), size))
+            self._has_entry = self._has_entry or is_entry
+            self._queue.append(item)
             self._queued += size
 
     def _run(self) -> None:
@@ -295,7 +232,7 @@ class Recording:
                 break
         self._ended()
 
-    def _write(self, items: deque[_Item], wanted: bool) -> None:
+    def _write(self, items: deque[Item], wanted: bool) -> None:
         if self._file is None and (items or wanted) and self._has_space():
             self._open()
         if self._file is None:
@@ -303,12 +240,10 @@ class Recording:
             return
         for item in items:
             try:
-                data = _encode(item)
+                self._file.write(item)
             except (TypeError, ValueError) as error:
-                _LOG.error("Recording: a message of %s cannot be kept: %s", item.topic, error)
+                _LOG.error("Recording: a message of %s cannot be kept: %s", item.topic or item.kind, error)
                 self._lose(1)
-                continue
-            self._file.write(item.topic, _FRAME if item.is_frame else _JSON, item.time_ns, data)
         self._file.stream.flush()
         if not wanted:
             self._finish()
@@ -322,8 +257,11 @@ class Recording:
             if not path.exists():
                 break
             path = self._folder / f"{stem}-{number}.mcap"
-        metadata = {**self._metadata, "utc": now.isoformat(), "clock": repr(self._clock())}
-        self._file = _McapFile(self._opener(path), metadata)
+        # Imported here, by the thread: the encoder takes a tenth of a second, in which a start in the air must act.
+        from hawk.store.recording_file import RecordingFile, start_metadata
+
+        metadata = start_metadata(self._metadata, now, self._clock())
+        self._file = RecordingFile(self._opener(path), metadata, self._json_schemas)
         self.path = path
         self._health = Health()
 
@@ -356,6 +294,7 @@ class Recording:
     def _lose(self, count: int) -> None:
         with self._ready:
             self.dropped += count
+            self._has_entry = self._has_entry and count == 0
 
     def _fail(self, reason: str, lost: int) -> None:
         self._lose(lost)
@@ -365,50 +304,6 @@ class Recording:
         file, self._file = self._file, None
         if file is not None:
             file.abandon()
-
-
-def _encode(item: _Item) -> bytes:
-    if item.is_frame:
-        return encode_frame(item.payload)
-    return to_json(item.payload).encode()
-
-
-class _McapFile:
-    """One MCAP file: a channel for each topic, made with its first message."""
-
-    def __init__(self, stream: IO[bytes], metadata: Mapping[str, str]) -> None:
-        self.stream = stream
-        self._channels: dict[str, int] = {}
-        try:
-            self._writer = Writer(
-                stream,
-                compression=CompressionType.NONE,
-                index_types=IndexType.METADATA,
-                use_chunking=False,
-            )
-            self._writer.start(profile="hawk", library="hawk-drone")
-            self._writer.add_metadata(METADATA, dict(metadata))
-            stream.flush()
-        except BaseException:
-            self.abandon()
-            raise
-
-    def write(self, topic: str, encoding: str, time_ns: int, data: bytes) -> None:
-        channel = self._channels.get(topic)
-        if channel is None:
-            channel = self._channels[topic] = self._writer.register_channel(topic, encoding, schema_id=0)
-        self._writer.add_message(channel, time_ns, data, time_ns)
-
-    def close(self) -> None:
-        try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-        finally:
-            self.stream.close()
-
-    def abandon(self) -> None:
-        """Close a file that cannot be written; its contents stay readable."""
-        with contextlib.suppress(OSError, ValueError):
-            self.stream.close()
 
 
 def newest_file(folder: Path) -> Path:

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import struct
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, TypeVar, cast
+from typing import IO, Any, Final, TypeVar, cast
 
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, DataEnd, Message, Metadata
 from mcap.stream_reader import StreamReader
 
-from hawk.store.recording import FRAME_INPUT, METADATA, decode_frame
+from hawk.store.frame_codec import decode_frame, join_frame
+from hawk.store.recording import FRAME_INPUT
 
 T = TypeVar("T")
+CAMERA: Final = "camera"
+"""Topic of the pictures (`hawk.store.views`)."""
+METADATA: Final = "hawk"
+"""Name of the metadata record with seed, configuration and version."""
+FORMAT: Final = 2
+"""The newest format. 1, without a number in the metadata, has no schemas and joins each picture to its frame."""
+_IMAGE_DATA: Final = 2  # field of foxglove.CompressedImage
 
 
 class RecordingError(Exception):
@@ -23,7 +32,11 @@ class RecordingError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """One recorded message. ``time`` in seconds of that run's clock; ``data`` as it was written."""
+    """One recorded message. ``time`` in seconds of that run's clock.
+
+    ``data`` is JSON; of a frame its fields and its picture, as `hawk.store.frame_codec` joins them; of a topic of
+    `hawk.store.views` protobuf.
+    """
 
     topic: str
     time: float
@@ -46,12 +59,68 @@ class Recorded:
 
 def read_recording(path: Path) -> Iterator[Recorded]:
     """Yield the messages in the order they were recorded. A torn end is skipped. Raises RecordingError."""
-    channels: dict[int, str] = {}
+    channels: dict[int, Channel] = {}
+    epoch_ns = 0
+    picture: tuple[int, bytes] = (-1, b"")
     for record in _records(path):
         if isinstance(record, Channel):
-            channels[record.id] = record.topic
+            channels[record.id] = record
+        elif isinstance(record, Metadata) and record.name == METADATA:
+            epoch_ns = _epoch(path, record.metadata)
         elif isinstance(record, Message):
-            yield Recorded(channels[record.channel_id], record.log_time / 1e9, record.data)
+            channel, data = channels.get(record.channel_id), record.data
+            if channel is None:
+                raise RecordingError(f"{path}: is damaged: a message has no channel")
+            if channel.topic == CAMERA:
+                picture = record.log_time, data
+            elif channel.topic == FRAME_INPUT and channel.message_encoding == "json":
+                at, image = picture
+                if at != record.log_time:
+                    raise RecordingError(f"{path}: is damaged: a frame has no picture")
+                data = join_frame(data, _image_data(path, image))
+            yield Recorded(channel.topic, (record.log_time - epoch_ns) / 1e9, data)
+
+
+def _epoch(path: Path, metadata: Mapping[str, str]) -> int:
+    """Return what is added to the clock in a file's times, nanoseconds. Raises RecordingError."""
+    try:
+        written, epoch_ns = int(metadata.get("format", "1")), int(metadata.get("epoch_ns", "0"))
+    except ValueError as error:
+        raise RecordingError(f"{path}: its metadata is damaged: {error}") from error
+    if written > FORMAT:
+        raise RecordingError(
+            f"{path}: was recorded by a newer version ({metadata.get('version', 'unknown')}, format {written}); this "
+            f"one reads up to format {FORMAT}: use that version, or a newer one"
+        )
+    return epoch_ns
+
+
+def _image_data(path: Path, image: bytes) -> bytes:
+    """Return the picture of a foxglove.CompressedImage (https://protobuf.dev/programming-guides/encoding)."""
+    place = 0
+    try:
+        while place < len(image):
+            tag, place = _varint(image, place)
+            if tag & 7 != 2:
+                raise ValueError(f"a field of wire type {tag & 7}")
+            length, place = _varint(image, place)
+            if tag >> 3 == _IMAGE_DATA:
+                return image[place : place + length]
+            place += length
+    except (IndexError, ValueError) as error:
+        raise RecordingError(f"{path}: is damaged: a picture is no foxglove.CompressedImage: {error}") from error
+    return b""
+
+
+def _varint(data: bytes, place: int) -> tuple[int, int]:
+    """Return a number, and the place after it. Raises IndexError."""
+    value = shift = 0
+    while True:
+        byte = data[place]
+        value |= (byte & 0x7F) << shift
+        place, shift = place + 1, shift + 7
+        if byte < 0x80:
+            return value, place
 
 
 def read_metadata(path: Path) -> dict[str, str]:
@@ -91,7 +160,7 @@ def _records(path: Path) -> Iterator[Any]:
                 yield record
     except EndOfFile:
         return
-    except McapError as error:
+    except (McapError, ValueError, OverflowError, LookupError, struct.error) as error:
         raise RecordingError(f"{path}: is no recording, or damaged: {error}") from error
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from error

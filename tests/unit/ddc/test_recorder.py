@@ -12,7 +12,7 @@ from hawk.ddc.decider import Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.recorder import DECISION, LEAST_MEMORY_S, MEMORY, MEMORY_S, TICK, WHOLE_EVERY, Recorder
 from hawk.ddc.replay import moments
-from hawk.store.recording import to_json
+from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 
 NOTHING = Decision((), None, "", is_sound=True)

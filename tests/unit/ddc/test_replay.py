@@ -41,7 +41,7 @@ from hawk.model.operation import StateName
 from hawk.model.plans import Inbound
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
-from hawk.store.recording import to_json
+from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, Rig
 from tests.unit.ddc.test_operations_manager_properties import Flight
 

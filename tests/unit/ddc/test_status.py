@@ -26,7 +26,7 @@ from hawk.ddc.rules import command_desk
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, HealthStatus, StateName
 from hawk.model.poses import MapPose
-from hawk.store.recording import to_json
+from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 
 S = StateName

@@ -15,7 +15,7 @@ from hawk.store.film import LONGEST_GAP_S, FilmError, write_film
 from hawk.store.recording import Recording
 from hawk.store.replay import RecordingError
 from tests.manual_clock import ManualClock
-from tests.unit.store.test_recording_frame_codec import FRAME
+from tests.unit.store.test_frame_codec import FRAME
 
 BROKEN = b"\xff\xd8broken\xff\xd9"
 

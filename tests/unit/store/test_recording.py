@@ -24,7 +24,7 @@ from hawk.store.recording import FRAME_INPUT, NoRecordingError, Recording
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
-from tests.unit.store.test_recording_frame_codec import FRAME
+from tests.unit.store.test_frame_codec import FRAME
 
 Make = Callable[..., Recording]
 START = datetime(2026, 5, 1, 12, 0, 0, tzinfo=UTC)
@@ -65,11 +65,17 @@ async def test_inputs_decisions_and_frames_come_back_in_order(make: Make, clock:
     recording.record("request", {"name": "arm"})
     await recording.close()
     found = list(read_recording(written(recording)))
-    assert [(one.topic, one.time) for one in found] == [("tick", 10.0), (FRAME_INPUT, 10.125), ("request", 10.125)]
+    assert [(one.topic, one.time) for one in found] == [
+        ("tick", 10.0),
+        ("camera_calibration", 10.125),
+        ("camera", 10.125),
+        (FRAME_INPUT, 10.125),
+        ("request", 10.125),
+    ]
     assert found[0].payload() == {"state": "Hover", "pose": {"north": 1.0, "east": 2.0}}
-    assert found[1].frame(FrameInput) == FRAME
+    assert found[3].frame(FrameInput) == FRAME
     with pytest.raises(RecordingError, match="not JSON"):
-        found[1].payload()
+        found[3].payload()
 
 
 async def test_frames_alone_can_be_read_for_a_replay(make: Make) -> None:
@@ -89,7 +95,9 @@ async def test_seed_configuration_and_version_are_in_every_file(make: Make) -> N
     await until(lambda: recording.recording)
     await recording.close()
     metadata = read_metadata(written(recording))
-    assert metadata == {"seed": "5", "version": "0.1.0", "config": "{}", "utc": START.isoformat(), "clock": "10.0"}
+    epoch_ns = str(int(START.timestamp() - 10) * 1_000_000_000)
+    times = {"utc": START.isoformat(), "clock": "10.0", "epoch_ns": epoch_ns}
+    assert metadata == {"seed": "5", "version": "0.1.0", "config": "{}", "format": "2", **times}
     assert written(recording).name == "20260501T120000Z.mcap"
 
 
@@ -118,16 +126,63 @@ async def test_an_end_that_comes_while_it_writes_finishes_the_file(make: Make) -
     await until(lambda: not recording.recording)
 
 
-async def test_outside_a_flight_nothing_is_kept(make: Make, tmp_path: Path) -> None:
+async def test_a_recording_begins_with_the_last_minute_and_ends_with_its_end(make: Make, clock: ManualClock) -> None:
     recording = make()
+    recording.record("memory", {"n": 0})
     recording.record("tick", {"n": 1})
-    recording.begin()
-    recording.record("tick", {"n": 2})
-    recording.end()
+    clock.advance(60.0)
+    recording.record("memory", {"n": 2})
+    recording.record_frame(FRAME)
     recording.record("tick", {"n": 3})
+    clock.advance(60.0)
+    recording.record("tick", {"n": 4})  # the memory of a minute ago is the entry now
+    recording.begin()
+    recording.record("tick", {"n": 5})
+    recording.end()
+    recording.record("tick", {"n": 6})
     await recording.close()
-    assert [one.payload()["n"] for one in read_recording(written(recording))] == [2]
+    found = [one for one in read_recording(written(recording)) if not one.topic.startswith("camera")]
+    assert [one.topic for one in found] == ["memory", FRAME_INPUT, "tick", "tick", "tick"]
+    assert [one.payload()["n"] for one in found if one.topic != FRAME_INPUT] == [2, 3, 4, 5]
+    assert [one.time for one in found] == [70.0, 70.0, 70.0, 130.0, 130.0]
     assert recording.dropped == 0
+
+
+async def test_it_asks_for_a_memory_until_it_has_one_and_after_each_end(make: Make) -> None:
+    recording = make()
+    assert recording.wants_memory()
+    recording.record("memory", {})
+    assert not recording.wants_memory()
+    recording.begin()
+    assert not recording.wants_memory()  # it is in the file
+    await until(lambda: recording.recording)
+    recording.end()
+    assert recording.wants_memory()
+
+
+async def test_it_asks_for_a_memory_after_lost_messages(make: Make) -> None:
+    release = threading.Event()
+
+    def slow(path: Path) -> IO[bytes]:
+        release.wait(10)
+        return path.open("xb")
+
+    recording = make(opener=slow, queue_bytes=30_000)
+    recording.begin()
+    recording.record("memory", {})
+    assert not recording.wants_memory()
+    for _ in range(100):
+        recording.record("tick", {})
+    assert recording.dropped
+    assert recording.wants_memory()
+    release.set()
+    await until(lambda: not recording.waiting)
+    recording.record("memory", {})
+    assert not recording.wants_memory()
+
+
+async def test_switched_off_it_asks_for_nothing(make: Make) -> None:
+    assert not make(record=False).wants_memory()
 
 
 async def test_every_flight_has_a_file_of_its_own(make: Make, tmp_path: Path) -> None:

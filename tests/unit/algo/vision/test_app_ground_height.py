@@ -21,7 +21,7 @@ from hawk.model.operation import StateName
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics
-from hawk.store.recording import decode_frame, encode_frame
+from hawk.store.frame_codec import decode_frame, encode_frame
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.world import World
 

@@ -33,7 +33,7 @@ from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
 from hawk.model.operation import StateName
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint
-from hawk.store.recording import to_json
+from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import SETTINGS, flying, pose
 

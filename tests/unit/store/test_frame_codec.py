@@ -15,7 +15,7 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose, Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sun import SunPosition
-from hawk.store.recording import FrameFormatError, decode_frame, encode_frame, to_plain, values_of
+from hawk.store.frame_codec import FrameFormatError, decode_frame, encode_frame, to_plain, values_of
 
 FRAME = FrameInput(
     sequence=7,
