@@ -9,12 +9,14 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
+from pathlib import Path
 from typing import Any, Final
 
 from pydantic import TypeAdapter, ValidationError
 
 from hawk.comm.protocol.commands import BadMessageError, Command, Kill, parse_command
 from hawk.comm.protocol.heartbeat import ClientId
+from hawk.config.sections import Config, ConfigError
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.memory import MemoryFormatError, remember, restore
@@ -23,9 +25,11 @@ from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.store.frame_codec import to_json
+from hawk.store.replay import read_metadata, read_recording
 
 NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
 _NOTHING: Final[Mapping[str, Any]] = {"acts": [], "fault": ""}
+_TOPICS: Final = frozenset({TICK, COMMAND, LEAVE, DECISION, MEMORY})
 _OURS: Final = frozenset({"number", "facts", "client"})
 
 
@@ -211,3 +215,22 @@ def _decide(decider: Decider, tokens: _RecordedTokens, moment: Moment) -> Decisi
     if moment.cause is not None:
         return decider.leave_air(moment.facts, moment.cause)
     return decider.tick(moment.facts)
+
+
+def compare_recording(path: Path) -> Comparison:
+    """Decide a recording again by the settings that it holds, and compare.
+
+    Raises:
+        ReplayError: Records of another version, settings that cannot be read, or no memory.
+        hawk.store.replay.RecordingError: The file is no recording, or damaged.
+    """
+    try:
+        config = Config.model_validate(json.loads(read_metadata(path).get("configuration", "")))
+        settings = DdcSettings.from_config(config)
+    except (ValueError, ConfigError) as error:  # of JSON and of pydantic
+        raise ReplayError(f"{path}: its settings cannot be used: {error}") from error
+    records = ((one.topic, one.payload()) for one in read_recording(path) if one.topic in _TOPICS)
+    try:
+        return compare(records, settings)
+    except ReplayError as error:
+        raise ReplayError(f"{path}: {error}") from error

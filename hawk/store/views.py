@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final, Protocol
 
 from foxglove import Schema
-from foxglove.schemas import (
+from foxglove.messages import (
     CameraCalibration,
     Color,
     CompressedImage,

@@ -12,9 +12,12 @@ from urllib.parse import urlsplit
 from hawk.comm.protocol.commands import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
 from hawk.comm.protocol.heartbeat import HealthItem, Heartbeat
 from hawk.ddc.parameters.failsafes import GCS_TIMEOUT
+from hawk.ddc.recorder import TICK
+from hawk.ddc.replay import compare_recording
 from hawk.model.operation import StateName
 from hawk.sim.launch import SimulationOptions
 from hawk.store.journal_state import JournalState, read_survey, surveys_of
+from hawk.store.replay import read_recording
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
 from hawk.survey.stack import Ready, SimulatedStack
@@ -200,3 +203,17 @@ async def eventually(
 def health(beat: Heartbeat, name: str) -> HealthItem:
     """Return the health of one part."""
     return next(item for item in beat.health if item.name == name)
+
+
+def differing_decisions(recording: Path) -> list[str]:
+    """Decide a recording again, entered at its start and at each memory; return in words what differs.
+
+    One that ended before its first tick was written holds nothing to decide. Raises ReplayError, RecordingError.
+    """
+    if not any(recorded.topic == TICK for recorded in read_recording(recording)):
+        return []
+    found = compare_recording(recording)
+    words = [f"{recording}: {len(found.differences)} of {found.decided} decisions differ"] if found.differences else []
+    if found.left_out:
+        words.append(f"{recording}: no memory leads to {found.left_out} of {found.decided} moments")
+    return words + [f"at {one.at:.2f} {one.command}: {one.recorded} | {one.again}" for one in found.differences[:3]]

@@ -297,7 +297,7 @@ class RecordedFlight(Flight):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("often")
-class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, name-defined]
+class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, valid-type]
     settings = settings(
         max_examples=12,
         stateful_step_count=25,

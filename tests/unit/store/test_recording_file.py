@@ -57,12 +57,12 @@ def frame(number: int, seconds: float = 12.0) -> Item:
     return Item(FRAME_INPUT, replace(FRAME, sequence=number, captured=seconds - 0.1), "frame", round(seconds * S), 1)
 
 
-def write(path: Path, items: list[Item], *, closes: bool = True, **metadata: str) -> Path:
+def write(path: Path, items: list[Item], **metadata: str) -> Path:
     head = {**start_metadata({"version": "0.1.0"}, START, 10.0), **metadata}
     file = RecordingFile(path.open("wb"), head, json_schemas)
     for item in items:
         file.write(item)
-    file.close() if closes else file.abandon()
+    file.close()
     return path
 
 
