@@ -16,8 +16,8 @@ from hawk.config.addresses import RPICAM, V4L2
 from hawk.model.operation import GROUND_STATES, StateName
 from hawk.model.pictures import CameraModel, angles, rotation
 from hawk.model.poses import MapPose
-from hawk.store.frame_codec import FrameFormatError, picture_of, values_of
-from hawk.store.recording import FRAME_INPUT, newest_file
+from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, picture_of, values_of
+from hawk.store.recording import newest_file
 from hawk.store.replay import RecordingError, read_metadata, read_recording
 
 Floats = NDArray[np.float64]

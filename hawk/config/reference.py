@@ -25,6 +25,8 @@ UNITS: Final = {
     "_percent": "%",
     "_deg": "°",
     "_hz": "Hz",
+    "_days": "days",
+    "_gb": "GB",
     "_mb": "MB",
     "_m": "m",
     "_s": "s",

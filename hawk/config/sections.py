@@ -303,6 +303,8 @@ class StoreSettings(Section):
     directory: FilePath = Path("var")
     lots: FilePath | None = None
     record: bool = True
+    recordings_gb: float = Field(default=8.0, ge=0.1, le=100_000)
+    recordings_days: float | None = Field(default=None, ge=0.1, le=36_500)
     minimum_free_mb: int = Field(default=500, ge=1, le=1_000_000)
 
 

@@ -19,7 +19,8 @@ from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
-from hawk.store.recording import FRAME_INPUT, Recording
+from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.recording import Recording
 from hawk.store.shown import StallsSeen, View, Words
 
 POSE_S: Final = 0.2
@@ -31,16 +32,23 @@ _NUMBER: Final[Mapping[str, Any]] = {"type": "integer", "description": "counts t
 
 
 def make_recording(
-    config: Config, clock: Callable[[], float], speed: float, simulation: SimulationOptions | None
+    config: Config,
+    clock: Callable[[], float],
+    speed: float,
+    simulation: SimulationOptions | None,
+    survey: Callable[[], str],
 ) -> Recording:
-    """Return the recording of this run. ``speed``: seconds of the clock per real second."""
+    """Return the recording of this run.
+
+    ``speed``: seconds of the clock per real second. ``survey``: returns the name of the journal's survey.
+    """
     metadata = {
         "version": version("hawk-drone"),
         "configuration": config.model_dump_json(exclude={"web": {"token"}}),
         "seed": str(simulation.seed) if simulation else "",
         "speed": str(speed),
     }
-    return Recording(config.store, clock, metadata, json_schemas=json_schemas)
+    return Recording(config.store, clock, metadata, json_schemas=json_schemas, survey=survey)
 
 
 @cache

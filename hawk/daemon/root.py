@@ -136,7 +136,9 @@ class Daemon:
         self._lag = LoopLag()
         self.performance = Performance(self.clock, self._lag)
         self._journal = FlightJournal(config.store.directory / "journal")
-        self._recording = make_recording(config, self.clock, self.clock.speed, options.simulation)
+        self._recording = make_recording(
+            config, self.clock, self.clock.speed, options.simulation, lambda: self._journal.survey_id
+        )
         runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
         self._flight_state = FlightStateFile(Path(runtime) if runtime else None)
         self._make_vehicle()
@@ -284,6 +286,7 @@ class Daemon:
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
+            recordings=self._recording.folder,
             lots=self._lots.store,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),

@@ -208,6 +208,14 @@ def _at(connection: Connection, survey: Row, looked: Looked, outcome: Registrati
     return (placed, *operations.look_rows(survey.key[0], same, looked.stalls))
 
 
+def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
+    """Return id and name of the lot of each survey that has one, by the name of the survey's journal."""
+    rows = connection.execute(
+        select(SURVEY.c.origin, LOT.c.id, LOT.c.name).join(LOT, SURVEY.c.lot == LOT.c.id).order_by(SURVEY.c.seq)
+    )
+    return {origin.partition(" ")[0]: {"id": lot, "name": name} for origin, lot, name in rows}
+
+
 def _survey_there(connection: Connection, survey_id: str) -> Row:
     found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
     if found is None:

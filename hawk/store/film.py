@@ -18,8 +18,7 @@ import cv2
 import numpy as np
 
 from hawk.formats.image import NoImage, decode
-from hawk.store.frame_codec import FrameFormatError, picture_of
-from hawk.store.recording import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, picture_of
 from hawk.store.replay import read_recording
 
 MOST_FPS: Final = 60.0

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Hashable
 from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar, cast
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+FRAME_INPUT: Final = "frame_input"
+"""Topic of the frames of the algorithms."""
 T = TypeVar("T")
 _LENGTH = struct.Struct("<I")
 _PICTURE = "jpeg"
@@ -49,13 +52,14 @@ def decode_frame(data: bytes, kind: type[T]) -> T:
         raise FrameFormatError(f"the frame's header has {length} bytes, only {len(data) - _LENGTH.size} are there")
     try:
         values = json.loads(data[_LENGTH.size : end])
-        return _adapter(kind).validate_python({**values, _PICTURE: data[end:]})
+        frame: T = _adapter(cast("Hashable", kind)).validate_python({**values, _PICTURE: data[end:]})
+        return frame
     except (ValidationError, ValueError, TypeError) as error:
         raise FrameFormatError(f"the frame is no {kind.__name__}: {error}") from error
 
 
 @cache
-def _adapter(kind: type[T]) -> TypeAdapter[T]:
+def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 

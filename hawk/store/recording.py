@@ -22,7 +22,9 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 from hawk.config.sections import StoreSettings
 from hawk.model.operation import Health
 from hawk.model.sentences import say
+from hawk.store.frame_codec import FRAME_INPUT
 from hawk.store.recording_ring import Item, Ring
+from hawk.store.recordings import Recordings
 from hawk.store.shown import View
 
 if TYPE_CHECKING:
@@ -30,8 +32,6 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-FRAME_INPUT = "frame_input"
-"""Topic of the frames of the algorithms."""
 MEMORY = "memory"
 """Topic of what the decider remembers (`hawk.ddc.recorder`): a reader can begin there."""
 FLUSH_S = 0.25
@@ -41,6 +41,9 @@ _SMALL = 2_000
 _STALL = 1_000
 _CLOSE_S = 5.0
 _STOPPED = "Recording stopped"
+_MB = 1_000_000
+TIDY_S = 10.0
+"""Real seconds between two looks at the folder on the ground."""
 
 
 class NoRecordingError(Exception):
@@ -62,15 +65,18 @@ class Recording:
         queue_bytes: int = _QUEUE_BYTES,
         retry_s: float = 2.0,
         json_schemas: JsonSchemas = dict,
+        survey: Callable[[], str] = str,
         ring: Ring | None = None,
     ) -> None:
         """Start the thread; nothing is written before `begin`.
 
         ``metadata`` goes into every file: seed, configuration and version of this run. ``retry_s``: real seconds
-        between two looks at the free space, and before a new file after a failure. ``json_schemas`` is called by the
-        thread.
+        between two looks at the free space, and before a new file after a failure. ``json_schemas`` and
+        ``survey``, the name of the survey that is flown, are called by the thread.
         """
-        self._folder = settings.directory / "recordings"
+        self.folder = Recordings(settings, self._under_way, lambda: self._utc().timestamp())
+        """What is on the disk."""
+        self._folder = self.folder.folder
         self._least_free = settings.minimum_free_mb * 1_000_000
         self._enabled = settings.record
         self._clock = clock
@@ -92,6 +98,9 @@ class Recording:
         self._health = Health()
         self._file: RecordingFile | None = None
         self._json_schemas = json_schemas
+        self._survey = survey
+        self._is_on_ground = False
+        self._tidied = float("-inf")
         self._ring = Ring() if ring is None else ring
         self._has_entry = False
         self.path: Path | None = None
@@ -102,6 +111,7 @@ class Recording:
     def begin(self) -> None:
         """Record into a new file from now on. Does nothing while it records, or when it is switched off."""
         with self._ready:
+            self._is_on_ground = False
             if self._enabled and not self._wanted and not self._closing:
                 self._wanted = True
                 before = self._ring.take()
@@ -110,10 +120,12 @@ class Recording:
             self._ready.notify_all()
 
     def end(self) -> None:
-        """Finish the file."""
+        """Finish the file: the motors are off. Old recordings may be removed from now on."""
         with self._ready:
             if self._wanted:
                 self._wanted = self._has_entry = False
+            if not self._is_on_ground:
+                self._is_on_ground, self._tidied = True, float("-inf")
             self._ready.notify_all()
 
     def wants_memory(self) -> bool:
@@ -209,7 +221,7 @@ class Recording:
         while True:
             with self._ready:
                 if not self._closing:
-                    self._ready.wait(FLUSH_S if self._wanted or self._queue or self._file else None)
+                    self._ready.wait(FLUSH_S if self._wanted or self._queue or self._file else self._idle_s())
                 items, self._queue, self._queued = self._queue, deque(), 0
                 wanted, closing = self._wanted, self._closing
             try:
@@ -217,6 +229,7 @@ class Recording:
                     space_checked = time.monotonic()
                     self._check_space()
                 self._write(items, wanted)
+                self._tidy()
             except Exception as error:  # a recording that fails must not end
                 self._fail(
                     say(
@@ -231,6 +244,27 @@ class Recording:
             if closing:
                 break
         self._ended()
+
+    def _idle_s(self) -> float | None:
+        return TIDY_S if self._enabled and self._is_on_ground else None
+
+    def _under_way(self) -> Path | None:
+        return self.path if self._file is not None else None
+
+    def _tidy(self) -> None:
+        """Keep the folder within its limits, and the disk free: on the ground alone, and between flights."""
+        if not self._enabled or not self._is_on_ground or self._file or time.monotonic() - self._tidied < TIDY_S:
+            return
+        self._tidied = time.monotonic()
+        if not self._folder.is_dir():
+            return
+        removed = self.folder.tidy()
+        free = self._free_bytes(self._folder)
+        if free < self._least_free:
+            removed += self.folder.make_room(2 * self._least_free - free)
+        if removed:
+            _LOG.info("Recordings removed, the oldest first: %s", ", ".join(removed))
+        self._check_space()
 
     def _write(self, items: deque[Item], wanted: bool) -> None:
         if self._file is None and (items or wanted) and self._has_space():
@@ -260,7 +294,8 @@ class Recording:
         # Imported here, by the thread: the encoder takes a tenth of a second, in which a start in the air must act.
         from hawk.store.recording_file import RecordingFile, start_metadata
 
-        metadata = start_metadata(self._metadata, now, self._clock())
+        about = {**self._metadata, "survey": survey} if (survey := self._survey()) else self._metadata
+        metadata = start_metadata(about, now, self._clock())
         self._file = RecordingFile(self._opener(path), metadata, self._json_schemas)
         self.path = path
         self._health = Health()
@@ -281,10 +316,14 @@ class Recording:
                 self._health = Health()
             return
         self._finish()
+        taken, kept = self.folder.taken()
         reason = say(
-            "Recording stopped: {free} MB are free, store.minimum_free_mb is {least}: delete old files in {folder}",
-            free=free // 1_000_000,
-            least=self._least_free // 1_000_000,
+            "Recording stopped: {free} MB are free, store.minimum_free_mb is {least}. Recordings take {taken} MB, "
+            "{kept} MB of them are kept; other files fill the rest: delete some ({folder})",
+            free=free // _MB,
+            least=self._least_free // _MB,
+            taken=taken // _MB,
+            kept=kept // _MB,
             folder=str(self._folder),
         )
         if self._has_space():

@@ -13,8 +13,7 @@ from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, DataEnd, Message, Metadata
 from mcap.stream_reader import StreamReader
 
-from hawk.store.frame_codec import decode_frame, join_frame
-from hawk.store.recording import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, decode_frame, join_frame
 
 T = TypeVar("T")
 CAMERA: Final = "camera"

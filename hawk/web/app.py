@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, area_file, background, downloads, exports, lots, plan_files, plans
+from hawk.web import api, area_file, background, downloads, exports, lots, plan_files, plans, recordings
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
 from hawk.web.access.guesses import GUESSES, TokenGuesses
@@ -111,6 +111,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     background.add_routes(app)
     area_file.add_routes(app)
     lots.add_routes(app)
+    recordings.add_routes(app)
     plans.add_routes(app)
     exports.add_routes(app)
     plan_files.add_routes(app)

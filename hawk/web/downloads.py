@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import cv2
 from aiohttp import hdrs, web
@@ -32,6 +32,7 @@ RECORDING: Final = "recording.mcap"
 NO_MAP: Final = "There is no map yet: it gets its place on Earth when the drone is first armed."
 FLYING: Final = "The recording can be downloaded once the motors are off."
 FOR_OPERATORS: Final = "Recordings are for operators: log in as operator."
+T = TypeVar("T")
 _Key = tuple[str, int, GlobalPose]
 """Which map a file shows: its id, its version, and its place on Earth."""
 
@@ -87,13 +88,17 @@ class MapFiles:
             self._made[kind.name] = (key, data)
         return data
 
+    async def run(self, work: Callable[[], T]) -> T:
+        """Return what some work with files gives, done on the thread."""
+        return await asyncio.get_running_loop().run_in_executor(self._executor, work)
+
     async def read(self, path: Path, start: int, count: int) -> bytes:
         """Return bytes of a file; empty when it cannot be read any more."""
         return await asyncio.get_running_loop().run_in_executor(self._executor, _read, path, start, count)
 
     async def recording(self, services: WebServices) -> tuple[Path, int]:
         """Return path and size of the newest recording, bytes. Raises NotThereError."""
-        if not _is_on_ground(services.status.value):
+        if not is_on_ground(services.status.value):
             raise NotThereError(FLYING)
         find = partial(_found, services.newest_recording)
         return await asyncio.get_running_loop().run_in_executor(self._executor, find)
@@ -148,7 +153,7 @@ async def recording(request: web.Request) -> web.StreamResponse:
         path, size = await request.app[FILES].recording(request.app[SERVICES])
     except NotThereError as error:
         raise web.HTTPConflict(text=str(error)) from error
-    return await _send(request, path, size)
+    return await send_file(request, path, size)
 
 
 async def _map_file(kind: FileKind, request: web.Request) -> web.StreamResponse:
@@ -160,7 +165,7 @@ async def _map_file(kind: FileKind, request: web.Request) -> web.StreamResponse:
     return web.Response(body=data, content_type=kind.content_type, charset=charset, headers=_attachment(kind.name))
 
 
-async def _send(request: web.Request, path: Path, size: int) -> web.StreamResponse:
+async def send_file(request: web.Request, path: Path, size: int) -> web.StreamResponse:
     """Send a file, or the part that was asked for: a broken download goes on. Arming ends it."""
     part = _part_of(request, size)
     is_whole = len(part) == size
@@ -175,7 +180,7 @@ async def _send(request: web.Request, path: Path, size: int) -> web.StreamRespon
         return response
     for start in range(part.start, part.stop, CHUNK_BYTES):
         chunk = await request.app[FILES].read(path, start, min(CHUNK_BYTES, part.stop - start))
-        if not chunk or not _is_on_ground(request.app[SERVICES].status.value):
+        if not chunk or not is_on_ground(request.app[SERVICES].status.value):
             _break_off(request)
             break
         await response.write(chunk)
@@ -209,7 +214,7 @@ def _may_have_recordings(request: web.Request) -> bool:
     return access is None or access.role is Role.OPERATOR
 
 
-def _is_on_ground(status: DroneStatus | None) -> bool:
+def is_on_ground(status: DroneStatus | None) -> bool:
     """Return True while the motors are known to be off, or before the autopilot was first heard."""
     return status is None or status.vehicle.armed is not True
 

@@ -26,6 +26,7 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
 from hawk.runtime.performance import LagSummary
 from hawk.store.recording import NoRecordingError
+from hawk.store.recordings import Recordings
 from hawk.web.access.tls import Tls
 from hawk.web.clients import ClientHub
 from hawk.web.sessions import ControlDesk
@@ -98,6 +99,8 @@ class WebServices:
     """All settings as they are shown, without secrets."""
     newest_recording: Callable[[], Path] = _no_recording
     """Returns the newest complete recording; reads the disk. Raises NoRecordingError."""
+    recordings: Recordings | None = None
+    """The folder of recordings; None: nothing is recorded here."""
     cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)
     """Key of what is derived from logins and from `WebSettings.token`; the same after a restart when it is kept."""
     read_area: Callable[[bytes, str], str] = _no_area

@@ -20,7 +20,8 @@ from hawk.algo.frame import FrameInput
 from hawk.config.sections import StoreSettings
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
-from hawk.store.recording import FRAME_INPUT, NoRecordingError, Recording
+from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.recording import NoRecordingError, Recording
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
@@ -242,6 +243,91 @@ async def test_too_little_free_disk_stops_it_with_the_reason_and_room_lets_it_go
     recording.record("tick", {"n": 2})
     await recording.close()
     assert [one.payload()["n"] for one in read_recording(written(recording))][-1] == 2
+
+
+async def test_a_full_disk_is_freed_on_the_ground_from_the_oldest_recording_on(make: Make, tmp_path: Path) -> None:
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for day in (1, 2, 3):
+        (folder / f"2026040{day}T120000Z.mcap").write_bytes(bytes(1_000_000))
+    (folder / "20260401T120000Z.keep").touch()
+
+    def free(path: Path) -> int:
+        return 3_000_000 - sum(file.stat().st_size for file in path.iterdir())
+
+    recording = make(free_bytes=free, minimum_free_mb=1)
+    recording.end()  # the motors are known to be off
+    await until(lambda: len(list(folder.iterdir())) == 2)
+    assert sorted(path.name for path in folder.iterdir()) == ["20260401T120000Z.keep", "20260401T120000Z.mcap"]
+    assert recording.health.is_healthy
+
+
+async def test_a_full_disk_stops_a_recording_and_names_what_fills_it_where_nothing_may_go(
+    make: Make, tmp_path: Path
+) -> None:
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    (folder / "20260401T120000Z.mcap").write_bytes(bytes(3_000_000))
+    (folder / "20260401T120000Z.keep").touch()
+    recording = make(free_bytes=lambda _: 2_000_000, minimum_free_mb=500)
+    recording.end()
+    await until(lambda: not recording.health.is_healthy)
+    assert recording.health.reason.startswith(
+        "Recording stopped: 2 MB are free, store.minimum_free_mb is 500. Recordings take 3 MB, 3 MB of them are kept; "
+        "other files fill the rest: delete some"
+    )
+
+
+async def test_nothing_is_removed_in_flight_nor_before_the_motors_are_known_to_be_off(
+    make: Make, tmp_path: Path
+) -> None:
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    old = folder / "20260401T120000Z.mcap"
+    old.write_bytes(bytes(3_000_000))
+    recording = make(free_bytes=lambda _: 2_000_000, minimum_free_mb=500)
+    recording.begin()
+    await until(lambda: not recording.health.is_healthy)
+    assert old.exists()
+    recording.end()
+    await until(lambda: not old.exists())
+
+
+async def test_a_disk_that_fills_while_it_is_written_loses_messages_and_says_so(make: Make) -> None:
+    full = threading.Event()
+
+    class Filling:
+        def __init__(self, path: Path) -> None:
+            self._file = path.open("xb")
+
+        def write(self, data: bytes) -> int:
+            if full.is_set():
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return self._file.write(data)
+
+        def flush(self) -> None:
+            self._file.flush()
+
+        def tell(self) -> int:
+            return self._file.tell()
+
+        def close(self) -> None:
+            self._file.close()
+
+    recording = make(opener=Filling)
+    recording.record("memory", {})
+    recording.begin()
+    await until(lambda: recording.recording and len(list(read_recording(written(recording)))) == 1)
+    assert not recording.wants_memory()
+    full.set()
+    recording.record("tick", {"n": 1})
+    await until(lambda: not recording.health.is_healthy)
+    assert "No space left on device" in recording.health.reason
+    first = written(recording)
+    full.clear()
+    await until(lambda: recording.recording and recording.path != first)
+    assert recording.wants_memory()  # the next file has none yet
+    assert [one.topic for one in read_recording(first)] == ["memory"]
 
 
 async def test_a_disk_that_fails_is_reported_and_what_was_written_stays(make: Make) -> None:

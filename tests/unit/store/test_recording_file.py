@@ -23,8 +23,7 @@ from hawk.algo.frame import FrameInput
 from hawk.daemon.recording_parts import json_schemas
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
-from hawk.store.frame_codec import to_json
-from hawk.store.recording import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, to_json
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.recording_ring import Item
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording

@@ -26,6 +26,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.performance import LagSummary
 from hawk.store.recording import NoRecordingError
+from hawk.store.recordings import Recordings
 from hawk.web.access.tls import Tls
 from hawk.web.app import Page, create_app
 from hawk.web.documentation import Documentation
@@ -86,6 +87,7 @@ class Rig:
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
+    recordings: Recordings | None = None
     read_area: Callable[[bytes, str], str] = _no_area
     never: asyncio.Event = field(default_factory=asyncio.Event)
 
@@ -122,6 +124,7 @@ class Rig:
             wall=self.wall,
             settings=settings(Config(web=self.web), reference_text()),
             newest_recording=lambda: self.newest_recording(),
+            recordings=self.recordings,
             read_area=lambda data, kind: self.read_area(data, kind),
         )
 

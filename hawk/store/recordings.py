@@ -1,0 +1,185 @@
+"""The folder of recordings: listing, the mark "keep", deletion, and room for new ones.
+
+A mark is a file beside the recording, ``NAME.keep``. Who asks sees to it that no drone flies: removing a large file
+takes a disk long, and the recording under way is never touched.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from hawk.config.sections import StoreSettings
+from hawk.store.replay import RecordingError, read_metadata
+
+SUFFIX: Final = ".mcap"
+MARK: Final = ".keep"
+NAME: Final = re.compile(r"\d{8}T\d{6}Z(-\d{1,3})?\.mcap")
+DAY_S: Final = 86_400.0
+CLOCK_SET: Final = datetime(2025, 1, 1, tzinfo=UTC).timestamp()
+"""An earlier time is that of a computer whose clock was not set: nothing is old by it, Unix seconds."""
+
+
+class NotThatRecordingError(Exception):
+    """A recording that is not there, or must stay; the text says why, and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """One recording on the disk. ``began``: UTC, Unix seconds, by its name; None where the clock was not set."""
+
+    name: str
+    bytes: int
+    began: float | None
+    is_kept: bool
+    is_under_way: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a recording says of itself: its length, seconds of its clock, and the survey's name.
+
+    ``seconds`` is None where a crash left the file without its end.
+    """
+
+    seconds: float | None = None
+    survey: str = ""
+
+
+class Recordings:
+    """The folder. ``under_way``: the file that is written now, None when none is."""
+
+    def __init__(
+        self,
+        settings: StoreSettings,
+        under_way: Callable[[], Path | None] = lambda: None,
+        wall: Callable[[], float] = lambda: datetime.now(UTC).timestamp(),
+    ) -> None:
+        """``wall``: UTC, Unix seconds. The folder need not be there."""
+        self.folder = settings.directory / "recordings"
+        self._most_bytes = settings.recordings_gb * 1e9
+        self._most_age_s = None if settings.recordings_days is None else settings.recordings_days * DAY_S
+        self._under_way = under_way
+        self._wall = wall
+
+    def listed(self) -> list[Stored]:
+        """Return every recording, the oldest first. Raises OSError."""
+        under_way = self._under_way()
+        found = []
+        for path in self.folder.glob(f"*{SUFFIX}") if self.folder.is_dir() else ():
+            try:
+                size = path.stat().st_size
+            except FileNotFoundError:  # deleted meanwhile
+                continue
+            found.append(Stored(path.name, size, _began(path), _mark(path).exists(), path == under_way))
+        return sorted(found, key=lambda one: (one.began is None, one.began or 0.0, one.name))
+
+    def contents(self, name: str) -> Contents:
+        """Read head and end of a recording. Raises NotThatRecordingError; a damaged one has unknown contents."""
+        path = self._path(name)
+        return Contents(_seconds(path), _survey(path))
+
+    def keep(self, name: str, *, is_kept: bool) -> None:
+        """Set or take away the mark. Raises NotThatRecordingError and OSError."""
+        mark = _mark(self._path(name))
+        if is_kept:
+            mark.touch()
+        else:
+            mark.unlink(missing_ok=True)
+
+    def delete(self, name: str) -> None:
+        """Delete a recording. Raises NotThatRecordingError for one that is kept or under way, and OSError."""
+        path = self._path(name)
+        if path == self._under_way():
+            raise NotThatRecordingError(f"{name}: is being written: delete it after the landing")
+        if _mark(path).exists():
+            raise NotThatRecordingError(f'{name}: is marked "keep": take the mark away first')
+        path.unlink()
+
+    def tidy(self) -> list[str]:
+        """Remove what is beyond the limits of size and age, the oldest first; return the names. Raises OSError."""
+        found = self.listed()
+        now = self._wall()
+        aged = [one for one in found if self._is_old(one, now)]
+        removed = self._remove(aged)
+        over = sum(one.bytes for one in found if one.name not in removed) - self._most_bytes
+        rest = [one for one in found if one.name not in removed]
+        return removed + self._remove(_oldest(rest, over))
+
+    def make_room(self, missing: float) -> list[str]:
+        """Remove the oldest for this number of bytes, as far as there are some; return the names. Raises OSError."""
+        return self._remove(_oldest(self.listed(), missing))
+
+    def taken(self) -> tuple[int, int]:
+        """Return the bytes of all recordings, and of those that are kept. Raises OSError."""
+        found = self.listed()
+        return sum(one.bytes for one in found), sum(one.bytes for one in found if one.is_kept)
+
+    def _path(self, name: str) -> Path:
+        path = self.folder / name
+        if NAME.fullmatch(name) is None or not path.is_file():
+            raise NotThatRecordingError(f"{name}: there is no recording of this name; the list has all")
+        return path
+
+    def _is_old(self, one: Stored, now: float) -> bool:
+        if self._most_age_s is None or one.began is None or now < CLOCK_SET:
+            return False
+        return now - one.began > self._most_age_s
+
+    def _remove(self, found: Iterable[Stored]) -> list[str]:
+        removed = []
+        for one in found:
+            if not (one.is_kept or one.is_under_way):
+                (self.folder / one.name).unlink(missing_ok=True)
+                removed.append(one.name)
+        return removed
+
+
+def _oldest(found: Sequence[Stored], missing: float) -> list[Stored]:
+    """Return the oldest that may be removed, until they are this number of bytes."""
+    chosen = []
+    for one in found:
+        if missing <= 0:
+            break
+        if not (one.is_kept or one.is_under_way):
+            chosen.append(one)
+            missing -= one.bytes
+    return chosen
+
+
+def _survey(path: Path) -> str:
+    try:
+        return read_metadata(path).get("survey", "")
+    except RecordingError:
+        return ""
+
+
+def _seconds(path: Path) -> float | None:
+    """Return the length by the counts at the end; None where they cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            summary = make_reader(stream).get_summary()
+    except (McapError, OSError, ValueError, struct.error):
+        return None
+    counted = None if summary is None else summary.statistics
+    return None if counted is None else (counted.message_end_time - counted.message_start_time) / 1e9
+
+
+def _mark(path: Path) -> Path:
+    return path.with_suffix(MARK)
+
+
+def _began(path: Path) -> float | None:
+    try:
+        began = datetime.strptime(path.name[:16], "%Y%m%dT%H%M%SZ").replace(tzinfo=UTC).timestamp()
+    except ValueError:
+        began = path.stat().st_mtime
+    return began if began >= CLOCK_SET else None
