@@ -6,7 +6,7 @@ A lot of 300 and one of 2,000 stalls are flown over again, each time with other 
 of error a stall, GNSS 2 m off and 1.5 degrees of turn about the middle. A survey goes through the daemon's store and
 registration, on the store's thread, while an event loop runs a timer every 10 ms. The median of the surveys after the
 first one counts: the first one loads libraries. Then every call for statistics is timed over a thousand surveys of 300
-stalls, four a day.
+stalls, four a day. `benchmarks.recording` measures the recording of a flight.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ import shapely
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select
 
+from benchmarks import recording
 from benchmarks.archive_calls import SURVEYS, Calls, measure_calls
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from hawk.daemon.lot_keeper import find_stalls
@@ -57,6 +58,7 @@ _LIMITS: Final = {300: 3.0, 2000: 10.0}
 _BYTES: Final = 40_000
 _LAG_MS: Final = 20.0
 _CALL_MS: Final = 100.0
+_RECORD_CPU: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +177,16 @@ def figures(measured: dict[int, Measured], lag_p99_ms: float | None, calls: Call
     ]  # fmt: skip
 
 
+def recording_figures(recorded: recording.Recorded) -> list[Figure]:
+    """Return the figures of a recorded flight."""
+    return [
+        Figure("record_cpu", "recording at 10 pictures a second, share of a core", recorded.cpu,
+               limit=Limit(highest=_RECORD_CPU)),
+        Figure("record_bytes_s", "written by it", recorded.bytes_s, "bytes/s"),
+        Figure("record_lost", "messages that it lost", recorded.lost, limit=Limit(highest=0)),
+    ]  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Store and register, and print a table; return 1 when a figure lies outside its limits."""
     parser = argparse.ArgumentParser(
@@ -192,7 +204,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         rng = np.random.default_rng(min(SIZES))
         first = flight(1, drawn_lot(min(SIZES), rng), Move(), rng)
         calls = measure_calls(Path(folder) / "archive.db", first)
-    section = Section("archive", figures(measured, lag.summary().p99_ms, calls))
+        recorded = asyncio.run(recording.measure(Path(folder)))
+    section = Section("archive", [*figures(measured, lag.summary().p99_ms, calls), *recording_figures(recorded)])
     print_and_write([section], options.json)
     return 0 if all(figure.passed is not False for figure in section.figures) else 1
 

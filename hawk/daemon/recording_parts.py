@@ -16,11 +16,13 @@ from hawk.comm.topic import Topic
 from hawk.config.sections import Config
 from hawk.ddc.facts import Facts
 from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK
+from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
 from hawk.store.frame_codec import FRAME_INPUT
 from hawk.store.recording import Recording
+from hawk.store.replay import KNOWN_LOT
 from hawk.store.shown import StallsSeen, View, Words
 
 POSE_S: Final = 0.2
@@ -59,6 +61,7 @@ def json_schemas() -> Mapping[str, Mapping[str, Any]]:
     definitions = some.pop("$defs", {})
     frame = _finite_or_words(TypeAdapter(FrameInput).json_schema())
     frame["properties"]["picture"] = _object({"topic": {"type": "string"}, "log_time": {"type": "integer"}})
+    frame["properties"]["known"] = {"type": ["object", "null"], "description": "topic and time of the lot's plan"}
     del frame["properties"]["jpeg"]
     frame["required"] = [name for name in frame["required"] if name != "jpeg"]
     held = {"number": _NUMBER, "facts": some}
@@ -71,6 +74,7 @@ def json_schemas() -> Mapping[str, Mapping[str, Any]]:
         DECISION: _object({"acts": acts, "fault": {"type": "string"}}),
         MEMORY: _object({"format": {"type": "integer"}, "decider": {"type": "array"}}),
         FRAME_INPUT: frame,
+        KNOWN_LOT: TypeAdapter(KnownLot).json_schema(),
     }
 
 

@@ -124,7 +124,7 @@ class _Writer:
             return [type(value).__name__, *map(self.write, value)]
         if isinstance(value, BaseModel):
             return ["model", self._kind(value), value.model_dump(mode="json", by_alias=True)]
-        if is_dataclass(value) and type(value).__hash__ is not None:  # frozen: a value, whoever holds it
+        if is_dataclass(value) and type(value).__hash__ is not None:  # frozen: a value, not an object of its own
             return ["value", self._kind(value), self._attributes(value)]
         number = self._met.get(id(value))
         if number is not None:

@@ -264,13 +264,19 @@ def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNK
     return out.getvalue()
 
 
-def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNKNOWN) -> str:
+def stalls_geojson(
+    datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNKNOWN, labels: Mapping[int, str] | None = None
+) -> str:
     """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise).
 
-    Its source is the member "hawk".
+    Its source is the member "hawk". ``labels`` by id: those of `labels_of` where none are given, found by rows.
     """
-    labels = labels_of(stalls)
-    features = [_feature(datum, stalls[key], labels.get(key)) for key in sorted(stalls)]
+    labels = labels_of(stalls) if labels is None else labels
+    ordered = [stalls[key] for key in sorted(stalls)]
+    corners = [stall.corners()[[0, 1, 2, 3, 0]] for stall in ordered]
+    places = to_global(datum, np.concatenate([np.empty((0, 2)), *corners])).reshape(-1, 5, 2)
+    rings = np.round(places[..., ::-1], 8).tolist()
+    features = [_feature(stall, ring, labels.get(stall.id)) for stall, ring in zip(ordered, rings, strict=True)]
     return json.dumps({"type": "FeatureCollection", "hawk": made.values(), "features": features}, allow_nan=False)
 
 
@@ -293,16 +299,11 @@ def _row(datum: GlobalPose, stall: Stall, label: str) -> dict[str, object]:
     }
 
 
-def _feature(datum: GlobalPose, stall: Stall, label: str | None) -> dict[str, Any]:
-    corners = stall.corners()
-    ring = to_global(datum, np.vstack((corners, corners[:1])))
+def _feature(stall: Stall, ring: list[list[float]], label: str | None) -> dict[str, Any]:
     return {
         "type": "Feature",
         "id": stall.id,
-        "geometry": {
-            "type": "Polygon",
-            "coordinates": [[[round(float(lon), 8), round(float(lat), 8)] for lat, lon in ring]],
-        },
+        "geometry": {"type": "Polygon", "coordinates": [ring]},
         "properties": {
             "id": stall.id,
             "label": label,

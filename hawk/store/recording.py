@@ -75,7 +75,7 @@ class Recording:
         ``survey``, the name of the survey that is flown, are called by the thread.
         """
         self.folder = Recordings(settings, self._under_way, lambda: self._utc().timestamp())
-        """What is on the disk."""
+        """The files on the disk."""
         self._folder = self.folder.folder
         self._least_free = settings.minimum_free_mb * 1_000_000
         self._enabled = settings.record

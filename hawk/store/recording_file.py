@@ -1,8 +1,9 @@
 """One file of a recording: MCAP (https://mcap.dev) whose messages are written as they come, not in chunks.
 
 Own topics hold JSON with a JSON Schema, those of `hawk.store.views` Foxglove's messages. A picture is stored once, on
-the topic ``camera``; the other fields of its frame are JSON on ``frame_input``, which names the picture's time. The
-summary at the end, with schemas, channels and counts, is written when the file is closed; readers do without it.
+the topic ``camera``, and the plan of a known lot on ``known_lot``; the other fields of a frame are JSON on
+``frame_input``, which names the times of both. The summary at the end, with schemas, channels and counts, is written
+when the file is closed; readers do without it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 from hawk.model.pictures import CameraModel
 from hawk.store.frame_codec import parts_of, to_json
 from hawk.store.recording_ring import Item
-from hawk.store.replay import CAMERA, FORMAT, METADATA
+from hawk.store.replay import CAMERA, FORMAT, KNOWN, KNOWN_LOT, METADATA
 from hawk.store.views import calibration_message, picture_message, schema_of, views_of
 
 PICTURE: Final = "picture"
@@ -51,6 +52,8 @@ class RecordingFile:
         self._channels: dict[str, int] = {}
         self._camera: CameraModel | None = None
         self._camera_at = 0
+        self._known: object = None
+        self._known_at = 0
         try:
             self._writer = Writer(
                 stream,
@@ -90,6 +93,8 @@ class RecordingFile:
 
     def _write_frame(self, item: Item, time_ns: int) -> None:
         values, jpeg = parts_of(item.payload)
+        if values.get(KNOWN) is not None:
+            values[KNOWN] = self._known_lot(values[KNOWN], time_ns)
         header = to_json({**values, PICTURE: {"topic": CAMERA, "log_time": time_ns}}).encode()
         camera, captured = values.get("camera"), values.get("captured")
         if isinstance(camera, CameraModel) and (
@@ -100,6 +105,13 @@ class RecordingFile:
         exposed = time_ns if captured is None else max(0, round(captured * 1e9) + self._epoch_ns)
         self._view(*_timed(picture_message(jpeg, exposed), time_ns))
         self._add(self._json_channel(item.topic), time_ns, header)
+
+    def _known_lot(self, known: object, time_ns: int) -> dict[str, object]:
+        """Return the name of a known lot's message, which is written once: each frame of a flight has the same one."""
+        if known is not self._known:
+            self._known, self._known_at = known, time_ns
+            self._json(KNOWN_LOT, time_ns, known)
+        return {"topic": KNOWN_LOT, "log_time": self._known_at}
 
     def _json(self, topic: str, time_ns: int, payload: Any) -> None:
         data = to_json(payload).encode()

@@ -16,7 +16,7 @@ FRAME_BYTES: Final = 16_000_000
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One message on its way to the file. ``time_ns``: the daemon's clock. ``size``: bytes, about."""
+    """One message for the file. ``time_ns``: the daemon's clock. ``size``: bytes, about."""
 
     topic: str
     payload: Any

@@ -45,7 +45,7 @@ class Stored:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a recording says of itself: its length, seconds of its clock, and the survey's name.
+    """A recording's length, seconds of its clock, and the name of the survey that was flown.
 
     ``seconds`` is None where a crash left the file without its end.
     """

@@ -18,6 +18,9 @@ from hawk.store.frame_codec import FRAME_INPUT, decode_frame, join_frame
 T = TypeVar("T")
 CAMERA: Final = "camera"
 """Topic of the pictures (`hawk.store.views`)."""
+KNOWN_LOT: Final = "known_lot"
+"""Topic of the plan of a known lot: the frames after it, whose field `KNOWN` names its time, have it."""
+KNOWN: Final = "known"
 METADATA: Final = "hawk"
 """Name of the metadata record with seed, configuration and version."""
 FORMAT: Final = 2
@@ -60,7 +63,7 @@ def read_recording(path: Path) -> Iterator[Recorded]:
     """Yield the messages in the order they were recorded. A torn end is skipped. Raises RecordingError."""
     channels: dict[int, Channel] = {}
     epoch_ns = 0
-    picture: tuple[int, bytes] = (-1, b"")
+    last: dict[str, Message] = {}
     for record in _records(path):
         if isinstance(record, Channel):
             channels[record.id] = record
@@ -70,14 +73,22 @@ def read_recording(path: Path) -> Iterator[Recorded]:
             channel, data = channels.get(record.channel_id), record.data
             if channel is None:
                 raise RecordingError(f"{path}: is damaged: a message has no channel")
-            if channel.topic == CAMERA:
-                picture = record.log_time, data
+            if channel.topic in (CAMERA, KNOWN_LOT):
+                last[channel.topic] = record
             elif channel.topic == FRAME_INPUT and channel.message_encoding == "json":
-                at, image = picture
-                if at != record.log_time:
-                    raise RecordingError(f"{path}: is damaged: a frame has no picture")
-                data = join_frame(data, _image_data(path, image))
+                data = _frame(path, record, last)
             yield Recorded(channel.topic, (record.log_time - epoch_ns) / 1e9, data)
+
+
+def _frame(path: Path, frame: Message, last: Mapping[str, Message]) -> bytes:
+    """Return a frame with its picture, and with the plan of its known lot, as `hawk.store.frame_codec` joins them."""
+    picture, known, fields = last.get(CAMERA), last.get(KNOWN_LOT), frame.data
+    if picture is None or picture.log_time != frame.log_time:
+        raise RecordingError(f"{path}: is damaged: a frame has no picture")
+    if known is not None:
+        name = f'"{KNOWN}":{{"topic":"{KNOWN_LOT}","log_time":{known.log_time}}}'.encode()
+        fields = fields.replace(name, b'"known":' + known.data, 1)
+    return join_frame(fields, _image_data(path, picture.data))
 
 
 def _epoch(path: Path, metadata: Mapping[str, str]) -> int:

@@ -96,7 +96,8 @@ def views_of(view: View, time_ns: int) -> Iterator[Coded]:
     elif isinstance(view, VehiclePose):
         yield from _place(view, stamp)
     else:
-        yield STALLS_ON_EARTH, GeoJson(geojson=stalls_geojson(view.datum, view.stalls)).encode()
+        labels = {key: stall.label for key, stall in view.stalls.items() if stall.label}  # those of rows cost too much
+        yield STALLS_ON_EARTH, GeoJson(geojson=stalls_geojson(view.datum, view.stalls, labels=labels)).encode()
         yield STALLS, _scene(view.stalls, stamp).encode()
 
 

@@ -30,7 +30,7 @@ _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 class _RefusedError(Exception):
-    """What cannot be done; the text is "field: reason"."""
+    """Refusal of a request; the text is "field: reason"."""
 
     def __init__(self, status: int, words: str) -> None:
         super().__init__(words)

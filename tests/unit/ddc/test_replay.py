@@ -311,7 +311,7 @@ SHAPE = "7e1d7835d880ba5f"
 
 
 def test_a_memory_of_another_shape_has_another_number() -> None:
-    """Where this fails: raise FORMAT in hawk.ddc.memory, and write the new digest here."""
+    """Raise FORMAT in hawk.ddc.memory when this fails, and write the new digest here."""
     shape = {name: sorted(_attributes(kind)) for name, kind in memory._kinds().items() if name.startswith("ddc.")}
     digest = hashlib.sha256(json.dumps(shape, sort_keys=True).encode()).hexdigest()[:16]
     assert (FORMAT, digest) == (1, SHAPE)

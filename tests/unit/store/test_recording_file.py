@@ -21,6 +21,7 @@ from mcap.records import Schema
 
 from hawk.algo.frame import FrameInput
 from hawk.daemon.recording_parts import json_schemas
+from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.store.frame_codec import FRAME_INPUT, to_json
@@ -163,6 +164,22 @@ def test_a_picture_is_stored_once(tmp_path: Path) -> None:
     path = write(tmp_path / "flight.mcap", [item])
     assert path.read_bytes().count(jpeg) == 1
     assert next(read_frames(path, FrameInput)).jpeg == jpeg
+
+
+def test_the_plan_of_a_known_lot_is_stored_once(tmp_path: Path) -> None:
+    stall = KnownStall("a uuid", 1.0, 2.0, 0.1, 2.5, 5.0, True, "A 1")
+    ground = ((((0.0, 1.0), (1.0, 1.0), (1.0, 0.0)),),)
+    lots = [KnownLot(f"lot {n}", (stall,), ground) for n in range(2)]
+    flown = [None, lots[0], lots[0], lots[1], lots[0]]
+    frames = [replace(FRAME, sequence=n, known=known) for n, known in enumerate(flown)]
+    items = [Item(FRAME_INPUT, each, "frame", (12 + n) * S, 1) for n, each in enumerate(frames)]
+    path = write(tmp_path / "flight.mcap", items)
+    assert list(read_frames(path, FrameInput)) == frames
+    assert [content["id"] for topic, _, _, content in messages(path) if topic == "known_lot"] == [
+        "lot 0",
+        "lot 1",
+        "lot 0",
+    ]
 
 
 def test_times_are_utc_in_the_file_and_the_clock_for_its_reader(tmp_path: Path) -> None:
