@@ -2,7 +2,7 @@
 
 A tick is a row of steps. Each sees facts and the active state, and returns what it decided. One driver guards each step
 and makes the state that follows the active one. The same facts and commands give the same decisions: those that
-`hawk.ddc.recorder` records are decided again by its tests.
+`hawk.ddc.recorder` records are decided again by `hawk.ddc.replay`.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ facts are numbered: where a number is missing, messages were lost, and a reader 
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
@@ -20,6 +21,8 @@ from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.decider import Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause
+
+_LOGGER = logging.getLogger(__name__)
 
 TICK, COMMAND, LEAVE, DECISION, MEMORY = "tick", "command", "leave", "decision", "memory"
 MEMORY_S = 60.0
@@ -43,7 +46,7 @@ class Recorder:
 
         Args:
             record: Takes topic and payload.
-            remember: Returns the decider's memory of now.
+            remember: Returns the decider's memory of now. Raises ValueError when that cannot be written down.
             wants_memory: Returns True while what was recorded last cannot be entered.
         """
         self._record = record
@@ -59,7 +62,12 @@ class Recorder:
         if passed < (LEAST_MEMORY_S if self._wants_memory() else MEMORY_S):
             return
         self._remembered_at, self._last = now, None
-        self._record(MEMORY, self._remember())
+        try:
+            memory = self._remember()
+        except ValueError as error:  # the flight needs none of it
+            _LOGGER.error("the recording goes on without the decider's memory: %s", error)
+            return
+        self._record(MEMORY, memory)
 
     def tick(self, facts: Facts, decision: Decision) -> None:
         """Record a tick and its decision."""

@@ -229,6 +229,7 @@ class Recording:
                     space_checked = time.monotonic()
                     self._check_space()
                 self._write(items, wanted)
+                items = deque()  # none is lost by what follows
                 self._tidy()
             except Exception as error:  # a recording that fails must not end
                 self._fail(

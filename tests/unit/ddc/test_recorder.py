@@ -87,6 +87,20 @@ def test_a_recording_that_cannot_be_entered_gets_a_memory_at_once_but_not_with_e
     assert noted.memories() == [0.0, 10.2, pytest.approx(10.2 + LEAST_MEMORY_S)]
 
 
+def test_a_memory_that_cannot_be_written_down_keeps_nothing_else_from_being_recorded(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    def fails() -> dict[str, Any]:
+        raise ValueError("an object of a foreign class")
+
+    records: list[str] = []
+    recorder = Recorder(lambda kind, _: records.append(kind), fails)
+    recorder.prepare(1.0)
+    recorder.tick(Facts(1.0), NOTHING)
+    assert records == [TICK]
+    assert "without the decider's memory: an object of a foreign class" in caplog.text
+
+
 def test_facts_are_whole_after_a_memory_and_numbered_through() -> None:
     noted = Noted()
     noted.tick(0.0)
