@@ -134,6 +134,8 @@ LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
     "it reports: no state and no reaction reads it": (
         "hawk/ddc/requests/flight_log.py",
         "hawk/ddc/recorder.py",
+        "hawk/ddc/memory.py",
+        "hawk/ddc/replay.py",
         "hawk/ddc/status.py",
         "hawk/ddc/settings.py",
         "hawk/ddc/battery/survey.py",

@@ -32,16 +32,19 @@ from hawk.comm.protocol.commands import (
     SetFailsafes,
     Takeoff,
 )
+from hawk.config.sections import Config, HeightSettings, StoreSettings
 from hawk.ddc import memory, recorder
 from hawk.ddc.memory import FORMAT, MemoryFormatError, remember, restore
-from hawk.ddc.recorder import LEAVE, MEMORY, TICK, plain
-from hawk.ddc.replay import Moment, ReplayError, compare, decide_again, moments
+from hawk.ddc.recorder import COMMAND, LEAVE, MEMORY, TICK, plain
+from hawk.ddc.replay import Moment, ReplayError, compare, compare_recording, decide_again, moments
 from hawk.ddc.rules.kill import KillTokens
+from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
 from hawk.model.plans import Inbound
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 from hawk.store.frame_codec import to_json
+from hawk.store.recording import Recording
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, Rig
 from tests.unit.ddc.test_operations_manager_properties import Flight
 
@@ -232,6 +235,46 @@ async def test_the_end_of_the_program_in_the_air_is_decided_again(tmp_path: Path
     assert [kind for kind, _ in records].count(LEAVE) == 1
     assert rig.state is StateName.RETURN_TO_LAUNCH
     assert compare(records, rig.settings).differences == ()
+
+
+async def test_a_file_is_decided_again_by_the_settings_in_it(tmp_path: Path) -> None:
+    config = Config(heights=HeightSettings(minimum_m=14.0))
+    rig = Rig(tmp_path, settings=DdcSettings.from_config(config))
+    await troubles(rig)
+    await rig.close()
+    path = await _file(tmp_path, rig, config.model_dump_json())
+    found = compare_recording(path)
+    assert (found.entered, found.left_out, found.differences) == (1, 0, ())
+    assert found.decided == sum(kind in (TICK, COMMAND) for kind, _ in rig.records)
+
+
+@pytest.mark.parametrize(
+    ("configuration", "words"),
+    [
+        ('{"wings": {"count": 2}}', "its settings cannot be used: 1 validation error"),
+        ("not JSON", "its settings cannot be used: Expecting value"),
+        ("{}", "holds no memory of the decider"),
+    ],
+)
+async def test_a_file_whose_settings_or_memory_are_of_no_use_is_refused(
+    configuration: str, words: str, tmp_path: Path
+) -> None:
+    path = await _file(tmp_path, Rig(tmp_path), configuration)
+    with pytest.raises(ReplayError, match=words) as caught:
+        compare_recording(path)
+    assert str(caught.value).startswith(str(path))
+
+
+async def _file(folder: Path, rig: Rig, configuration: str) -> Path:
+    """Return a recording of a rig's records."""
+    store = StoreSettings(directory=folder, minimum_free_mb=1)
+    recording = Recording(store, rig.clock, {"configuration": configuration})
+    recording.begin()
+    for kind, payload in [("vehicle", {"event": "FOUND"}), *rig.records]:
+        recording.record(kind, payload)
+    await recording.close()
+    assert recording.path is not None
+    return recording.path
 
 
 async def test_a_recording_of_a_version_without_memories_is_refused(tmp_path: Path) -> None:
