@@ -257,6 +257,7 @@ class Recording:
         if not self._enabled or not self._is_on_ground or self._file or time.monotonic() - self._tidied < TIDY_S:
             return
         self._tidied = time.monotonic()
+        _load(self._json_schemas)
         if not self._folder.is_dir():
             return
         removed = self.folder.tidy()
@@ -344,6 +345,13 @@ class Recording:
         file, self._file = self._file, None
         if file is not None:
             file.abandon()
+
+
+def _load(json_schemas: JsonSchemas) -> None:
+    """Load the encoder and make the schemas before Arm: the flight's first seconds need the processor."""
+    import hawk.store.recording_file  # noqa: F401
+
+    json_schemas()
 
 
 def newest_file(folder: Path) -> Path:
