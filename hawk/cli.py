@@ -1,12 +1,13 @@
-"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film, calibrates the camera, makes tokens."""
+"""The command ``hawk-drone``: runs the daemon, flies a survey, shows and checks recordings, calibrates the camera."""
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import json
 import sys
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import asdict, fields
 from importlib.metadata import version
 from typing import NoReturn
 
@@ -41,7 +42,7 @@ from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS}
+    {"run", "survey", "desk", "film", "replay", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -53,6 +54,8 @@ EXIT_FAILED = 1
 """Exit status when the simulation could not start."""
 LONGEST_SURVEY_S = 86_400.0
 """Greatest --timeout: no battery lasts a day."""
+SHOWN_DIFFERENCES = 10
+"""Decisions that differ, of which `hawk-drone replay` prints this number; --json has all."""
 EXIT_S = 5.0
 """Real seconds for the process to end after its work; then its threads are printed and it is ended."""
 
@@ -107,6 +110,13 @@ def make_parser() -> argparse.ArgumentParser:
     film.set_defaults(action=_film)
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     film.add_argument("film", type=values.new(".avi"), metavar="FILM", help="the file to write (.avi)")
+    replay = commands.add_parser("replay", help="decide a recorded flight again, and compare")
+    replay.set_defaults(action=_replay)
+    replay.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
+    replay.add_argument(
+        "--check", action="store_true", required=True, help="make every decision again; exit status 1 where one differs"
+    )
+    replay.add_argument("--json", type=values.new(".json"), metavar="FILE", help="write what differs as JSON (.json)")
     add_access_commands(commands)
     add_check_commands(commands)
     add_calibrate_command(commands)
@@ -337,6 +347,24 @@ def _film(options: argparse.Namespace) -> int:
     lost = f", {made.unreadable} could not be read" if made.unreadable else ""
     print(f"{options.film}: {made.pictures} pictures, {made.seconds:.1f} s{lost}")
     return 0
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from hawk.ddc.replay import ReplayError, compare_recording
+    from hawk.store.replay import RecordingError
+
+    try:
+        found = compare_recording(options.recording)
+    except (ReplayError, RecordingError) as error:
+        print(f"hawk-drone replay: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    lost = f", {found.left_out} left out: records before them are missing" if found.left_out else ""
+    print(f"{options.recording}: {found.decided} decisions made again, {len(found.differences)} differ{lost}")
+    for each in found.differences[:SHOWN_DIFFERENCES]:
+        print(f"  {each.at:.2f} s, {each.command or 'tick'}: {each.recorded} before, {each.again} now")
+    if options.json is not None:
+        options.json.write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
+    return EXIT_FAILED if found.differences else 0
 
 
 if __name__ == "__main__":

@@ -243,6 +243,10 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--again": (URL, EMPTY),
     },
     "desk": {**STORE, "--host": ((), NO_HOST), "--port": ((), NOT_PORT), "--lot": ((), EMPTY)},
+    "replay": {
+        "RECORDING": (("--check",), NOT_THERE),
+        "--json": (("--check", __file__), (*NO_PATH, "a.txt", "/nowhere/a.json")),
+    },
     "film": {"RECORDING": ((), NOT_THERE), "FILM": ((), (*NO_PATH, "film.mp4", "/nowhere/film.avi", "/"))},
     "tokens": {**STORE, "work": ((), ("make",)), "role": ((), ("pilot", ""))},
     "make-certificate": {

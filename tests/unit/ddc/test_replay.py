@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from hawk.cli import main
 from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
@@ -35,7 +36,7 @@ from hawk.comm.protocol.commands import (
 from hawk.config.sections import Config, HeightSettings, StoreSettings
 from hawk.ddc import memory, recorder
 from hawk.ddc.memory import FORMAT, MemoryFormatError, remember, restore
-from hawk.ddc.recorder import COMMAND, LEAVE, MEMORY, TICK, plain
+from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.replay import Moment, ReplayError, compare, compare_recording, decide_again, moments
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
@@ -246,6 +247,30 @@ async def test_a_file_is_decided_again_by_the_settings_in_it(tmp_path: Path) -> 
     found = compare_recording(path)
     assert (found.entered, found.left_out, found.differences) == (1, 0, ())
     assert found.decided == sum(kind in (TICK, COMMAND) for kind, _ in rig.records)
+
+
+async def test_the_command_prints_how_much_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = Config(heights=HeightSettings(minimum_m=15.0))
+    rig = Rig(tmp_path, settings=DdcSettings.from_config(config))
+    await troubles(rig)
+    await rig.close()
+    same = await _file(tmp_path / "same", rig, config.model_dump_json())
+    assert main(["replay", str(same), "--check"]) == 0
+    assert f"{same}: " in (said := capsys.readouterr().out)
+    assert " decisions made again, 0 differ" in said
+    number = next(n for n, (kind, _) in enumerate(rig.records) if kind == DECISION)
+    rig.records[number] = (DECISION, {"acts": [], "fault": "of another version"})
+    other = await _file(tmp_path / "other", rig, config.model_dump_json())
+    assert main(["replay", str(other), "--check", "--json", str(tmp_path / "found.json")]) == 1
+    assert "'fault': 'of another version'} before, {'acts': [{" in capsys.readouterr().out
+    (difference,) = json.loads((tmp_path / "found.json").read_text())["differences"]
+    assert difference["recorded"]["fault"] == "of another version"
+
+
+async def test_the_command_refuses_what_is_no_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "notes.mcap").write_text("notes of a flight\n" * 9)
+    assert main(["replay", str(tmp_path / "notes.mcap"), "--check"]) == 1
+    assert "notes.mcap: is no recording, or damaged" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
