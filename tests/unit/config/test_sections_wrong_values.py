@@ -286,6 +286,14 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--out": ((), (*NO_PATH, "lot.shp", "/nowhere/lot.csv")),
         "--survey": ((), EMPTY),
     },
+    "stats": {
+        **STORE,
+        "LOT": ((), EMPTY),
+        "--from": ((), (*EMPTY, "yesterday", "2026-13-01")),
+        "--to": ((), (*EMPTY, "yesterday", "2026-05-04T25:00")),
+        "--by": ((), ("", "week")),
+        "--time-zone": ((), (*EMPTY, "Mars/North", "../x")),
+    },
     "import-plan": {
         **STORE,
         "FILE": ((), NOT_THERE),
@@ -332,6 +340,7 @@ POSITIONS: dict[str, Callable[[str, str], list[str]]] = {
     "backup": lambda name, value: [value if name == "FILE" else "lots.db"],
     "restore": lambda name, value: [value if name == "FILE" else __file__],
     "export": lambda name, value: [value if name == "LOT" else "Lot 1", "--training", "out"],
+    "stats": lambda name, value: [value if name == "LOT" else "Lot 1"],
     "import-plan": lambda name, value: [value if name == "FILE" else __file__, "--lot", "Lot 1"],
     "tokens": lambda name, value: [value, "operator"] if name == "work" else ["rotate", value],
 }
