@@ -96,7 +96,7 @@ flights: $(STAMP)
 	$(UNIT) -m flight $(ARGS)
 
 integration: $(STAMP)
-	$(REAL) --numprocesses 4 -m 'not alone' tests/integration $(ARGS)
+	$(REAL) --numprocesses 3 -m 'not alone' tests/integration $(ARGS)
 	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
 
 # The contract with MAVSDK and ArduCopter. It waits more than it works: a hawk-sim for each module. A real vehicle, one
@@ -106,7 +106,7 @@ contract: $(STAMP)
 
 # Both at once: while one program waits, the other works.
 programs: $(STAMP)
-	$(REAL) --numprocesses 4 -m 'not alone' tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 3 -m 'not alone' tests/integration tests/contract $(ARGS)
 	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
 
 e2e: setup browser

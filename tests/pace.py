@@ -1,4 +1,4 @@
-"""Speed of the simulated flights that vision follows: a slower computer flies them slower."""
+"""Speed of simulated flights: a slower computer flies them slower."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.store.frame_codec import to_json
-from hawk.store.replay import read_metadata, read_recording
+from hawk.store.replay import is_whole, read_metadata, read_recording
 
 NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
 _NOTHING: Final[Mapping[str, Any]] = {"acts": [], "fault": ""}
@@ -81,11 +81,12 @@ class Comparison:
     differences: tuple[Difference, ...] = ()
 
 
-def moments(records: Iterable[tuple[str, Mapping[str, Any]]]) -> Iterator[Moment]:
+def moments(records: Iterable[tuple[str, Mapping[str, Any]]], *, is_whole: bool = True) -> Iterator[Moment]:
     """Give the recorded moments in order, from the first whole facts on.
 
     Args:
         records: Topic and payload (plain JSON) of each record; other topics are ignored.
+        is_whole: False for a recording that a crash ended: a decision may have followed its last facts.
 
     Raises:
         ReplayError: A record that this version cannot read.
@@ -106,7 +107,7 @@ def moments(records: Iterable[tuple[str, Mapping[str, Any]]]) -> Iterator[Moment
         elif kind == DECISION and open_ is not None:
             yield replace(open_, decision=payload)
             open_ = None
-    if open_ is not None:
+    if open_ is not None and is_whole:
         yield open_
 
 
@@ -150,19 +151,22 @@ def decide_again(flight: Iterable[Moment], settings: DdcSettings) -> Iterator[tu
             yield moment, decision
 
 
-def compare(records: Iterable[tuple[str, Mapping[str, Any]]], settings: DdcSettings) -> Comparison:
+def compare(
+    records: Iterable[tuple[str, Mapping[str, Any]]], settings: DdcSettings, *, is_whole: bool = True
+) -> Comparison:
     """Decide a recording again and compare; what the decider remembers is compared at each memory.
 
     Args:
         records: Topic and payload (plain JSON) of each record.
         settings: Those of the recorded run.
+        is_whole: As in `moments`.
 
     Raises:
         ReplayError: No memory, or records of another version.
     """
     decided = entered = left_out = 0
     differences: list[Difference] = []
-    for moment, decision, remembered in _decided(moments(records), settings):
+    for moment, decision, remembered in _decided(moments(records, is_whole=is_whole), settings):
         entered += moment.memory is not None
         if decision is None:
             left_out += 1
@@ -231,6 +235,6 @@ def compare_recording(path: Path) -> Comparison:
         raise ReplayError(f"{path}: its settings cannot be used: {error}") from error
     records = ((one.topic, one.payload()) for one in read_recording(path) if one.topic in _TOPICS)
     try:
-        return compare(records, settings)
+        return compare(records, settings, is_whole=is_whole(path))
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ METADATA: Final = "hawk"
 """Name of the metadata record with seed, configuration and version."""
 FORMAT: Final = 2
 """The newest format. 1, without a number in the metadata, has no schemas and joins each picture to its frame."""
+_MAGIC: Final = b"\x89MCAP0\r\n"
+"""Last bytes of an MCAP file that was closed, as its first ones."""
 _IMAGE_DATA: Final = 2  # field of foxglove.CompressedImage
 
 
@@ -57,6 +60,16 @@ class Recorded:
     def frame(self, kind: type[T]) -> T:
         """Return the frame given to `Recording.record_frame`. Raises FrameFormatError."""
         return decode_frame(self.data, kind)
+
+
+def is_whole(path: Path) -> bool:
+    """Return whether a recording was closed: a crash leaves it without its end. Raises RecordingError."""
+    try:
+        with path.open("rb") as stream:
+            stream.seek(-len(_MAGIC), os.SEEK_END)
+            return stream.read() == _MAGIC
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def read_recording(path: Path) -> Iterator[Recorded]:

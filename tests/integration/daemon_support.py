@@ -22,8 +22,9 @@ from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
 from hawk.survey.stack import Ready, SimulatedStack
 from tests.integration.sim_support import small_picture
+from tests.pace import speed_here
 
-SPEED = 3.0
+SPEED = speed_here(3.0)
 CAMERA_HZ = 3.0
 """Pictures in a simulated second, where there is nothing to be seen: vision would take a whole core for fifteen."""
 SILENCE_S = 15.0

@@ -1,4 +1,4 @@
-"""The daemon's side of the autopilot and the camera, through the real MAVSDK, against hawk-sim at speed 4."""
+"""The daemon's side of the autopilot and the camera, through the real MAVSDK, against a hawk-sim that runs fast."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, MapPose
 from hawk.model.vehicle import CopterMode, LandedState, StatusText
 from tests.integration.sim_support import free_udp_port, get_json, simulation, small_picture
+from tests.pace import speed_here
 
 pytestmark = pytest.mark.integration
-SPEED = 4.0
+SPEED = speed_here(4.0)
 ANSWER_S = 2.0
 """A busy machine answers for a parameter within this, real seconds."""
 HEIGHT = 8.0

@@ -16,9 +16,10 @@ from mavsdk.plugins.param import ParamError
 from mavsdk.plugins.telemetry import TelemetryError
 
 from tests.integration.sim_support import Pilot, free_udp_port, get_json, simulation, small_picture
+from tests.pace import speed_here
 
 pytestmark = pytest.mark.integration
-SPEED = 4.0
+SPEED = speed_here(4.0)
 
 
 @dataclass(frozen=True, slots=True)
