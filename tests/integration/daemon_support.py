@@ -24,7 +24,8 @@ from hawk.survey.stack import Ready, SimulatedStack
 from tests.integration.sim_support import small_picture
 from tests.pace import speed_here
 
-SPEED = speed_here(3.0)
+SPEED_ASKED = 3.0
+SPEED = speed_here(SPEED_ASKED)
 CAMERA_HZ = 3.0
 """Pictures in a simulated second, where there is nothing to be seen: vision would take a whole core for fifteen."""
 SILENCE_S = 15.0
