@@ -77,6 +77,8 @@ def operations(stalls: Sequence[PlanStall]) -> dict[str, Callable[[int], Asked]]
         "renumber": lambda n: {"do": "renumber", "stalls": ids[50:60], "letter": f"Z{'ABCDEF'[n]}Q"},
         "set_kind_of_row": lambda n: {"do": "set_kind", "row": "C", "kind": ("bus", "taxi")[n % 2]},
         "forbid": lambda n: {"do": "forbid", "outline": [[-3.0, 190 + 9 * n], [-3.0, 195 + 9 * n], [3.0, 195 + 9 * n]]},
+        "draw_zone": lambda n: {"do": "draw_zone", "name": f"Zone {n}",
+                                "outline": [[-9.0, 9.0 * n], [-9.0, 9.0 * n + 5], [9.0, 9.0 * n + 5]]},
         "remove": lambda n: {"do": "remove", "stalls": ids[30 + n : 31 + n]},
         "set_kind_of_all": lambda n: {"do": "set_kind", "all": True, "kind": ("bus", "taxi")[n % 2]},
     }  # fmt: skip

@@ -15,7 +15,7 @@ def test_each_operation_of_a_small_lot_costs_something(tmp_path: Path) -> None:
     measured = measure(tmp_path, 300)
     assert all(done > 0 and again > 0 for done, again in measured.values())
     measured_ones = {name for name in NAMES if any(each.startswith(name) for each in measured)}
-    assert measured_ones == {*NAMES} - {"allow", "confirm"}  # these cost as much as forbid and set_kind
+    assert measured_ones == {*NAMES} - {"allow", "confirm", "erase_zone"}  # as forbid, set_kind and draw_zone
 
 
 def test_an_operation_that_takes_too_long_misses_its_limit_and_one_on_a_whole_lot_has_none() -> None:
