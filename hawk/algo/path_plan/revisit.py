@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -151,26 +151,28 @@ class Revisit:
         if len(self._places):
             self._places = (self._places - before.mean(0)) @ turned.T + after.mean(0)
         self._looked[:] = False
+        self._looked[: self._count] = self._seen_before[: self._count]
+        for picture in self._pictures:
+            self._take(picture)
+        self._pictures.clear()
         self._given_up[:] = False
         self._tour = None
 
     def _look(self, scene: RevisitScene, lot_map: LotMap) -> None:
-        """Note the stalls that pictures have shown whole: those of an earlier flight when this one begins, and of all
-        its pictures when the plan has moved.
-        """
-        if scene.picture is not None and (not self._is_placed or self._tour is None):
-            self._pictures.append(scene.picture)
+        """Note the stalls that this picture shows whole, and those of an earlier flight when this one begins."""
         if self._frame == 1:
             for part in np.array_split(np.arange(len(self._boxes)), max(1, len(self._boxes) // 500)):
                 self._looked[part] = _seen_on(lot_map, self._boxes[part])
             self._seen_before = self._looked.copy()
-        shown: Iterable[Floats] = () if scene.picture is None else (scene.picture,)
-        if self._tour is None:
-            self._looked[: self._count] |= self._seen_before[: self._count]
-            shown = self._pictures
-        for picture in shown:
-            index = np.flatnonzero(~self._looked)
-            self._looked[index] = _shows_whole(picture, self._boxes[index])
+        if scene.picture is not None:
+            self._take(scene.picture)
+            if not self._is_placed:
+                self._pictures.append(scene.picture)
+
+    def _take(self, picture: Floats) -> None:
+        """Note the stalls that a picture shows whole."""
+        index = np.flatnonzero(~self._looked)
+        self._looked[index] = _shows_whole(picture, self._boxes[index])
 
     def _look_at_rim(self, scene: RevisitScene, lot_map: LotMap) -> None:
         """Add what lies beside new stalls to what is looked at: their rows go on, maybe."""
