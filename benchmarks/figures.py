@@ -89,6 +89,11 @@ def interval_jitter(arrivals: Sequence[float], interval_s: float) -> list[float]
     return [abs(later - earlier - interval_s) * 1e3 for earlier, later in pairwise(arrivals)]
 
 
+def share(part: float, whole: float) -> float | None:
+    """Return a part of a whole; None of nothing."""
+    return part / whole if whole else None
+
+
 def number(value: float | None) -> str:
     """Return a figure for people: three significant digits, no exponent."""
     if value is None or math.isnan(value):

@@ -20,7 +20,7 @@ from statistics import median
 import cv2
 
 from benchmarks.again.visits import Again, Twice, survey_again
-from benchmarks.figures import Figure, Limit, Section, print_and_write
+from benchmarks.figures import Figure, Limit, Section, print_and_write, share
 from benchmarks.surveys import seeds_option
 
 
@@ -76,13 +76,13 @@ def figures(found: Sequence[Again]) -> list[Figure]:
             "looked_at_min", "stalls whole in a picture, worst lot",
             min(one.looked_at / one.stalls for one in found), limit=Limit(lowest=0.99),
         ),
-        Figure("changed_found", "changed stalls with the new state", _share(reported, changed), limit=Limit(0.97)),
+        Figure("changed_found", "changed stalls with the new state", share(reported, changed), limit=Limit(0.97)),
         Figure(
-            "changed_false", "unchanged stalls reported as changed", _share(false, unchanged),
+            "changed_false", "unchanged stalls reported as changed", share(false, unchanged),
             limit=Limit(highest=0.01),
         ),
         Figure("looked_at_well", "stalls in the good part of a picture",
-               _share(sum(one.looked_at_well for one in found), sum(one.stalls for one in found))),
+               share(sum(one.looked_at_well for one in found), sum(one.stalls for one in found))),
         Figure("way_over_told_max", "distance over that planned, worst lot",
                max(one.flown_m / one.planned_m for one in found)),
         Figure("way_over_first_max", "distance over that of the first survey, worst lot",
@@ -94,10 +94,6 @@ def figures(found: Sequence[Again]) -> list[Figure]:
         Figure("again_changed", "changed stalls", float(changed)),
         Figure("again_lots", "lots", float(len(found))),
     ]  # fmt: skip
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None
 
 
 def _parser() -> argparse.ArgumentParser:

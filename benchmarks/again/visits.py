@@ -36,7 +36,7 @@ from hawk.lots.database import Database
 from hawk.lots.frames import Move
 from hawk.lots.saving import save
 from hawk.lots.tables import OBSERVATION, STALL
-from hawk.lots.values import Placed, Saved
+from hawk.lots.values import PLACED, Saved
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.plans import HeightParameters
 from hawk.survey import scoring
@@ -191,7 +191,7 @@ def _lot(world: World) -> Lot:
 
 
 def _states(connection: Connection, saved: Saved) -> dict[str, str]:
-    if saved.placed not in (Placed.FIRST, Placed.REGISTERED):
+    if saved.placed not in PLACED:
         return {}
     rows = select(STALL.c.id, OBSERVATION.c.state).join(STALL, STALL.c.key == OBSERVATION.c.stall)
     return {str(key): str(state) for key, state in connection.execute(rows.where(OBSERVATION.c.survey == saved.seq))}

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.figures import Figure, Limit, Section, print_and_write
+from benchmarks.figures import Figure, Limit, Section, print_and_write, share
 from benchmarks.lots.archive import Judged, survey_lot
 from benchmarks.lots.looks import FlownEye, StillEye
 from benchmarks.lots.visits import DrawnLot, PictureLot, pictures
@@ -64,23 +64,19 @@ def figures(found: Sequence[Judged]) -> list[Figure]:
     )
     doubtful = sum(len(one.doubts) for one in found)
     return [
-        Figure("same_id", "stalls seen again with the id of before", _share(same, again), limit=Limit(lowest=0.995)),
+        Figure("same_id", "stalls seen again with the id of before", share(same, again), limit=Limit(lowest=0.995)),
         Figure("wrong_id", "stalls with the id of another one", float(wrong), limit=Limit(highest=0.0)),
         Figure(
-            "unregistered", "surveys of a known lot that are not certain", _share(doubtful, surveys - len(found)),
+            "unregistered", "surveys of a known lot that are not certain", share(doubtful, surveys - len(found)),
             limit=Limit(highest=0.03),
         ),
-        Figure("repaint_kept", "unchanged stalls with their ids after a take-over", _share(kept, stayed)),
-        Figure("repaint_reported", "stalls changed by a repaint that its survey reported", _share(reported, changed)),
+        Figure("repaint_kept", "unchanged stalls with their ids after a take-over", share(kept, stayed)),
+        Figure("repaint_reported", "stalls changed by a repaint that its survey reported", share(reported, changed)),
         Figure("repaint_changed", "stalls changed by repaints", float(changed)),
         Figure("stalls_again", "stalls seen again", float(again)),
         Figure("surveys", "surveys", float(surveys)),
         Figure("lots", "lots", float(len(found))),
     ]  # fmt: skip
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -19,7 +19,7 @@ from hawk.lots.proposing import proposals
 from hawk.lots.saving import save
 from hawk.lots.tables import OBSERVATION, STALL
 from hawk.lots.taking import take_over
-from hawk.lots.values import Placed, Saved
+from hawk.lots.values import PLACED, Placed, Saved
 from hawk.model.known_lot import KnownLot
 from hawk.survey.scoring import match
 from hawk.worlds.world import World
@@ -84,7 +84,7 @@ def survey_lot(lot: DrawnLot | PictureLot, eye: Eye) -> Judged:
             repaint = 0
             for visit in visits:
                 surveys.append(_survey(store, lot, visit, eye, first, is_repainted=visit.repaint > repaint))
-                if surveys[-1].saved.placed in (Placed.FIRST, Placed.REGISTERED):
+                if surveys[-1].saved.placed in PLACED:
                     repaint = visit.repaint
             return judged(lot.name, surveys)
         finally:
@@ -117,7 +117,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
     doubts = tuple(
         f"{one.visit.number}: {one.saved.doubt or one.saved.placed.value}"
         for one in mine
-        if one.saved.placed not in (Placed.FIRST, Placed.REGISTERED)
+        if one.saved.placed not in PLACED
     )
     return Judged(name, len(mine), again, same, wrong, doubts, stayed, kept, changed, reported)
 
@@ -191,7 +191,7 @@ def known_at(connection: Connection, datum: tuple[float, float]) -> KnownLot | N
 
 def stored_ids(connection: Connection, saved: Saved, look: Look) -> dict[int, str]:
     """Return the stored id of each true stall that the survey observed: its looks have the stall's number as time."""
-    if saved.placed not in (Placed.FIRST, Placed.REGISTERED):
+    if saved.placed not in PLACED:
         return {}
     rows = connection.execute(
         select(OBSERVATION.c.looked, STALL.c.id)

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from benchmarks.figures import Figure, Limit, Section
+from benchmarks.figures import Figure, Limit, Section, share
 from benchmarks.perception.eyes import CELL_M, GROUND_M, NetworkEye, boxes_of_maps
 from benchmarks.perception.places import Place
 from benchmarks.perception.stall_rows import Boxes
@@ -72,15 +72,15 @@ def figures(planned: Sequence[Planned]) -> list[Figure]:
     false, proposed = (sum(getattr(p, n) for p in planned) for n in ("false", "proposed"))
     off = [p.off_m for p in planned if not p.doubt]
     return [
-        Figure("plan_judged", "stalls of the plan with a state", _share(judged, stalls), limit=Limit(lowest=1.0)),
+        Figure("plan_judged", "stalls of the plan with a state", share(judged, stalls), limit=Limit(lowest=1.0)),
         Figure(
-            "plan_state_accuracy", "state, where the label names it", _share(right, named), limit=Limit(lowest=0.98)
+            "plan_state_accuracy", "state, where the label names it", share(right, named), limit=Limit(lowest=0.98)
         ),
         Figure("plan_states", "labels that name a state", named),
         Figure(
-            "plan_false_proposals", "false proposals a stall", _share(false, judged), limit=Limit(highest=0.02)
+            "plan_false_proposals", "false proposals a stall", share(false, judged), limit=Limit(highest=0.02)
         ),
-        Figure("plan_proposals", "proposals a stall", _share(proposed, judged)),
+        Figure("plan_proposals", "proposals a stall", share(proposed, judged)),
         Figure("plan_off_max_m", "plan off its place, at most", max(off, default=None), "m"),
         Figure("plan_uncertain", "places where it is not certain", sum(bool(p.doubt) for p in planned)),
         Figure("plan_places", "places", len(planned)),
@@ -163,7 +163,3 @@ def _is_false(place: Place, centres: FloatArray) -> NDArray[np.bool_]:
     stalls = shapely.union_all([shapely.Polygon(corners) for corners in place.truth.stalls])
     lots = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in place.truth.lots])
     return np.asarray((shapely.distance(points, stalls) < NEAR_M) | ~shapely.contains(lots, points), np.bool_)
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None

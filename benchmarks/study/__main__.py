@@ -20,7 +20,7 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.figures import Figure, Limit, Section, missed, print_and_write
+from benchmarks.figures import Figure, Limit, Section, missed, print_and_write, share
 from benchmarks.lots.looks import StillEye
 from benchmarks.study.judged import Judged, judged, total
 from benchmarks.study.survey import study
@@ -72,29 +72,25 @@ def figures(found: Sequence[Judged]) -> list[Figure]:
         Figure("occupancy_error_max", "occupancy of a survey off the truth, at most", errors[-1],
                limit=Limit(highest=0.01)),
         Figure("occupancy_error_mean", "the same, mean", sum(errors) / len(errors)),
-        Figure("interval_holds", "hours whose 90 % interval holds the truth", _share(hours[1], hours[0]),
+        Figure("interval_holds", "hours whose 90 % interval holds the truth", share(hours[1], hours[0]),
                limit=Limit(lowest=0.85, highest=0.95)),
         Figure("moment_holds", "surveys whose interval holds the truth of their moment",
-               _share(moments[1], moments[0])),
-        Figure("bracket_holds", "brackets of arrivals that hold the truth", _share(brackets[1], brackets[0]),
+               share(moments[1], moments[0])),
+        Figure("bracket_holds", "brackets of arrivals that hold the truth", share(brackets[1], brackets[0]),
                limit=Limit(lowest=0.95)),
-        Figure("bracket_closed", "brackets that have an upper end", _share(brackets[2], brackets[0])),
-        Figure("changed_precision", "stalls called changed that did", _share(right, right + false),
+        Figure("bracket_closed", "brackets that have an upper end", share(brackets[2], brackets[0])),
+        Figure("changed_precision", "stalls called changed that did", share(right, right + false),
                limit=Limit(lowest=0.97)),
-        Figure("changed_recall", "changed stalls that were called so", _share(right, right + gone),
+        Figure("changed_recall", "changed stalls that were called so", share(right, right + gone),
                limit=Limit(lowest=0.97)),
         Figure("peak_right", "lots whose peak hour is right, or a neighbour",
-               _share(sum(one.peak_is_right for one in found), len(found)), limit=Limit(lowest=0.97)),
+               share(sum(one.peak_is_right for one in found), len(found)), limit=Limit(lowest=0.97)),
         Figure("hour_cells", "hours judged, by group", float(hours[0])),
         Figure("bracket_cells", "brackets judged", float(brackets[0])),
         Figure("unregistered", "surveys that were not registered", float(sum(len(one.doubts) for one in found))),
         Figure("surveys", "surveys", float(sum(one.surveys for one in found))),
         Figure("lots", "lots", float(len(found))),
     ]  # fmt: skip
-
-
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None
 
 
 def _parser() -> argparse.ArgumentParser:

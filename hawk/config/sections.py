@@ -339,6 +339,12 @@ class Config(Section):
     log: LogSettings = LogSettings()
 
 
+def config_of(options: argparse.Namespace) -> Config:
+    """Return the settings of a command with the options of `hawk.config.options.add_settings`. Raises ConfigError."""
+    overrides = {} if options.store is None else {"store": {"directory": options.store}}
+    return load_config(options.config, overrides=overrides)
+
+
 def load_config(
     path: Path | None,
     environment: Mapping[str, str] = os.environ,

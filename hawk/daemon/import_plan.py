@@ -12,7 +12,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, load_config
+from hawk.config.sections import ConfigError, config_of
 
 if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the others
     from sqlalchemy import Connection
@@ -62,8 +62,7 @@ def _run(options: argparse.Namespace) -> int:
     from hawk.lots.store import LotStore, lots_file
     from hawk.lots.values import LotInputError, LotStoreError
 
-    overrides = {} if options.store is None else {"store": {"directory": options.store}}
-    config = load_config(options.config, overrides=overrides)
+    config = config_of(options)
     store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
     try:
         asyncio.run(_import(store, options))

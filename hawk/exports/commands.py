@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import load_config
+from hawk.config.sections import config_of
 
 COMMAND: Final = "export"
 _ENDS: Final = (".csv", ".geojson", ".gpkg", ".kmz", ".png", ".tif")
@@ -40,20 +41,16 @@ def add_export_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.lots.store import lots_file  # loads numpy: not for the other commands
+    from hawk.lots.store import check_there, lots_file  # loads numpy: not for the other commands
     from hawk.lots.values import LotStoreError
 
-    overrides = {} if options.store is None else {"store": {"directory": options.store}}
-    config = load_config(options.config, overrides=overrides)
+    config = config_of(options)
     if options.training is not None and options.survey != _NEWEST:
         print("hawk-drone: --survey: only together with --out: --training takes every survey", file=sys.stderr)
         return 2
     try:
         store = lots_file(config.store.directory, config.store.lots)
-        if not store.exists():
-            raise LotStoreError(
-                f"{store}: there is no store of lots; name its folder by --store, and fly a survey first"
-            )
+        check_there(store)
         print(_teach(store, options) if options.training is not None else _export(store, options))
     except LotStoreError as error:
         print(f"hawk-drone: {error}", file=sys.stderr)
@@ -72,13 +69,9 @@ def _export(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.pictures import pictures_of
     from hawk.lots.teaching import lot_named
 
-    database = Database(store)
-    try:
-        with database.reading() as connection:
-            survey = survey_of(connection, lot_named(connection, options.lot), options.survey)
-            written = export(connection, survey, pictures_of(store), options.out)
-    finally:
-        database.close()
+    with closing(Database(store)) as database, database.reading() as connection:
+        survey = survey_of(connection, lot_named(connection, options.lot), options.survey)
+        written = export(connection, survey, pictures_of(store), options.out)
     sizes = (f"{path}: {path.stat().st_size / 1e6:.2f} MB" for path in written)
     return "\n".join([f"survey {survey}", *sizes])
 
@@ -88,12 +81,8 @@ def _teach(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.pictures import pictures_of
     from hawk.lots.teaching import lot_named, read_lesson, write_lesson
 
-    database = Database(store)
-    try:
-        with database.reading() as connection:
-            lesson = read_lesson(connection, lot_named(connection, options.lot))
-    finally:
-        database.close()
+    with closing(Database(store)) as database, database.reading() as connection:
+        lesson = read_lesson(connection, lot_named(connection, options.lot))
     taught = write_lesson(lesson, pictures_of(store), options.training)
     return "\n".join(
         [

@@ -73,8 +73,7 @@ def ground_of(survey: ExportedSurvey, tiles: Mapping[TileKey, bytes], move: Move
     south, west, north, east = box
     corners = move.of(np.array([(south, west), (south, east), (north, west), (north, east)]))
     (low_north, low_east), (top, right) = corners.min(0), corners.max(0)
-    metres = max(CELL_M, (top - low_north) / _LARGEST, (right - low_east) / _LARGEST)
-    size = (math.ceil((right - low_east) / metres), math.ceil((top - low_north) / metres))
+    metres, size = _size(top - low_north, right - low_east)
     three = np.array([(0.0, 0.0), (100.0, 0.0), (0.0, 100.0)], np.float32)  # (column, row) of the survey's picture
     there = move.of(np.column_stack([shown.north - three[:, 1] * CELL_M, shown.east + three[:, 0] * CELL_M]))
     onto = np.column_stack([(there[:, 1] - low_east) / metres, (top - there[:, 0]) / metres]).astype(np.float32)
@@ -103,9 +102,15 @@ def _empty(survey: ExportedSurvey) -> Ground:
     if not len(places):
         raise LotStoreError(f"survey {survey.survey} has neither a picture nor a stall: there is nothing to draw")
     (south, west), (north, east) = places.min(0) - _AROUND_M, places.max(0) + _AROUND_M
-    metres = max(CELL_M, (north - south) / _LARGEST, (east - west) / _LARGEST)
-    size = (math.ceil((north - south) / metres), math.ceil((east - west) / metres))
-    return Ground(np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint8), float(north), float(west), metres)
+    metres, (columns, rows) = _size(north - south, east - west)
+    image, seen = np.zeros((rows, columns, 3), np.uint8), np.zeros((rows, columns), np.uint8)
+    return Ground(image, seen, float(north), float(west), metres)
+
+
+def _size(high_m: float, wide_m: float) -> tuple[float, tuple[int, int]]:
+    """Return metres a pixel, and the columns and rows of ground of this extent."""
+    metres = max(CELL_M, high_m / _LARGEST, wide_m / _LARGEST)
+    return metres, (math.ceil(wide_m / metres), math.ceil(high_m / metres))
 
 
 def _corners(survey: ExportedSurvey) -> NDArray[np.float64]:

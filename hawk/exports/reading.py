@@ -14,13 +14,12 @@ from hawk.lots.plan.reading import stalls_in
 from hawk.lots.plan.values import NEW, PlanStall
 from hawk.lots.registering import datum_accuracy, datum_of
 from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
-from hawk.lots.values import NotFoundError, Placed, SurveyStall, outline_of, unpack_stalls, utc
+from hawk.lots.values import PLACED, NotFoundError, SurveyStall, outline_of, unpack_stalls, utc
 from hawk.model.lot_map import StallState
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 
 NEWEST: Final = "newest"
-_PLACED: Final = (Placed.FIRST.value, Placed.REGISTERED.value)
 
 
 def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
@@ -31,7 +30,7 @@ def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
     asked = select(SURVEY.c.id, SURVEY.c.placed, SURVEY.c.ended).where(SURVEY.c.lot == lot).order_by(SURVEY.c.seq)
     rows = connection.execute(asked).all()
     if given == NEWEST:
-        placed = [row.id for row in rows if row.placed in _PLACED]
+        placed = [row.id for row in rows if row.placed in PLACED]
         if not placed:
             raise NotFoundError(f"--survey: none of the lot's {len(rows)} surveys is registered; give the id of one")
         return str(placed[-1])
@@ -52,7 +51,7 @@ def read_survey(connection: Connection, survey: str) -> ExportedSurvey:
     if row is None or row["lot"] is None:
         raise NotFoundError(f"survey: there is no survey {survey} of a lot")
     lot = connection.execute(select(LOT).where(LOT.c.id == row["lot"])).mappings().one()
-    is_placed = row["placed"] in _PLACED
+    is_placed = row["placed"] in PLACED
     datum = datum_of(connection, lot["id"]) if is_placed else (float(row["latitude"]), float(row["longitude"]))
     return ExportedSurvey(
         lot=str(lot["name"]),

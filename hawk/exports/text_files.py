@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.lots.text import table_text
 from hawk.lots.values import utc
 
 CSV_COLUMNS: Final[tuple[str, ...]] = (
@@ -23,8 +24,6 @@ CSV_COLUMNS: Final[tuple[str, ...]] = (
 """Columns of the table; those of the survey are the same in every line, so that tables can be joined."""
 _DEGREES: Final = 8
 """Decimals: a millimetre."""
-_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
-"""A spreadsheet reads a text that begins so as a formula (OWASP, CSV injection)."""
 
 
 def survey_csv(survey: ExportedSurvey) -> bytes:
@@ -74,8 +73,9 @@ def _text(value: object) -> str:
     """Return a value as a table's text: "" for None, no formula of a spreadsheet."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    text = "" if value is None else str(value)
-    return f"'{text}" if isinstance(value, str) and text.startswith(_FORMULA) else text
+    if isinstance(value, str):
+        return table_text(value)
+    return "" if value is None else str(value)
 
 
 def _line(stall: ExportedStall) -> dict[str, str]:

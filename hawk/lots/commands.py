@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import Config, load_config
+from hawk.config.sections import config_of
 
 LOT_COMMANDS: Final = frozenset({"backup", "restore"})
 _FAILED: Final = 1
@@ -31,7 +31,7 @@ def _run(options: argparse.Namespace) -> int:
     from hawk.lots.store import lots_file  # loads numpy: not for the other commands
     from hawk.lots.values import LotStoreError
 
-    config = _settings(options)
+    config = config_of(options)
     try:
         print(options.action_of(lots_file(config.store.directory, config.store.lots), options))
     except LotStoreError as error:
@@ -41,11 +41,6 @@ def _run(options: argparse.Namespace) -> int:
         print(f"hawk-drone: {error.filename or options.file}: {error.strerror or error}", file=sys.stderr)
         return _FAILED
     return 0
-
-
-def _settings(options: argparse.Namespace) -> Config:
-    overrides = {} if options.store is None else {"store": {"directory": options.store}}
-    return load_config(options.config, overrides=overrides)
 
 
 def _backup(store: Path, options: argparse.Namespace) -> str:

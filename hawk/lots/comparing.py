@@ -22,7 +22,7 @@ from hawk.lots.frames import Move, same_stalls
 from hawk.lots.plan import geometry
 from hawk.lots.registering import Looked, other_ground, present_stalls
 from hawk.lots.tables import NO_STALLS, SURVEY, ZONE
-from hawk.lots.values import Placed, StoredStall, SurveyStall
+from hawk.lots.values import PLACED, Placed, StoredStall, SurveyStall
 
 EDGE_M: Final = 2.0
 """A stall nearer than this to the edge of what was seen is not expected to be found."""
@@ -64,7 +64,7 @@ class Compared:
 
 def placed_surveys(connection: Connection, lot: str) -> Iterator[RowMapping]:
     """Yield the surveys of a lot whose place and ground are known, the newest first."""
-    is_placed = SURVEY.c.placed.in_([Placed.FIRST.value, Placed.REGISTERED.value]) & SURVEY.c.north.is_not(None)
+    is_placed = SURVEY.c.placed.in_(PLACED) & SURVEY.c.north.is_not(None)
     asked = select(SURVEY).where(SURVEY.c.lot == lot, is_placed, SURVEY.c.seen.is_not(None))
     yield from connection.execute(asked.order_by(SURVEY.c.seq.desc())).mappings()
 

@@ -22,12 +22,12 @@ from hawk.lots.place import ground_about
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.tables import LOT, STALL, SURVEY
 from hawk.lots.values import (
+    PLACED,
     Doubtful,
     FinishedSurvey,
     FoundStalls,
     KnownStalls,
     LotInputError,
-    Placed,
     PossiblePlace,
     Register,
     Registration,
@@ -188,7 +188,7 @@ def datum_accuracy(connection: Connection, lot: str) -> float | None:
 
 def _origins(connection: Connection, lot: str, kept: tuple[float, float]) -> tuple[list[Floats], list[float]]:
     """Return where each placed survey has a lot's origin, metres about ``kept``, and the inverse of its variance."""
-    is_placed = SURVEY.c.placed.in_([Placed.FIRST.value, Placed.REGISTERED.value]) & SURVEY.c.north.is_not(None)
+    is_placed = SURVEY.c.placed.in_(PLACED) & SURVEY.c.north.is_not(None)
     asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn", "accuracy")))
     surveys = connection.execute(asked.where(SURVEY.c.lot == lot, is_placed)).all()
     origins, weights = [], []

@@ -162,6 +162,12 @@ class LotStore:
             self._database = None
 
 
+def check_there(store: Path) -> None:
+    """Refuse a store that is not there. Raises LotStoreError."""
+    if not store.exists():
+        raise LotStoreError(f"{store}: there is no store of lots; name its folder by --store, and fly a survey first")
+
+
 def lots_file(folder: Path, named: Path | None = None) -> Path:
     """Return the store's file: the one that the settings name, else the one in the folder of the daemon's files."""
     return named or folder / FILE

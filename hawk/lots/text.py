@@ -1,9 +1,15 @@
-"""JSON text of large values, made piece by piece: one call for a plan of 20,000 stalls holds the interpreter 50 ms."""
+"""Values as text: JSON of large ones, made piece by piece (one call for a plan of 20,000 stalls holds the interpreter
+50 ms), and cells of a table.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Final
+
+_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
+"""A spreadsheet reads a text that begins so as a formula (OWASP, CSV injection)."""
 
 
 def json_text(value: object) -> str:
@@ -13,3 +19,8 @@ def json_text(value: object) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(json.dumps(each, allow_nan=False) for each in value) + "]"
     return json.dumps(value, allow_nan=False)
+
+
+def table_text(text: str) -> str:
+    """Return a text as the cell of a table that no spreadsheet takes for a formula: names are people's own."""
+    return f"'{text}" if text.startswith(_FORMULA) else text

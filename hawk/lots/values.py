@@ -65,6 +65,8 @@ class Placed(StrEnum):
     """No lot was found."""
 
 
+PLACED: Final = (Placed.FIRST.value, Placed.REGISTERED.value)
+"""Surveys whose stalls are those of a lot."""
 WITNESS_SCORE: Final = 0.5
 """Score from which a given stall of a survey was also found by vision."""
 

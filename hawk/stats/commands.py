@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, load_config
+from hawk.config.sections import ConfigError, config_of
 
 COMMAND: Final = "stats"
 BY: Final = ("hour", "row", "zone", "kind")
@@ -40,8 +41,7 @@ def _run(options: argparse.Namespace) -> int:
     from hawk.lots.store import lots_file  # loads numpy: not for the other commands
     from hawk.lots.values import LotInputError, LotStoreError
 
-    overrides = {} if options.store is None else {"store": {"directory": options.store}}
-    config = load_config(options.config, overrides=overrides)
+    config = config_of(options)
     try:
         print(_answer(lots_file(config.store.directory, config.store.lots), options))
     except LotInputError as error:
@@ -55,17 +55,15 @@ def _run(options: argparse.Namespace) -> int:
 def _answer(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.database import Database
     from hawk.lots.looks import keep_looks, missing_looks
+    from hawk.lots.store import check_there
     from hawk.lots.teaching import lot_named
-    from hawk.lots.values import LotStoreError
     from hawk.stats.answering import statistics
     from hawk.stats.asked import period_of
     from hawk.stats.shown import figures_csv, figures_json, figures_text
 
     period = period_of(options.begin, options.end, options.time_zone)
-    if not store.exists():
-        raise LotStoreError(f"{store}: there is no store of lots; name its folder by --store, and fly a survey first")
-    database = Database(store)
-    try:
+    check_there(store)
+    with closing(Database(store)) as database:
         with database.reading() as connection:
             lot = lot_named(connection, options.lot)
             missing = missing_looks(connection, lot)
@@ -74,8 +72,6 @@ def _answer(store: Path, options: argparse.Namespace) -> str:
                 keep_looks(connection, missing)
         with database.reading() as connection:
             found = statistics(connection, lot, period, options.by)
-    finally:
-        database.close()
     if options.json:
         return json.dumps(figures_json(found), indent=1)
     return figures_csv(found).rstrip("\n") if options.csv else figures_text(found)

@@ -16,11 +16,10 @@ from hawk.lots.looks import STATES, Looks, looks_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.tables import LOT, NO_STALLS, STALL, SURVEY, ZONE
-from hawk.lots.values import NotFoundError, Placed
+from hawk.lots.values import PLACED, NotFoundError
 from hawk.model.lot_map import StallState
 from hawk.stats.values import FREE, TAKEN, UNSEEN, CountedStall, CountedSurvey, Floats32, Ints, LeftOut, Panel, States
 
-_PLACED: Final = (Placed.FIRST.value, Placed.REGISTERED.value)
 _SURVEY: Final = ("seq", "id", "began", "ended", "placed", "layout", "time_is_sure")
 _STALL: Final = ("key", "id", "label", "kind", "north", "east", "begins", "ends")
 UNREGISTERED: Final = "not registered: it is not certain where it lies on the lot; choose its place under Lots"
@@ -85,7 +84,7 @@ def read_panel(connection: Connection, lot: str, period: Period) -> Panel:
 
 def _why_not(row: Row[tuple[object, ...]]) -> str:
     """Return why a survey is left out; nothing for one that counts."""
-    if row.placed not in _PLACED:
+    if row.placed not in PLACED:
         return UNREGISTERED
     return "" if row.time_is_sure else NO_TIME
 

@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
+from hawk.lots.text import table_text
 from hawk.lots.values import utc
 from hawk.stats.figures import PRACTICAL, WEEKDAYS, Figures, Hour, Use
 from hawk.stats.turnover import Bracket
@@ -120,13 +121,12 @@ def figures_csv(found: Figures) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow((*names, *about))
-    writer.writerows(("" if cell is None else _safe(cell) for cell in (*row, *about.values())) for row in rows)
+    writer.writerows((_cell(cell) for cell in (*row, *about.values())) for row in rows)
     return out.getvalue()
 
 
-def _safe(cell: object) -> object:
-    """Return a cell that no spreadsheet takes for a formula: names are people's own text."""
-    return f"'{cell}" if isinstance(cell, str) and cell[:1] in "=+-@\t\r" else cell
+def _cell(cell: object) -> object:
+    return table_text(cell) if isinstance(cell, str) else "" if cell is None else cell
 
 
 def _use_row(use: Use) -> list[object]:

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from hawk.comm.protocol.authority import Role
 from hawk.config import options as values
-from hawk.config.sections import Config, ConfigError, load_config
+from hawk.config.sections import Config, ConfigError, config_of
 from hawk.web.access.tls import (
     LONGEST_DAYS,
     CertificateError,
@@ -49,8 +49,7 @@ def add_access_commands(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    overrides = {} if options.store is None else {"store": {"directory": options.store}}
-    config = load_config(options.config, overrides=overrides)
+    config = config_of(options)
     try:
         return int(options.action_of(options, config))
     except (TokensError, CertificateError) as error:
