@@ -187,7 +187,8 @@ async def _flood(url: str, traffic: Traffic, niceness: int = LAST) -> AsyncItera
         yield
     finally:
         with contextlib.suppress(TimeoutError):
-            out, _ = await asyncio.wait_for(process.communicate(b""), ENDED_S)
+            async with asyncio.timeout(ENDED_S):
+                out, _ = await process.communicate(b"")
             traffic.take(json.loads(out or b"{}"))
         await end_process(process, ENDED_S)
 

@@ -135,7 +135,8 @@ async def _kill(stack: SimulatedStack, pilot: Pilot, wire: KillWire) -> float:
     if reason is not None:
         raise BenchmarkError(f"Kill was refused: {reason}")
     try:
-        at = await asyncio.wait_for(wire.arrived, ARRIVES_S)
+        async with asyncio.timeout(ARRIVES_S):
+            at = await wire.arrived
     except TimeoutError:
         raise BenchmarkError(f"a Kill did not arrive within {ARRIVES_S:g} s") from None
     async with asyncio.timeout(ENDED_S):

@@ -176,7 +176,9 @@ async def _drone(stalls: int) -> AsyncIterator[str]:
         drone = await asyncio.create_subprocess_exec(*command, cwd=ROOT, stdout=asyncio.subprocess.PIPE)
         try:
             assert drone.stdout is not None
-            yield (await asyncio.wait_for(drone.stdout.readline(), LOAD_S)).decode().strip()
+            async with asyncio.timeout(LOAD_S):
+                address = await drone.stdout.readline()
+            yield address.decode().strip()
         finally:
             if drone.returncode is None:
                 drone.kill()
@@ -210,7 +212,8 @@ async def _shown(browser: Browser, url: str, stalls: int) -> Page:
     page = await browser.new_page(viewport=SIZE)
     known = _watch_stalls(page, stalls)
     await page.goto(url)
-    await asyncio.wait_for(known.wait(), LOAD_S)
+    async with asyncio.timeout(LOAD_S):
+        await known.wait()
     await page.wait_for_load_state("networkidle")
     return page
 

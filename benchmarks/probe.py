@@ -52,7 +52,8 @@ class Probe:
         assert self._process.stdin is not None
         self._process.stdin.close()
         try:
-            output, _ = await asyncio.wait_for(self._process.communicate(), _STOP_S)
+            async with asyncio.timeout(_STOP_S):
+                output, _ = await self._process.communicate()
             return dict(json.loads(output))
         except (TimeoutError, ValueError) as error:
             raise BenchmarkError(f"the probe {self._arguments[0]} did not answer") from error

@@ -230,7 +230,8 @@ async def _fly_at(speed: float, name: str, world: Sequence[str], folder: Path) -
             *command, "--out", str(folder), "--quiet", stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
         )
         try:
-            await asyncio.wait_for(process.wait(), TIMEOUT_S)
+            async with asyncio.timeout(TIMEOUT_S):
+                await process.wait()
         except TimeoutError:
             print(f"{name}: not home after {TIMEOUT_S:.0f} s", file=sys.stderr)
         finally:
@@ -256,7 +257,8 @@ async def _end(process: asyncio.subprocess.Process) -> None:
         with contextlib.suppress(ProcessLookupError):
             end()
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(process.wait(), patience)
+            async with asyncio.timeout(patience):
+                await process.wait()
             return
 
 

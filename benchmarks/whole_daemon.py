@@ -204,7 +204,8 @@ async def _sample(stack: SimulatedStack, ready: Ready, seconds: float, ended: as
                 await probe.start()
             before = await _look(stack, session, ready.url)
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(ended.wait(), seconds)
+                async with asyncio.timeout(seconds):
+                    await ended.wait()
             after = await _look(stack, session, ready.url)
             performance = await _get_json(session, f"{ready.url}api/performance")
             idle, heartbeats = [await probe.finish() for probe in probes]

@@ -131,7 +131,9 @@ async def _drone(view: View) -> AsyncIterator[str]:
         process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
         try:
             assert process.stdout is not None  # noqa: S101 - it is a pipe
-            yield (await asyncio.wait_for(process.stdout.readline(), START_S)).decode().strip()
+            async with asyncio.timeout(START_S):
+                address = await process.stdout.readline()
+            yield address.decode().strip()
         finally:
             process.kill()
             await process.wait()

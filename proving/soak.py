@@ -269,7 +269,8 @@ async def _sample_on(
             print(_line(sample, flights), flush=True)
         samples.append(sample)
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(ended.wait(), max(0.0, min(SAMPLE_S, minutes * 60 - (time.monotonic() - begun))))
+            async with asyncio.timeout(max(0.0, min(SAMPLE_S, minutes * 60 - (time.monotonic() - begun)))):
+                await ended.wait()
     return samples
 
 

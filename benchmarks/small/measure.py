@@ -184,7 +184,8 @@ async def _fly(stack: SimulatedStack, ready: Ready, box: Box, readings: Readings
     ):
         watch = asyncio.create_task(_watch(session, ready.url, box, readings), name="small-watch")
         try:
-            outcome = await asyncio.wait_for(SurveyOperator(drone, SurveyPlan(set_failsafes=True)).run(), SURVEY_S)
+            async with asyncio.timeout(SURVEY_S):
+                outcome = await SurveyOperator(drone, SurveyPlan(set_failsafes=True)).run()
         except TimeoutError:
             raise BenchmarkError(f"the survey took more than {SURVEY_S:.0f} s") from None
         finally:

@@ -158,7 +158,8 @@ async def _ask(module: str, arguments: Sequence[str], cores: str, text: str, sec
     """Run a module to its end; return what it printed as JSON. Raises BenchmarkError."""
     process = await servers.spawn((sys.executable, "-m", module, *arguments), cores)
     try:
-        output, _ = await asyncio.wait_for(process.communicate(text.encode()), WARM_UP_S + seconds + ENDS_S)
+        async with asyncio.timeout(WARM_UP_S + seconds + ENDS_S):
+            output, _ = await process.communicate(text.encode())
         return json.loads(output)
     except (TimeoutError, ValueError) as error:
         raise BenchmarkError(f"{module} did not answer; see its message above") from error

@@ -65,7 +65,8 @@ async def hawk(pictures: Path, fps: float, cores: str) -> AsyncIterator[Served]:
     process = await spawn((sys.executable, "-m", "benchmarks.video.server", str(pictures), f"{fps:g}"), cores)
     try:
         assert process.stdout is not None
-        line = (await asyncio.wait_for(process.stdout.readline(), START_S)).split()
+        async with asyncio.timeout(START_S):
+            line = (await process.stdout.readline()).split()
         if line[:1] != [b"ready"]:
             raise BenchmarkError("hawk's server did not start; see its message above")
         yield Served(process.pid, int(line[1]))
@@ -138,7 +139,8 @@ async def _end(process: asyncio.subprocess.Process) -> None:
     if process.stdin is not None:
         process.stdin.close()
     try:
-        await asyncio.wait_for(process.wait(), STOP_S)
+        async with asyncio.timeout(STOP_S):
+            await process.wait()
     except TimeoutError:
         process.kill()
         await process.wait()

@@ -260,7 +260,8 @@ async def _from_camera(
         ):
             while session.lens is None and clock() < end:
                 try:
-                    frame = await asyncio.wait_for(camera.next_frame(), _WAIT_S)
+                    async with asyncio.timeout(_WAIT_S):
+                        frame = await camera.next_frame()
                 except TimeoutError:
                     session.note = session.silence = camera.health.reason
                     display.show(session, None)

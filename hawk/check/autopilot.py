@@ -195,7 +195,8 @@ async def _look(
     end = loop.time() + tools.find_s
     while not _is_connected(autopilot) and (left := end - loop.time()) > 0:
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(autopilot.topics.state.next(), left)
+            async with asyncio.timeout(left):
+                await autopilot.topics.state.next()
     if not _is_connected(autopilot):
         return [_not_found(config.autopilot.url, autopilot)]
     autopilot.set_voice(False)

@@ -62,7 +62,8 @@ async def look_at_camera(
 
 async def _watch(camera: DroneCamera, settings: CameraSettings, clock: Clock, times: CameraTimes) -> CameraSight:
     with contextlib.suppress(TimeoutError):
-        await asyncio.wait_for(camera.next_frame(), times.first_s)
+        async with asyncio.timeout(times.first_s):
+            await camera.next_frame()
     if camera.latest is None:
         said = without_camera(camera.health.reason)
         return CameraSight([failed(_NAME, f"No picture came: {said}.", remedy(settings))])
@@ -99,7 +100,8 @@ async def _count(camera: DroneCamera, seconds: float) -> list[CameraFrame]:
     end = loop.time() + seconds
     while (left := end - loop.time()) > 0:
         try:
-            frames.append(await asyncio.wait_for(camera.next_frame(), left))
+            async with asyncio.timeout(left):
+                frames.append(await camera.next_frame())
         except TimeoutError:
             break
     return frames

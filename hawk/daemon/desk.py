@@ -168,6 +168,7 @@ async def _speak(status: Topic[DroneStatus], clock: Clock, under: Under | None) 
         stamp = StatusStamp(sequence=number, time=clock(), utc=datetime.now(UTC).isoformat(timespec="seconds"))
         status.publish(DroneStatus(stamp=stamp, site=site))
         try:
-            await asyncio.wait_for(stopping.wait(), STATUS_S)
+            async with asyncio.timeout(STATUS_S):
+                await stopping.wait()
         except TimeoutError:
             continue

@@ -124,7 +124,8 @@ class FlightOffer:
         try:
             if self._armed:
                 return
-            said, _ = await asyncio.wait_for(self._process.communicate(), LONGEST_S)
+            async with asyncio.timeout(LONGEST_S):
+                said, _ = await self._process.communicate()
         except TimeoutError:
             _LOG.warning("the flight's calibration took more than %.0f s: it was ended", LONGEST_S)
             return

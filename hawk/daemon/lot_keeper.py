@@ -102,7 +102,8 @@ class LotKeeper:
             await asyncio.sleep(self._times.settle_s)
             while not await self.keep() and not self._armed:
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(self._due.wait(), self._times.retry_s)
+                    async with asyncio.timeout(self._times.retry_s):
+                        await self._due.wait()
 
     async def keep(self) -> bool:
         """Save the survey as it is now, unless it was saved or is flown; return False when that failed."""

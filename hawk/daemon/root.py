@@ -453,11 +453,13 @@ class Daemon:
         if self._map_keeper is None:
             return
         try:
-            await asyncio.wait_for(self._map_keeper.keep(), 2.0)
+            async with asyncio.timeout(2.0):
+                await self._map_keeper.keep()
         except Exception:
             _LOG.exception("the last changes of the map were not journalled")
         try:
-            await asyncio.wait_for(self._lots.keeper.keep(), 2.0)  # it landed a moment ago
+            async with asyncio.timeout(2.0):
+                await self._lots.keeper.keep()  # it landed a moment ago
         except Exception:
             _LOG.exception("the survey was not stored")
 

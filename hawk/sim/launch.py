@@ -169,7 +169,8 @@ class Simulation:
             start_new_session=True,  # Ctrl-C is for us: the drone must still be there to come home
         )
         try:
-            line = await asyncio.wait_for(self._ready_line(), READY_TIMEOUT_S)
+            async with asyncio.timeout(READY_TIMEOUT_S):
+                line = await self._ready_line()
         except TimeoutError:
             await self.stop()
             raise SimulationError(f"hawk-sim was not ready after {READY_TIMEOUT_S:.0f} s") from None
@@ -210,7 +211,8 @@ async def end_process(process: asyncio.subprocess.Process, timeout_s: float) -> 
     with contextlib.suppress(ProcessLookupError):
         process.send_signal(signal.SIGTERM)
     try:
-        await asyncio.wait_for(process.wait(), timeout_s)
+        async with asyncio.timeout(timeout_s):
+            await process.wait()
     except TimeoutError:
         process.kill()
         await process.wait()

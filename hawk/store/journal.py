@@ -184,7 +184,8 @@ class FlightJournal:
             self._urgent = True
             self._ready.notify_all()
         try:
-            await asyncio.wait_for(done.wait(), timeout_s)
+            async with asyncio.timeout(timeout_s):
+                await done.wait()
         except TimeoutError:
             return False
         return True
@@ -202,7 +203,8 @@ class FlightJournal:
             self._waiters.append((self._put, lambda: _set(loop, ended)))
             self._ready.notify_all()
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(ended.wait(), _CLOSE_S)
+            async with asyncio.timeout(_CLOSE_S):
+                await ended.wait()
             self._thread.join(_CLOSE_S)  # its last act was to wake us
 
     # --- inside ----------------------------------------------------------------------------------------------------

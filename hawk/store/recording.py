@@ -192,7 +192,8 @@ class Recording:
             self._ended, self._wanted, self._closing = wake, False, True
             self._ready.notify_all()
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(ended.wait(), _CLOSE_S)
+            async with asyncio.timeout(_CLOSE_S):
+                await ended.wait()
             self._thread.join(_CLOSE_S)  # its last act was to wake us
 
     # --- inside ----------------------------------------------------------------------------------------------------

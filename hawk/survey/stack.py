@@ -148,7 +148,8 @@ class SimulatedStack:
             if asyncio.get_running_loop().time() > deadline:
                 raise StackError(f"hawk-drone was not ready after {READY_TIMEOUT_S:.0f} s ({log.name})")
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self.daemon.wait(), 0.05)
+                async with asyncio.timeout(0.05):
+                    await self.daemon.wait()
         values = json.loads(ready.read_text())
         self._port = urlsplit(values["url"]).port or 0
         return Ready(values["url"], float(values["first_tick_s"]))

@@ -92,7 +92,8 @@ async def figures(app: web.Application, store: Path | None) -> list[Figure]:
     """Return `computer_figures`, read on the thread; none when they are late."""
     work = asyncio.get_running_loop().run_in_executor(app[_READER], computer_figures, store)
     try:
-        return await asyncio.wait_for(work, LATE_S)
+        async with asyncio.timeout(LATE_S):
+            return await work
     except TimeoutError:
         _LOG.info("figures of the computer were not read within %g s", LATE_S)
         return []

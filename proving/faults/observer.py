@@ -71,7 +71,8 @@ class Observer:
     async def wait_until_heard(self, home: tuple[float, float, float], timeout_s: float) -> None:
         """Wait for the first of every message that `status` needs; heights count from ``home``. Raises TimeoutError."""
         self._home = home
-        await asyncio.wait_for(self._heard.wait(), timeout_s)
+        async with asyncio.timeout(timeout_s):
+            await self._heard.wait()
 
     def status(self) -> dict[str, Any]:
         """Return the state under the names of hawk-sim's ``/status``.
@@ -151,7 +152,8 @@ class Observer:
             for _ in range(_SETTINGS):
                 self.send("PARAM_SET", parameter_fields(name, value))
                 try:
-                    await asyncio.wait_for(done.wait(), _SET_S)
+                    async with asyncio.timeout(_SET_S):
+                        await done.wait()
                 except TimeoutError:
                     continue
                 return

@@ -136,7 +136,8 @@ class LinkRun:
                     self._send_heartbeat(autopilot, mode)
                     self._changed.clear()
                     with contextlib.suppress(TimeoutError):
-                        await asyncio.wait_for(self._changed.wait(), AGAIN_S)
+                        async with asyncio.timeout(AGAIN_S):
+                            await self._changed.wait()
                 return True
         return False
 

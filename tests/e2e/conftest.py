@@ -76,7 +76,8 @@ async def fake() -> AsyncIterator[Callable[..., Awaitable[tuple[asyncio.subproce
         )
         started.append(process)
         assert process.stdout is not None
-        return process, (await asyncio.wait_for(process.stdout.readline(), 60)).decode().strip()
+        async with asyncio.timeout(60):
+            return process, (await process.stdout.readline()).decode().strip()
 
     yield start
     for process in started:

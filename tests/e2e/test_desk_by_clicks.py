@@ -40,11 +40,13 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
     )
     assert process.stdout is not None
-    line = (await asyncio.wait_for(process.stdout.readline(), 60)).decode()
+    async with asyncio.timeout(60):
+        line = (await process.stdout.readline()).decode()
     assert line.startswith("hawk: open http")
     yield line.split()[2]
     process.terminate()
-    assert await asyncio.wait_for(process.wait(), 20) == 0
+    async with asyncio.timeout(20):
+        assert await process.wait() == 0
 
 
 async def test_a_plan_is_corrected_over_the_picture_of_a_survey(

@@ -225,7 +225,8 @@ async def test_pictures_carry_the_moment_of_their_light_and_find_their_pose(rig:
     try:
         await rig.ready()
         for _ in range(5):
-            frame = await asyncio.wait_for(camera.next_frame(), 20)
+            async with asyncio.timeout(20):
+                frame = await camera.next_frame()
             assert (frame.width, frame.height) == (1280, 720)
         assert 0.0 <= frame.arrived - frame.captured < 2.0
         assert rig.autopilot.telemetry.pose_at(frame.captured) is not None

@@ -133,7 +133,8 @@ async def test_on_the_ground_a_lost_terminal_ends_it_in_order_unless_nohup_says_
         made.send_signal(signal.SIGHUP)
         if status != 0:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(made.wait(), 1.0)
+                async with asyncio.timeout(1.0):
+                    await made.wait()
             made.kill()
         async with asyncio.timeout(PATIENCE_S):
             assert await made.wait() == status

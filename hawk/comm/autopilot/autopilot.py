@@ -387,7 +387,8 @@ class MavsdkAutopilot:
         words = self.telemetry.texts.reason_since(since)
         if words is None:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self.topics.status_text.next(), _WORDS_AFTER_S)
+                async with asyncio.timeout(_WORDS_AFTER_S):
+                    await self.topics.status_text.next()
             words = self.telemetry.texts.reason_since(since)
         return words
 

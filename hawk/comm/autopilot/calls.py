@@ -113,7 +113,8 @@ class Calls:
     async def finish(self, wait_s: float) -> bool:
         """Wait until no call is under way, real seconds at most; return False when some are."""
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._idle.wait(), wait_s)
+            async with asyncio.timeout(wait_s):
+                await self._idle.wait()
         return self._idle.is_set()
 
     def note_overdue(self, name: str) -> None:

@@ -131,7 +131,8 @@ class AutopilotParameters:
         self._waiters.setdefault(name, set()).add(waiter)
         try:
             await self._send(message, fields)
-            return await asyncio.wait_for(waiter, self._answer_s)
+            async with asyncio.timeout(self._answer_s):
+                return await waiter
         except TimeoutError:
             return None
         finally:

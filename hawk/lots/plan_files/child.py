@@ -38,7 +38,8 @@ async def read_apart(data: bytes, asked: Asked, longest_s: float = LONGEST_S) ->
         start_new_session=True,
     )  # fmt: skip
     try:
-        said, _ = await asyncio.wait_for(process.communicate(data), longest_s)
+        async with asyncio.timeout(longest_s):
+            said, _ = await process.communicate(data)
     except TimeoutError:
         raise LotInputError("file", f"takes more than {longest_s:.0f} s to read: leave other layers out") from None
     finally:

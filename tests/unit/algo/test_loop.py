@@ -102,7 +102,8 @@ class Rig:
         waiter = asyncio.ensure_future(self.topics.frame_output.next())
         await asyncio.sleep(0)
         self.camera.put(captured)
-        return await asyncio.wait_for(waiter, 5)
+        async with asyncio.timeout(5):
+            return await waiter
 
 
 async def until(happens: Callable[[], bool]) -> None:
@@ -218,10 +219,12 @@ async def test_the_newest_frame_replaces_the_one_that_waits(rig: Rig) -> None:
         rig.camera.put(captured)
     done = asyncio.ensure_future(rig.topics.frame_output.next())
     rig.manager.leave.release()
-    assert (await asyncio.wait_for(done, 5)).captured == 0.0
+    async with asyncio.timeout(5):
+        assert (await done).captured == 0.0
     done = asyncio.ensure_future(rig.topics.frame_output.next())
     rig.manager.leave.release()
-    assert (await asyncio.wait_for(done, 5)).captured == 3.0
+    async with asyncio.timeout(5):
+        assert (await done).captured == 3.0
     assert rig.manager.ran == [0, 3]
 
 
@@ -244,7 +247,8 @@ async def test_an_unexpected_fault_costs_one_frame_and_is_seen(rig: Rig) -> None
     waiter = asyncio.ensure_future(rig.topics.vision_app_health.next())
     await asyncio.sleep(0)
     rig.camera.put(1.0)
-    health = await asyncio.wait_for(waiter, 5)
+    async with asyncio.timeout(5):
+        health = await waiter
     assert health.reason == "unexpected RuntimeError: bug"
     assert (await rig.put(2.0)).vision_health.is_healthy
 

@@ -67,7 +67,8 @@ async def test_the_viewers_send_from_a_process_of_their_own_and_their_counts_com
     traffic = Traffic()
     try:
         async with flood._flood(f"http://127.0.0.1:{runner.addresses[0][1]}/", traffic, niceness=0):
-            await asyncio.wait_for(heard.wait(), 30.0)
+            async with asyncio.timeout(30.0):
+                await heard.wait()
     finally:
         await runner.cleanup()
     assert traffic.sent > 0

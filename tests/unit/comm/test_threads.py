@@ -28,7 +28,8 @@ async def test_items_of_another_thread_come_in_order_on_the_loop() -> None:
 
     thread = threading.Thread(target=put_all)
     thread.start()
-    await asyncio.wait_for(done.wait(), 5)
+    async with asyncio.timeout(5):
+        await done.wait()
     thread.join()
     assert [item for item, _ in got] == list(range(100))
     assert {ident for _, ident in got} == {threading.get_ident()}

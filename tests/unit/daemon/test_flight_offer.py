@@ -79,7 +79,8 @@ async def test_a_setting_that_the_flight_shows_otherwise_is_offered_with_the_com
     said = Said()
     async with running(printing(json.dumps(ANSWER)), said) as offer:
         fly(offer)
-        await asyncio.wait_for(said.next.wait(), 30)
+        async with asyncio.timeout(30):
+            await said.next.wait()
     ((text, details),) = said.all
     assert text == "The flight shows other settings of the camera."
     assert details.startswith("camera.latency_s = 0.125 ± 0.001 (set: 0.08). hawk-drone calibrate --in-flight")
@@ -106,7 +107,8 @@ async def test_the_present_settings_are_those_of_the_daemon() -> None:
     said = Said()
     async with running([sys.executable, "-S", "-c", code], said, latency_s=0.3) as offer:
         fly(offer)
-        await asyncio.wait_for(said.next.wait(), 30)
+        async with asyncio.timeout(30):
+            await said.next.wait()
     assert "(set: 0.3)" in said.all[0][1]
 
 
@@ -140,7 +142,8 @@ async def test_it_waits_until_the_recording_is_complete() -> None:
     said, looks = Said(), iter([None, None, Path("r.mcap")])
     async with running(printing(json.dumps(ANSWER)), said, lambda: next(looks)) as offer:
         fly(offer)
-        await asyncio.wait_for(said.next.wait(), 30)
+        async with asyncio.timeout(30):
+            await said.next.wait()
     assert next(looks, "all were used") == "all were used"
 
 

@@ -39,7 +39,8 @@ async def test_a_failure_is_reported_and_tried_again(caplog: pytest.LogCaptureFi
     keeper = MapKeeper(Map(failing=True).changes_since, lambda _: kept.set(), interval_s=0.0)
     with caplog.at_level(logging.ERROR):
         task = asyncio.create_task(keeper.run())
-        await asyncio.wait_for(kept.wait(), 5)
+        async with asyncio.timeout(5):
+            await kept.wait()
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
     assert "could not be journalled" in caplog.text

@@ -90,6 +90,7 @@ async def test_a_task_that_ends_is_shown_and_started_again(rig: Rig) -> None:
 
     rig.daemon._supervisor._pause = 0.0
     rig.daemon._own("map-keeper", work)
-    await asyncio.wait_for(runs.wait(), 5.0)
+    async with asyncio.timeout(5.0):
+        await runs.wait()
     assert rig.reason("tasks") == "map-keeper ended: ValueError: broken"
     assert ("A part of the program ended and is started again.", "map-keeper: ValueError: broken") in rig.log

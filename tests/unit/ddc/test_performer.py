@@ -322,7 +322,8 @@ async def test_a_fence_that_is_asked_about_is_answered(stage: Stage) -> None:
     corners = [FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in SQUARE]
     command = CheckFence(id=8, corners=corners, ceiling=90)
     stage.do(JudgeFence("ana", command, HeightParameters(15.0, 35.0, 60.0), Standpoint(PLACE, PLACE, 15.0)))
-    await asyncio.wait_for(stage.socket.replied.wait(), 10.0)
+    async with asyncio.timeout(10.0):
+        await stage.socket.replied.wait()
     ((client, answer),) = stage.socket.replies
     assert isinstance(answer, FenceCheck)
     assert (client, answer.id, answer.problem) == ("ana", 8, "")

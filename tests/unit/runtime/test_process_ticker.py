@@ -23,7 +23,8 @@ async def test_it_ticks_at_the_interval_and_reports_the_cost() -> None:
 
     ticker = Ticker(0.01, tick, costs.append)
     ticker.start()
-    await asyncio.wait_for(enough.wait(), 5)
+    async with asyncio.timeout(5):
+        await enough.wait()
     ticker.stop()
     assert times[5] - times[0] >= 0.045
     assert len(costs) >= 5
@@ -44,7 +45,8 @@ async def test_a_tick_that_raises_is_counted_and_the_next_one_comes(caplog: pyte
     ticker = Ticker(0.001, tick, lambda _: None)
     with caplog.at_level(logging.ERROR):
         ticker.start()
-        await asyncio.wait_for(again.wait(), 5)
+        async with asyncio.timeout(5):
+            await again.wait()
     ticker.stop()
     assert caplog.text.count("a tick failed") == 1
 
@@ -80,7 +82,8 @@ async def test_ticks_that_were_missed_are_not_made_up_for() -> None:
 
     ticker = Ticker(0.01, tick, lambda _: None)
     ticker.start()
-    await asyncio.wait_for(enough.wait(), 5)
+    async with asyncio.timeout(5):
+        await enough.wait()
     ticker.stop()
     gaps = [after - before for before, after in pairwise(times[1:])]
     assert min(gaps) > 0.0049

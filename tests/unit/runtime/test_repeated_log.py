@@ -62,7 +62,8 @@ async def test_a_missing_serial_device_is_logged_once_though_it_is_looked_for_tw
     with caplog.at_level(logging.INFO):
         await autopilot.start()
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(asyncio.Event().wait(), 2.2)
+            async with asyncio.timeout(2.2):
+                await asyncio.Event().wait()
         await autopilot.close()
     assert "ttyUSB0 is not there" in autopilot.problem
     shown = [

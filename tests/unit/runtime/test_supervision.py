@@ -52,7 +52,8 @@ async def test_a_task_that_ended_waits_a_second_before_it_begins_again(monkeypat
     monkeypatch.setattr("hawk.runtime.supervision.asyncio.sleep", sleep)
     supervisor, work = Supervisor(), Work(None)
     task = supervisor.start("link", work)
-    await asyncio.wait_for(work.runs.wait(), 5.0)
+    async with asyncio.timeout(5.0):
+        await work.runs.wait()
     task.cancel()
     await asyncio.gather(task, return_exceptions=True)
     assert pauses == [1.0]
@@ -77,7 +78,8 @@ async def test_a_task_that_ends_is_reported_and_started_again(end: BaseException
     supervisor = Supervisor(lambda name, reason: reported.append((name, reason)), 0.0, clock)
     work = Work(end, end)
     supervisor.start("link", work)
-    await asyncio.wait_for(work.runs.wait(), 5.0)
+    async with asyncio.timeout(5.0):
+        await work.runs.wait()
     assert work.begun == 3
     assert reported == [("link", words)] * 2
     assert supervisor.health.reason == f"link ended: {words}"
@@ -92,7 +94,8 @@ async def test_a_report_that_fails_does_not_cost_the_task() -> None:
 
     supervisor, work = Supervisor(fail, 0.0), Work(ValueError("broken"))
     supervisor.start("link", work)
-    await asyncio.wait_for(work.runs.wait(), 5.0)
+    async with asyncio.timeout(5.0):
+        await work.runs.wait()
     await supervisor.close()
 
 
@@ -150,7 +153,8 @@ async def test_when_one_returns_nothing_is_raised() -> None:
     async def returns() -> None:
         """End at once."""
 
-    await asyncio.wait_for(until_first_ends(asyncio.sleep(60.0), returns()), 5.0)
+    async with asyncio.timeout(5.0):
+        await until_first_ends(asyncio.sleep(60.0), returns())
 
 
 async def test_an_end_is_shown_for_thirty_seconds_and_not_longer() -> None:
@@ -158,7 +162,8 @@ async def test_an_end_is_shown_for_thirty_seconds_and_not_longer() -> None:
     supervisor, work = Supervisor(pause_s=0.0, monotonic=clock), Work(None)
     assert supervisor.health.is_healthy
     supervisor.start("link", work)
-    await asyncio.wait_for(work.runs.wait(), 5.0)
+    async with asyncio.timeout(5.0):
+        await work.runs.wait()
     clock.advance(30.0)
     assert supervisor.health.reason == "link ended: it returned"
     clock.advance(0.01)

@@ -130,7 +130,8 @@ class Child:
             if process.returncode is None:
                 self._signal(signal.SIGTERM)
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(process.wait(), self._timeouts.end_s)
+                    async with asyncio.timeout(self._timeouts.end_s):
+                        await process.wait()
         finally:
             self._signal(signal.SIGKILL)  # what the program started may have outlived it
             await process.wait()
@@ -148,7 +149,8 @@ class Child:
         """Await something that the child gives. Raises CameraError when it takes longer than a picture may."""
         left = self._deadline - asyncio.get_running_loop().time()
         try:
-            return await asyncio.wait_for(wanted, max(left, _LEAST_WAIT_S))
+            async with asyncio.timeout(max(left, _LEAST_WAIT_S)):
+                return await wanted
         except TimeoutError:
             said = f" ({self.words.reason})" if self.words.reason else ""
             raise CameraError(f"no picture for {self._limit_s:g} s; {self._command[0]} was ended{said}") from None

@@ -132,7 +132,8 @@ class _Thread:
         """Ask the thread to end and wait for it; return False when it does not."""
         self.stopping.set()
         try:
-            await asyncio.wait_for(self._over.wait(), timeout_s)
+            async with asyncio.timeout(timeout_s):
+                await self._over.wait()
         except TimeoutError:
             return False
         self._thread.join(timeout_s)  # this waits for its return only

@@ -31,7 +31,8 @@ class Peer(asyncio.DatagramProtocol):
 
     async def kind(self) -> str:
         """Wait for a datagram; return its message's name."""
-        return next(kinds_of((await asyncio.wait_for(self.heard.get(), 5.0))[0]))
+        async with asyncio.timeout(5.0):
+            return next(kinds_of((await self.heard.get())[0]))
 
 
 class Line:
@@ -59,7 +60,8 @@ class Line:
     async def introduce(self) -> tuple[str, int]:
         """Let both ends hear each other; return where the daemon answers."""
         self.down("HEARTBEAT", BEAT)
-        _, proxy = await asyncio.wait_for(self.daemon.heard.get(), 5.0)
+        async with asyncio.timeout(5.0):
+            _, proxy = await self.daemon.heard.get()
         self.daemon.transport.sendto(packed("HEARTBEAT", BEAT, 245), proxy)
         assert await self.autopilot.kind() == "HEARTBEAT"
         return proxy

@@ -56,6 +56,17 @@ async def test_it_runs_in_a_session_of_its_own() -> None:
         assert os.getpgid(child.pid) != os.getpgid(0)
 
 
+async def test_a_cancellation_is_kept_when_a_picture_comes_with_it() -> None:
+    async with Child(python(STUBBORN), SHORT) as child:
+        picture = asyncio.get_running_loop().create_future()
+        reader = asyncio.ensure_future(child.within(picture))
+        await asyncio.sleep(0)
+        picture.set_result(b"picture")
+        reader.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await reader
+
+
 @pytest.mark.slow
 async def test_silence_is_an_error_that_names_the_first_error() -> None:
     lines = (
