@@ -200,6 +200,14 @@ def moved(survey: Row, looks: Sequence[Row], lot: str) -> Change:
     return Change("move", lot, (_unregistered(survey, lot), *gone))
 
 
+def deleted(survey: Row, looks: Sequence[Row]) -> Change:
+    """Return the change that deletes a survey of a lot with its ``looks``; the stalls that it found stay."""
+    gone = [Row(row.table, row.key, None) for row in looks]
+    place: Mapping[str, Any] = dict.fromkeys(("lot", "north", "east", "turn", "layout", "doubt"))
+    row = changed(survey, placed=Placed.DELETED.value, candidates=json.dumps([]), **place)
+    return Change("delete", _column(survey, "lot"), (row, *gone))
+
+
 def begun(survey: Row, name: str, made: str, first_key: int, now: float) -> Change:
     """Return the change that makes a new lot of a survey that has none, or leaves another one.
 

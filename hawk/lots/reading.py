@@ -114,6 +114,16 @@ def move(
     return changes.write(connection, _move(connection, survey, looks, asked, now, register), who, now)
 
 
+def delete(connection: Connection, survey_id: str, who: str, now: float) -> Done:
+    """Delete a survey of a lot; undoing brings it back. Raises NotFoundError, LotStoreError."""
+    survey = _survey_there(connection, survey_id)
+    assert survey.values is not None  # noqa: S101 - it is there
+    if survey.values["lot"] is None:
+        raise LotStoreError("survey: no lot has it; reload the list")
+    looks = changes.rows_where(connection, OBSERVATION, survey=survey.key[0])
+    return changes.write(connection, operations.deleted(survey, looks), who, now)
+
+
 def choose(connection: Connection, survey_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
     """Register a survey at ``place``, the number of one of those that its doubt names, from 0.
 

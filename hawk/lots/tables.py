@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 6
+VERSION: Final = 7
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -199,6 +199,17 @@ DROPPED: Final = Table(
 )
 """Proposals of a survey that persons dropped (`hawk.lots.proposing`): ``begin`` with a shape in the lot's frame,
 ``end`` with the id of a stall."""
+SHARE: Final = Table(
+    "share",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", String(36), nullable=False, index=True),
+    Column("digest", String(64), nullable=False, unique=True),
+    Column("made", Float, nullable=False),
+    Column("ends", Float, nullable=False),
+    Column("taken_back", Float),
+)
+"""Links by which others read a lot (`hawk.lots.sharing`). ``digest``: SHA-256 of the token."""
 PIN: Final = Table(
     "pin",
     METADATA,

@@ -63,6 +63,8 @@ class Placed(StrEnum):
     """Several lots may be meant: a person is asked."""
     NOTHING = "nothing"
     """No lot was found."""
+    DELETED = "deleted"
+    """A person deleted it: no lot has it, until that is undone."""
 
 
 PLACED: Final = (Placed.FIRST.value, Placed.REGISTERED.value)

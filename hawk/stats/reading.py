@@ -26,6 +26,8 @@ UNREGISTERED: Final = "not registered: it is not certain where it lies on the lo
 NO_TIME: Final = "its time is not sure: neither GNSS nor a time server had set the clock"
 _NO_END: Final = np.iinfo(np.int64).max
 NO_LOOKS: Final = "it looked at no stall of the lot"
+CODES: Final = {UNREGISTERED: "unregistered", NO_TIME: "no_time", NO_LOOKS: "no_looks"}
+"""Codes of the reasons why a survey is left out, for programs and translations."""
 
 
 @dataclass(frozen=True, slots=True)

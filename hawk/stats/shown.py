@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from hawk.lots.text import table_text
 from hawk.lots.values import utc
+from hawk.stats.between import Changes
 from hawk.stats.figures import PRACTICAL, WEEKDAYS, Figures, Hour, Use
 from hawk.stats.turnover import Bracket
 from hawk.stats.values import LEVEL, Estimate
@@ -33,18 +34,37 @@ def figures_json(found: Figures) -> dict[str, Any]:
         "by": found.by or None,
         "parts": [_use_json(each) for each in found.parts],
         "hours": [
-            {"hour": each.hour, "days": each.days, "occupancy": _json(each.occupancy)}
-            | {"accumulation": _json(each.accumulation)}
+            {"hour": each.hour, "days": each.days, "occupancy": estimate_json(each.occupancy)}
+            | {"accumulation": estimate_json(each.accumulation)}
             for each in found.hours
         ],
         "days": [
-            {"day": WEEKDAYS[each.weekday], "days": each.days, "hours": each.hours, "occupancy": _json(each.occupancy)}
+            {
+                "day": WEEKDAYS[each.weekday],
+                "days": each.days,
+                "hours": each.hours,
+                "occupancy": estimate_json(each.occupancy),
+            }
             for each in found.days
         ],
         "compared": [
             {"first": WEEKDAYS[each.first], "second": WEEKDAYS[each.second], "hours": each.hours}
-            | {"difference": _json(each.difference)}
+            | {"difference": estimate_json(each.difference)}
             for each in found.compared
+        ],
+    }
+
+
+def changes_json(found: Changes) -> dict[str, Any]:
+    """Return the changes between two surveys as JSON values."""
+    return {
+        "compared": found.compared,
+        "unknown": found.unknown,
+        "came": estimate_json(found.came),
+        "left": estimate_json(found.left),
+        "stalls": [
+            {"id": each.stall.id, "label": each.stall.label, "taken": each.is_taken, "chance": round(each.chance, 4)}
+            for each in found.stalls
         ],
     }
 
@@ -56,16 +76,21 @@ def _use_json(use: Use) -> dict[str, Any]:
         "capacity": use.capacity,
         "surveys": use.surveys,
         "hours": use.hours,
-        "occupancy": _json(use.occupancy),
-        "accumulation": _json(use.accumulation),
-        "load_space_hours": _json(use.load),
+        "occupancy": estimate_json(use.occupancy),
+        "accumulation": estimate_json(use.accumulation),
+        "load_space_hours": estimate_json(use.load),
         "peak": None
         if peak is None
-        else {"begin": peak.begin, "occupancy": _json(peak.occupancy), "accumulation": _json(peak.accumulation)}
+        else {
+            "begin": peak.begin,
+            "occupancy": estimate_json(peak.occupancy),
+            "accumulation": estimate_json(peak.accumulation),
+        }
         | {"rivals": peak.rivals},
-        "above": {f"{limit:.2f}": _json(share) for limit, share in zip(PRACTICAL, use.above, strict=True)},
-        "never_taken": _json(use.steady.never) | {"stalls": [stall.label for stall in use.steady.never_stalls]},
-        "always_taken": _json(use.steady.always) | {"stalls": [stall.label for stall in use.steady.always_stalls]},
+        "above": {f"{limit:.2f}": estimate_json(share) for limit, share in zip(PRACTICAL, use.above, strict=True)},
+        "never_taken": estimate_json(use.steady.never) | {"stalls": [stall.label for stall in use.steady.never_stalls]},
+        "always_taken": estimate_json(use.steady.always)
+        | {"stalls": [stall.label for stall in use.steady.always_stalls]},
         "turnover": {
             "hours": round(turnover.hours, _DIGITS),
             "pairs": turnover.pairs,
@@ -77,7 +102,8 @@ def _use_json(use: Use) -> dict[str, Any]:
     }
 
 
-def _json(found: Estimate) -> dict[str, Any]:
+def estimate_json(found: Estimate) -> dict[str, Any]:
+    """Return a figure with its ends and the number of surveys behind it."""
     ends = {"value": found.value, "low": found.low, "high": found.high}
     return {name: _rounded(each) for name, each in ends.items()} | {"surveys": found.surveys}
 

@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, area_file, background, downloads, exports, lots, plan_files, plans, recordings
+from hawk.web import api, archive, area_file, background, downloads, exports, lots, plan_files, plans, recordings
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
 from hawk.web.access.guesses import GUESSES, TokenGuesses
@@ -67,6 +67,9 @@ SHUTDOWN_S: Final = 1.0
 REQUEST_LIMIT_BYTES: Final = 64 * 1024
 PAGE_DIRECTORY: Final = Path(__file__).parent / "static"
 INDEX: Final = "index.html"
+ARCHIVE: Final = "archive.html"
+ARCHIVE_NAMES: Final = ("/archive", "/shared")
+"""Addresses of the page of lots over time: with a login, and for the token behind the address's "#"."""
 
 NOT_BUILT: Final = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>hawk: the page is not built</title>
@@ -93,6 +96,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
     app[GUESSES] = guesses
+    app[archive.LINK_LOG] = log
     app[BOOK] = book
     app[OPEN] = keeper.connections
     app[KEEPER] = keeper
@@ -114,8 +118,11 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     recordings.add_routes(app)
     plans.add_routes(app)
     exports.add_routes(app)
+    archive.add_routes(app)
     plan_files.add_routes(app)
     (documentation or Documentation.load()).add_routes(app)
+    for name in ARCHIVE_NAMES:
+        app.router.add_get(name, page.archive)
     app.router.add_get("/{path:.*}", page.handle)
     return app
 
@@ -242,7 +249,14 @@ class Page:
 
     async def handle(self, request: web.Request) -> web.StreamResponse:
         """Serve a file of the page."""
-        asset = self._assets.get(request.match_info.get("path", "") or INDEX)
+        return self._answer(request, request.match_info.get("path", "") or INDEX)
+
+    async def archive(self, request: web.Request) -> web.StreamResponse:
+        """Serve the page of lots over time."""
+        return self._answer(request, ARCHIVE if self.is_built else INDEX)
+
+    def _answer(self, request: web.Request, name: str) -> web.StreamResponse:
+        asset = self._assets.get(name)
         if asset is None:
             raise web.HTTPNotFound(text="There is nothing at this address.")
         return asset.response(request)

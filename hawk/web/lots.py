@@ -29,6 +29,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_post(f"/api/lots/{ID}/drop", answered(drop))
     app.router.add_post(f"/api/lots/{ID}/pin", answered(pin))
     app.router.add_post(f"/api/surveys/{ID}/move", answered(move))
+    app.router.add_post(f"/api/surveys/{ID}/delete", answered(delete))
     app.router.add_get(f"/api/surveys/{ID}/places.json", places)
     app.router.add_post(f"/api/surveys/{ID}/place", answered(choose))
     app.router.add_post(r"/api/lot-changes/{seq:\d{1,9}}/undo", answered(undo))
@@ -137,6 +138,14 @@ async def move(store: LotStore, request: web.Request, body: Body) -> object:
         raise LotInputError("lot", "is missing: name a lot, or write null for a new one")
     survey, who, now = request.match_info["id"], _who(request), now_of(request)
     return asdict(await store.write(lambda c: reading.move(c, survey, body, who, now, store.register)))
+
+
+async def delete(store: LotStore, request: web.Request, _: Body) -> object:
+    """Delete a survey of a lot; undoing brings it back."""
+    from hawk.lots import reading
+
+    survey, who, now = request.match_info["id"], _who(request), now_of(request)
+    return asdict(await store.write(lambda c: reading.delete(c, survey, who, now)))
 
 
 async def choose(store: LotStore, request: web.Request, body: Body) -> object:

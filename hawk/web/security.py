@@ -25,6 +25,7 @@ from hawk.web.access.proxied import forwarding_header, is_secure, place
 from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens
 from hawk.web.api import is_for_everybody_here
+from hawk.web.archive import is_for_links
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
 _HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")
@@ -34,7 +35,9 @@ HSTS_S: Final = 30 * 86_400
 
 
 DOCS: Final = "/docs"
-"""Address of the documentation: a browser without a login is shown the login page there, as at the page's."""
+ARCHIVE: Final = "/archive"
+"""Addresses of the documentation, and of lots over time: a browser without a login is shown the login page there, as at
+the page's."""
 
 
 class InsecureBindingError(Exception):
@@ -98,7 +101,7 @@ class RequestCheck:
             self._check_host(request)
             self._check_nearness(request)
             self._check_origin(request)
-            is_open = request.path in PUBLIC or is_for_everybody_here(request)
+            is_open = request.path in PUBLIC or is_for_everybody_here(request) or is_for_links(request)
             answer = None if is_open else self._admit(request)
         except web.HTTPException as refusal:
             refusal.force_close()
@@ -110,7 +113,9 @@ class RequestCheck:
         try:
             return self._admission.admit(request)
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
-            is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))
+            is_page = request.method == hdrs.METH_GET and (
+                request.path in ("/", ARCHIVE) or request.path.startswith(DOCS)
+            )
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
                 if is_page and request.path == "/" and refusal.status == HTTPStatus.UNAUTHORIZED:
                     # BlueOS looks for a page here before it asks for a name, and follows this whatever the status

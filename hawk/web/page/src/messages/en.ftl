@@ -525,6 +525,7 @@ file-picture = Picture of the lot
 file-recording = Recording
 # $kind: CSV, JPEG
 file-kind-size = { $kind }, { $size }
+lots-over-time = Over time
 lots = Lots
 lot-stalls =
     { $stalls ->
@@ -1228,3 +1229,144 @@ key-enter = Press it; kept pressed on a slide: slide it
 escape-key = Esc
 tab-key = Tab
 enter-key = Enter
+
+## Lots over time: the page /archive, which has a bundle of its own
+
+archive-title = Lots over time
+archive-to-drone = To the drone
+archive-lot = Lot
+archive-from = From
+archive-to = To
+archive-surveys = Surveys
+archive-compare = Compare
+archive-figures = Figures
+archive-stalls = Stalls
+archive-report = Report
+archive-links = Links
+archive-recordings = Recordings
+archive-unanswered = The drone does not answer. Look at the connection and load the page again.
+# $status: number of HTTP
+archive-refused = The drone refused that (HTTP { $status }). Load the page again.
+archive-asking = Asking the drone
+archive-no-lot = No lot is stored yet: fly a first survey.
+archive-no-survey = No survey ended in this period: choose other days.
+archive-two-needed = Two surveys that count are needed: choose a longer period, or fly again.
+archive-none-counts = No survey of this period counts: choose other days, or give a survey its place under Lots.
+archive-when = When
+archive-free = Free
+archive-taken = Taken
+archive-unknown = Unclear
+archive-occupancy = Occupancy
+archive-note = Note
+archive-counts = { $free } free, { $taken } taken, { $unknown } unclear
+archive-survey-of = Survey of { $when }
+archive-files = Files
+archive-delete-survey = Delete survey
+archive-survey-deleted = The survey of { $when } is deleted.
+archive-undo = Undo
+archive-simulated = Simulated
+archive-why-unregistered = Its place on the lot is not certain
+archive-why-time = Its time is not certain
+archive-why-looks = It looked at no stall of the lot
+archive-left-out = No figure uses this survey. { $why }.
+archive-left-out-count =
+    { $surveys ->
+        [one] { $surveys } survey of this period is left out: its place or time is not certain.
+       *[other] { $surveys } surveys of this period are left out: their place or time is not certain.
+    }
+# A share with the ends of its interval, in percent.
+archive-share = { $value } % ({ $low } to { $high } %)
+archive-amount = { $value } ({ $low } to { $high })
+archive-or-more = { $value } or more
+archive-or-less = { $value } or less
+archive-from-to = { $low } to { $high }
+archive-from-to-percent = { $low } to { $high } %
+archive-before = Before
+archive-after = After
+archive-swipe = Left { $before }, right { $after }
+archive-changes = Changed stalls
+archive-compared = { $compared } stalls have a state in both surveys, { $unknown } have not.
+archive-came = Taken now
+archive-went = Free now
+archive-stall = Stall
+archive-now = Now
+archive-both-right = Both states right
+archive-behind =
+    { $surveys ->
+        [one] { $surveys } survey of { $first }. Hours by { $clock }.
+       *[other] { $surveys } surveys from { $first } to { $last }. Hours by { $clock }.
+    }
+archive-over-day = Occupancy by hour of the day
+archive-over-time = Occupancy by survey
+archive-capacity = Stalls
+archive-accumulation = Taken stalls at a time
+archive-load = Space-hours
+archive-peak = Peak
+archive-rivals =
+    { $hours ->
+        [one] { $hours } other hour may be the peak
+       *[other] { $hours } other hours may be the peak
+    }
+archive-above = Flown hours at { $limit } % or more
+archive-never = Stalls that were never taken
+archive-always = Stalls that were always taken
+archive-arrivals = Arrivals in { $hours } h between surveys
+archive-arrivals-short = Arrivals
+archive-stay = Mean stay, hours
+archive-parts = Parts of the lot
+archive-part = Part
+archive-by-row = Rows
+archive-by-zone = Zones
+archive-by-kind = Kinds
+archive-no-parts = There is none: draw zones in the lot's plan.
+archive-unnamed = For everybody
+archive-heat = Share of surveys that found each stall taken
+archive-heat-note =
+    { $surveys ->
+        [one] Share of { $surveys } survey that found each stall taken.
+       *[other] Share of { $surveys } surveys that found each stall taken. Choose a stall to see its last looks.
+    }
+archive-choose-stall = Choose a stall
+archive-stall-of = Stall { $label }
+archive-stall-share =
+    { $surveys ->
+        [one] Share of the { $surveys } survey that saw it in which it was taken:
+       *[other] Share of the { $surveys } surveys that saw it in which it was taken:
+    }
+archive-state-free = free
+archive-state-taken = taken
+archive-state-unknown = unclear
+archive-no-zone = In no zone
+archive-chance-taken = probability of taken { $value } %
+archive-unseen = Not seen
+archive-print = Print
+archive-method = Method
+archive-method-words = A drone photographed the lot, and a program determined the state of each stall from the pictures. Each survey shows one moment. The interval behind a figure holds the true value in 9 of 10 cases: it comes from the probability of each state, from stalls that were not seen, and from the number of surveys. Nobody's car was compared, identified or kept.
+archive-limits = Limits
+archive-limits-words = Hours that nobody flew are empty. Arrivals and stays lie between the two ends given; what happened between two surveys was not seen. Stalls under trees and roofs may be unclear.
+archive-no-recording = There is no recording on the drone's disk.
+archive-recordings-size =
+    { $count ->
+        [one] { $count } recording, { $size }
+       *[other] { $count } recordings, { $size }
+    }
+archive-length = Length
+archive-size = Size
+archive-keep = Keep
+archive-keep-of = Keep the recording of { $when }
+archive-file = File
+archive-under-way = Under way
+archive-download = Download
+archive-download-of = Download the recording of { $when }
+archive-delete = Delete
+archive-delete-of = Delete the recording of { $when }
+archive-delete-surely = Delete for good
+archive-delete-surely-of = Delete the recording of { $when } for good
+archive-links-note = A link shows this lot to everyone who has it, without a login: surveys, figures and report. It shows no recording and no operator. It ends by itself, and can be taken back.
+archive-link-days = Days
+archive-make-link = Make a link
+archive-link = Link
+archive-link-made = This link is shown once. It ends on { $ends }.
+archive-link-open = Made { $made }, ends { $ends }
+archive-link-shut = Made { $made }, shut
+archive-take-back = Take back

@@ -525,6 +525,7 @@ file-stalls = Places pour SIG
 file-picture = Image du parking
 file-recording = Enregistrement
 file-kind-size = { $kind }, { $size }
+lots-over-time = Dans le temps
 lots = Parkings
 lot-stalls =
     { $stalls ->
@@ -1212,3 +1213,142 @@ key-enter = L'appuyer ; maintenue sur une glissière : la glisser
 escape-key = Échap
 tab-key = Tab
 enter-key = Entrée
+
+## Les parkings dans le temps : la page /archive
+
+archive-title = Les parkings dans le temps
+archive-to-drone = Vers le drone
+archive-lot = Parking
+archive-from = Du
+archive-to = Au
+archive-surveys = Relevés
+archive-compare = Comparer
+archive-figures = Chiffres
+archive-stalls = Places
+archive-report = Rapport
+archive-links = Liens
+archive-recordings = Enregistrements
+archive-unanswered = Le drone ne répond pas. Vérifiez la liaison et rechargez la page.
+archive-refused = Le drone a refusé (HTTP { $status }). Rechargez la page.
+archive-asking = Demande au drone
+archive-no-lot = Aucun parking n'est encore enregistré : faites un premier relevé.
+archive-no-survey = Aucun relevé ne s'est terminé dans cette période : choisissez d'autres jours.
+archive-two-needed = Il faut deux relevés qui comptent : choisissez une période plus longue, ou volez encore.
+archive-none-counts = Aucun relevé de cette période ne compte : choisissez d'autres jours, ou donnez sa position à un relevé sous Parkings.
+archive-when = Quand
+archive-free = Libres
+archive-taken = Occupées
+archive-unknown = Incertaines
+archive-occupancy = Occupation
+archive-note = Remarque
+archive-counts = { $free } libres, { $taken } occupées, { $unknown } incertaines
+archive-survey-of = Relevé du { $when }
+archive-files = Fichiers
+archive-delete-survey = Supprimer le relevé
+archive-survey-deleted = Le relevé du { $when } est supprimé.
+archive-undo = Annuler
+archive-simulated = Simulé
+archive-why-unregistered = Sa position sur le parking n'est pas certaine
+archive-why-time = Son heure n'est pas certaine
+archive-why-looks = Il n'a regardé aucune place du parking
+archive-left-out = Aucun chiffre n'utilise ce relevé. { $why }.
+archive-left-out-count =
+    { $surveys ->
+        [one] { $surveys } relevé de cette période est écarté : sa position ou son heure n'est pas certaine.
+       *[other] { $surveys } relevés de cette période sont écartés : leur position ou leur heure n'est pas certaine.
+    }
+archive-share = { $value } % ({ $low } à { $high } %)
+archive-amount = { $value } ({ $low } à { $high })
+archive-or-more = { $value } ou plus
+archive-or-less = { $value } ou moins
+archive-from-to = { $low } à { $high }
+archive-from-to-percent = { $low } à { $high } %
+archive-before = Avant
+archive-after = Après
+archive-swipe = À gauche { $before }, à droite { $after }
+archive-changes = Places changées
+archive-compared = { $compared } places ont un état dans les deux relevés, { $unknown } n'en ont pas.
+archive-came = Occupées maintenant
+archive-went = Libres maintenant
+archive-stall = Place
+archive-now = Maintenant
+archive-both-right = Les deux états justes
+archive-behind =
+    { $surveys ->
+        [one] { $surveys } relevé du { $first }. Heures selon { $clock }.
+       *[other] { $surveys } relevés du { $first } au { $last }. Heures selon { $clock }.
+    }
+archive-over-day = Occupation par heure de la journée
+archive-over-time = Occupation par relevé
+archive-capacity = Places
+archive-accumulation = Places occupées à un moment
+archive-load = Places-heures
+archive-peak = Pointe
+archive-rivals =
+    { $hours ->
+        [one] { $hours } autre heure peut être la pointe
+       *[other] { $hours } autres heures peuvent être la pointe
+    }
+archive-above = Heures survolées à { $limit } % ou plus
+archive-never = Places jamais occupées
+archive-always = Places toujours occupées
+archive-arrivals = Arrivées en { $hours } h entre relevés
+archive-arrivals-short = Arrivées
+archive-stay = Durée moyenne, heures
+archive-parts = Parties du parking
+archive-part = Partie
+archive-by-row = Rangées
+archive-by-zone = Zones
+archive-by-kind = Types
+archive-no-parts = Il n'y en a pas : dessinez des zones dans le plan du parking.
+archive-unnamed = Pour tous
+archive-heat = Part des relevés qui ont trouvé chaque place occupée
+archive-heat-note =
+    { $surveys ->
+        [one] Part de { $surveys } relevé qui a trouvé chaque place occupée.
+       *[other] Part de { $surveys } relevés qui ont trouvé chaque place occupée. Choisissez une place pour voir ses derniers regards.
+    }
+archive-choose-stall = Choisir une place
+archive-stall-of = Place { $label }
+archive-stall-share =
+    { $surveys ->
+        [one] Part du { $surveys } relevé qui l'a vue, où elle était occupée :
+       *[other] Part des { $surveys } relevés qui l'ont vue, où elle était occupée :
+    }
+archive-state-free = libre
+archive-state-taken = occupée
+archive-state-unknown = incertaine
+archive-no-zone = Dans aucune zone
+archive-chance-taken = probabilité d'occupée { $value } %
+archive-unseen = Pas vue
+archive-print = Imprimer
+archive-method = Méthode
+archive-method-words = Un drone a photographié le parking, et un programme a déterminé l'état de chaque place d'après les images. Chaque relevé montre un moment. L'intervalle derrière un chiffre contient la vraie valeur dans 9 cas sur 10 : il vient de la probabilité de chaque état, des places qui n'ont pas été vues et du nombre de relevés. Aucune voiture n'a été comparée, identifiée ni conservée.
+archive-limits = Limites
+archive-limits-words = Les heures que personne n'a survolées sont vides. Arrivées et durées se trouvent entre les deux bouts donnés ; ce qui s'est passé entre deux relevés n'a pas été vu. Des places sous des arbres ou des toits peuvent être incertaines.
+archive-no-recording = Il n'y a aucun enregistrement sur le disque du drone.
+archive-recordings-size =
+    { $count ->
+        [one] { $count } enregistrement, { $size }
+       *[other] { $count } enregistrements, { $size }
+    }
+archive-length = Durée
+archive-size = Taille
+archive-keep = Garder
+archive-keep-of = Garder l'enregistrement du { $when }
+archive-file = Fichier
+archive-under-way = En cours
+archive-download = Télécharger
+archive-download-of = Télécharger l'enregistrement du { $when }
+archive-delete = Supprimer
+archive-delete-of = Supprimer l'enregistrement du { $when }
+archive-delete-surely = Supprimer pour de bon
+archive-delete-surely-of = Supprimer pour de bon l'enregistrement du { $when }
+archive-links-note = Un lien montre ce parking à tous ceux qui l'ont, sans connexion : relevés, chiffres et rapport. Il ne montre ni enregistrement ni opérateur. Il finit de lui-même, et peut être repris.
+archive-link-days = Jours
+archive-make-link = Créer un lien
+archive-link = Lien
+archive-link-made = Ce lien est montré une seule fois. Il finit le { $ends }.
+archive-link-open = Créé le { $made }, finit le { $ends }
+archive-link-shut = Créé le { $made }, fermé
+archive-take-back = Reprendre

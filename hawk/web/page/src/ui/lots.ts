@@ -23,7 +23,7 @@ export class LotsList extends Part {
     const { known } = this;
     if (known === null || known.lots.length + known.undecided.length === 0) return nothing;
     return html`<section class="lots" aria-label=${say("lots")}>
-      <b>${say("lots")}</b>
+      <b>${say("lots")}</b> <a href="archive">${say("lots-over-time")}</a>
       ${known.undecided.map((survey) => this.question(survey, known.lots))}
       <ul @lot-changed=${() => this.ask()}>${known.lots.map((lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}
         <hawk-lot-changes .model=${this.model} .lot=${lot.id} .stamp=${known.stamp}></hawk-lot-changes></li>`)}</ul>

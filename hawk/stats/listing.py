@@ -1,0 +1,43 @@
+"""Surveys of a lot by date, each with its share of taken stalls, and a reason where no figure uses it."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from sqlalchemy import Connection, select
+
+from hawk.lots.tables import SURVEY
+from hawk.lots.values import utc
+from hawk.stats.counting import count
+from hawk.stats.reading import CODES, Period, read_panel
+from hawk.stats.shown import estimate_json
+from hawk.stats.values import LEVEL, NOTHING, Group
+
+_SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "simulated", "program", "accuracy")
+
+
+def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, Any]:
+    """Return the surveys of a lot that ended in a period, the newest first, as JSON values.
+
+    ``occupancy``: share of taken stalls with its interval, by the looks. ``left_out``: why no figure uses a survey, ""
+    for the others. Raises NotFoundError, LotStoreError.
+    """
+    panel = read_panel(connection, lot, period)
+    counted = count(panel, (Group("", np.ones(len(panel.stalls), np.bool_)),))
+    shares = {survey.id: counted.at(number, 0) for number, survey in enumerate(panel.surveys)}
+    reasons = {each.id: each.why for each in panel.left_out}
+    asked = select(SURVEY).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(SURVEY.c.seq.desc())
+    return {
+        "lot": lot,
+        "name": panel.name,
+        "clock": panel.clock_name,
+        "interval": LEVEL,
+        "surveys": [
+            {name: row[name] for name in _SHOWN}
+            | {"began": utc(row["began"]), "ended": utc(row["ended"])}
+            | {"occupancy": estimate_json(shares.get(row["id"], NOTHING))}
+            | {"left_out": reasons.get(row["id"], ""), "left_out_code": CODES.get(reasons.get(row["id"], ""), "")}
+            for row in connection.execute(asked).mappings()
+        ],
+    }

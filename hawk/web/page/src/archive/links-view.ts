@@ -1,0 +1,62 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, state } from "lit/decorators.js";
+import { day } from "../words/format.ts";
+import { say } from "../words/say.ts";
+import { post, read, type ShareRow } from "./link.ts";
+import { Asked, View, wordsOf } from "./view.ts";
+
+const STANDARD_DAYS = 30;
+
+/** Links by which others read this lot: made for some days, and taken back. */
+@customElement("archive-links")
+export class LinksView extends View {
+  @state() private made: { address: string; ends: string } | null = null;
+  private readonly listed = new Asked<{ shares: ShareRow[] }>(this);
+
+  override willUpdate(): void {
+    this.listed.ask(`${this.place.lot} ${this.revision}`, () => read(`api/lots/${this.place.lot}/shares.json`));
+  }
+
+  override render(): TemplateResult {
+    const { value, problem } = this.listed;
+    if (problem !== "") return html`<p role="alert">${problem}</p>`;
+    return html`<p>${say("archive-links-note")}</p>
+      ${this.mayChange ? this.form() : nothing}
+      <div aria-live="polite">${this.made === null ? nothing : html`<p class="card">${say("archive-link-made", { ends: day(this.made.ends) })}<br /><input class="address" readonly aria-label=${say("archive-link")} .value=${this.made.address} @focus=${(event: FocusEvent) => (event.target as HTMLInputElement).select()} /></p>`}</div>
+      <ul>${(value?.shares ?? []).map((row) => this.row(row))}</ul>`;
+  }
+
+  private form(): TemplateResult {
+    return html`<form class="fields" @submit=${(event: SubmitEvent) => void this.make(event)}>
+      <label>${say("archive-link-days")}<input type="number" name="days" min="1" max="366" step="1" required .defaultValue=${String(STANDARD_DAYS)} /></label>
+      <button type="submit">${say("archive-make-link")}</button>
+    </form>`;
+  }
+
+  private row(row: ShareRow): TemplateResult {
+    const words = say(row.open ? "archive-link-open" : "archive-link-shut", { made: day(row.made), ends: day(row.ends) });
+    return html`<li>${words} ${row.open && this.mayChange ? html`<button class="small" @click=${() => void this.takeBack(row)}>${say("archive-take-back")}</button>` : nothing}</li>`;
+  }
+
+  private async make(event: SubmitEvent): Promise<void> {
+    event.preventDefault();
+    const field = (event.currentTarget as HTMLFormElement).elements.namedItem("days") as HTMLInputElement;
+    try {
+      const { token, ends } = await post<{ token: string; ends: string }>(`api/lots/${this.place.lot}/shares`, { days: Number(field.value) });
+      this.made = { address: new URL(`shared#${token}`, document.baseURI).href, ends };
+      this.changed();
+    } catch (error) {
+      this.said(wordsOf(error));
+    }
+  }
+
+  private async takeBack(row: ShareRow): Promise<void> {
+    try {
+      await post(`api/shares/${row.id}/take-back`);
+      this.made = null;
+      this.changed();
+    } catch (error) {
+      this.said(wordsOf(error));
+    }
+  }
+}

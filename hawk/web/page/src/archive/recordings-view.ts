@@ -1,0 +1,68 @@
+import { html, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { bytes, longDuration } from "../words/format.ts";
+import { say } from "../words/say.ts";
+import { moment } from "./figures.ts";
+import { post, read, type RecordingRow } from "./link.ts";
+import { Asked, View, wordsOf } from "./view.ts";
+
+/** The recordings on the drone's disk: size, lot, length, mark, download, delete. */
+@customElement("archive-recordings")
+export class RecordingsView extends View {
+  private readonly listed = new Asked<{ recordings: RecordingRow[]; bytes: number }>(this);
+  private asked = "";
+
+  override willUpdate(): void {
+    this.listed.ask(String(this.revision), () => read("api/recordings.json"));
+  }
+
+  override render(): TemplateResult {
+    const { value, problem } = this.listed;
+    if (problem !== "") return html`<p role="alert">${problem}</p>`;
+    if (value === null) return html`<p>${say("archive-asking")}</p>`;
+    if (value.recordings.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
+    return html`<p>${say("archive-recordings-size", { count: value.recordings.length, size: bytes(value.bytes) })}</p>
+      <div class="wide" tabindex="0" role="region" aria-label=${say("archive-recordings")}><table>
+        <thead><tr>${(["archive-when", "archive-lot", "archive-length", "archive-size", "archive-keep", "archive-file"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
+        <tbody>${value.recordings.toReversed().map((row) => this.row(row))}</tbody>
+      </table></div>`;
+  }
+
+  private row(row: RecordingRow): TemplateResult {
+    const when = row.began === null ? row.name : moment(row.began);
+    return html`<tr><th scope="row">${when}</th><td>${row.lot?.name ?? "–"}</td>
+      <td>${row.seconds === null ? "–" : longDuration(row.seconds)}</td><td>${bytes(row.bytes)}</td>
+      <td><input type="checkbox" .checked=${row.keep} ?disabled=${!this.mayChange} aria-label=${say("archive-keep-of", { when })} @change=${(event: Event) => void this.keep(row, (event.target as HTMLInputElement).checked)} /></td>
+      <td>${row.under_way ? say("archive-under-way") : this.mayChange ? this.actions(row, when) : "–"}</td></tr>`;
+  }
+
+  /** A recording that is gone does not come back: the button asks once more. */
+  private actions(row: RecordingRow, when: string): TemplateResult {
+    const isSure = this.asked === row.name;
+    return html`<a href="api/recordings/${row.name}" download aria-label=${say("archive-download-of", { when })}>${say("archive-download")}</a>
+      <button class="small" aria-label=${say(isSure ? "archive-delete-surely-of" : "archive-delete-of", { when })} @click=${() => void this.delete(row)}>${say(isSure ? "archive-delete-surely" : "archive-delete")}</button>`;
+  }
+
+  private async keep(row: RecordingRow, wanted: boolean): Promise<void> {
+    await this.change(post(`api/recordings/${row.name}/keep`, { keep: wanted }));
+  }
+
+  private async delete(row: RecordingRow): Promise<void> {
+    if (this.asked !== row.name) {
+      this.asked = row.name;
+      this.requestUpdate();
+      return;
+    }
+    this.asked = "";
+    await this.change(post(`api/recordings/${row.name}/delete`));
+  }
+
+  private async change(asked: Promise<unknown>): Promise<void> {
+    try {
+      await asked;
+    } catch (error) {
+      this.said(wordsOf(error));
+    }
+    this.changed();
+  }
+}

@@ -1,0 +1,101 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { SURVEY_FILES } from "../link/lots.ts";
+import { say } from "../words/say.ts";
+import { moment, share } from "./figures.ts";
+import { groundOf, originOf } from "./ground.ts";
+import { type Features, type Listing, post, type SurveyRow } from "./link.ts";
+import { byState } from "./plan-view.ts";
+import "./plan-view.ts";
+import { Asked, View, wordsOf } from "./view.ts";
+
+/** The surveys of a lot by date, and one of them. */
+@customElement("archive-surveys")
+export class SurveysView extends View {
+  private readonly listed = new Asked<Listing>(this);
+  private readonly shown = new Asked<Features>(this);
+
+  override willUpdate(): void {
+    const { from, to, lot } = this.place;
+    this.listed.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.surveys({ from, to }));
+    const { survey } = this.place;
+    if (survey !== "") this.shown.ask(`${lot} ${survey}`, () => this.source.features(survey));
+  }
+
+  override render(): TemplateResult {
+    const { value, problem } = this.listed;
+    if (problem !== "") return html`<p role="alert">${problem}</p>`;
+    if (value === null) return html`<p>${say("archive-asking")}</p>`;
+    if (value.surveys.length === 0) return html`<p>${say("archive-no-survey")}</p>`;
+    const chosen = value.surveys.find(({ id }) => id === this.place.survey);
+    return html`${chosen ? this.one(chosen) : nothing} ${this.table(value.surveys)}`;
+  }
+
+  private table(surveys: SurveyRow[]): TemplateResult {
+    return html`<div class="wide" tabindex="0" role="region" aria-label=${say("archive-surveys")}><table>
+      <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
+      <tbody>${surveys.map(
+        (row) => html`<tr class=${row.id === this.place.survey ? "on" : ""}>
+          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended)}</button></th>
+          <td>${row.free}</td><td>${row.taken}</td><td>${row.unknown}</td>
+          <td>${share(row.occupancy)}</td><td>${notes(row)}</td>
+        </tr>`,
+      )}</tbody>
+    </table></div>`;
+  }
+
+  private one(row: SurveyRow): TemplateResult {
+    const { value, problem } = this.shown;
+    return html`<section class="card" aria-label=${say("archive-survey-of", { when: moment(row.ended) })}>
+      <h2>${say("archive-survey-of", { when: moment(row.ended) })}</h2>
+      ${warning(row)}
+      <p><b>${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}</b> · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
+      ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
+      ${value === null ? nothing : drawn(value, row)}
+      <p class="sub">${row.program}</p>
+      ${this.mayChange ? this.actions(row) : nothing}
+    </section>`;
+  }
+
+  private actions(row: SurveyRow): TemplateResult {
+    return html`<p class="choices">
+      <span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a href="api/surveys/${row.id}.${kind}" download>${kind}</a> `)}</span>
+      <button class="small" @click=${() => void this.delete(row)}>${say("archive-delete-survey")}</button>
+    </p>`;
+  }
+
+  private async delete(row: SurveyRow): Promise<void> {
+    try {
+      const { seq } = await post<{ seq: number }>(`api/surveys/${row.id}/delete`);
+      this.go({ survey: "" });
+      this.changed();
+      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`api/lot-changes/${seq}/undo`));
+    } catch (error) {
+      this.said(wordsOf(error));
+    }
+  }
+}
+
+function drawn(features: Features, row: SurveyRow): TemplateResult | typeof nothing {
+  const origin = originOf(features.features);
+  if (origin === null) return nothing;
+  const ground = groundOf(features.features, origin);
+  const label = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
+  return html`<archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${label}></archive-plan>${stateLegend()}`;
+}
+
+/** What the colours of states mean. */
+export function stateLegend(): TemplateResult {
+  return html`<p class="legend">${(["free", "taken", "unknown"] as const).map((name) => html`<span><i class="key ${name}"></i>${say(`archive-${name}`)}</span>`)}</p>`;
+}
+
+/** Why no figure uses a survey, and that it was a simulation. */
+export function notes(row: SurveyRow): string {
+  const why = row.left_out_code === "" ? "" : say(`archive-why-${row.left_out_code === "no_time" ? "time" : row.left_out_code === "no_looks" ? "looks" : "unregistered"}`);
+  return [row.simulated ? say("archive-simulated") : "", why].filter((each) => each !== "").join(" · ");
+}
+
+/** The same as a line that nobody overlooks. */
+export function warning(row: SurveyRow): TemplateResult | typeof nothing {
+  return row.left_out_code === "" ? nothing : html`<p class="warning">${say("archive-left-out", { why: notes(row) })}</p>`;
+}

@@ -1,0 +1,66 @@
+import { LitElement } from "lit";
+import { property } from "lit/decorators.js";
+import { type LotSource, Refused } from "./link.ts";
+import type { Place } from "./place.ts";
+import { say } from "../words/say.ts";
+
+/** A part of the page that shows something of one lot. It draws into the page itself: one style sheet for all. */
+export class View extends LitElement {
+  @property({ attribute: false }) source!: LotSource;
+  @property({ attribute: false }) place!: Place;
+  /** Rises when something was changed: what was read is read again. */
+  @property({ type: Number }) revision = 0;
+  @property({ type: Boolean }) mayChange = false;
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  /** Goes to a place on the page that differs from this one. */
+  protected go(change: Partial<Place>): void {
+    this.dispatchEvent(new CustomEvent("archive-go", { detail: change, bubbles: true }));
+  }
+
+  /** Lets the page say something, with a way back where there is one. */
+  protected said(text: string, undo?: () => Promise<unknown>): void {
+    this.dispatchEvent(new CustomEvent("archive-said", { detail: { text, undo }, bubbles: true }));
+  }
+
+  /** Lets every part read again. */
+  protected changed(): void {
+    this.dispatchEvent(new CustomEvent("archive-changed", { bubbles: true }));
+  }
+}
+
+/** An answer of the drone that a part shows: asked for again when its key is another one. */
+export class Asked<T> {
+  value: T | null = null;
+  problem = "";
+  private key: string | null = null;
+  private readonly host: LitElement;
+
+  constructor(host: LitElement) {
+    this.host = host;
+  }
+
+  /** Asks when the key is a new one. What was shown stays until the answer is there. */
+  ask(key: string, work: () => Promise<T>): void {
+    if (key === this.key) return;
+    this.key = key;
+    void work().then(
+      (value) => this.took(key, value, ""),
+      (error: unknown) => this.took(key, null, wordsOf(error)),
+    );
+  }
+
+  private took(key: string, value: T | null, problem: string): void {
+    if (key !== this.key) return; // another one was asked for meanwhile
+    this.value = value;
+    this.problem = problem;
+    this.host.requestUpdate();
+  }
+}
+
+export function wordsOf(error: unknown): string {
+  return error instanceof Refused ? error.message : say("archive-unanswered");
+}

@@ -1,0 +1,259 @@
+import "./dom.ts";
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, describe, it } from "node:test";
+import { Archive } from "../src/archive/app.ts";
+import { amount, bracket, heatClass, moment, share } from "../src/archive/figures.ts";
+import { groundOf, originOf, pathOf, stallAt } from "../src/archive/ground.ts";
+import type { Feature, SurveyRow } from "../src/archive/link.ts";
+import { hashOf, placeOf } from "../src/archive/place.ts";
+import { notes } from "../src/archive/surveys-view.ts";
+import { settle } from "./fakes.ts";
+import { inFrench } from "./french.ts";
+import { words } from "./stage.ts";
+
+const LOT = "00000000-0000-4000-8000-000000000001";
+const ONE = "00000000-0000-4000-8000-00000000000a";
+const TWO = "00000000-0000-4000-8000-00000000000b";
+const STALL = "00000000-0000-4000-8000-0000000000ff";
+const HTML = "<b onclick='alert(1)'>North</b>";
+const NONE = { value: null, low: null, high: null, surveys: 0 };
+const HALF = { value: 0.5, low: 0.4, high: 0.6, surveys: 1 };
+
+function survey(id: string, ended: string, more: Partial<SurveyRow> = {}): SurveyRow {
+  return { id, placed: "registered", free: 1, taken: 1, unknown: 0, simulated: false, program: "0.3.0", began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
+}
+
+/** A stall of some metres at metres east of a place. */
+function stall(id: string, label: string, east: number, state: string): Feature {
+  const at = (x: number, y: number): [number, number] => [10 + (east + x) / 111_132.95, y / 111_132.95];
+  return { id, geometry: { type: "Polygon", coordinates: [[at(0, 0), at(0, 5), at(2, 5), at(2, 0), at(0, 0)]] }, properties: { amenity: "parking_space", ref: label, state } };
+}
+
+const FEATURES = {
+  hawk: { lot: "North", survey_ended_utc: "", registered: true, position_uncertainty_m: null, software: "" },
+  features: [stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken")],
+};
+
+describe("the place that the address names", () => {
+  it("is written as it was read", () => {
+    const place = placeOf(`#lot=${LOT}&view=compare&before=${ONE}&after=${TWO}&from=2026-05-04`);
+    assert.equal(place.view, "compare");
+    assert.deepEqual(placeOf(hashOf(place)), place);
+  });
+
+  it("leaves out what is none", () => {
+    assert.deepEqual(placeOf("#lot=<b>&view=all&survey=1&from=yesterday&to=2026-5-4"), placeOf(""));
+    assert.equal(hashOf(placeOf("")), "#");
+  });
+});
+
+describe("the ground of a survey", () => {
+  const origin = originOf(FEATURES.features);
+
+  it("is in metres, east and south", () => {
+    assert.ok(origin);
+    const { stalls, box } = groundOf(FEATURES.features, origin);
+    assert.deepEqual(stalls[1]?.corners.map((corner) => corner.map((each) => Math.round(100 * each) / 100 + 0)), [[3, 0], [3, -5], [5, -5], [5, 0]]);
+    assert.deepEqual([box.left, box.top, box.width, box.height].map(Math.round), [-4, -9, 13, 13]);
+  });
+
+  it("knows the stall at a point, and the nearest one for a finger", () => {
+    const { stalls } = groundOf(FEATURES.features, origin!);
+    assert.equal(stallAt(stalls, [4, -2])?.label, "A 2");
+    assert.equal(stallAt(stalls, [2.4, -2.5])?.label, "A 1");
+    assert.equal(stallAt(stalls, [40, -2]), null);
+  });
+
+  it("is one path of many stalls, and none of no stall", () => {
+    const { stalls } = groundOf(FEATURES.features, origin!);
+    assert.equal(pathOf(stalls).match(/M/g)?.length, 2);
+    assert.equal(pathOf([]), "");
+    assert.equal(originOf([{ id: "a", geometry: { type: "Point", coordinates: [1, 2] }, properties: { amenity: "parking" } }]), null);
+    assert.equal(groundOf([], { latitude: 0, longitude: 0 }).box.width, 10);
+  });
+});
+
+describe("figures in words", () => {
+  it("have their interval, or are not shown", () => {
+    assert.equal(share(HALF), "50.0 % (40.0 to 60.0 %)");
+    assert.equal(amount({ value: 12, low: 10, high: 14.4, surveys: 1 }), "12 (10 to 14)");
+    assert.deepEqual([share(NONE), amount(NONE)], ["–", "–"]);
+  });
+
+  it("are a bracket whose end may be open", () => {
+    assert.equal(bracket({ low: 3, high: 5 }), "3 to 5");
+    assert.equal(bracket({ low: 3, high: null }), "3 or more");
+    assert.equal(bracket({ low: null, high: 5.25 }, 1), "5.3 or less");
+    assert.equal(bracket({ low: null, high: null }), "–");
+  });
+
+  it("are coloured by fifths, and not at all without a look", () => {
+    assert.deepEqual([null, 0, 0.2, 0.99, 1].map(heatClass), [-1, 0, 1, 4, 4]);
+    assert.equal(moment("never"), "–");
+  });
+});
+
+describe("a survey that no figure uses", () => {
+  it("says why, in French too", async () => {
+    const row = survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "no_time", simulated: true });
+    assert.equal(notes(row), "Simulated · Its time is not certain");
+    await inFrench(() => assert.equal(notes(row), "Simulé · Son heure n’est pas certaine"));
+  });
+});
+
+describe("lots over time", () => {
+  const before = globalThis.fetch;
+  let sent: [string, unknown][];
+  let answers: Record<string, unknown>;
+  let hash: string;
+  let archive: Archive;
+
+  beforeEach(() => {
+    sent = [];
+    hash = "";
+    answers = {
+      "surveys.json": { lot: LOT, name: "North", clock: "UTC", surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
+      ".geojson": FEATURES,
+      "shares.json": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
+      "recordings.json": { bytes: 2_000_000, recordings: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
+      "looks.json": { label: "A 1", looks: [{ survey: ONE, looked: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
+      "heat.json": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
+      "between.json": { compared: 2, unknown: 1, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 }, stalls: [{ id: STALL, label: "A 1", taken: true, chance: 0.98 }] },
+    };
+    globalThis.fetch = (address, options) => {
+      const path = (address as string).split("?")[0]!;
+      if (options?.method === "POST") {
+        sent.push([path, JSON.parse(options.body as string)]);
+        return Promise.resolve(Response.json({ seq: 7, token: "secret", ends: "2026-06-03T10:00:00Z" }));
+      }
+      const found = Object.entries(answers).find(([end]) => path.endsWith(end));
+      return Promise.resolve(found ? Response.json(found[1]) : Response.json({ field: "lot", reason: "is gone" }, { status: 404 }));
+    };
+  });
+
+  afterEach(() => {
+    globalThis.fetch = before;
+  });
+
+  async function open(at = "", { token = null as string | null, operator = true } = {}): Promise<void> {
+    hash = at;
+    archive = new Archive();
+    archive.outside = { hash: () => hash, setHash: (next) => (hash = next), token, lots: () => Promise.resolve([{ id: LOT, name: HTML }]), isOperator: () => Promise.resolve(operator) };
+    document.body.replaceChildren(archive);
+    await archive.begin();
+    await drawn();
+  }
+
+  async function drawn(): Promise<void> {
+    for (let k = 0; k < 6; k++) {
+      await settle();
+      await archive.updateComplete;
+    }
+  }
+
+  async function press(label: string): Promise<void> {
+    const all = [...archive.querySelectorAll("button")];
+    const found = all.find((each) => words(each) === label || each.getAttribute("aria-label") === label);
+    assert.ok(found, `${label}: ${words(archive)}`);
+    found.click();
+    await drawn();
+  }
+
+  it("list the surveys of the first lot; a name's HTML is text", async () => {
+    await open();
+    assert.match(hash, new RegExp(`lot=${LOT}`));
+    assert.equal(archive.querySelector("option")?.textContent, HTML);
+    const rows = [...archive.querySelectorAll("tbody tr")].map((row) => words(row));
+    assert.match(rows[0]!, /50\.0 % \(40\.0 to 60\.0 %\)/);
+    assert.match(rows[1]!, /–Its place on the lot is not certain/);
+  });
+
+  it("show one survey with a warning where no figure uses it, delete it, and undo that", async () => {
+    await open(`#lot=${LOT}&survey=${ONE}`);
+    assert.match(words(archive), /No figure uses this survey\. Its place on the lot is not certain\./);
+    assert.equal(archive.querySelectorAll("archive-plan path.free").length, 1);
+    await press("Delete survey");
+    await press("Undo");
+    assert.deepEqual(sent, [[`api/surveys/${ONE}/delete`, {}], ["api/lot-changes/7/undo", {}]]);
+  });
+
+  it("offer a viewer nothing that changes", async () => {
+    await open(`#lot=${LOT}&survey=${TWO}`, { operator: false });
+    assert.doesNotMatch(words(archive), /Delete/);
+    await press("Links");
+    assert.doesNotMatch(words(archive), /Make a link|Take back/);
+    await press("Recordings");
+    assert.equal(archive.querySelector<HTMLInputElement>("input[type=checkbox]")?.disabled, true);
+    assert.doesNotMatch(words(archive), /Delete/);
+  });
+
+  it("compare two surveys by list and by swipe", async () => {
+    answers["surveys.json"] = { ...(answers["surveys.json"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
+    await open(`#lot=${LOT}&view=compare`);
+    assert.equal(archive.querySelectorAll(".swipe archive-plan").length, 2);
+    assert.match(words(archive), /Taken now: 1 \(1 to 2\)A 1/);
+  });
+
+  it("need two surveys that count to compare", async () => {
+    await open(`#lot=${LOT}&view=compare`);
+    assert.match(words(archive), /Two surveys that count are needed/);
+  });
+
+  it("show a stall's share and its last looks", async () => {
+    await open(`#lot=${LOT}&view=stalls&stall=${STALL}`);
+    assert.match(words(archive), /surveys that saw it in which it was taken: 50\.0 % \(20\.0 to 80\.0 %\)/);
+    assert.match(words(archive), /taken · probability of taken 97 %/);
+    assert.equal(archive.querySelectorAll("archive-plan path.heat2").length, 1);
+  });
+
+  it("make a link that is shown once, and take one back", async () => {
+    await open(`#lot=${LOT}&view=links`);
+    archive.querySelector("form")?.dispatchEvent(new Event("submit", { bubbles: true, cancelable: true }));
+    await drawn();
+    assert.match(archive.querySelector<HTMLInputElement>(".address")?.value ?? "", /\/shared#secret$/);
+    await press("Take back");
+    assert.deepEqual(sent, [[`api/lots/${LOT}/shares`, { days: 30 }], [`api/shares/${ONE}/take-back`, {}]]);
+  });
+
+  it("keep a recording at a press, and delete it at the second one", async () => {
+    await open("#view=recordings");
+    assert.equal(archive.querySelectorAll("td b").length, 0);
+    const box = archive.querySelector<HTMLInputElement>("input[type=checkbox]")!;
+    box.checked = true;
+    box.dispatchEvent(new Event("change", { bubbles: true }));
+    await drawn();
+    const delete_ = [...archive.querySelectorAll("button")].find((each) => words(each) === "Delete")!;
+    delete_.click();
+    await drawn();
+    assert.equal(sent.length, 1);
+    await press("Delete for good");
+    const place = "api/recordings/20260504T100000Z.mcap";
+    assert.deepEqual(sent, [[`${place}/keep`, { keep: true }], [`${place}/delete`, {}]]);
+  });
+
+  it("show a link's lot without recordings, links and files", async () => {
+    await open(`#secret&view=recordings&survey=${TWO}`, { token: "secret" });
+    assert.doesNotMatch(words(archive), /Recordings|Links|To the drone|csv|Delete/);
+    assert.equal(archive.querySelectorAll("archive-plan").length, 1);
+    await press("Surveys");
+    assert.match(hash, /^#secret&/);
+  });
+
+  it("say in the drone's words why there is nothing", async () => {
+    delete answers["surveys.json"];
+    await open(`#lot=${LOT}`);
+    assert.equal(words(archive.querySelector("[role=alert]")!), "lot: is gone");
+  });
+});
+
+describe("the flight's page", () => {
+  it("has none of the parts and words of lots over time, which are another bundle's", async () => {
+    const { readdirSync, readFileSync } = await import("node:fs");
+    const { fileURLToPath } = await import("node:url");
+    const root = fileURLToPath(new URL("../src/", import.meta.url));
+    const files = readdirSync(root, { recursive: true, encoding: "utf8" }).filter((name) => name.endsWith(".ts") && !name.startsWith("archive") && !name.endsWith("keys.ts"));
+    assert.ok(files.length > 100);
+    const found = files.filter((name) => /say\(\s*["`]archive-|from "[./]+\/archive\//.test(readFileSync(root + name, "utf8")));
+    assert.deepEqual(found, []);
+  });
+});

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from hawk.lots.database import Database
+from hawk.lots.values import NotFoundError
+from hawk.model.lot_map import StallState
+from hawk.stats.stalls import LOOKS_SHOWN, heat_json, looks_json, share_bounds
+from tests.unit.stats.test_reading import EVER, later, lot_of, seen
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "lots.db")
+    yield opened
+    opened.close()
+
+
+def test_heat_is_the_share_of_surveys_that_saw_a_stall_taken(store: Database) -> None:
+    taken, unknown = StallState.TAKEN, StallState.UNKNOWN
+    lot = lot_of(store, seen({1: taken, 2: taken}), later(seen({1: taken, 2: unknown}), 1))
+    with store.reading() as connection:
+        found = heat_json(connection, lot, EVER)
+    assert found["surveys_in_period"] == 2
+    assert dict(zip(found["labels"][:3], zip(found["surveys"], found["share"], strict=True), strict=False)) == {
+        "A 1": (2, 1.0), "A 2": (1, 1.0), "A 3": (2, 0.0),
+    }  # fmt: skip
+    assert all(
+        low <= share <= high for low, share, high in zip(found["low"], found["share"], found["high"], strict=True)
+    )
+    assert found["low"][1] < found["low"][0]  # fewer looks, a wider interval
+
+
+def test_a_stall_that_no_survey_saw_has_no_share(store: Database) -> None:
+    lot = lot_of(store, seen({3: StallState.UNKNOWN}))
+    with store.reading() as connection:
+        found = heat_json(connection, lot, EVER)
+    assert (found["surveys"][2], found["share"][2], found["low"][2], found["high"][2]) == (0, None, None, None)
+
+
+@given(st.integers(1, 200).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
+def test_without_doubt_the_interval_is_that_of_wilson(counts: tuple[int, int]) -> None:
+    taken, looks = counts
+    low, high = share_bounds(np.array([float(taken)]), np.array([float(looks)]), np.zeros(1))
+    wanted = binomtest(taken, looks).proportion_ci(0.9, "wilson")
+    assert (low[0], high[0]) == pytest.approx((wanted.low, wanted.high), abs=1e-4)
+
+
+def test_doubtful_states_widen_the_interval() -> None:
+    sure, doubtful = (share_bounds(np.array([5.0]), np.array([10.0]), np.array([wrong])) for wrong in (0.0, 2.0))
+    assert doubtful[0] < sure[0]
+    assert sure[1] < doubtful[1]
+
+
+def test_the_newest_looks_at_a_stall_come_first_and_are_limited(store: Database) -> None:
+    flown = [later(seen({1: StallState.TAKEN} if k % 2 else {}), k + 1) for k in range(3)]
+    lot = lot_of(store, *flown)
+    with store.reading() as connection:
+        ids = heat_json(connection, lot, EVER)
+        stall = ids["ids"][ids["labels"].index("A 1")]
+        found = looks_json(connection, lot, stall, limit=2)
+    assert found["label"] == "A 1"
+    assert len(found["looks"]) == 2 < LOOKS_SHOWN
+    assert found["looks"][0]["looked"] >= found["looks"][1]["looked"]
+
+
+def test_a_stall_of_another_lot_is_not_there(store: Database) -> None:
+    lot = lot_of(store, seen({}))
+    with store.reading() as connection:
+        stall = heat_json(connection, lot, EVER)["ids"][0]
+        with pytest.raises(NotFoundError, match="this lot has none with this id"):
+            looks_json(connection, "0" * 36, stall)
