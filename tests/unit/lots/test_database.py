@@ -166,16 +166,18 @@ def test_a_store_of_a_newer_version_is_read_and_never_written(tmp_path: Path) ->
     filled(path)
     with closing(sqlite3.connect(path)) as newer:
         newer.execute("ALTER TABLE lot ADD COLUMN colour TEXT")
-        newer.execute("PRAGMA user_version = 7")
+        newer.execute(f"PRAGMA user_version = {VERSION + 1}")
         newer.execute("PRAGMA journal_mode = DELETE")
     before = path.read_bytes()
     opened = Database(path)
-    assert f"{path} is of version 7, of a newer hawk-drone; this one knows version {VERSION}" in opened.notice
+    assert (
+        f"{path} is of version {VERSION + 1}, of a newer hawk-drone; this one knows version {VERSION}" in opened.notice
+    )
     with opened.reading() as connection:
         assert connection.execute(select(LOT.c.name)).scalars().all() == ["Lot 1"]
         with pytest.raises(LotStoreError, match="cannot be written"), database.explained(path):
             connection.execute(insert(LOT).values(**LOT_ROW))
-    with pytest.raises(LotStoreError, match="is of version 7"), opened.writing():
+    with pytest.raises(LotStoreError, match=f"is of version {VERSION + 1}"), opened.writing():
         pytest.fail("a newer store was opened for writing")
     opened.close()
     assert path.read_bytes() == before

@@ -1,0 +1,144 @@
+"""A manager's desk: the surveys of a lot over two days, by clicks, on a phone, on paper, and by a link."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
+
+from hawk.lots.database import Database
+from hawk.lots.saving import save
+from hawk.lots.store import FILE
+from hawk.model.lot_map import StallState
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.watching import watch
+from tests.unit.stats.test_reading import register, seen
+
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
+
+BEGAN = 1_794_823_200.0
+"""A Monday, 2026-11-16 at 10:00 UTC."""
+FLOWN = ((0, 4), (2, 12), (4, 8), (24, 5), (26, 14), (28, 9))
+"""Hours after that, and the number of taken stalls."""
+VIEWS = ("Surveys", "Compare", "Figures", "Stalls", "Report", "Links", "Recordings")
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def address(tmp_path: Path) -> AsyncIterator[str]:
+    """A desk that serves a store of one lot with six surveys."""
+    store = Database(tmp_path / FILE)
+    for number, (hours, taken) in enumerate(FLOWN):
+        one = seen(dict.fromkeys(range(1, taken + 1), StallState.TAKEN))
+        at = BEGAN + 3600 * hours
+        stalls = tuple(replace(stall, looked=at - 60) for stall in one.stalls)
+        with store.writing() as connection:
+            save(connection, replace(one, name=f"{number:06d}-X", began=at - 600, ended=at, stalls=stalls), register)
+    store.close()
+    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
+    process = await asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    )
+    assert process.stdout is not None
+    async with asyncio.timeout(60):
+        line = (await process.stdout.readline()).decode()
+    yield line.split()[2]
+    process.terminate()
+    async with asyncio.timeout(20):
+        assert await process.wait() == 0
+
+
+async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:
+    context = await browser.new_context(locale="en", timezone_id="Europe/Amsterdam", **options)  # type: ignore[arg-type]
+    page = await context.new_page()
+    await page.add_init_script(path=AXE)
+    errors = watch(page)
+    await page.goto(address)
+    return page, errors
+
+
+async def view(page: Page, name: str) -> None:
+    await page.get_by_role("navigation").get_by_role("button", name=name, exact=True).click()
+
+
+async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, address: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
+    await page.get_by_role("link", name="Over time").click(timeout=30_000)
+    main = page.get_by_role("main")
+    await expect(main.get_by_role("row")).to_have_count(1 + len(FLOWN), timeout=20_000)
+    await main.get_by_role("button", name="2026-11-17 13:00").click()
+    await expect(main.get_by_role("img")).to_have_attribute("aria-label", "6 free, 14 taken, 0 unclear")
+    await page.screenshot(path=screenshots / "over-time-survey.png", full_page=True)
+
+    await main.get_by_role("button", name="Delete survey").click()
+    await expect(main.get_by_role("row")).to_have_count(len(FLOWN))
+    await page.get_by_role("button", name="Undo").click()
+    await expect(main.get_by_role("row")).to_have_count(1 + len(FLOWN))
+
+    await view(page, "Compare")
+    await page.get_by_role("combobox", name="Before").select_option(label="2026-11-17 13:00")
+    await page.get_by_role("combobox", name="After").select_option(label="2026-11-17 15:00")
+    await expect(main).to_contain_text("Free now: 5")
+    swipe = page.get_by_role("slider")
+    await swipe.press("Home")
+    assert await page.locator(".swipe").evaluate("each => each.style.getPropertyValue('--share')") == "0%"
+    await page.screenshot(path=screenshots / "over-time-compare.png", full_page=True)
+
+    await view(page, "Stalls")
+    await page.get_by_role("combobox", name="Stall").select_option(label="A 6")
+    await expect(main.get_by_role("listitem")).to_have_count(len(FLOWN))
+    await view(page, "Figures")
+    await expect(main).to_contain_text("6 surveys from 2026-11-16 to 2026-11-17")
+    await page.screenshot(path=screenshots / "over-time-figures.png", full_page=True)
+
+    await view(page, "Links")
+    await page.get_by_role("spinbutton", name="Days").fill("7")
+    await page.get_by_role("button", name="Make a link").click()
+    link = await page.get_by_role("textbox", name="Link").input_value()
+    guest, guests_errors = await opened(browser, link)
+    await expect(guest.get_by_role("row")).to_have_count(1 + len(FLOWN), timeout=20_000)
+    assert await guest.get_by_role("button", name="Recordings").count() == 0
+    assert await guest.get_by_role("button", name="Delete survey").count() == 0
+    await page.get_by_role("button", name="Take back").click()
+    await guest.reload()
+    await expect(guest.get_by_role("alert")).to_contain_text("this link has ended, or was taken back")
+    assert not errors
+    assert [error for error in guests_errors if "404" not in error] == []
+
+
+async def test_a_report_is_printed_on_paper(browser: Browser, address: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, f"{address}archive#view=report")
+    await expect(page.get_by_role("article")).to_contain_text("Method", timeout=20_000)
+    await expect(page.get_by_role("article")).to_contain_text("11 free, 9 taken, 0 unclear")
+    await page.emulate_media(media="print")
+    for name in ("Print", "Compare"):
+        await expect(page.get_by_role("button", name=name)).to_be_hidden()
+    await page.screenshot(path=screenshots / "over-time-paper.png", full_page=True)
+    assert (await page.pdf(format="A4")).startswith(b"%PDF")
+    assert not errors
+
+
+@pytest.mark.parametrize("language", ["en", "fr"])
+async def test_axe_finds_nothing_on_a_phone_and_on_a_desk(
+    browser: Browser, address: str, screenshots: Path, language: str
+) -> None:
+    for size, theme in (({"width": 360, "height": 740}, "dark"), ({"width": 1280, "height": 900}, "light")):
+        page, errors = await opened(browser, "about:blank", viewport=size)
+        stored = f"{{theme: '{theme}', language: '{language}'}}"
+        await page.add_init_script(f"localStorage.setItem('hawk-page', JSON.stringify({stored}))")
+        for name in VIEWS:
+            await page.goto(f"{address}archive#view={name.lower()}")
+            await page.reload()
+            await expect(page.locator("main p, main table").first).to_be_visible(timeout=20_000)
+            await expect(page.locator("html")).to_have_attribute("lang", language)
+            faults = await page.evaluate(RUN_AXE)
+            await page.screenshot(path=screenshots / f"over-time-{language}-{theme}-{name}.png", full_page=True)
+            assert faults == [], (name, theme)
+            assert await page.evaluate("document.documentElement.scrollWidth") <= size["width"], name
+        assert [error for error in errors if "409" not in error] == []
