@@ -33,7 +33,7 @@ UNITS: Final = {
     "_h": "h",
 }
 """Unit by the end of a setting's name, the longest first."""
-_SECRETS: Final = frozenset({("web", "token")})
+_SECRETS: Final = frozenset({("web", "token"), ("webhooks", "secret")})
 _OWN_UNITS: Final = {("web", "video_width"): "pixels"}
 _HEADER = re.compile(r"\[(\w+)\]")
 _SETTING = re.compile(r"(?:# )?(\w+) = (.+?)(?:  # .*)?")

@@ -16,6 +16,7 @@ import typing
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple
+from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -55,6 +56,7 @@ _REMOVED: Final = {
     ),
 }
 """By section and key."""
+_WITH_SECRETS: Final = (["web"], ["web", "token"], ["webhooks"], ["webhooks", "secret"])
 _OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 
 
@@ -64,6 +66,13 @@ def _path(value: Any) -> Any:
 
 FilePath = Annotated[Path, BeforeValidator(_path)]
 """A file or folder; ``~`` stands for the home folder."""
+
+
+def _receiver(value: str) -> str:
+    parts = urlsplit(value)
+    if parts.scheme not in ("https", "http") or not parts.hostname:
+        raise ValueError("must be an address, as https://example.org/hawk")
+    return value
 
 
 def _page_host(value: str) -> str:
@@ -308,6 +317,20 @@ class StoreSettings(Section):
     minimum_free_mb: int = Field(default=500, ge=1, le=1_000_000)
 
 
+class WebhooksSettings(Section):
+    """Reports of surveys and layouts to other programs."""
+
+    urls: tuple[Annotated[str, AfterValidator(_receiver)], ...] = ()
+    secret: str | None = Field(default=None, min_length=24)
+    allow_private: bool = False
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> WebhooksSettings:
+        if self.urls and self.secret is None:
+            raise ValueError("secret is missing: urls need it; make one with: echo whsec_$(openssl rand -base64 32)")
+        return self
+
+
 class WatchdogSettings(Section):
     """End of a hung process."""
 
@@ -335,6 +358,7 @@ class Config(Section):
     vision: VisionSettings = VisionSettings()
     web: WebSettings = WebSettings()
     store: StoreSettings = StoreSettings()
+    webhooks: WebhooksSettings = WebhooksSettings()
     watchdog: WatchdogSettings = WatchdogSettings()
     log: LogSettings = LogSettings()
 
@@ -440,7 +464,7 @@ def _explain(error: ValidationError, path: Path | None, text: str, variables: Ma
             message = similar if removed is None else removed.remedy
         elif problem["type"] == "missing":
             message = "is missing"
-        elif keys not in (["web"], ["web", "token"]):  # a secret, even a part of one, is not repeated
+        elif keys not in _WITH_SECRETS:  # a secret, even a part of one, is not repeated
             if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
                 message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
             message = f"{message} (found {_without_password(problem['input'])!r})"

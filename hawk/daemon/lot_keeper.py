@@ -77,6 +77,11 @@ class LotKeeper:
         self._lock = asyncio.Lock()
         self._flying: set[asyncio.Task[None]] = set()
 
+    @property
+    def is_armed(self) -> bool:
+        """True while the motors are on, as far as known."""
+        return bool(self._armed)
+
     def note(self, *, armed: bool) -> None:
         """Note whether the motors are on: each landing is a save, and no backup is restored in flight."""
         if armed is self._armed:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.cameras.drone_camera import DroneCamera
-from hawk.config.sections import FenceSettings, StoreSettings
+from hawk.config.sections import Config, FenceSettings
 from hawk.daemon.known_lot import KnownLotFollower
 from hawk.daemon.lot_keeper import LotKeeper, find_stalls
 from hawk.daemon.lot_tour import Surroundings, TourKeeper
@@ -21,6 +22,7 @@ from hawk.lots.store import LotStore, lots_file
 from hawk.model.operation import Level, StateName
 from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
+from hawk.webhooks.sender import WebhookSender
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +33,12 @@ class LotParts:
     keeper: LotKeeper
     known: KnownLotFollower
     tours: TourKeeper
+    webhooks: WebhookSender
 
     @classmethod
     def create(
         cls,
-        config: StoreSettings,
+        config: Config,
         landed: Callable[[], LandedSurvey | None],
         datum: Callable[[], GlobalPose | None],
         survey: Callable[[], str],
@@ -45,10 +48,16 @@ class LotParts:
         is_restored: bool,
     ) -> Self:
         """Make them; arguments as those of `LotKeeper`, `KnownLotFollower` and `TourKeeper`."""
-        store = LotStore(lots_file(config.directory, config.lots), find_stalls)
+        store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored)
         tours = TourKeeper(around)
-        return cls(store, keeper, KnownLotFollower(store, datum, survey, add_message, tours=tours), tours)
+        known = KnownLotFollower(store, datum, survey, add_message, tours=tours)
+        webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
+        return cls(store, keeper, known, tours, webhooks)
+
+    def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
+        """Return what runs until the end, by its name."""
+        return (("lot-keeper", self.keeper.run), ("known-lot", self.known.run), ("webhooks", self.webhooks.run))
 
     async def close(self) -> None:
         """End the store and the planning of tours."""

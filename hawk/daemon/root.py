@@ -263,7 +263,7 @@ class Daemon:
         )
         self.results.frame_output.listen(lambda output: self.camera.looked_at(is_damaged=output.is_damaged))
         self._lots = LotParts.create(
-            self._config.store,
+            self._config,
             self._landed_survey,
             lambda: self.autopilot.datum,
             lambda: self._journal.survey_id,
@@ -425,8 +425,8 @@ class Daemon:
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
         self._own("map-keeper", self._map_keeper.run)
-        self._own("lot-keeper", self._lots.keeper.run)
-        self._own("known-lot", self._lots.known.run)
+        for name, run in self._lots.loops():
+            self._own(name, run)
         if self._flight_offer is not None:
             self._own("flight-offer", self._flight_offer.run)
 

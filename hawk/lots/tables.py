@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 7
+VERSION: Final = 8
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -174,6 +174,18 @@ OUTBOX: Final = Table(
     sqlite_autoincrement=True,
 )
 """Messages to others, written in the transaction that they report."""
+DELIVERY: Final = Table(
+    "delivery",
+    METADATA,
+    Column("message", ForeignKey("outbox.seq", ondelete="CASCADE"), primary_key=True),
+    Column("target", String(16), primary_key=True),
+    Column("tries", Integer, nullable=False),
+    Column("first", Float, nullable=False),
+    Column("next", Float, nullable=False),
+    Column("sent", Float),
+    Column("given_up", Float),
+)
+"""Deliveries of the outbox's messages (`hawk.lots.outbox`)."""
 CHANGE: Final = Table(
     "change",
     METADATA,

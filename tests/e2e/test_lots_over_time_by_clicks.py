@@ -137,6 +137,7 @@ async def test_axe_finds_nothing_on_a_phone_and_on_a_desk(
             await page.reload()
             await expect(page.locator("main p, main table").first).to_be_visible(timeout=20_000)
             await expect(page.locator("html")).to_have_attribute("lang", language)
+            await page.wait_for_load_state("networkidle")
             faults = await page.evaluate(RUN_AXE)
             await page.screenshot(path=screenshots / f"over-time-{language}-{theme}-{name}.png", full_page=True)
             assert faults == [], (name, theme)

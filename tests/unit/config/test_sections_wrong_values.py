@@ -67,6 +67,8 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "web.host": NO_HOST,
     "web.token": ("", "short"),
     "web.allowed_hosts": ("http://x.example", "x.example:80", "x.example/hawk", "*.example"),
+    "webhooks.urls": ("example.org", "ftp://x.example", "https://", "https:///hook"),
+    "webhooks.secret": ("", "short"),
     "log.level": ("", "loud"),
 }
 """Those that are neither numbers nor paths nor true or false."""
@@ -99,7 +101,7 @@ def test_a_wrong_setting_is_refused_by_its_name(section: str, key: str, value: s
         load_config(None, {variable_of(section, key): value})
     assert str(caught.value).startswith(f"{variable_of(section, key)}: {section}.{key}")
     with pytest.raises(ConfigError, match=rf"{section}\.{key}"):
-        load_config(None, {}, {section: {key: [value] if key == "allowed_hosts" else value}})
+        load_config(None, {}, {section: {key: [value] if key in ("allowed_hosts", "urls") else value}})
 
 
 @pytest.mark.parametrize(

@@ -953,3 +953,5 @@ name-is-surveyed-again-stalls-stalls = { $name } est relevé à nouveau : { $sta
 seen-of-the-stalls-looked-at = { $seen }{ "\u00A0" }% des places vues.
 surveyed-again-every-stall-was-looked-at = Relevé à nouveau : chaque place a été vue.
 surveyed-again-seen-of-the-stalls-were-looked-at-the-rest = Relevé à nouveau : { $seen }{ "\u00A0" }% des places ont été vues, le reste n'a pas été atteint.
+the-receiver-name-got-no-message-for-seven-days-a-report-to = Le destinataire { $name } n'a reçu aucun message pendant sept jours : un rapport est abandonné.
+the-receiver-name-takes-no-report-it-is-tried-on = Le destinataire { $name } ne prend aucun rapport ; les essais continuent.

@@ -1,0 +1,85 @@
+"""The outbox: messages to others, written in the transaction that they report, and their deliveries.
+
+A delivery is noted after the receiver's answer. A program that is killed in between sends the message again, with the
+same id. Times are UTC, Unix seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from sqlalchemy import Connection, and_, delete, func, select, update
+from sqlalchemy.dialects.sqlite import insert
+
+from hawk.lots.tables import DELIVERY, OUTBOX
+
+DAY_S: Final = 86_400.0
+TRIED_S: Final = 7 * DAY_S
+"""Time for which a message is tried; a new receiver gets messages of this age at most."""
+KEPT_S: Final = 30 * DAY_S
+"""Age at which messages are removed."""
+WAITS_S: Final = (10.0, 30.0, 60.0, 300.0, 900.0, 3600.0)
+"""Waits after the first tries; the last one is that of every later try."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message of the outbox. ``body``: JSON of what it reports. ``tries``: those that failed for this receiver."""
+
+    seq: int
+    kind: str
+    body: str = field(repr=False)
+    made: float
+    tries: int
+
+
+def due(connection: Connection, target: str, now: float) -> Message | None:
+    """Return the oldest message that a receiver has not got and that is due now; None: nothing is due."""
+    same = and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target)
+    is_new = DELIVERY.c.message.is_(None) & (OUTBOX.c.made > now - TRIED_S)
+    is_again = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None) & (DELIVERY.c.next <= now)
+    asked = (
+        select(OUTBOX.c.seq, OUTBOX.c.kind, OUTBOX.c.body, OUTBOX.c.made, DELIVERY.c.tries)
+        .outerjoin(DELIVERY, same)
+        .where(is_new | (is_again & DELIVERY.c.message.is_not(None)))
+        .order_by(OUTBOX.c.seq)
+        .limit(1)
+    )
+    row = connection.execute(asked).one_or_none()
+    return None if row is None else Message(row.seq, row.kind, row.body, row.made, row.tries or 0)
+
+
+def note_sent(connection: Connection, message: Message, target: str, now: float) -> None:
+    """Note that a receiver has got a message, and remove messages that nobody waits for any more."""
+    _put(connection, message, target, now, sent=now)
+    connection.execute(delete(OUTBOX).where(OUTBOX.c.made < now - KEPT_S, OUTBOX.c.seq != message.seq))
+
+
+def note_failed(connection: Connection, message: Message, target: str, now: float) -> bool:
+    """Note that a try failed; return True when it was the last one."""
+    _put(connection, message, target, now, tries=message.tries + 1)
+    row = DELIVERY.c.message == message.seq, DELIVERY.c.target == target
+    first = float(connection.execute(select(DELIVERY.c.first).where(*row)).scalar_one())
+    is_over = now - first >= TRIED_S and message.tries + 1 >= len(WAITS_S)
+    if is_over:
+        connection.execute(update(DELIVERY).where(*row).values(given_up=now))
+    return is_over
+
+
+def waiting(connection: Connection, target: str) -> int:
+    """Return the number of messages that were tried and that a receiver has not got."""
+    is_open = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None)
+    asked = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.target == target, is_open)
+    return int(connection.execute(asked).scalar_one())
+
+
+def _put(
+    connection: Connection, message: Message, target: str, now: float, *, sent: float | None = None, tries: int = 0
+) -> None:
+    tried = tries or message.tries + 1
+    wait = WAITS_S[min(tried, len(WAITS_S)) - 1]
+    values = {"tries": tried, "next": now + wait, "sent": sent}
+    row = {"message": message.seq, "target": target, "first": now, **values}
+    statement = insert(DELIVERY).values(row)
+    connection.execute(statement.on_conflict_do_update(index_elements=["message", "target"], set_=values))

@@ -1,0 +1,65 @@
+"""Look-up of receivers: an address in a private network is refused unless the settings allow it.
+
+The address that was checked is the one that is connected to, so that a name cannot change in between.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+from typing import Final
+from urllib.parse import urlsplit
+
+from aiohttp.abc import AbstractResolver, ResolveResult
+from aiohttp.resolver import ThreadedResolver
+
+ALLOW: Final = "set webhooks.allow_private = true when that is meant"
+
+
+class PrivateAddressError(OSError):
+    """An address in a private network; the text names it and the setting that allows it."""
+
+
+def is_public(host: str) -> bool:
+    """Return True for an address that belongs to the public Internet; False for text that is no address."""
+    try:
+        address = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return False
+    mapped = getattr(address, "ipv4_mapped", None) or getattr(address, "sixtofour", None)
+    return (mapped or address).is_global and not address.is_multicast
+
+
+def check_literal(url: str) -> None:
+    """Refuse a URL whose host is an address that is not public: such a host is never looked up.
+
+    Raises PrivateAddressError.
+    """
+    host = urlsplit(url).hostname or ""
+    try:
+        ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return
+    if not is_public(host):
+        raise PrivateAddressError(f"{host} is in a private network; {ALLOW}")
+
+
+class PublicResolver(AbstractResolver):
+    """Finds public addresses alone."""
+
+    def __init__(self, inner: AbstractResolver | None = None) -> None:
+        self._inner = inner or ThreadedResolver()
+
+    async def resolve(
+        self, host: str, port: int = 0, family: socket.AddressFamily = socket.AF_INET
+    ) -> list[ResolveResult]:
+        """Return the public addresses of a host. Raises PrivateAddressError where it has none."""
+        found = await self._inner.resolve(host, port, family)
+        public = [each for each in found if is_public(each["host"])]
+        if found and not public:
+            raise PrivateAddressError(f"{host} is in a private network ({found[0]['host']}); {ALLOW}")
+        return public
+
+    async def close(self) -> None:
+        """Release the look-up."""
+        await self._inner.close()

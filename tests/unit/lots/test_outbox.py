@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from hawk.lots import outbox, reading
+from hawk.lots.database import Database
+from hawk.lots.outbox import DAY_S, KEPT_S, TRIED_S, WAITS_S
+from hawk.lots.saving import save
+from hawk.lots.tables import DELIVERY, OUTBOX
+from tests.unit.lots.surveys import BEGAN, box, later, survey
+
+NOW = BEGAN + 1000
+ONE, OTHER = "1" * 16, "2" * 16
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "lots.db")
+    with opened.writing() as connection:
+        save(connection, survey())
+    yield opened
+    opened.close()
+
+
+def test_a_survey_and_a_layout_are_messages_of_their_own_transaction(store: Database) -> None:
+    with store.writing() as connection:
+        save(connection, later(survey(), 1))
+        rows = connection.execute(select(OUTBOX.c.kind, OUTBOX.c.body)).all()
+    assert [row.kind for row in rows] == ["layout", "survey", "survey"]
+    assert json.loads(rows[0].body)["version"] == 1
+    assert json.loads(rows[1].body)["placed"] == "first"
+
+
+def test_a_change_of_the_layout_is_a_message(store: Database) -> None:
+    with store.writing() as connection:
+        lot = reading.lots(connection)["lots"][0]["id"]
+        part = [list(corner) for corner in box(-10, -4, 15, 10).polygons[0]]
+        reading.split(connection, lot, {"name": "South", "outline": part}, "operator", NOW)
+        bodies = [json.loads(row) for row in connection.execute(select(OUTBOX.c.body)).scalars()]
+    assert {each["version"] for each in bodies if each.get("lot") == lot and "version" in each} == {1, 2}
+
+
+def test_each_receiver_gets_every_message_in_its_order(store: Database) -> None:
+    with store.writing() as connection:
+        seen = []
+        while message := outbox.due(connection, ONE, NOW):
+            seen.append(message.kind)
+            outbox.note_sent(connection, message, ONE, NOW)
+        assert seen == ["layout", "survey"]
+        assert outbox.due(connection, ONE, NOW + TRIED_S * 2) is None
+        other = outbox.due(connection, OTHER, NOW)
+    assert other is not None
+    assert other.kind == "layout"
+
+
+def test_a_failed_message_waits_and_the_next_one_goes_before_it(store: Database) -> None:
+    with store.writing() as connection:
+        first = outbox.due(connection, ONE, NOW)
+        assert first is not None
+        assert not outbox.note_failed(connection, first, ONE, NOW)
+        second = outbox.due(connection, ONE, NOW + WAITS_S[0] - 1)
+        assert second is not None
+        assert second.seq > first.seq
+        again = outbox.due(connection, ONE, NOW + WAITS_S[0])
+    assert again is not None
+    assert (again.seq, again.tries) == (first.seq, 1)
+
+
+def test_waits_grow_to_an_hour_and_trying_ends_after_seven_days(store: Database) -> None:
+    now, tries, waits = NOW, 0, []
+    with store.writing() as connection:
+        while message := outbox.due(connection, ONE, now):
+            if message.kind == "survey":
+                outbox.note_sent(connection, message, ONE, now)
+                continue
+            tries += 1
+            is_over = outbox.note_failed(connection, message, ONE, now)
+            again = connection.execute(select(DELIVERY.c.next).where(DELIVERY.c.message == message.seq)).scalar_one()
+            waits.append(again - now)
+            now = again
+            assert is_over == (now - WAITS_S[-1] - NOW >= TRIED_S)
+        assert outbox.waiting(connection, ONE) == 0
+        assert outbox.due(connection, ONE, now + 365 * DAY_S) is None
+    assert waits[: len(WAITS_S)] == pytest.approx(WAITS_S)
+    assert waits[-1] == pytest.approx(3600)
+    assert tries > 7 * 24
+
+
+def test_a_clock_that_jumps_gives_nothing_up_at_once(store: Database) -> None:
+    with store.writing() as connection:
+        first = outbox.due(connection, ONE, NOW)
+        assert first is not None
+        outbox.note_failed(connection, first, ONE, NOW)
+        second = outbox.due(connection, ONE, NOW + 50 * DAY_S)
+        assert second is not None
+        assert second.tries == 1
+        assert not outbox.note_failed(connection, second, ONE, NOW + 50 * DAY_S)
+
+
+def test_a_new_receiver_gets_the_messages_of_seven_days_and_old_ones_are_removed(store: Database) -> None:
+    with store.writing() as connection:
+        assert outbox.due(connection, ONE, NOW + TRIED_S + 1000) is None
+        save(connection, later(survey(), 1, hours=24 * 40))
+        now = NOW + 40 * DAY_S
+        message = outbox.due(connection, ONE, now)
+        assert message is not None
+        assert now - message.made < KEPT_S
+        outbox.note_sent(connection, message, ONE, now)
+        assert connection.execute(select(OUTBOX.c.seq)).scalars().all() == [message.seq]
