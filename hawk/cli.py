@@ -21,6 +21,8 @@ from hawk.config.addresses import MOST_PORT
 from hawk.config.sections import ConfigError, load_settings
 from hawk.daemon.import_plan import COMMAND as IMPORT_PLAN
 from hawk.daemon.import_plan import add_import_command
+from hawk.erasing.commands import COMMAND as ERASE
+from hawk.erasing.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
 from hawk.exports.commands import add_export_command
 from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
@@ -42,7 +44,7 @@ from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", "replay", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS}
+    {"run", "survey", "desk", "film", "replay", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -125,6 +127,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_export_command(commands)
     add_import_command(commands)
     add_stats_command(commands)
+    add_erase_command(commands)
     add_version_commands(commands)
     return parser
 

@@ -1,0 +1,56 @@
+"""The command ``hawk-drone erase``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any, Final
+
+from hawk.config import options as values
+from hawk.config.sections import config_of
+
+COMMAND: Final = "erase"
+_FAILED: Final = 1
+
+
+def add_erase_command(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    erase = commands.add_parser(
+        COMMAND, help="erase a lot, a survey or everything, with pictures, recordings and journals, for good"
+    )
+    what = erase.add_mutually_exclusive_group(required=True)
+    what.add_argument("--lot", type=values.some, metavar="LOT", help="this lot (its name or id) with all its surveys")
+    what.add_argument("--survey", type=values.some, metavar="ID", help="this survey; the lot keeps its stalls")
+    what.add_argument("--everything", action="store_true", help="every lot, survey, recording and journal")
+    erase.add_argument("--yes", action="store_true", help="do not ask")
+    erase.set_defaults(action=_run)
+    values.add_settings(erase)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from hawk.erasing.erase import erase
+    from hawk.lots.values import LotStoreError
+
+    settings = config_of(options).store
+    named = f"lot {options.lot}" if options.lot else f"survey {options.survey}" if options.survey else "everything"
+    if not options.yes and not _is_sure(f"Erase {named} in {settings.directory} for good? Type yes: "):
+        print("hawk-drone erase: nothing is erased", file=sys.stderr)
+        return _FAILED
+    try:
+        found = erase(settings, lot=options.lot, survey=options.survey)
+    except (LotStoreError, OSError) as error:
+        print(f"hawk-drone erase: {error}", file=sys.stderr)
+        return _FAILED
+    print(
+        f"erased {named}: surveys {found.surveys}, pictures {found.pictures}, recordings {found.recordings}, "
+        f"journals {found.journals}, earlier copies of the store {found.copies}. Backups and exported files that you "
+        "made are yours to erase"
+    )
+    return 0
+
+
+def _is_sure(question: str) -> bool:
+    try:
+        return input(question).strip().lower() == "yes"
+    except EOFError:
+        return False

@@ -1,0 +1,121 @@
+"""One erasure: the rows, and the files beside them."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from hawk.config.sections import StoreSettings
+from hawk.erasing.rows import Erased, emptied, erase_lot, erase_survey
+from hawk.lots.database import check
+from hawk.lots.store import lots_file
+from hawk.lots.tables import VERSION
+from hawk.lots.values import LotStoreError
+from hawk.store.recordings import MARK, Recordings
+from hawk.store.store_lock import StoreInUseError, held_store
+
+JOURNALS: Final = "journal"
+_COPIES: Final = ("version-*", "before-restore*", "damaged*")
+"""Ends of the names of earlier copies of the store, which the program itself keeps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Numbers of what was erased. ``copies``: earlier copies of the store, which hold everything."""
+
+    surveys: int
+    pictures: int
+    recordings: int
+    journals: int
+    copies: int
+
+
+def erase(settings: StoreSettings, *, lot: str | None, survey: str | None) -> Report:
+    """Erase a lot or a survey; both None: everything. Raises NotFoundError, LotStoreError and OSError.
+
+    Nothing is erased while a daemon uses the store: it would write what it holds again.
+    """
+    try:
+        with held_store(settings.directory, {"doing": "erase"}):
+            path = lots_file(settings.directory, settings.lots)
+            if lot is None and survey is None:
+                return _everything(settings, path)
+            return _one(settings, path, lot, survey)
+    except StoreInUseError as error:
+        raise LotStoreError(f"{error}: stop it first (systemctl stop hawk-drone)") from error
+
+
+def _one(settings: StoreSettings, path: Path, lot: str | None, survey: str | None) -> Report:
+    if not path.is_file():
+        raise LotStoreError(f"{path}: there is no store of lots; --store names its folder")
+    if check(path) != VERSION:
+        raise LotStoreError(f"{path} is of another version: start this hawk-drone once, and erase then")
+    with emptied(path) as store:
+        erased = erase_lot(store, lot) if lot is not None else erase_survey(store, survey or "")
+    pictures = _pictures(path)
+    return Report(
+        len(erased.surveys),
+        sum(_unlinked(pictures / f"{each}.zip") for each in erased.surveys),
+        _recordings(settings, erased),
+        sum(_removed(settings.directory / JOURNALS / name) for name in erased.journals),
+        _copies(path),
+    )
+
+
+def _everything(settings: StoreSettings, path: Path) -> Report:
+    surveys = 0
+    if path.is_file():
+        with emptied(path) as store:
+            surveys = int(store.execute("SELECT count(*) FROM survey").fetchone()[0])
+    recordings = _files(settings.directory / "recordings", "*.mcap")
+    journals = [each for each in (settings.directory / JOURNALS).glob("*") if each.is_dir()]
+    report = Report(surveys, len(_files(_pictures(path), "*")), len(recordings), len(journals), _copies(path))
+    for end in ("", "-wal", "-shm", "-journal"):
+        path.with_name(path.name + end).unlink(missing_ok=True)
+    for folder in (_pictures(path), settings.directory / "recordings", settings.directory / JOURNALS):
+        _removed(folder)
+    return report
+
+
+def _pictures(path: Path) -> Path:
+    return path.with_name(f"{path.stem}-pictures")
+
+
+def _files(folder: Path, pattern: str) -> list[Path]:
+    return [each for each in folder.glob(pattern) if each.is_file()] if folder.is_dir() else []
+
+
+def _recordings(settings: StoreSettings, erased: Erased) -> int:
+    """Remove the recordings of surveys, kept ones too, and those that name no survey: they may hold one of them."""
+    folder = Recordings(settings)
+    count = 0
+    for one in folder.listed():
+        named = folder.contents(one.name).survey
+        if named in erased.journals or not named:
+            (folder.folder / one.name).unlink()
+            (folder.folder / one.name).with_suffix(MARK).unlink(missing_ok=True)
+            count += 1
+    return count
+
+
+def _copies(path: Path) -> int:
+    found = [each for pattern in _COPIES for each in path.parent.glob(f"{path.name}.{pattern}")]
+    for each in found:
+        each.unlink()
+    return len(found)
+
+
+def _unlinked(path: Path) -> int:
+    if not path.exists():
+        return 0
+    path.unlink()
+    return 1
+
+
+def _removed(folder: Path) -> int:
+    if not folder.is_dir():
+        return 0
+    shutil.rmtree(folder)
+    return 1

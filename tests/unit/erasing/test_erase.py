@@ -1,0 +1,178 @@
+from __future__ import annotations
+
+import io
+import sqlite3
+import sys
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from mcap.writer import Writer
+
+from hawk.cli import main
+from hawk.config.sections import StoreSettings
+from hawk.erasing.erase import erase
+from hawk.lots import reading, sharing
+from hawk.lots.database import Database
+from hawk.lots.pictures import pictures_of
+from hawk.lots.saving import save
+from hawk.lots.store import FILE
+from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.model.poses import GlobalPose
+from hawk.store.recordings import MARK
+from hawk.store.replay import METADATA
+from hawk.store.store_lock import held_store
+from tests.unit.lots.surveys import BEGAN, box, later, survey
+from tests.unit.lots.test_teaching import mosaic
+
+NAME, OTHER_NAME = "Behind the cinema", "Somewhere else"
+FAR = GlobalPose(52.05, 5.0, 0.0)
+
+
+class Kept:
+    """A store of two lots, the first with two surveys, and every file that belongs to them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.settings = StoreSettings(directory=folder)
+        one, two = survey(), later(survey(), 2)
+        far = replace(later(survey(), 3), datum=FAR, outline=box(-20, -3, 40, 50, FAR), seen=box(-20, -3, 40, 50, FAR))
+        store = Database(folder / FILE)
+        with store.writing() as connection:
+            saved = [save(connection, each) for each in (one, two, far)]
+            self.lot, self.other = (each["id"] for each in reading.lots(connection)["lots"])
+            reading.rename(connection, self.lot, NAME, "operator", BEGAN)
+            reading.rename(connection, self.other, OTHER_NAME, "operator", BEGAN)
+            sharing.share(connection, self.lot, {"days": 3}, BEGAN)
+            self.stalls = [each["id"] for each in reading.lot(connection, self.lot)["stalls"]]
+        store.close()
+        self.surveys = [each.survey for each in saved]
+        self.names = [each.name for each in (one, two, far)]
+        for each in self.surveys:
+            pictures_of(folder / FILE).write(each, mosaic())
+        for number, name in enumerate(self.names):
+            self.record(f"2026050{number + 4}T103000Z.mcap", name)
+            (folder / "journal" / name).mkdir(parents=True)
+            (folder / "journal" / name / "000001.log").write_text(f"journal of {name}")
+        (folder / f"{FILE}.version-3").write_bytes((folder / FILE).read_bytes())
+
+    def record(self, name: str, of: str) -> None:
+        content = io.BytesIO()
+        writer = Writer(content)
+        writer.start()
+        writer.add_metadata(METADATA, {"format": "2", "survey": of})
+        writer.finish()  # type: ignore[no-untyped-call]
+        (self.folder / "recordings").mkdir(exist_ok=True)
+        (self.folder / "recordings" / name).write_bytes(content.getvalue())
+        (self.folder / "recordings" / name).with_suffix(MARK).touch()
+
+    def holds(self, *words: str) -> set[str]:
+        """Return those words that a byte of a file, or a file's name, still holds."""
+        found = set()
+        for path in self.folder.rglob("*"):
+            content = path.read_bytes() if path.is_file() else b""
+            found |= {word for word in words if word.encode() in content or word in path.name}
+        return found
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Kept:
+    return Kept(tmp_path)
+
+
+def test_a_survey_is_erased_with_everything_that_names_it(kept: Kept) -> None:
+    assert kept.holds(kept.surveys[1], kept.names[1]) == {kept.surveys[1], kept.names[1]}
+    report = erase(kept.settings, lot=None, survey=kept.surveys[1])
+    assert (report.surveys, report.pictures, report.recordings, report.journals, report.copies) == (1, 1, 1, 1, 1)
+    assert kept.holds(kept.surveys[1], kept.names[1]) == set()
+    assert kept.holds(NAME, kept.surveys[0], kept.surveys[2], *kept.names[::2]) == {
+        NAME, kept.surveys[0], kept.surveys[2], *kept.names[::2],
+    }  # fmt: skip
+
+
+def test_of_a_lot_no_byte_is_left(kept: Kept) -> None:
+    secret = (NAME, kept.lot, *kept.surveys[:2], *kept.names[:2], *kept.stalls)
+    assert kept.holds(*secret) == set(secret)
+    report = erase(kept.settings, lot=NAME, survey=None)
+    assert (report.surveys, report.pictures, report.recordings, report.journals) == (2, 2, 2, 2)
+    assert kept.holds(*secret) == set()
+    opened = Database(kept.folder / FILE)
+    with opened.writing() as connection:
+        assert [lot["name"] for lot in reading.lots(connection)["lots"]] == [OTHER_NAME]
+        assert len(reading.lot(connection, kept.other)["stalls"]) == 40
+        save(connection, later(survey(), 9))
+    opened.close()
+
+
+def test_a_lot_that_was_merged_into_it_goes_too(kept: Kept) -> None:
+    opened = Database(kept.folder / FILE)
+    with opened.writing() as connection:
+        reading.merge(connection, kept.lot, kept.other, "operator", BEGAN)
+    opened.close()
+    erase(kept.settings, lot=kept.lot, survey=None)
+    assert kept.holds(NAME, OTHER_NAME, kept.lot, kept.other, *kept.surveys, *kept.names) == set()
+
+
+def test_everything_is_erased_but_the_settings_and_the_tokens(kept: Kept) -> None:
+    for name in ("params.json", "web-tokens.json", "camera.yaml"):
+        (kept.folder / name).write_text("kept")
+    report = erase(kept.settings, lot=None, survey=None)
+    assert (report.surveys, report.pictures, report.recordings, report.journals, report.copies) == (3, 3, 3, 3, 1)
+    left = sorted(path.name for path in kept.folder.rglob("*"))
+    assert left == ["camera.yaml", "params.json", "web-tokens.json"]
+
+
+def test_a_recording_that_names_no_survey_may_hold_one(kept: Kept) -> None:
+    kept.record("20260601T103000Z.mcap", "")
+    (kept.folder / "recordings" / "20260602T103000Z.mcap").write_bytes(b"\x89MCAP0\r\n" + b"cut")
+    assert erase(kept.settings, lot=None, survey=kept.surveys[1]).recordings == 3
+
+
+def test_nothing_is_erased_while_a_daemon_uses_the_store(kept: Kept) -> None:
+    with held_store(kept.folder, {"page": "http://x"}), pytest.raises(LotStoreError, match="stop it first"):
+        erase(kept.settings, lot=NAME, survey=None)
+    assert kept.holds(NAME) == {NAME}
+
+
+def test_what_is_not_there_is_named_with_what_is(kept: Kept) -> None:
+    with pytest.raises(NotFoundError, match=f"--lot: there is no lot 'x'; there are: {NAME}, {OTHER_NAME}"):
+        erase(kept.settings, lot="x", survey=None)
+    with pytest.raises(NotFoundError, match="--survey: there is no survey x"):
+        erase(kept.settings, lot=None, survey="x")
+    with pytest.raises(LotStoreError, match="there is no store of lots"):
+        erase(StoreSettings(directory=kept.folder / "none"), lot="x", survey=None)
+
+
+def test_two_lots_of_one_name_need_an_id(kept: Kept) -> None:
+    opened = Database(kept.folder / FILE)
+    with opened.writing() as connection:
+        reading.rename(connection, kept.other, NAME, "operator", BEGAN)
+    opened.close()
+    with pytest.raises(LotStoreError, match="2 lots are called"):
+        erase(kept.settings, lot=NAME, survey=None)
+
+
+def test_a_store_of_another_version_is_left_alone(kept: Kept) -> None:
+    with closing(sqlite3.connect(kept.folder / FILE)) as opened:
+        opened.execute("PRAGMA user_version = 5")
+    with pytest.raises(LotStoreError, match="is of another version: start this hawk-drone once"):
+        erase(kept.settings, lot=NAME, survey=None)
+
+
+def test_the_command_asks_first(
+    kept: Kept, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["erase", "--store", str(kept.folder), "--lot", NAME]
+    for answer in ("no\n", ""):
+        monkeypatch.setattr(sys, "stdin", io.StringIO(answer))
+        assert main(command) == 1
+    assert kept.holds(NAME) == {NAME}
+    monkeypatch.setattr(sys, "stdin", io.StringIO("yes\n"))
+    assert main(command) == 0
+    assert f"erased lot {NAME}: surveys 2, pictures 2, recordings 2, journals 2" in capsys.readouterr().out
+
+
+def test_the_command_names_what_it_cannot_do(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["erase", "--store", str(kept.folder), "--survey", "x", "--yes"]) == 1
+    assert "hawk-drone erase: --survey: there is no survey x" in capsys.readouterr().err
