@@ -14,9 +14,11 @@ import re
 import tomllib
 import typing
 from collections.abc import Callable, Mapping
+from datetime import datetime, tzinfo
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple
 from urllib.parse import urlsplit
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -72,6 +74,14 @@ def _receiver(value: str) -> str:
     parts = urlsplit(value)
     if parts.scheme not in ("https", "http") or not parts.hostname:
         raise ValueError("must be an address, as https://example.org/hawk")
+    return value
+
+
+def _time_zone(value: str) -> str:
+    try:
+        ZoneInfo(value)
+    except (ZoneInfoNotFoundError, ValueError, OSError):
+        raise ValueError("must be a name of the time zone database, as Europe/Amsterdam or UTC") from None
     return value
 
 
@@ -331,6 +341,24 @@ class WebhooksSettings(Section):
         return self
 
 
+DAYS: Final = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+
+
+class ScheduledSurvey(Section):
+    """A survey that is due on some days at a time. ``lot``: name or id."""
+
+    lot: str = Field(min_length=1, max_length=80)
+    at: str = Field(pattern=r"^([01]\d|2[0-3]):[0-5]\d$")
+    days: tuple[Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"], ...] = Field(default=DAYS, min_length=1)
+    time_zone: Annotated[str, AfterValidator(_time_zone)] | None = None
+
+    def clock(self) -> tzinfo:
+        """Return the clock of ``at``: that of the time zone, without one the computer's."""
+        local = datetime.now().astimezone().tzinfo
+        assert local is not None  # noqa: S101 - `astimezone` sets one
+        return local if self.time_zone is None else ZoneInfo(self.time_zone)
+
+
 class WatchdogSettings(Section):
     """End of a hung process."""
 
@@ -359,6 +387,7 @@ class Config(Section):
     web: WebSettings = WebSettings()
     store: StoreSettings = StoreSettings()
     webhooks: WebhooksSettings = WebhooksSettings()
+    schedule: tuple[ScheduledSurvey, ...] = ()
     watchdog: WatchdogSettings = WatchdogSettings()
     log: LogSettings = LogSettings()
 
@@ -492,17 +521,19 @@ def _similar(keys: list[str]) -> str:
 def _line_of(keys: list[str], text: str) -> int | None:
     """Return the line on which the setting (else its section) stands in the TOML text, counted from 1."""
     section_line = None
-    section = ""
+    section: list[str] = []
+    blocks: dict[str, int] = {}
     for number, line in enumerate(text.splitlines(), start=1):
-        header = re.match(r"\s*\[\s*([\w.-]+)\s*\]", line)
+        header = re.match(r"\s*(\[\[?)\s*([\w.-]+)\s*\]", line)
         if header:
-            section = header.group(1)
-            if section == keys[0]:
+            section = [header.group(2)]
+            if header.group(1) == "[[":
+                section.append(str(blocks.get(section[0], 0)))
+                blocks[section[0]] = int(section[1]) + 1
+            if section == keys[: len(section)]:
                 section_line = number
         key = re.match(r"\s*([\w-]+)\s*=", line)
-        if key and [section, key.group(1)] == keys[:2]:
-            return number
-        if key and not section and [key.group(1)] == keys[:1]:
+        if key and [*section, key.group(1)] == keys[: len(section) + 1]:
             return number
     return section_line
 

@@ -14,6 +14,7 @@ from hawk.config.sections import Config, FenceSettings
 from hawk.daemon.known_lot import KnownLotFollower
 from hawk.daemon.lot_keeper import LotKeeper, find_stalls
 from hawk.daemon.lot_tour import Surroundings, TourKeeper
+from hawk.daemon.schedule import Schedule
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
@@ -34,6 +35,7 @@ class LotParts:
     known: KnownLotFollower
     tours: TourKeeper
     webhooks: WebhookSender
+    schedule: Schedule
 
     @classmethod
     def create(
@@ -53,11 +55,13 @@ class LotParts:
         tours = TourKeeper(around)
         known = KnownLotFollower(store, datum, survey, add_message, tours=tours)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
-        return cls(store, keeper, known, tours, webhooks)
+        schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)
+        return cls(store, keeper, known, tours, webhooks, schedule)
 
     def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
         """Return what runs until the end, by its name."""
-        return (("lot-keeper", self.keeper.run), ("known-lot", self.known.run), ("webhooks", self.webhooks.run))
+        keeping = (("lot-keeper", self.keeper.run), ("known-lot", self.known.run))
+        return (*keeping, ("webhooks", self.webhooks.run), ("schedule", self.schedule.run))
 
     async def close(self) -> None:
         """End the store and the planning of tours."""

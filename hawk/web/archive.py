@@ -1,7 +1,8 @@
 """Reads of one lot over its surveys: for whoever may see the page, and the same for a link that was shared.
 
 ``/api/lots/ID/…`` needs a login as every address does. ``/api/shared/TOKEN/…`` needs the token of a link alone, which
-opens one lot: no recording, no person, no drone. Wrong tokens are slowed and logged as those of a login are.
+opens one lot: no picture, no recording, no person, no drone. Wrong tokens are slowed and logged as those of a login
+are.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def add_routes(app: web.Application) -> None:
         "heat.json": heat,
         "between.json": between,
         r"stalls/{stall:[0-9a-f-]{36}}/looks.json": looks,
-        r"surveys/{survey:[0-9a-f-]{36}}.{kind:geojson|png}": survey_file,
+        r"surveys/{survey:[0-9a-f-]{36}}.geojson": survey_file,
     }
     for place in (f"/api/lots/{ID}", f"{SHARED}{TOKEN}"):
         for name, handler in reads.items():
@@ -120,8 +121,8 @@ async def looks(request: web.Request) -> web.StreamResponse:
 
 
 async def survey_file(request: web.Request) -> web.StreamResponse:
-    """A survey of the lot as GeoJSON, or its picture."""
-    survey, suffix = request.match_info["survey"], f".{request.match_info['kind']}"
+    """A survey of the lot as GeoJSON."""
+    survey, suffix = request.match_info["survey"], ".geojson"
 
     async def work(store: LotStore) -> web.StreamResponse:
         from hawk.exports.files import made

@@ -20,7 +20,9 @@ def shown(config: Config | None = None) -> dict[tuple[str, str], Setting]:
 
 def test_every_setting_is_there_with_a_text() -> None:
     found = shown()
-    assert list(found) == [(section, key) for section, values in Config().model_dump().items() for key in values]
+    assert list(found) == [
+        (section, key) for section, values in Config().model_dump().items() if section != "schedule" for key in values
+    ]
     assert all(each.text for each in found.values())
 
 

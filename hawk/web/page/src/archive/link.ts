@@ -164,14 +164,6 @@ export class LotSource {
   features(survey: string): Promise<Features> {
     return read(`${this.base}/surveys/${survey}.geojson`);
   }
-
-  picture(survey: string): string {
-    return `${this.base}/surveys/${survey}.png`;
-  }
-
-  statisticsAddress(period: Period): string {
-    return `${this.base}/statistics.json${query({ ...period, time_zone: zone() })}`;
-  }
 }
 
 /** Days and hours are those of the browser's clock. */

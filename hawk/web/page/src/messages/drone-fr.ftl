@@ -955,3 +955,7 @@ surveyed-again-every-stall-was-looked-at = Relevé à nouveau : chaque place a �
 surveyed-again-seen-of-the-stalls-were-looked-at-the-rest = Relevé à nouveau : { $seen }{ "\u00A0" }% des places ont été vues, le reste n'a pas été atteint.
 the-receiver-name-got-no-message-for-seven-days-a-report-to = Le destinataire { $name } n'a reçu aucun message pendant sept jours : un rapport est abandonné.
 the-receiver-name-takes-no-report-it-is-tried-on = Le destinataire { $name } ne prend aucun rapport ; les essais continuent.
+a-survey-is-due-whose-lot-is-not-known = Un relevé est prévu pour un parking inconnu.
+a-survey-of-name-is-due-since-when = Un relevé de { $name } est prévu depuis { $when }.
+arm-and-confirm-the-flight-nothing-flies-by-itself = Armez et confirmez le vol : rien ne vole de soi-même.
+schedule-there-is-no-lot-called-lot-write-its-name-or-id = schedule : aucun parking ne s'appelle { $lot } : écrivez son nom ou son identifiant.

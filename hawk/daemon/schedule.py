@@ -1,0 +1,127 @@
+"""Says on the page that a survey is due, by the settings' ``[[schedule]]``. It says so, and commands nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, time, timedelta
+from typing import TYPE_CHECKING, Final
+
+from hawk.config.sections import DAYS, ScheduledSurvey
+from hawk.lots.store import LotStore
+from hawk.lots.values import LotStoreError
+from hawk.model.operation import Level
+from hawk.model.sentences import say
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
+
+_LOG = logging.getLogger(__name__)
+LOOK_S: Final = 30.0
+"""Real seconds between two looks at the clock."""
+EARLY: Final = timedelta(minutes=30)
+"""A survey that ended so long before its time counts as the one that was due."""
+LATE: Final = timedelta(hours=6)
+"""A survey that was missed for so long is due no more: the next one is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """A lot of the schedule as the store has it. ``last``: end of its newest survey, Unix seconds; None: none."""
+
+    name: str
+    last: float | None
+
+
+def moment_due(entry: ScheduledSurvey, now: datetime) -> datetime | None:
+    """Return the latest moment of an entry that has come and is not over; ``now`` is of the entry's clock."""
+    hour, minute = (int(part) for part in entry.at.split(":"))
+    for days in (0, 1):
+        day = (now - timedelta(days=days)).date()
+        moment = datetime.combine(day, time(hour, minute), now.tzinfo)
+        if DAYS[day.weekday()] in entry.days and moment <= now < moment + LATE:
+            return moment
+    return None
+
+
+def is_flown(last: float | None, moment: datetime) -> bool:
+    """Return True when a survey that ended at ``last``, Unix seconds, is the one that was due at a moment."""
+    return last is not None and last >= (moment - EARLY).timestamp()
+
+
+class Schedule:
+    """`run` belongs to the loop."""
+
+    def __init__(
+        self,
+        store: LotStore,
+        entries: Sequence[ScheduledSurvey],
+        wall: Callable[[], float],
+        is_armed: Callable[[], bool],
+        add_message: Callable[[Level, str, str], object],
+    ) -> None:
+        """Take the parts; nothing runs before `run`.
+
+        Args:
+            store: The store of lots.
+            entries: What is due when.
+            wall: UTC, Unix seconds.
+            is_armed: Returns True while the motors are on: nothing is asked then.
+            add_message: Adds a message for the operator: level, text, details.
+        """
+        self._store = store
+        self._entries = entries
+        self._wall = wall
+        self._is_armed = is_armed
+        self._add_message = add_message
+        self._said: set[tuple[int, float]] = set()
+
+    async def run(self) -> None:
+        """Look at the clock until cancelled; without entries wait for that."""
+        if not self._entries:
+            await asyncio.Event().wait()
+        while True:
+            if not self._is_armed():
+                try:
+                    await self.look()
+                except LotStoreError as error:
+                    _LOG.warning("the schedule cannot read the lots: %s", error)
+            await asyncio.sleep(LOOK_S)
+
+    async def look(self) -> None:
+        """Say what has become due since the last look. Raises LotStoreError."""
+        for number, entry in enumerate(self._entries):
+            moment = moment_due(entry, datetime.fromtimestamp(self._wall(), entry.clock()))
+            if moment is None or (number, moment.timestamp()) in self._said:
+                continue
+            lot = await self._flown(entry.lot)
+            self._said.add((number, moment.timestamp()))
+            if lot is None:
+                words = say("schedule: there is no lot called {lot}: write its name or id.", lot=entry.lot)
+                self._add_message("warning", say("A survey is due whose lot is not known."), words)
+            elif not is_flown(lot.last, moment):
+                when = f"{moment:%H:%M}"
+                self._add_message(
+                    "warning",
+                    say("A survey of {name} is due since {when}.", name=lot.name, when=when),
+                    say("Arm, and confirm the flight: nothing flies by itself."),
+                )
+
+    async def _flown(self, lot: str) -> Flown | None:
+        await self._store.open()
+
+        def read(connection: Connection) -> Flown | None:
+            from sqlalchemy import func, select
+
+            from hawk.lots.tables import LOT, SURVEY
+
+            named = (LOT.c.id == lot) | (LOT.c.name == lot)
+            row = connection.execute(select(LOT.c.id, LOT.c.name).where(named, LOT.c.merged_into.is_(None))).first()
+            if row is None:
+                return None
+            last = connection.execute(select(func.max(SURVEY.c.ended)).where(SURVEY.c.lot == row.id)).scalar()
+            return Flown(str(row.name), last)
+
+        return await self._store.read(read)
