@@ -7,7 +7,7 @@ import sys
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import config_of
+from hawk.config.sections import ConfigError, config_of
 
 COMMAND: Final = "erase"
 _FAILED: Final = 1
@@ -18,7 +18,7 @@ def add_erase_command(commands: Any) -> None:
     erase = commands.add_parser(
         COMMAND, help="erase a lot, a survey or everything, with pictures, recordings and journals, for good"
     )
-    what = erase.add_mutually_exclusive_group(required=True)
+    what = erase.add_mutually_exclusive_group()
     what.add_argument("--lot", type=values.some, metavar="LOT", help="this lot (its name or id) with all its surveys")
     what.add_argument("--survey", type=values.some, metavar="ID", help="this survey; the lot keeps its stalls")
     what.add_argument("--everything", action="store_true", help="every lot, survey, recording and journal")
@@ -32,6 +32,8 @@ def _run(options: argparse.Namespace) -> int:
     from hawk.lots.values import LotStoreError
 
     settings = config_of(options).store
+    if not (options.lot or options.survey or options.everything):
+        raise ConfigError("--lot, --survey or --everything is missing: it says what to erase")
     named = f"lot {options.lot}" if options.lot else f"survey {options.survey}" if options.survey else "everything"
     if not options.yes and not _is_sure(f"Erase {named} in {settings.directory} for good? Type yes: "):
         print("hawk-drone erase: nothing is erased", file=sys.stderr)

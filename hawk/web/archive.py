@@ -1,4 +1,4 @@
-"""Reads of one lot over its surveys: for whoever may see the page, and the same for a link that was shared.
+"""Reads of one lot over its surveys: for everyone who may see the page, and the same for a link that was shared.
 
 ``/api/lots/ID/…`` needs a login as every address does. ``/api/shared/TOKEN/…`` needs the token of a link alone, which
 opens one lot: no picture, no recording, no person, no drone. Wrong tokens are slowed and logged as those of a login

@@ -173,6 +173,12 @@ def test_the_command_asks_first(
     assert f"erased lot {NAME}: surveys 2, pictures 2, recordings 2, journals 2" in capsys.readouterr().out
 
 
+def test_the_command_erases_nothing_that_is_not_named(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["erase", "--store", str(kept.folder), "--yes"]) == 2
+    assert "--lot, --survey or --everything is missing" in capsys.readouterr().err
+    assert kept.holds(NAME) == {NAME}
+
+
 def test_the_command_names_what_it_cannot_do(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["erase", "--store", str(kept.folder), "--survey", "x", "--yes"]) == 1
     assert "hawk-drone erase: --survey: there is no survey x" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from hawk.config.sections import Config, load_config
+from hawk.config.sections import Config, load_config, section_fields
 from hawk.versions.switching import RUNTIME_FOLDER
 from tests.unit.packaging.containerfile import ROOT, Stage, read, words_of
 from tests.unit.packaging.scripts import load
@@ -141,7 +141,7 @@ def test_the_images_settings_are_valid_and_differ_where_they_should(tmp_path: Pa
     changed = {
         f"{section}.{key}"
         for section in Config.model_fields
-        for key in type(getattr(config, section)).model_fields
+        for key in section_fields(section)
         if getattr(getattr(config, section), key) != getattr(getattr(plain, section), key)
     }
     assert changed == {name for name, _, _ in build_container.SETTINGS[target]}

@@ -21,7 +21,7 @@ export class View extends LitElement {
     this.dispatchEvent(new CustomEvent("archive-go", { detail: change, bubbles: true }));
   }
 
-  /** Lets the page say something, with a way back where there is one. */
+  /** Lets the page say something, with an undo where there is one. */
   protected said(text: string, undo?: () => Promise<unknown>): void {
     this.dispatchEvent(new CustomEvent("archive-said", { detail: { text, undo }, bubbles: true }));
   }
