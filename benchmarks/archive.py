@@ -31,6 +31,7 @@ from sqlalchemy import Connection, select
 
 from benchmarks import recording
 from benchmarks.archive_calls import SURVEYS, Calls, measure_calls
+from benchmarks.archive_files import PACKED
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from hawk.daemon.lot_keeper import find_stalls
 from hawk.lots.frames import Move
@@ -58,6 +59,8 @@ _LIMITS: Final = {300: 3.0, 2000: 10.0}
 _BYTES: Final = 40_000
 _LAG_MS: Final = 20.0
 _CALL_MS: Final = 100.0
+_COG_S: Final = 10.0
+_GPKG_S: Final = 3.0
 _RECORD_CPU: Final = 0.05
 
 
@@ -173,6 +176,10 @@ def figures(measured: dict[int, Measured], lag_p99_ms: float | None, calls: Call
         Figure("archive_p99_ms", f"a call for statistics, {SURVEYS} surveys of {min(SIZES)} stalls, p99",
                calls.p99_ms, "ms", limit=Limit(highest=_CALL_MS)),
         Figure("archive_slowest_ms", f"the slowest call, median: {calls.slowest[0]}", calls.slowest[1], "ms"),
+        Figure("cog_s", "a Cloud Optimised GeoTIFF of 3 ha with occupancy and STAC item", calls.files.cog_s, "s",
+               limit=Limit(highest=_COG_S)),
+        Figure("gpkg_s", f"a GeoPackage of {PACKED} surveys of {min(SIZES)} stalls", calls.files.gpkg_s, "s",
+               limit=Limit(highest=_GPKG_S)),
         Figure("wrong_ids", "stalls with another one's id", wrong, limit=Limit(highest=0)),
     ]  # fmt: skip
 

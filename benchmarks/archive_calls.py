@@ -15,13 +15,16 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import Connection, insert, select, update
 
+from benchmarks.archive_files import FileTimes, measure_files
 from hawk.lots.database import Database
 from hawk.lots.looks import keep_looks
 from hawk.lots.saving import save
 from hawk.lots.tables import OBSERVATION, STALL, SURVEY
 from hawk.lots.values import FinishedSurvey
 from hawk.stats.answering import ALL_BY, changes, statistics
+from hawk.stats.listing import surveys_json
 from hawk.stats.reading import Period
+from hawk.stats.stalls import heat_json, looks_json
 
 SURVEYS: Final = 1000
 HOURS: Final = (8.2, 11.4, 14.6, 17.8)
@@ -35,9 +38,10 @@ _MOVED: Final = 0.35
 
 @dataclass(frozen=True, slots=True)
 class Calls:
-    """Milliseconds of each call, by its name."""
+    """Milliseconds of each call, by its name, and the times of files."""
 
     times: dict[str, list[float]]
+    files: FileTimes
 
     @property
     def slowest(self) -> tuple[str, float]:
@@ -97,7 +101,15 @@ def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
             yield f"{by or 'lot'}, {name}", lambda c, p=period, b=by: statistics(c, lot, p, b)  # type: ignore[misc]
     before, after = (f"{number:08d}-0000-4000-8000-000000000000" for number in (100, 103))
     day = Period(_moment(25), _moment(26), UTC, "UTC")
+    ever = Period(None, None, UTC, "UTC")
+    yield "surveys, all", lambda connection: surveys_json(connection, lot, ever)
+    yield "heat, all", lambda connection: heat_json(connection, lot, ever)
+    yield "looks at a stall", lambda connection: looks_json(connection, lot, _a_stall(connection, lot))
     yield "changes, day", lambda connection: changes(connection, lot, before, after, day)
+
+
+def _a_stall(connection: Connection, lot: str) -> str:
+    return str(connection.execute(select(STALL.c.id).where(STALL.c.lot == lot).limit(1)).scalar_one())
 
 
 def _moment(day: int | None) -> float | None:
@@ -117,6 +129,8 @@ def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, rep
                     call(connection)
                 if repeat:  # the first ones load libraries
                     times.setdefault(name, []).append((time.perf_counter() - began) * 1e3)
-        return Calls(times)
+        with store.reading() as connection:
+            files = measure_files(connection, lot, path)
+        return Calls(times, files)
     finally:
         store.close()

@@ -14,6 +14,7 @@ from hawk.config.sections import config_of
 COMMAND: Final = "export"
 _ENDS: Final = (".csv", ".geojson", ".gpkg", ".kmz", ".png", ".tif")
 _NEWEST: Final = "newest"
+_ALL: Final = "all"
 _FAILED: Final = 1
 
 
@@ -34,7 +35,8 @@ def add_export_command(commands: Any) -> None:
     )  # fmt: skip
     export.add_argument(
         "--survey", type=values.some, metavar="ID", default=_NEWEST,
-        help="id of the survey, or its beginning (the last one that is registered); with --out",
+        help="id of the survey, or its beginning (the last one that is registered); all: every registered one, as one "
+        ".gpkg; with --out",
     )  # fmt: skip
     values.add_settings(export)
     export.set_defaults(action=_run)
@@ -63,17 +65,22 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _export(store: Path, options: argparse.Namespace) -> str:
-    from hawk.exports.files import export
-    from hawk.exports.reading import survey_of
+    from hawk.exports.files import export, export_all
+    from hawk.exports.reading import survey_of, surveys_of
     from hawk.lots.database import Database
     from hawk.lots.pictures import pictures_of
     from hawk.lots.teaching import lot_named
 
     with closing(Database(store)) as database, database.reading() as connection:
-        survey = survey_of(connection, lot_named(connection, options.lot), options.survey)
-        written = export(connection, survey, pictures_of(store), options.out)
+        lot = lot_named(connection, options.lot)
+        if options.survey == _ALL:
+            surveys = surveys_of(connection, lot)
+            written, shown = export_all(connection, surveys, options.out), f"surveys: {len(surveys)}"
+        else:
+            survey = survey_of(connection, lot, options.survey)
+            written, shown = export(connection, survey, pictures_of(store), options.out), f"survey {survey}"
     sizes = (f"{path}: {path.stat().st_size / 1e6:.2f} MB" for path in written)
-    return "\n".join([f"survey {survey}", *sizes])
+    return "\n".join([shown, *sizes])
 
 
 def _teach(store: Path, options: argparse.Namespace) -> str:

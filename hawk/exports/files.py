@@ -6,7 +6,7 @@ import io
 import os
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -92,6 +92,20 @@ def export(connection: Connection, survey_id: str, pictures: SurveyPictures, pat
                 os.replace(each, path.with_name(each.name))
             return tuple(path.with_name(each.name) for each in written)
     _, data = made(connection, survey_id, pictures, suffix)
+    return (_written(path, data),)
+
+
+def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tuple[Path, ...]:
+    """Write several surveys as one GeoPackage; return its path.
+
+    A file that is there is replaced as a whole, or stays. Raises NotFoundError, LotStoreError and OSError.
+    """
+    if path.suffix.lower() != ".gpkg":
+        raise LotStoreError(f"--out: {path.name} holds one survey; several go into a .gpkg")
+    return (_written(path, surveys_gpkg([read_survey(connection, each) for each in surveys])),)
+
+
+def _written(path: Path, data: bytes) -> Path:
     unfinished = path.with_name(f"{path.name}.part")
     try:
         unfinished.write_bytes(data)
@@ -99,4 +113,4 @@ def export(connection: Connection, survey_id: str, pictures: SurveyPictures, pat
     except OSError:
         unfinished.unlink(missing_ok=True)
         raise
-    return (path,)
+    return path

@@ -7,14 +7,15 @@ from __future__ import annotations
 import sqlite3
 import struct
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import shapely
-from shapely.geometry.base import BaseGeometry
+from numpy.typing import NDArray
 
-from hawk.exports.shapes import lot_shape, stall_shape
+from hawk.exports.shapes import lot_shape, stall_shapes
 from hawk.exports.text_files import about_survey
 from hawk.exports.values import ExportedStall, ExportedSurvey
 from hawk.lots.values import utc
@@ -77,10 +78,12 @@ def _write(connection: sqlite3.Connection, surveys: Sequence[ExportedSurvey]) ->
     connection.executemany("INSERT INTO gpkg_spatial_ref_sys VALUES (?,?,?,?,?,?)", _SYSTEMS)
     changed = utc(max((survey.ended for survey in surveys), default=0.0)).replace("Z", ".000Z")
     lots = {survey.lot_id: survey for survey in surveys}
-    grounds = [(lot_shape(survey.outline), [survey.lot_id, survey.lot]) for survey in lots.values()]
-    _layer(connection, "lots", "MULTIPOLYGON", _LOT_COLUMNS, grounds, changed)
-    stalls = [(stall_shape(stall), _row(survey, stall)) for survey in surveys for stall in survey.stalls]
-    _layer(connection, "stalls", "POLYGON", _STALL_COLUMNS, stalls, changed)
+    grounds = np.array([lot_shape(survey.outline) for survey in lots.values()], np.object_)
+    named = [[survey.lot_id, survey.lot] for survey in lots.values()]
+    _layer(connection, "lots", "MULTIPOLYGON", _LOT_COLUMNS, grounds, named, changed)
+    stalls = stall_shapes([stall for survey in surveys for stall in survey.stalls])
+    rows = [_row(survey, stall) for survey in surveys for stall in survey.stalls]
+    _layer(connection, "stalls", "POLYGON", _STALL_COLUMNS, stalls, rows, changed)
     _table(connection, [about_survey(survey) for survey in surveys], changed)
 
 
@@ -97,18 +100,18 @@ def _layer(
     name: str,
     kind: str,
     columns: dict[str, str],
-    rows: Iterable[tuple[BaseGeometry, Sequence[Any]]],
+    shapes: NDArray[np.object_],
+    rows: Sequence[Sequence[Any]],
     changed: str,
 ) -> None:
-    """Write a layer of features: ``columns`` with their types, and rows of a geometry with their values."""
-    rows = list(rows)
+    """Write a layer of features: ``columns`` with their types, geometries, and their values."""
     declared = ", ".join(f"{column} {kind}" for column, kind in columns.items())
     connection.execute(f"CREATE TABLE {name} (fid INTEGER PRIMARY KEY AUTOINCREMENT, geom {kind} NOT NULL, {declared})")
     marks = ",".join("?" * (len(columns) + 1))
-    values = [(_blob(shape), *row) for shape, row in rows]
+    values = [(blob, *row) for blob, row in zip(_blobs(shapes), rows, strict=True)]
     named = ", ".join(columns)
     connection.executemany(f"INSERT INTO {name} (geom, {named}) VALUES ({marks})", values)  # noqa: S608 - our names
-    bounds = shapely.total_bounds([shape for shape, _ in rows]).tolist() if rows else [None] * 4
+    bounds = shapely.total_bounds(shapes).tolist() if len(shapes) else [None] * 4
     bounds = [None if value != value else value for value in bounds]
     connection.execute(
         "INSERT INTO gpkg_contents VALUES (?, 'features', ?, '', ?, ?, ?, ?, ?, ?)",
@@ -138,7 +141,8 @@ def _table(connection: sqlite3.Connection, surveys: Sequence[dict[str, Any]], ch
     )
 
 
-def _blob(shape: BaseGeometry) -> bytes:
-    """Return a geometry as the standard's blob: header without envelope, then well-known binary."""
-    flags = 0b00000001 | (0b00010000 if shape.is_empty else 0)
-    return b"".join((b"GP", struct.pack("<BBi", 0, flags, _WGS84), shapely.to_wkb(shape, byte_order=1)))
+def _blobs(shapes: NDArray[np.object_]) -> list[bytes]:
+    """Return geometries as the standard's blobs: header without envelope, then well-known binary."""
+    empty = shapely.is_empty(shapes).tolist()
+    heads = [b"GP" + struct.pack("<BBi", 0, 0b00000001 | (0b00010000 if each else 0), _WGS84) for each in (False, True)]
+    return [heads[is_empty] + data for is_empty, data in zip(empty, shapely.to_wkb(shapes, byte_order=1), strict=True)]

@@ -41,6 +41,15 @@ def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
     return str(found[0])
 
 
+def surveys_of(connection: Connection, lot: str) -> list[str]:
+    """Return the ids of a lot's registered surveys, in their order. Raises NotFoundError without any."""
+    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, SURVEY.c.placed.in_(PLACED)).order_by(SURVEY.c.seq)
+    found = [str(each) for each in connection.execute(asked).scalars()]
+    if not found:
+        raise NotFoundError("--survey: none of the lot's surveys is registered; give the id of one")
+    return found
+
+
 def read_survey(connection: Connection, survey: str) -> ExportedSurvey:
     """Return a survey by its id.
 

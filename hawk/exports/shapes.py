@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 
 from hawk.exports.values import ExportedStall, LatLon
@@ -12,6 +16,13 @@ from hawk.model.plans import Outline
 def stall_shape(stall: ExportedStall) -> Polygon:
     """Return a stall; its ring runs counter-clockwise."""
     return Polygon(_swapped(stall.corners))
+
+
+def stall_shapes(stalls: Sequence[ExportedStall]) -> NDArray[np.object_]:
+    """Return many stalls, as `stall_shape` returns one."""
+    corners = np.array([stall.corners for stall in stalls], np.float64).reshape(-1, 4, 2)
+    found: NDArray[np.object_] = shapely.polygons(corners[..., ::-1])
+    return found
 
 
 def lot_shape(outline: Outline) -> MultiPolygon:

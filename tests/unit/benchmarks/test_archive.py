@@ -9,19 +9,23 @@ import pytest
 
 from benchmarks.archive import BIAS, FLIGHTS, Measured, drawn_lot, figures, flight, measure, wrong_ids
 from benchmarks.archive_calls import Calls, measure_calls
+from benchmarks.archive_files import FileTimes
 from hawk.lots.frames import Move
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
 from hawk.lots.values import FoundStalls, KnownStalls, Registration
 from hawk.runtime.performance import LoopLag
 
-CALLS, SLOW = Calls({"lot": [10.0], "row": [40.0] * 9}), Calls({"lot": [10.0], "row": [101.0] * 9})
+CALLS = Calls({"lot": [10.0], "row": [40.0] * 9}, FileTimes(2.0, 1.0))
+SLOW = Calls({"lot": [10.0], "row": [101.0] * 9}, FileTimes(11.0, 4.0))
 
 
 def test_every_call_for_statistics_is_timed_over_an_archive(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     found = measure_calls(tmp_path / "lots.db", flight(1, drawn_lot(30, rng), Move(), rng), surveys=140, repeats=2)
-    assert len(found.times) == 16
+    assert len(found.times) == 19
+    assert found.files.cog_s > 0
+    assert found.files.gpkg_s > 0
     assert {len(times) for times in found.times.values()} == {2}
     assert 0 < found.p99_ms < 10_000
 
@@ -65,11 +69,14 @@ def test_a_survey_that_is_not_registered_or_a_wrong_id_misses_its_limit() -> Non
     assert {key: figure.value for key, figure in right.items()} == {
         "register_300_s": 2.0, "register_2000_s": 2.0, "bytes_per_survey": 20_000.0, "lag_p99_ms": 5.0,
         "registered": 2 * FLIGHTS, "wrong_ids": 0, "archive_p99_ms": 40.0, "archive_slowest_ms": 40.0,
+        "cog_s": 2.0, "gpkg_s": 1.0,
     }  # fmt: skip
     assert all(figure.passed is not False for figure in right.values())
     bad = Measured([1.0], 20_000.0, 1, FLIGHTS - 1)
     assert [figure.key for figure in figures({300: good, 2000: bad}, 5.0, SLOW) if figure.passed is False] == [
         "registered",
         "archive_p99_ms",
+        "cog_s",
+        "gpkg_s",
         "wrong_ids",
     ]

@@ -33,7 +33,9 @@ def numeric() -> list[tuple[str, str]]:
 
 def test_every_number_of_the_settings_is_tried() -> None:
     defaults = Config().model_dump()
-    numbers = {(s, k) for s, v in defaults.items() if isinstance(v, dict) for k, each in v.items() if type(each) in NUMBERS}
+    numbers = {
+        (s, k) for s, v in defaults.items() if isinstance(v, dict) for k, each in v.items() if type(each) in NUMBERS
+    }
     assert numbers <= set(numeric())
     assert ("flight", "explore_cm_per_pixel") in numeric()
     assert len(numeric()) > 35

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from hawk.cli import main
 from tests.unit.exports.stored import Stored
+from tests.unit.lots.repaints import flown
 
 
 def run(stored: Stored, tmp_path: Path, *arguments: str) -> int:
@@ -21,6 +24,22 @@ def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: py
     assert len(out.read_text().splitlines()) == 61
     said = capsys.readouterr().out
     assert said.startswith(f"survey {stored.first.survey}\n{out}: 0.0")
+
+
+def test_all_registered_surveys_go_into_one_geopackage(
+    stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    second, out = stored.add(flown(2)), tmp_path / "lot.gpkg"
+    assert run(stored, tmp_path, "--out", str(out), "--survey", "all") == 0
+    assert "surveys: 2" in capsys.readouterr().out
+    with closing(sqlite3.connect(out)) as opened:
+        found = opened.execute("SELECT survey_id, count(*) FROM stalls GROUP BY survey_id").fetchall()
+    assert sorted(found) == sorted((each, 60) for each in (stored.first.survey, second.survey))
+
+
+def test_all_surveys_fit_into_no_other_file(stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(stored, tmp_path, "--out", str(tmp_path / "lot.csv"), "--survey", "all") == 1
+    assert "--out: lot.csv holds one survey; several go into a .gpkg" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
