@@ -101,6 +101,13 @@ describe("a survey that no figure uses", () => {
   });
 });
 
+describe("a survey that was flown over a long time", () => {
+  it("says so, though figures use it", () => {
+    assert.equal(notes(survey(ONE, "2026-05-04T11:00:00Z", { began: "2026-05-04T10:00:00Z" })), "Flown over 60 min: cars came and went meanwhile");
+    assert.equal(notes(survey(ONE, "2026-05-04T11:00:00Z", { began: "2026-05-04T10:40:00Z" })), "");
+  });
+});
+
 describe("lots over time", () => {
   const before = globalThis.fetch;
   let sent: [string, unknown][];

@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { SURVEY_FILES } from "../link/lots.ts";
-import { say } from "../words/say.ts";
+import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
 import { groundOf, originOf } from "./ground.ts";
 import { type Features, type Listing, post, type SurveyRow } from "./link.ts";
@@ -89,13 +89,20 @@ export function stateLegend(): TemplateResult {
   return html`<p class="legend">${(["free", "taken", "unknown"] as const).map((name) => html`<span><i class="key ${name}"></i>${say(`archive-${name}`)}</span>`)}</p>`;
 }
 
-/** Why no figure uses a survey, and that it was a simulation. */
+/** A survey that took longer than this, minutes, shows no moment: cars came and went meanwhile. */
+const LONG_MIN = 30;
+
+/** Why no figure uses a survey, that it was flown over a long time, and that it was a simulation. */
 export function notes(row: SurveyRow): string {
   const why = row.left_out_code === "" ? "" : say(`archive-why-${row.left_out_code === "no_time" ? "time" : row.left_out_code === "no_looks" ? "looks" : "unregistered"}`);
-  return [row.simulated ? say("archive-simulated") : "", why].filter((each) => each !== "").join(" · ");
+  const minutes = (Date.parse(row.ended) - Date.parse(row.began)) / 60_000;
+  const long = minutes > LONG_MIN ? say("archive-long", { minutes: number(minutes) }) : "";
+  return [row.simulated ? say("archive-simulated") : "", long, why].filter((each) => each !== "").join(" · ");
 }
 
 /** The same as a line that nobody overlooks. */
 export function warning(row: SurveyRow): TemplateResult | typeof nothing {
-  return row.left_out_code === "" ? nothing : html`<p class="warning">${say("archive-left-out", { why: notes(row) })}</p>`;
+  const words = notes({ ...row, simulated: false });
+  if (words === "") return nothing;
+  return html`<p class="warning">${row.left_out_code === "" ? words : say("archive-left-out", { why: words })}</p>`;
 }

@@ -1265,6 +1265,7 @@ archive-delete-survey = Delete survey
 archive-survey-deleted = The survey of { $when } is deleted.
 archive-undo = Undo
 archive-simulated = Simulated
+archive-long = Flown over { $minutes } min: cars came and went meanwhile
 archive-why-unregistered = Its place on the lot is not certain
 archive-why-time = Its time is not certain
 archive-why-looks = It looked at no stall of the lot

@@ -1248,6 +1248,7 @@ archive-delete-survey = Supprimer le relevé
 archive-survey-deleted = Le relevé du { $when } est supprimé.
 archive-undo = Annuler
 archive-simulated = Simulé
+archive-long = Volé pendant { $minutes } min : des voitures sont arrivées et parties entre-temps
 archive-why-unregistered = Sa position sur le parking n'est pas certaine
 archive-why-time = Son heure n'est pas certaine
 archive-why-looks = Il n'a regardé aucune place du parking

@@ -815,6 +815,7 @@ export interface Messages {
   "archive-survey-deleted": { when: string | number };
   "archive-undo": Record<string, never>;
   "archive-simulated": Record<string, never>;
+  "archive-long": { minutes: string | number };
   "archive-why-unregistered": Record<string, never>;
   "archive-why-time": Record<string, never>;
   "archive-why-looks": Record<string, never>;
