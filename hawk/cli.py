@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import fields
 from importlib.metadata import version
 from typing import NoReturn
 
@@ -26,6 +25,8 @@ from hawk.erasing.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
 from hawk.exports.commands import add_export_command
 from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
+from hawk.replay.commands import COMMAND as REPLAY
+from hawk.replay.commands import add_replay_command
 from hawk.runtime.process import end_within
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
@@ -44,7 +45,7 @@ from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", "replay", MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE}
+    {"run", "survey", "desk", "film", REPLAY, MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -56,8 +57,6 @@ EXIT_FAILED = 1
 """Exit status when the simulation could not start."""
 LONGEST_SURVEY_S = 86_400.0
 """Greatest --timeout: no battery lasts a day."""
-SHOWN_DIFFERENCES = 10
-"""Decisions that differ, of which `hawk-drone replay` prints this number; --json has all."""
 EXIT_S = 5.0
 """Real seconds for the process to end after its work; then its threads are printed and it is ended."""
 
@@ -112,13 +111,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.set_defaults(action=_film)
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     film.add_argument("film", type=values.new(".avi"), metavar="FILM", help="the file to write (.avi)")
-    replay = commands.add_parser("replay", help="decide a recorded flight again, and compare")
-    replay.set_defaults(action=_replay)
-    replay.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
-    replay.add_argument(
-        "--check", action="store_true", required=True, help="make every decision again; exit status 1 where one differs"
-    )
-    replay.add_argument("--json", type=values.new(".json"), metavar="FILE", help="write what differs as JSON (.json)")
+    add_replay_command(commands)
     add_access_commands(commands)
     add_check_commands(commands)
     add_calibrate_command(commands)
@@ -350,24 +343,6 @@ def _film(options: argparse.Namespace) -> int:
     lost = f", {made.unreadable} could not be read" if made.unreadable else ""
     print(f"{options.film}: {made.pictures} pictures, {made.seconds:.1f} s{lost}")
     return 0
-
-
-def _replay(options: argparse.Namespace) -> int:
-    from hawk.ddc.replay import ReplayError, compare_recording
-    from hawk.store.replay import RecordingError
-
-    try:
-        found = compare_recording(options.recording)
-    except (ReplayError, RecordingError) as error:
-        print(f"hawk-drone replay: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    lost = f", {found.left_out} left out: records before them are missing" if found.left_out else ""
-    print(f"{options.recording}: {found.decided} decisions made again, {len(found.differences)} differ{lost}")
-    for each in found.differences[:SHOWN_DIFFERENCES]:
-        print(f"  {each.at:.2f} s, {each.command or 'tick'}: {each.recorded} before, {each.again} now")
-    if options.json is not None:
-        options.json.write_text(json.dumps(asdict(found), indent=1), encoding="utf-8")
-    return EXIT_FAILED if found.differences else 0
 
 
 if __name__ == "__main__":

@@ -6,8 +6,6 @@ is open.
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import logging
 from dataclasses import replace
 from importlib.metadata import version
@@ -22,21 +20,17 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.camera_check import CameraCheck
-from hawk.algo.vision.network import DEFAULT_ENGINE, VisionModelError, packaged_weights
+from hawk.algo.vision.named import network_name
+from hawk.algo.vision.network import DEFAULT_ENGINE, VisionModelError
 from hawk.algo.vision.picture import PictureStyle
 from hawk.config.sections import Config
 
 _LOG = logging.getLogger(__name__)
 
 
-@functools.cache
 def program_name(model: Path | None) -> str:
     """Return the program's version with the network by which it sees: the first digits of its file's SHA-256."""
-    try:
-        weights = packaged_weights() if model is None else model.read_bytes()
-    except (OSError, VisionModelError):
-        return f"{version('hawk-drone')}, network unknown"
-    return f"{version('hawk-drone')}, network {hashlib.sha256(weights).hexdigest()[:8]}"
+    return f"{version('hawk-drone')}, network {network_name(model)}"
 
 
 def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> AlgorithmManagerApp:

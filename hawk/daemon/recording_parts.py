@@ -10,6 +10,7 @@ from typing import Any, Final
 from pydantic import TypeAdapter
 
 from hawk.algo.frame import FrameInput
+from hawk.algo.vision.named import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.comm.topic import Topic
@@ -50,7 +51,12 @@ def make_recording(
         "seed": str(simulation.seed) if simulation else "",
         "speed": str(speed),
     }
-    return Recording(config.store, clock, metadata, json_schemas=json_schemas, survey=survey)
+
+    def about() -> Mapping[str, str]:
+        seeing = {"network": network_name(config.vision.model)}
+        return {**seeing, "survey": name} if (name := survey()) else seeing
+
+    return Recording(config.store, clock, metadata, json_schemas=json_schemas, about=about)
 
 
 @cache

@@ -65,14 +65,14 @@ class Recording:
         queue_bytes: int = _QUEUE_BYTES,
         retry_s: float = 2.0,
         json_schemas: JsonSchemas = dict,
-        survey: Callable[[], str] = str,
+        about: Callable[[], Mapping[str, str]] = dict,
         ring: Ring | None = None,
     ) -> None:
         """Start the thread; nothing is written before `begin`.
 
         ``metadata`` goes into every file: seed, configuration and version of this run. ``retry_s``: real seconds
         between two looks at the free space, and before a new file after a failure. ``json_schemas`` and
-        ``survey``, the name of the survey that is flown, are called by the thread.
+        ``about``, more metadata of a file that begins, are called by the thread.
         """
         self.folder = Recordings(settings, self._under_way, lambda: self._utc().timestamp())
         """The files on the disk."""
@@ -98,7 +98,7 @@ class Recording:
         self._health = Health()
         self._file: RecordingFile | None = None
         self._json_schemas = json_schemas
-        self._survey = survey
+        self._about = about
         self._is_on_ground = False
         self._tidied = float("-inf")
         self._ring = Ring() if ring is None else ring
@@ -297,8 +297,7 @@ class Recording:
         # Imported here, by the thread: the encoder takes a tenth of a second, in which a start in the air must act.
         from hawk.store.recording_file import RecordingFile, start_metadata
 
-        about = {**self._metadata, "survey": survey} if (survey := self._survey()) else self._metadata
-        metadata = start_metadata(about, now, self._clock())
+        metadata = start_metadata({**self._metadata, **self._about()}, now, self._clock())
         self._file = RecordingFile(self._opener(path), metadata, self._json_schemas)
         self.path = path
         self._health = Health()

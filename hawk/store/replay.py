@@ -29,6 +29,7 @@ FORMAT: Final = 2
 _MAGIC: Final = b"\x89MCAP0\r\n"
 """Last bytes of an MCAP file that was closed, as its first ones."""
 _IMAGE_DATA: Final = 2  # field of foxglove.CompressedImage
+_GEOJSON_TEXT: Final = 1  # field of foxglove.GeoJson
 
 
 class RecordingError(Exception):
@@ -118,20 +119,39 @@ def _epoch(path: Path, metadata: Mapping[str, str]) -> int:
     return epoch_ns
 
 
+def text_of_geojson(message: bytes) -> str:
+    """Return the text of a foxglove.GeoJson. Raises RecordingError."""
+    try:
+        return _bytes_field(message, _GEOJSON_TEXT).decode()
+    except ValueError as error:
+        raise RecordingError(f"stalls are no foxglove.GeoJson: {error}") from error
+
+
 def _image_data(path: Path, image: bytes) -> bytes:
-    """Return the picture of a foxglove.CompressedImage (https://protobuf.dev/programming-guides/encoding)."""
+    """Return the picture of a foxglove.CompressedImage."""
+    try:
+        return _bytes_field(image, _IMAGE_DATA)
+    except ValueError as error:
+        raise RecordingError(f"{path}: is damaged: a picture is no foxglove.CompressedImage: {error}") from error
+
+
+def _bytes_field(message: bytes, field_number: int) -> bytes:
+    """Return a field of a protobuf message whose fields before it have lengths, empty where it is not there.
+
+    https://protobuf.dev/programming-guides/encoding. Raises ValueError.
+    """
     place = 0
     try:
-        while place < len(image):
-            tag, place = _varint(image, place)
+        while place < len(message):
+            tag, place = _varint(message, place)
             if tag & 7 != 2:
                 raise ValueError(f"a field of wire type {tag & 7}")
-            length, place = _varint(image, place)
-            if tag >> 3 == _IMAGE_DATA:
-                return image[place : place + length]
+            length, place = _varint(message, place)
+            if tag >> 3 == field_number:
+                return message[place : place + length]
             place += length
-    except (IndexError, ValueError) as error:
-        raise RecordingError(f"{path}: is damaged: a picture is no foxglove.CompressedImage: {error}") from error
+    except IndexError as error:
+        raise ValueError(str(error)) from error
     return b""
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
@@ -20,6 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.vision.named import packaged_file
 from hawk.runtime.programs import remedy
 
 Engine = Literal["opencv", "onnxruntime"]
@@ -129,7 +129,6 @@ CHANNELS = 10
 FURTHER_CHANNELS = 2
 _MULTIPLE = 32
 _LARGEST, _OVERLAP = 576, 64
-_WEIGHTS = ("weights", "lot.onnx")
 
 
 class VisionModelError(ValueError):
@@ -278,7 +277,7 @@ def _named(engine: EngineChoice) -> str:
 def packaged_weights() -> bytes:
     """Return the ONNX file that comes with the package. Raises VisionModelError when it is missing."""
     try:
-        return resources.files("hawk.algo.vision").joinpath(*_WEIGHTS).read_bytes()
+        return packaged_file()
     except OSError as error:
         raise VisionModelError(
             "the network's file is missing from the package: install it again, or name your own in vision.model"

@@ -10,7 +10,7 @@ import pytest
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision import network
+from hawk.algo.vision import named
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import VisionModelError
@@ -281,7 +281,7 @@ def test_a_user_s_model_that_is_missing_or_no_network_is_an_error_that_names_the
 def test_without_the_package_s_network_pictures_are_shown_and_the_health_says_why(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(network, "_WEIGHTS", ("weights", "gone.onnx"))
+    monkeypatch.setattr(named, "_WEIGHTS", ("weights", "gone.onnx"))
     app = VisionApp()
     topics = AlgorithmTopicInterface()
     app.init(FrameCamera(topics), topics)
