@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ LONGEST_GAP_S: Final = 5.0
 """A longer time without a message is played in this, seconds: a clock that leapt stops no player."""
 _SECTIONS: Final = ("camera", "flight", "vision")
 """Settings that vision, mapper and planner have; those of other rooms may be of any version."""
+_FURTHER: Final = re.compile(r"For further information visit \S+")
 _DATUM: Final = b'"datum":{'
 
 
@@ -82,11 +84,11 @@ class RecordedFlight:
             values = json.loads(self._metadata.get("configuration", ""))
             return Config.model_validate({name: values[name] for name in _SECTIONS if name in values})
         except (ValueError, TypeError, ConfigError) as error:  # of JSON and of pydantic
-            words = f"{self.path}: its settings cannot be used by this version: {error}"
+            words = f"{self.path}: its settings cannot be used by this version: {in_a_line(error)}"
             raise ReplayError(f"{words}; use {self.maker}, which recorded it") from error
 
     def messages(self) -> Iterator[Recorded]:
-        """Give the messages in their order, up to the damage. Raises ReplayError when not even the first can be read."""
+        """Give the messages in their order, up to the damage. Raises ReplayError when the first cannot be read."""
         first: float | None = None
         self.damage = "" if is_whole(self.path) else "the file has no end: a crash or a copy cut it off"
         try:
@@ -129,6 +131,11 @@ def play(messages: Iterable[Recorded]) -> Iterator[Played]:
             at += min(max(0.0, message.time - before), LONGEST_GAP_S)
         before = message.time
         yield Played(at, message)
+
+
+def in_a_line(error: Exception) -> str:
+    """Return an error's words in one line, without pydantic's address for more."""
+    return " ".join(_FURTHER.sub("", str(error)).split())
 
 
 class Origin:

@@ -27,7 +27,7 @@ from hawk.algo.vision.network import VisionModelError
 from hawk.config.sections import Config
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose
-from hawk.replay.flight import Maker, Origin, RecordedFlight, ReplayError
+from hawk.replay.flight import Maker, Origin, RecordedFlight, ReplayError, in_a_line
 from hawk.results.survey_map import stalls_geojson
 from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError
 from hawk.store.replay import Recorded, text_of_geojson
@@ -148,7 +148,7 @@ class _Frames:
         try:
             frame = message.frame(FrameInput)
         except FrameFormatError as error:
-            raise ReplayError(f"the picture at {message.time:.2f} s cannot be read: {error}") from error
+            raise ReplayError(f"the picture at {message.time:.2f} s cannot be read: {in_a_line(error)}") from error
         if self._sequence is not None:
             self.missing += max(0, frame.sequence - self._sequence - 1)
         self._sequence = frame.sequence

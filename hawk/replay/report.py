@@ -91,9 +91,7 @@ class Report:
         if done.failed:
             lines.append(f"{done.failed} pictures could not be used: {done.failure}")
         if done.earlier:
-            lines.append(
-                f"the flight began with a map of {len(done.earlier)} stalls, which the recording does not hold"
-            )
+            lines.append(f"it began with a map of {len(done.earlier)} stalls, which the recording does not hold")
         return lines
 
     def _maps(self) -> list[str]:

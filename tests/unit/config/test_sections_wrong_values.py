@@ -250,6 +250,9 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "replay": {
         "RECORDING": (("--check",), NOT_THERE),
         "--json": (("--check", __file__), (*NO_PATH, "a.txt", "/nowhere/a.json")),
+        "--model": ((__file__,), NOT_THERE),
+        "--out": (("--process", __file__), (*NO_PATH, "/", __file__)),
+        "--to-odm": ((__file__,), (*NO_PATH, "/", __file__)),
     },
     "film": {"RECORDING": ((), NOT_THERE), "FILM": ((), (*NO_PATH, "film.mp4", "/nowhere/film.avi", "/"))},
     "tokens": {**STORE, "work": ((), ("make",)), "role": ((), ("pilot", ""))},
