@@ -1,4 +1,4 @@
-"""Cost of storing and registering a survey of a known lot, and of statistics: seconds, bytes, the loop's lag.
+"""Cost of storing and registering a survey of a known lot, of statistics, and of recordings: seconds, bytes, lag.
 
 ``python -m benchmarks.archive [--json FILE]``
 
@@ -6,7 +6,7 @@ A lot of 300 and one of 2,000 stalls are flown over again, each time with other 
 of error a stall, GNSS 2 m off and 1.5 degrees of turn about the middle. A survey goes through the daemon's store and
 registration, on the store's thread, while an event loop runs a timer every 10 ms. The median of the surveys after the
 first one counts: the first one loads libraries. Then every call for statistics is timed over a thousand surveys of 300
-stalls, four a day. `benchmarks.recording` measures the recording of a flight.
+stalls, four a day. `benchmarks.recording` measures the recording of a flight, `benchmarks.replayed` its replay.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import shapely
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select
 
-from benchmarks import recording
+from benchmarks import recording, replayed
 from benchmarks.archive_calls import SURVEYS, Calls, measure_calls
 from benchmarks.archive_files import PACKED
 from benchmarks.figures import Figure, Limit, Section, print_and_write
@@ -62,6 +62,8 @@ _CALL_MS: Final = 100.0
 _COG_S: Final = 10.0
 _GPKG_S: Final = 3.0
 _RECORD_CPU: Final = 0.05
+_REPLAY_X: Final = 20.0
+_PROCESS_X: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,6 +196,21 @@ def recording_figures(recorded: recording.Recorded) -> list[Figure]:
     ]  # fmt: skip
 
 
+def replay_figures(found: replayed.Replayed) -> list[Figure]:
+    """Return the figures of recordings that are replayed."""
+    pictures = f"{replayed.PICTURES_S} pictures a second"
+    return [
+        Figure("replay_x", "decisions of a recording made again, times real time on one core", found.decided_x,
+               limit=Limit(lowest=_REPLAY_X)),
+        Figure("replay_differences", "of them, those that differ", found.differences, limit=Limit(highest=0)),
+        Figure("process_x", f"a recording processed again, {pictures}, times real time on one core", found.processed_x,
+               limit=Limit(lowest=_PROCESS_X)),
+        Figure("process_ms", "of it, a picture", found.picture_ms, "ms"),
+        Figure("process_waited_x", "as it was waited for, on all cores", found.waited_x),
+        Figure("process_stalls", "stalls that it finds", found.stalls, limit=Limit(lowest=1)),
+    ]  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Store and register, and print a table; return 1 when a figure lies outside its limits."""
     parser = argparse.ArgumentParser(
@@ -212,7 +229,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         first = flight(1, drawn_lot(min(SIZES), rng), Move(), rng)
         calls = measure_calls(Path(folder) / "archive.db", first)
         recorded = asyncio.run(recording.measure(Path(folder)))
-    section = Section("archive", [*figures(measured, lag.summary().p99_ms, calls), *recording_figures(recorded)])
+        again = replayed.measure(Path(folder))
+    found = [*figures(measured, lag.summary().p99_ms, calls), *recording_figures(recorded), *replay_figures(again)]
+    section = Section("archive", found)
     print_and_write([section], options.json)
     return 0 if all(figure.passed is not False for figure in section.figures) else 1
 

@@ -9,7 +9,7 @@ import logging
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Final, TypeVar
 
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
@@ -33,6 +33,16 @@ TURNED: Final = math.radians(15.0)
 """A picture that turned by more beyond its heading is not mapped: one that is 0.1 s late turns by 6° at 1 rad/s."""
 TURNED_S: Final = 2.0
 """Nor is one within this time after it, seconds: the witness of the heading decides meanwhile."""
+
+
+@dataclass(frozen=True, slots=True)
+class Looked:
+    """A frame's picture as it was seen, what it shows of the camera and the drone's motion, and what failed."""
+
+    seen: Seen = field(repr=False)
+    camera: Health
+    step: GroundStep | None
+    failures: tuple[str, ...]
 
 
 class AlgorithmManagerApp:
@@ -82,18 +92,39 @@ class AlgorithmManagerApp:
         Raises:
             AlgoError: Names each app that failed; the others ran and their results are published.
         """
+        frame = self._topic_interface.frame
+        looked = self.look(frame)
+        self._vision_app.publish()
+        self.go_on(frame, looked)
+
+    def look(self, frame: FrameInput) -> Looked:
+        """Do the first half of `process`, which needs the picture alone. Never raises for what is in the frame.
+
+        A thread may look at the next frames, in their order, while another one goes on with those before.
+        """
         steps = _Steps(self._timer)
-        self._work(self._topic_interface.frame, steps)
-        for app in (self._vision_app, self.mapper_app, self._path_plan_app):
+        seen, camera, step = self._look(frame, steps)
+        return Looked(seen, camera, step, tuple(steps.failures))
+
+    def go_on(self, frame: FrameInput, looked: Looked) -> None:
+        """Do the second half of `process`: map and plan, then publish.
+
+        Raises:
+            AlgoError: As `process` does, also for what failed in the first half.
+        """
+        steps = _Steps(self._timer)
+        self._go_on(frame, looked.seen, steps)
+        for app in (self.mapper_app, self._path_plan_app):
             app.publish()
-        if steps.failures:
-            raise AlgoError("; ".join(steps.failures))
+        if failures := (*looked.failures, *steps.failures):
+            raise AlgoError("; ".join(failures))
 
     def run(self, frame: FrameInput) -> FrameOutput:
         """Return all results of a frame. Never raises for what is in the frame."""
         steps = _Steps(self._timer)
         started = self._timer()
-        seen, fused, plan, camera, step = self._work(frame, steps)
+        seen, camera, step = self._look(frame, steps)
+        fused, plan = self._go_on(frame, seen, steps)
         size = steps.do("stall size", lambda: stall_size(frame, seen), _nothing)
         if steps.failures:
             _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
@@ -116,16 +147,19 @@ class AlgorithmManagerApp:
             stall_size=size,
         )
 
-    def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health, GroundStep | None]:
-        vision, mapper, planner = self._vision_app, self.mapper_app, self._path_plan_app
+    def _look(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Health, GroundStep | None]:
+        vision = self._vision_app
         seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
         camera = steps.do("camera", lambda: self._camera_check.look(frame, seen.image), Health.bad)
         step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), _nothing)
         if self._has_turned(frame, step) or not camera.is_healthy:
             seen = replace(seen, ground=None)  # the ground is not where the picture shows it
+        return seen, camera, step
+
+    def _go_on(self, frame: FrameInput, seen: Seen, steps: _Steps) -> tuple[Fused, Plan]:
+        mapper, planner = self.mapper_app, self._path_plan_app
         fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
-        plan = steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
-        return seen, fused, plan, camera, step
+        return fused, steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
 
     def _has_turned(self, frame: FrameInput, step: GroundStep | None) -> bool:
         """Return True while the picture lies on the ground otherwise than the reported heading says."""

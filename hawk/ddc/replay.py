@@ -228,13 +228,15 @@ def compare_recording(path: Path) -> Comparison:
         ReplayError: Records of another version, settings that cannot be read, or no memory.
         hawk.store.replay.RecordingError: The file is no recording, or damaged.
     """
+    metadata = read_metadata(path)
+    remedy = f"use hawk-drone {metadata.get('version', 'of an earlier version')}, which recorded it"
     try:
-        config = Config.model_validate(json.loads(read_metadata(path).get("configuration", "")))
+        config = Config.model_validate(json.loads(metadata.get("configuration", "")))
         settings = DdcSettings.from_config(config)
     except (ValueError, ConfigError) as error:  # of JSON and of pydantic
-        raise ReplayError(f"{path}: its settings cannot be used: {error}") from error
+        raise ReplayError(f"{path}: its settings cannot be used: {error}; {remedy}") from error
     records = ((one.topic, one.payload()) for one in read_recording(path) if one.topic in _TOPICS)
     try:
         return compare(records, settings, is_whole=is_whole(path))
     except ReplayError as error:
-        raise ReplayError(f"{path}: {error}") from error
+        raise ReplayError(f"{path}: {error}; {remedy}") from error

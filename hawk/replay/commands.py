@@ -28,7 +28,7 @@ def add_replay_command(commands: Any) -> None:
     what.add_argument("--check", action="store_true", help="make every decision again; exit status 1 where one differs")
     what.add_argument(
         "--process", action="store_true",
-        help="run vision, mapper and planner again over its pictures; exit status 1 where the map differs",
+        help="run vision, mapper and planner again over its pictures; exit status 1 where map or plan differs",
     )  # fmt: skip
     what.add_argument(
         "--to-odm", type=values.new_folder, metavar="DIR",
@@ -49,7 +49,7 @@ def _run(options: argparse.Namespace) -> int:
     is_process = options.process or options.model is not None
     _check(options, is_process=is_process)
     from hawk.ddc import replay as decisions  # these load numpy: not for the other commands
-    from hawk.replay.flight import ReplayError
+    from hawk.replay.flight import ReplayError, in_a_line
     from hawk.store.replay import RecordingError
 
     try:
@@ -57,7 +57,7 @@ def _run(options: argparse.Namespace) -> int:
             return _to_odm(options)
         return _process(options) if is_process else _decide(options)
     except (ReplayError, RecordingError, decisions.ReplayError) as error:
-        print(f"hawk-drone replay: {error}", file=sys.stderr)
+        print(f"hawk-drone replay: {in_a_line(error)}", file=sys.stderr)
         return _FAILED
 
 
@@ -111,7 +111,7 @@ def _to_odm(options: argparse.Namespace) -> int:
     written = write_odm(flight, options.to_odm)
     print(f"{options.to_odm}: {written.pictures} pictures, geo.txt, cameras.json; {written.left_out} left out")
     if written.unreadable:
-        print(f"  {written.unreadable} could not be read")
+        print(f"  pictures that could not be read: {written.unreadable}")
     if written.lens_error:
         print(f"  the lens is described to {written.lens_error:.2f} pixels")
     if flight.damage:

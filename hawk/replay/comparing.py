@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hawk.replay.flight import ReplayError
 
 Kind = Literal["lost", "found", "moved", "state", "values"]
-"""``lost``: recorded, not there now; ``found``: the other way round; ``moved``: farther than `MOVED_M`; ``state``: of
+"""``lost``: recorded, not there now; ``found``: the reverse; ``moved``: farther than `MOVED_M`; ``state``: of
 another state; ``values``: in the same place and state, with another size, probability or number."""
 KINDS: Final[tuple[Kind, ...]] = ("lost", "found", "moved", "state", "values")
 SAME_M: Final = 1.2

@@ -10,12 +10,13 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 from hawk.algo.frame import AlgoError, FrameInput
-from hawk.algo.manager import AlgorithmManagerApp
+from hawk.algo.manager import AlgorithmManagerApp, Looked
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -25,15 +26,18 @@ from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.named import network_name
 from hawk.algo.vision.network import VisionModelError
 from hawk.config.sections import Config
+from hawk.ddc.recorder import TICK
 from hawk.model.lot_map import OccupancyMap
+from hawk.model.plans import PathPlan
 from hawk.model.poses import GlobalPose
 from hawk.replay.flight import Maker, Origin, RecordedFlight, ReplayError, in_a_line
 from hawk.results.survey_map import stalls_geojson
-from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError
-from hawk.store.replay import Recorded, text_of_geojson
+from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, to_json
+from hawk.store.replay import Recorded, RecordingError, text_of_geojson
 
 STALLS_ON_EARTH: Final = "stalls_on_earth"
 """Topic of the recorded stalls (`hawk.store.views`)."""
+_SIGHT: Final = b'"sight":{'
 _KEPT: Final = ("known", "tour", "fence", "asked_ground")
 """Fields of a frame that last over frames: the mapper takes another object for another plan."""
 
@@ -61,7 +65,8 @@ class Processed:
 
     ``frames`` were processed, ``failed`` of them made vision, mapper or planner fail (``failure``: the first reason),
     ``missing`` lack in the recording. ``compared`` maps were recorded, ``equal`` of them are equal byte for byte;
-    ``last`` is the last one, None where none was recorded. ``earlier``: ids of stalls that the flight began with, of
+    ``last`` is the last one, None where none was recorded. Of ``planned`` plans that a tick recorded, ``planned_equal``
+    are equal. ``earlier``: ids of stalls that the flight began with, of
     which the recording holds no pictures. ``took_s``: seconds of this computer, ``seconds`` of the flight.
     """
 
@@ -71,6 +76,8 @@ class Processed:
     missing: int
     compared: int
     equal: int
+    planned: int
+    planned_equal: int
     last: Shown | None
     earlier: frozenset[int]
     final: OccupancyMap = field(repr=False)
@@ -103,10 +110,13 @@ class Again:
         self._topics = AlgorithmTopicInterface()
         self._begin()
 
-    def frame(self, frame: FrameInput) -> None:
-        """Process a frame. Raises AlgoError when vision, mapper or planner fails on it; the others did their work."""
-        self._topics.begin(frame)
-        self._manager.process()
+    def look(self, frame: FrameInput) -> Looked:
+        """See a frame's picture; a thread may look at the next one while another goes on with the one before."""
+        return self._manager.look(frame)
+
+    def go_on(self, frame: FrameInput, looked: Looked) -> None:
+        """Map and plan. Raises AlgoError when vision, mapper or planner failed; the others did their work."""
+        self._manager.go_on(frame, looked)
 
     def begin_survey(self) -> None:
         """Begin an empty map, as the daemon does for another survey."""
@@ -116,6 +126,11 @@ class Again:
         """Return True for a frame that is taken so high that it is mapped."""
         pose = frame.over_ground
         return pose is not None and pose.height >= self._settings.minimum_height_m
+
+    @property
+    def plan(self) -> PathPlan:
+        """The plan after the last frame."""
+        return self._topics.local_pos_pub.value
 
     @property
     def map(self) -> OccupancyMap:
@@ -129,7 +144,7 @@ class Again:
 
     def _words(self, reason: str) -> str:
         if self._asked is not None:
-            return reason.replace("vision.model", "--model", 1)
+            return f"{reason.replace('vision.model', '--model', 1)}; name a network as vision.model has it"
         if self._settings.model is not None:
             return f"the recording's settings: {reason}; or give that network by --model FILE"
         return reason
@@ -165,25 +180,15 @@ class _Maps:
         self.compared = self.equal = 0
         self.last: Shown | None = None
         self.earlier: frozenset[int] = frozenset()
-        self._waiting: Recorded | None = None
         self._before: frozenset[int] = frozenset()
 
-    def look(self, message: Recorded) -> None:
-        """Take a recorded map: it waits for its frame."""
-        self._waiting = message
+    def begins_another(self, recorded: str) -> bool:
+        """Return True for the empty map of another survey."""
+        return bool(self._before) and not _looks(recorded)
 
-    def begins_another(self) -> bool:
-        """Return True when the recorded map that waits is the empty one of another survey."""
-        return self._waiting is not None and bool(self._before) and not _looks(text_of_geojson(self._waiting.data))
-
-    def compare(self, made: OccupancyMap, datum: GlobalPose | None, frames: int) -> None:
-        """Compare the recorded map that waits, if one does, with the present one; ``frames`` were mapped so far."""
-        waiting, self._waiting = self._waiting, None
-        if waiting is None or datum is None:
-            return
-        recorded = text_of_geojson(waiting.data)
-        labels = {key: stall.label for key, stall in made.stalls.items() if stall.label}
-        self.last = Shown(waiting.time, recorded, stalls_geojson(datum, made.stalls, labels=labels))
+    def compare(self, at: float, recorded: str, made: str, frames: int) -> None:
+        """Compare a recorded map with the one that was made; ``frames`` were mapped so far."""
+        self.last = Shown(at, recorded, made)
         looks = _looks(recorded)
         if not looks or (not self._before and max(looks.values()) > frames):
             self.earlier = frozenset(looks)  # no stall is looked at by more frames than there were
@@ -192,34 +197,82 @@ class _Maps:
         self.equal += self.last.is_equal
 
 
-class _Run:
-    """Takes the messages of one recording."""
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """A frame that is looked at, and the map that was recorded with it, with its time; None: none was."""
 
-    def __init__(self, again: Again, show: Callable[[int], None]) -> None:
-        self._again, self._show = again, show
+    frame: FrameInput
+    looked: Future[Looked]
+    recorded: tuple[float, str] | None
+    datum: GlobalPose | None
+
+
+class _Run:
+    """Takes the messages of one recording: a thread looks at a frame while the one before is mapped."""
+
+    def __init__(self, again: Again, looking: Executor, show: Callable[[int], None]) -> None:
+        self._again, self._looking, self._show = again, looking, show
         self.origin, self.inputs, self.maps = Origin(), _Frames(), _Maps()
         self.frames = self.failed = self._mapped = 0
         self.failure = ""
+        self.planned = self.planned_equal = 0
+        self._recorded: tuple[float, str] | None = None
+        self._plan: Any = None
+        self._step: _Step | None = None
 
     def take(self, message: Recorded) -> bool:
         """Take a message; return True for a frame. Raises ReplayError, RecordingError for one that cannot be read."""
         self.origin.look(message)
         if message.topic == STALLS_ON_EARTH:
-            self.maps.look(message)
+            self._recorded = message.time, text_of_geojson(message.data)
+        if message.topic == TICK and self._step is not None and self._plan is None and _SIGHT in message.data:
+            self._plan = _plan_of(message)
         if message.topic != FRAME_INPUT:
             return False
         frame = self.inputs.of(message)
-        if self.maps.begins_another():
+        looked = self._looking.submit(self._again.look, frame)
+        self.finish(_Step(frame, looked, self._recorded, self.origin.datum))
+        self._recorded = None
+        return True
+
+    def finish(self, following: _Step | None = None) -> None:
+        """Map and plan the frame that was looked at; ``following`` is looked at meanwhile. Raises ReplayError."""
+        step, self._step = self._step, following
+        plan, self._plan = self._plan, None
+        if step is None:
+            return
+        frame, recorded = step.frame, step.recorded
+        if recorded is not None and self.maps.begins_another(recorded[1]):
             self._again.begin_survey()
         self.frames += 1
         self._mapped += frame.pose is not None and not frame.map_problem and self._again.is_high(frame)
         try:
-            self._again.frame(frame)
+            self._again.go_on(frame, step.looked.result())
         except AlgoError as error:
             self.failed, self.failure = self.failed + 1, self.failure or str(error)
-        self.maps.compare(self._again.map, self.origin.datum, self._mapped)
+        if recorded is not None and step.datum is not None:
+            self.maps.compare(*recorded, _geojson(step.datum, self._again.map), self._mapped)
+        if plan is not None:
+            self.planned += 1
+            self.planned_equal += plan == json.loads(to_json(self._again.plan))
         self._show(self.frames)
-        return True
+
+
+def _plan_of(tick: Recorded) -> Any:
+    """Return the plan among a tick's facts, None where it has none. Raises ReplayError.
+
+    The first tick behind a frame knows the plan of that frame: the loop publishes it and records the frame at once.
+    """
+    try:
+        return tick.payload()["facts"]["sight"]["plan"]
+    except (RecordingError, LookupError, TypeError) as error:
+        raise ReplayError(f"the plan at {tick.time:.2f} s cannot be read: {error!r}") from error
+
+
+def _geojson(datum: GlobalPose, made: OccupancyMap) -> str:
+    """Return the stalls as a recording has them (`hawk.store.views`)."""
+    labels = {key: stall.label for key, stall in made.stalls.items() if stall.label}
+    return stalls_geojson(datum, made.stalls, labels=labels)
 
 
 def process(flight: RecordedFlight, again: Again, show: Callable[[int], None] = lambda _: None) -> Processed:
@@ -229,14 +282,17 @@ def process(flight: RecordedFlight, again: Again, show: Callable[[int], None] = 
     with pictures of a version that cannot be read.
     """
     began = time.perf_counter()
-    run = _Run(again, show)
-    flight.follow(run.take)
+    with ThreadPoolExecutor(1, "looking") as looking:
+        run = _Run(again, looking, show)
+        flight.follow(run.take)
+        run.finish()
     if run.frames == 0:
         cut = f" ({flight.damage})" if flight.damage else ""
         raise ReplayError(f"{flight.path}: holds no pictures{cut}; name the recording of a flight with a camera")
     maps = run.maps
     return Processed(
-        run.frames, run.failed, run.failure, run.inputs.missing, maps.compared, maps.equal, maps.last, maps.earlier,
+        run.frames, run.failed, run.failure, run.inputs.missing, maps.compared, maps.equal, run.planned,
+        run.planned_equal, maps.last, maps.earlier,
         again.map, run.origin.datum, flight.seconds, time.perf_counter() - began,
     )  # fmt: skip
 

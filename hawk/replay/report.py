@@ -22,7 +22,7 @@ _WORDS: Final[dict[Kind, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was processed, by which program, and how its map compares with the recorded one (None: none is recorded)."""
+    """A processed recording, the program of now, and the comparison of the last maps (None: none is recorded)."""
 
     flight: RecordedFlight
     now: Maker
@@ -38,8 +38,9 @@ class Report:
 
     @property
     def is_equal(self) -> bool:
-        """True when every recorded map is equal byte for byte, or none is recorded."""
-        return self.processed.equal == self.processed.compared
+        """True when every recorded map is equal byte for byte, and every recorded plan."""
+        done = self.processed
+        return (done.equal, done.planned_equal) == (done.compared, done.planned)
 
     def text(self) -> str:
         """Return the report for the terminal."""
@@ -53,6 +54,7 @@ class Report:
             f"  {done.frames} pictures of {done.seconds:.0f} s in {done.took_s:.1f} s: {times:.1f} times real time",
             *(f"  {each}" for each in self._doubts()),
             *(f"  {each}" for each in self._maps()),
+            *([f"  plans: {done.planned_equal} of {done.planned} recorded plans are equal"] if done.planned else []),
         ]
         return "\n".join(lines)
 
@@ -73,6 +75,8 @@ class Report:
             "took_s": round(done.took_s, 3),
             "maps_compared": done.compared,
             "maps_equal": done.equal,
+            "plans_compared": done.planned,
+            "plans_equal": done.planned_equal,
             "compared_at_s": None if done.last is None else round(done.last.at, 3),
             "stalls_before_recording": len(done.earlier),
             "stalls_recorded": None if found is None else found.recorded,
@@ -87,9 +91,9 @@ class Report:
         if self.flight.damage:
             lines.append(f"processed up to the damage at {done.seconds:.1f} s: {self.flight.damage}")
         if done.missing:
-            lines.append(f"{done.missing} pictures are missing in the recording: the map cannot be quite the same")
+            lines.append(f"pictures missing in the recording: {done.missing}; the map cannot be quite the same")
         if done.failed:
-            lines.append(f"{done.failed} pictures could not be used: {done.failure}")
+            lines.append(f"pictures that could not be used: {done.failed}; the first: {done.failure}")
         if done.earlier:
             lines.append(f"it began with a map of {len(done.earlier)} stalls, which the recording does not hold")
         return lines
@@ -100,7 +104,7 @@ class Report:
             return [f"stalls: {len(done.final.stalls)} now; the recording holds no map to compare them with"]
         head = f"stalls: {found.recorded} recorded, {found.now} now"
         maps = f"{done.equal} of {done.compared} recorded maps are equal byte for byte"
-        if self.is_equal:
+        if done.equal == done.compared:
             return [f"{head}; {maps}"]
         numbers = [f"{found.number(kind)} {_WORDS[kind]}" for kind in KINDS if found.number(kind)]
         if found.earlier:

@@ -96,6 +96,25 @@ def test_the_same_inputs_twice_give_equal_outputs() -> None:
         assert first.run(frame) == second.run(frame)
 
 
+@pytest.mark.slow
+def test_both_halves_of_a_frame_give_the_map_of_the_whole(rig: Rig) -> None:
+    """A recording is processed so: the next picture is seen while this one is mapped."""
+    whole = copy.deepcopy(rig)
+    frame = flight(21)[-1]
+    expected = whole.run(frame).occupancy_map
+    rig.manager.go_on(frame, rig.manager.look(frame))
+    assert rig.mapper.get_occupancy_map() == expected
+
+
+def test_what_failed_in_the_first_half_is_raised_at_the_end_of_the_second(rig: Rig) -> None:
+    rig.vision.fault = AlgoError("no ground")
+    frame = flight(21)[-1]
+    looked = rig.manager.look(frame)
+    assert looked.failures == ("vision: no ground",)
+    with pytest.raises(AlgoError, match="vision: no ground"):
+        rig.manager.go_on(frame, looked)
+
+
 class Turning:
     """The camera's motion, as far as it turned beyond the heading; ``turns``: degrees by the number of the frame."""
 

@@ -1,16 +1,19 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import jsonschema
 
+from hawk.algo.vision.named import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.protocol.heartbeat import DroneStatus, LogEntry
 from hawk.comm.topic import Topic
-from hawk.config.sections import Config
+from hawk.config.sections import Config, StoreSettings
 from hawk.daemon.recording_parts import POSE_S, STALLS_S, FlightViews, json_schemas, make_recording
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.poses import GlobalPose, VehiclePose
+from hawk.store.replay import read_metadata
 from hawk.store.shown import StallsSeen, View, Words
 from tests.manual_clock import ManualClock
 
@@ -97,3 +100,15 @@ async def test_a_recording_names_version_configuration_and_speed_but_no_token() 
     assert recording._metadata["speed"] == "3.0"
     assert "a-secret" not in str(recording._metadata)
     await recording.close()
+
+
+async def test_a_recording_names_its_survey_and_the_network_that_saw(tmp_path: Path) -> None:
+    config = Config(store=StoreSettings(directory=tmp_path, minimum_free_mb=1))
+    recording = make_recording(config, ManualClock(10.0), 1.0, None, lambda: "000001-x")
+    recording.begin()
+    recording.record("state", {"now": 10.0})
+    await recording.close()
+    assert recording.path is not None
+    found = read_metadata(recording.path)
+    assert (found["survey"], found["network"]) == ("000001-x", network_name(None))
+    assert len(found["network"]) == 8

@@ -304,6 +304,7 @@ async def test_a_file_whose_settings_or_memory_are_of_no_use_is_refused(
     with pytest.raises(ReplayError, match=words) as caught:
         compare_recording(path)
     assert str(caught.value).startswith(str(path))
+    assert str(caught.value).endswith("use hawk-drone of an earlier version, which recorded it")
 
 
 async def _file(folder: Path, rig: Rig, configuration: str) -> Path:

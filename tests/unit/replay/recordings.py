@@ -19,7 +19,7 @@ from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import HeightParameters
+from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.replay.process import Again
 from hawk.store.frame_codec import FRAME_INPUT
@@ -66,10 +66,12 @@ def stalls(count: int, **changes: Any) -> dict[int, Stall]:
     return {number: stall(number, **changes) for number in range(1, count + 1)}
 
 
-def tick(now: float) -> Item:
+def tick(now: float, plan: PathPlan | None = None) -> Item:
     pose = VehiclePose(now, DATUM, 20.0, None, MapPose(0.0, 0.0, 20.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
     pose = replace(pose, global_=replace(DATUM, altitude=60.0))
-    facts = {"position": {"pose": asdict(pose), "datum": asdict(DATUM)}}
+    facts: dict[str, Any] = {"position": {"pose": asdict(pose), "datum": asdict(DATUM)}}
+    if plan is not None:
+        facts["sight"] = {"lot": True, "plan": plan}
     return Item("tick", {"number": 1, "facts": facts}, "json", round(now * S), 1)
 
 
@@ -112,7 +114,11 @@ class FakeAgain:
         self._most, self._changes = most, changes
         self._since = 0
 
-    def frame(self, one: FrameInput) -> None:
+    def look(self, one: FrameInput) -> FrameInput:
+        return one
+
+    def go_on(self, one: FrameInput, looked: FrameInput) -> None:
+        assert looked is one
         self.frames.append(one)
         if one.map_problem:
             raise AlgoError(one.map_problem)
@@ -123,6 +129,10 @@ class FakeAgain:
 
     def is_high(self, one: FrameInput) -> bool:
         return one.pose is not None and one.pose.height > 6.0
+
+    @property
+    def plan(self) -> PathPlan:
+        return PathPlan(height=20.0 + len(self.frames))
 
     @property
     def map(self) -> OccupancyMap:

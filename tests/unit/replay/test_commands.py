@@ -56,7 +56,7 @@ def test_pictures_are_handed_on(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert main(["replay", str(path), "--to-odm", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert "2 pictures, geo.txt, cameras.json; 0 left out" in said
-    assert "1 could not be read" in said
+    assert "pictures that could not be read: 1" in said
     assert "written up to the damage at 3.5 s: the file has no end" in said
 
 

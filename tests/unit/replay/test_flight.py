@@ -1,4 +1,4 @@
-"""What a recording says of itself, its messages by time, and the places where it is damaged."""
+"""A recording names its program and settings, and gives its messages by time, up to the damage."""
 
 from __future__ import annotations
 
@@ -105,9 +105,10 @@ def test_a_clock_that_jumps_never_turns_play_back_nor_stops_it(times: list[float
 
 
 def test_the_origin_is_that_of_the_facts(tmp_path: Path) -> None:
+    nowhere = Origin()
+    nowhere.look(Recorded("tick", 1.0, b'{"facts":{"now":1.0}}'))
+    assert nowhere.datum is None
     origin = Origin()
-    origin.look(Recorded("tick", 1.0, b'{"facts":{"now":1.0}}'))
-    assert origin.datum is None
     for message in RecordedFlight(write(tmp_path / "a.mcap", [tick(10.0)])).messages():
         origin.look(message)
     assert origin.datum == DATUM

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hawk.config.sections import Config, VisionSettings
+from hawk.model.plans import PathPlan
 from hawk.replay.flight import RecordedFlight, ReplayError
 from hawk.replay.process import Again, process
 from hawk.store.frame_codec import encode_frame
@@ -42,6 +43,14 @@ def test_a_map_that_is_another_one_is_noticed(tmp_path: Path) -> None:
     again, _ = fake(width=2.6)
     done = process(RecordedFlight(write(tmp_path / "a.mcap", flight(4, 3))), again)
     assert (done.compared, done.equal) == (4, 0)
+
+
+def test_the_first_plan_behind_each_frame_is_compared_with_the_one_that_is_made(tmp_path: Path) -> None:
+    items = [tick(10.0, PathPlan(height=99.0)), recorded_frame(frame(1), 11.0)]
+    items += [tick(11.05, PathPlan(height=21.0)), tick(11.1, PathPlan(height=99.0)), recorded_frame(frame(2), 12.0)]
+    items += [tick(12.05), recorded_frame(frame(3), 13.0), tick(13.05, PathPlan(height=99.0))]
+    done = process(RecordedFlight(write(tmp_path / "a.mcap", items)), fake()[0])
+    assert (done.planned, done.planned_equal) == (2, 1)
 
 
 def test_pictures_that_the_recording_lost_are_counted(tmp_path: Path) -> None:

@@ -63,12 +63,13 @@ def test_the_pictures_of_the_survey_give_the_map_beside_it(survey: Processed) ->
 
 
 @pytest.mark.slow
-def test_the_map_made_now_is_that_of_the_flight(survey: Processed) -> None:
+def test_map_and_plans_made_now_are_those_of_the_flight(survey: Processed) -> None:
     last = survey.last
     assert last is not None
     assert (survey.failed, survey.missing, survey.earlier) == (0, 0, frozenset())
     if json.loads((FOLDER / MAP).read_text())["made_on"] == machine():
         assert survey.equal == survey.compared > 5
+        assert survey.planned_equal == survey.planned > 30
     else:
         check_nearly(compare_maps(last.recorded, last.again))
 

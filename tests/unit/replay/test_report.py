@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from hawk.model.lot_map import StallState
+from hawk.model.plans import PathPlan
 from hawk.replay.flight import Maker, RecordedFlight
 from hawk.replay.process import process
 from hawk.replay.report import SHOWN_CHANGES, Report
@@ -51,7 +52,7 @@ def test_what_differs_is_a_table_and_whole_in_json(tmp_path: Path) -> None:
     text = found.text()
     assert "the last map: 2 lost, 1 of another state" in text
     assert "taken -> free" in text
-    assert "1 pictures are missing in the recording" in text
+    assert "pictures missing in the recording: 1; the map" in text
     values = found.json()
     assert values["numbers"] == {"lost": 2, "found": 0, "moved": 0, "state": 1, "values": 0}
     assert [each["kind"] for each in values["changes"]] == ["lost", "lost", "state"]
@@ -70,9 +71,20 @@ def test_doubts_are_said(tmp_path: Path) -> None:
     items = [tick(10.5), recorded_map(stalls(3, seen=40), 11.0), recorded_frame(frame(1, map_problem="dark"), 11.1)]
     text = report(write(tmp_path / "a.mcap", items, is_closed=False)).text()
     assert "processed up to the damage at 0.6 s: the file has no end" in text
-    assert "1 pictures could not be used: dark" in text
+    assert "pictures that could not be used: 1; the first: dark" in text
     assert "it began with a map of 3 stalls, which the recording does not hold" in text
     assert "2 of before not seen again" in text
+
+
+def test_another_plan_is_a_difference(tmp_path: Path) -> None:
+    items = [*flight(4, 3), tick(15.05, PathPlan(height=24.0))]
+    assert report(write(tmp_path / "a.mcap", items)).is_equal
+    items[-1] = tick(15.05, PathPlan(height=25.0))
+    found = report(write(tmp_path / "b.mcap", items))
+    assert not found.is_equal
+    assert found.text().endswith("plans: 0 of 1 recorded plans are equal")
+    assert "4 of 4 recorded maps are equal" in found.text()
+    assert (found.json()["plans_compared"], found.json()["plans_equal"]) == (1, 0)
 
 
 def test_a_recording_without_a_map_is_not_compared(tmp_path: Path) -> None:
