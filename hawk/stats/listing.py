@@ -12,7 +12,7 @@ from hawk.lots.values import utc
 from hawk.stats.counting import count
 from hawk.stats.reading import CODES, Period, read_panel
 from hawk.stats.shown import estimate_json
-from hawk.stats.values import LEVEL, NOTHING, Group
+from hawk.stats.values import LEVEL, NOTHING, Estimate, Group, Panel
 
 _SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "simulated", "program", "accuracy")
 
@@ -24,10 +24,10 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
     for the others. Raises NotFoundError, LotStoreError.
     """
     panel = read_panel(connection, lot, period)
-    counted = count(panel, (Group("", np.ones(len(panel.stalls), np.bool_)),))
-    shares = {survey.id: counted.at(number, 0) for number, survey in enumerate(panel.surveys)}
+    shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
     reasons = {each.id: each.why for each in panel.left_out}
-    asked = select(SURVEY).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(SURVEY.c.seq.desc())
+    columns = (SURVEY.c[name] for name in (*_SHOWN, "began", "ended"))
+    asked = select(*columns).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(SURVEY.c.seq.desc())
     return {
         "lot": lot,
         "name": panel.name,
@@ -41,3 +41,15 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
             for row in connection.execute(asked).mappings()
         ],
     }
+
+
+def _shares(panel: Panel) -> list[Estimate]:
+    """Return the share of taken stalls of each survey of a panel."""
+    counted = count(panel, (Group("", np.ones(len(panel.stalls), np.bool_)),))
+    low, high = counted.bounds()
+    ends = np.column_stack((counted.share[:, 0], low[:, 0], high[:, 0])).tolist()
+    seen = (counted.seen[:, 0] > 0).tolist()
+    return [
+        Estimate(share, least, most, 1) if is_seen else NOTHING
+        for (share, least, most), is_seen in zip(ends, seen, strict=True)
+    ]
