@@ -7,6 +7,7 @@ written; before a migration a copy of the file is kept beside it.
 from __future__ import annotations
 
 import contextlib
+import secrets
 import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -257,3 +258,15 @@ _REASONS: Final = {
     "SQLITE_IOERR": "cannot be read or written: the disk reports an error. Check the disk",
 }
 """Beginning of SQLite's name of an error (sqlite.org/rescode.html) -> words behind the file's name."""
+
+
+def version_of(connection: Connection) -> str:
+    """Return a text that differs after every change of the store, by this program or another one, and between runs.
+
+    SQLite counts the changes of a connection, and those of other ones (sqlite.org/pragma.html#pragma_data_version).
+    """
+    opened = connection.info.setdefault("opened", secrets.token_hex(4))
+    others = connection.exec_driver_sql("PRAGMA data_version").scalar_one()
+    raw = connection.connection.dbapi_connection
+    assert raw is not None  # noqa: S101 - it is connected
+    return f"{opened}-{others}-{raw.total_changes}"

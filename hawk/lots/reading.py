@@ -31,20 +31,30 @@ from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZO
 from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of, utc
 
 _Shown = Mapping[str, Any] | RowMapping
+_LOOK: Final = OBSERVATION.alias()
+NEWEST_LOOK: Final = (
+    select(func.max(_LOOK.c.survey)).where(_LOOK.c.stall == STALL.c.key).correlate(STALL).scalar_subquery()
+)
+"""The newest survey that looked at a stall, by the index of each: a thousand surveys cost no more than one."""
 
 CHANGES_SHOWN: Final = 20
 """Newest changes that are listed."""
 _SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "simulated", "program")
+SURVEY_SHOWN: Final = (
+    *_SHOWN, "latitude", "longitude", "north", "east", "turn", "doubt", "began", "ended", "time_is_sure", "candidates",
+)  # fmt: skip
+"""Columns of a survey that are shown."""
 
 
 def lots(connection: Connection) -> dict[str, Any]:
     """Return every lot that was not merged into another one, the surveys that wait for an answer, and the changes."""
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
-    shown = [_lot(connection, row) for row in rows]
+    shown = [lot_json(connection, row) for row in rows]
     known = {lot["id"] for lot in shown}
     asked = connection.execute(select(SURVEY).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings()
     waiting = [
-        {**_survey(row), "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]} for row in asked
+        {**survey_json(row), "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]}
+        for row in asked
     ]
     return {"lots": shown, "undecided": waiting, "changes": _changes(connection)}
 
@@ -58,18 +68,18 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
 
     Raises NotFoundError.
     """
-    row = _there(connection, lot_id).values
+    row = lot_row(connection, lot_id).values
     assert row is not None  # noqa: S101 - it is there
     outline = outline_of(row["outline"])
     surveys = connection.execute(select(SURVEY).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings()
     looks = _last_looks(connection, lot_id)
     unseen = {"state": None, "taken_probability": None, "looked": None}
     return {
-        **_lot(connection, row),
+        **lot_json(connection, row),
         "datum": list(datum_of(connection, lot_id)),
         "datum_is_pinned": row["datum_is_pinned"],
         "outline": [[list(corner) for corner in ring] for ring in outline.polygons],
-        "surveys": [_survey(each) for each in surveys],
+        "surveys": [survey_json(each) for each in surveys],
         "stalls": [
             {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
             | {"width": stall.width, "length": stall.length, "kind": stall.kind, "is_confirmed": stall.is_confirmed}
@@ -86,7 +96,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
 
 def rename(connection: Connection, lot_id: str, name: object, who: str, now: float) -> Done:
     """Name a lot. Raises LotInputError, NotFoundError."""
-    return changes.write(connection, changes.named(_there(connection, lot_id), name), who, now)
+    return changes.write(connection, changes.named(lot_row(connection, lot_id), name), who, now)
 
 
 def merge(connection: Connection, lot_id: str, other: object, who: str, now: float) -> Done:
@@ -109,7 +119,7 @@ def move(
 
     ``register`` finds its stalls among those of that lot; where it is not certain, the survey is unregistered there.
     """
-    survey = _survey_there(connection, survey_id)
+    survey = survey_row(connection, survey_id)
     looks = changes.rows_where(connection, OBSERVATION, survey=survey.key[0])
     return changes.write(connection, _move(connection, survey, looks, asked, now, register), who, now)
 
@@ -129,7 +139,7 @@ def choose(connection: Connection, survey_id: str, asked: Mapping[str, Any], who
 
     Raises LotInputError, NotFoundError, and LotStoreError for a survey that waits for no place.
     """
-    survey = _survey_there(connection, survey_id)
+    survey = survey_row(connection, survey_id)
     assert survey.values is not None  # noqa: S101 - it is there
     doubt = Doubt.read(survey.values["doubt"])
     if survey.values["placed"] != Placed.UNREGISTERED or doubt is None:
@@ -146,7 +156,7 @@ def places(connection: Connection, survey_id: str) -> dict[str, Any]:
 
     A stall is [north, east, angle, width, length]. Raises NotFoundError.
     """
-    survey = _survey_there(connection, survey_id)
+    survey = survey_row(connection, survey_id)
     assert survey.values is not None  # noqa: S101 - it is there
     doubt, lot_id = Doubt.read(survey.values["doubt"]), survey.values["lot"]
     if doubt is None or lot_id is None:
@@ -162,25 +172,25 @@ def plan(connection: Connection, lot_id: str, since: int | None = None, layout: 
 
     Raises NotFoundError.
     """
-    _there(connection, lot_id)
+    lot_row(connection, lot_id)
     return shown.plan(connection, lot_id, since) if layout is None else shown.plan_of(connection, lot_id, layout)
 
 
 def proposed(connection: Connection, lot_id: str) -> dict[str, Any]:
     """Return what the newest surveys propose to change of a lot's layout. Raises NotFoundError."""
-    _there(connection, lot_id)
+    lot_row(connection, lot_id)
     return proposing.changes_json(connection, lot_id)
 
 
 def take_over(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
     """Take proposals of a survey over as one version of the layout. Raises as `taking.take_over`, and NotFoundError."""
-    _there(connection, lot_id)
+    lot_row(connection, lot_id)
     return taking.take_over(connection, lot_id, asked, who, now)
 
 
 def drop(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
     """Drop proposals of a survey. Raises LotInputError, NotFoundError."""
-    _there(connection, lot_id)
+    lot_row(connection, lot_id)
     return taking.drop(connection, lot_id, asked, who, now)
 
 
@@ -190,7 +200,7 @@ def pin(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str,
     ``north``, ``east`` (metres) and ``turn`` (degrees) are those of the lot's datum and frame; ``residual``: metres by
     which two points are farther apart than the lot has them. Raises LotInputError, NotFoundError, BeingEditedError.
     """
-    _there(connection, lot_id)
+    lot_row(connection, lot_id)
     done, pinned = pinning.pin(connection, lot_id, asked, who, now)
     moved = {"north": round(pinned.move.north, 3), "east": round(pinned.move.east, 3)}
     moved |= {"turn": round(math.degrees(pinned.move.turn), 4), "residual": round(pinned.residual, 3)}
@@ -226,7 +236,8 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
     return {origin.partition(" ")[0]: {"id": lot, "name": name} for origin, lot, name in rows}
 
 
-def _survey_there(connection: Connection, survey_id: str) -> Row:
+def survey_row(connection: Connection, survey_id: str) -> Row:
+    """Return a survey by its id. Raises NotFoundError."""
     found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
     if found is None:
         raise NotFoundError("survey: there is none with this id; reload the list")
@@ -243,7 +254,7 @@ def _move(
 ) -> Change:
     target = asked.get("lot")
     if target is not None:
-        lot_id = str(_there(connection, str(target)).key[0])
+        lot_id = str(lot_row(connection, str(target)).key[0])
         change = operations.moved(survey, looks, lot_id)
         home, *gone = change.rows
         if register is None or home.values is None:
@@ -259,7 +270,8 @@ def _move(
     return Change(begun.kind, begun.lot, (*ended, *begun.rows))
 
 
-def _there(connection: Connection, lot_id: str, field: str = "lot") -> Row:
+def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
+    """Return a lot that was not merged into another one. Raises NotFoundError."""
     found = changes.row_of(
         connection, LOT.name, (lot_id if lot_id.isascii() else "",)
     )  # SQLite takes no half character
@@ -269,7 +281,7 @@ def _there(connection: Connection, lot_id: str, field: str = "lot") -> Row:
 
 
 def _whole(connection: Connection, lot_id: str, field: str = "lot") -> LotRows:
-    found = _there(connection, lot_id, field)
+    found = lot_row(connection, lot_id, field)
     check_not_edited(connection, lot_id)
     read: Callable[..., list[Row]] = changes.rows_where
     return LotRows(
@@ -283,7 +295,8 @@ def _whole(connection: Connection, lot_id: str, field: str = "lot") -> LotRows:
     )
 
 
-def _lot(connection: Connection, row: _Shown) -> dict[str, Any]:
+def lot_json(connection: Connection, row: _Shown) -> dict[str, Any]:
+    """Return a lot of the table with its numbers of stalls and surveys, and the newest survey."""
     asked = select(func.count(), func.max(SURVEY.c.seq)).where(SURVEY.c.lot == row["id"])
     surveys, newest = connection.execute(asked).one()
     last = connection.execute(select(SURVEY).where(SURVEY.c.seq == newest)).mappings().first()
@@ -294,11 +307,12 @@ def _lot(connection: Connection, row: _Shown) -> dict[str, Any]:
         "name": row["name"],
         "stalls": stalls,
         "survey_count": surveys,
-        "last_survey": None if last is None else _survey(last),
+        "last_survey": None if last is None else survey_json(last),
     }
 
 
-def _survey(row: _Shown) -> dict[str, Any]:
+def survey_json(row: _Shown) -> dict[str, Any]:
+    """Return a survey of the table, which needs `SURVEY_SHOWN` only."""
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
@@ -310,11 +324,9 @@ def _survey(row: _Shown) -> dict[str, Any]:
 
 def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]]:
     """Return the look of the newest survey at each stall of a lot, by the stall's key."""
-    newest = func.max(OBSERVATION.c.survey).label("newest")
-    of_lot = select(OBSERVATION.c.stall, newest).join(STALL, STALL.c.key == OBSERVATION.c.stall)
-    latest = of_lot.where(STALL.c.lot == lot_id).group_by(OBSERVATION.c.stall).subquery()
-    is_latest = (OBSERVATION.c.stall == latest.c.stall) & (OBSERVATION.c.survey == latest.c.newest)
-    rows = connection.execute(select(OBSERVATION).join(latest, is_latest)).mappings()
+    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
+    asked = select(OBSERVATION).select_from(STALL).join(OBSERVATION, is_last).where(STALL.c.lot == lot_id)
+    rows = connection.execute(asked).mappings()
     return {
         row["stall"]: {"state": row["state"], "taken_probability": row["taken"], "looked": utc(row["looked"])}
         for row in rows

@@ -27,6 +27,8 @@ from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
 from hawk.web.listener import Listener
 from hawk.web.security import RequestCheck, check_binding, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+from hawk.web.v1 import routes as v1
+from hawk.web.v1.answering import problems
 from hawk.web.video import video
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
@@ -91,7 +93,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     login_page = LoginPage(admission)
     check = RequestCheck(services.web, admission, login_page)
     app = web.Application(
-        middlewares=[check.middleware, attend(keeps_place, PUBLIC)], client_max_size=REQUEST_LIMIT_BYTES
+        middlewares=[problems, check.middleware, attend(keeps_place, PUBLIC)], client_max_size=REQUEST_LIMIT_BYTES
     )
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
@@ -120,6 +122,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     exports.add_routes(app)
     archive.add_routes(app)
     plan_files.add_routes(app)
+    v1.add_routes(app)
     (documentation or Documentation.load()).add_routes(app)
     for name in ARCHIVE_NAMES:
         app.router.add_get(name, page.archive)

@@ -2,40 +2,33 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-from collections.abc import Awaitable, Callable, Mapping
-from typing import Any, Final
+from collections.abc import Awaitable, Callable
+from typing import Final
 
 from aiohttp import hdrs, web
 
-from hawk.comm.protocol.authority import Role
 from hawk.lots.store import LotStore
-from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, utc
-from hawk.web.access.access import ACCESS
+from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.web.refusals import Body, body_of, check_operator, refusal_of
 from hawk.web.services import SERVICES
 
-READ_S: Final = 20.0
-"""Real seconds in which the whole request must be there."""
 FOR_OPERATORS: Final = "Lots are changed by operators: log in as operator."
 NO_LOTS: Final = "There is no store of lots here."
 ID: Final = r"{id:[0-9a-f-]{36}}"
 """Pattern of an id in a route."""
-Body = Mapping[str, Any]
+Change = Callable[[LotStore, web.Request, Body], Awaitable[object]]
+"""A change that a request asks for; it returns JSON values, or JSON text."""
 
 
-def answered(
-    change: Callable[[LotStore, web.Request, Body], Awaitable[object]],
-) -> Callable[[web.Request], Awaitable[web.StreamResponse]]:
+def answered(change: Change) -> Callable[[web.Request], Awaitable[web.StreamResponse]]:
     """Return the handler of a change: for operators, with a JSON object as its body."""
 
     async def handle(request: web.Request) -> web.StreamResponse:
-        access = request.get(ACCESS)
-        if access is not None and access.role is not Role.OPERATOR:
-            raise web.HTTPForbidden(text=FOR_OPERATORS)
+        check_operator(request, FOR_OPERATORS)
 
         async def work(store: LotStore) -> object:
-            return await change(store, request, await _body(request))
+            return await change(store, request, await body_of(request))
 
         return await answer(request, work)
 
@@ -45,55 +38,33 @@ def answered(
 async def answer(request: web.Request, work: Callable[[LotStore], Awaitable[object]]) -> web.StreamResponse:
     """Return what some work gives, or its refusal: 422 for a value, 404 for an id, 409 for the store.
 
-    Text is JSON already: the plan of a large lot is encoded on the store's thread. A response is one. The store is
-    opened first: that loads SQLAlchemy on its thread, and imports on the loop cost nothing then.
+    Text is JSON already: the plan of a large lot is encoded on the store's thread. A response is one.
     """
     headers = {hdrs.CACHE_CONTROL: "no-store"}
     try:
-        store = _store(request)
-        await store.open()
-        found = await work(store)
-        if isinstance(found, web.StreamResponse):
-            return found
-        text = found if isinstance(found, str) else json.dumps(found)
-        return web.json_response(text=text, headers=headers)
-    except LotInputError as error:
-        refusal, status = {"field": error.field, "reason": error.reason}, web.HTTPUnprocessableEntity.status_code
-    except NotFoundError as error:
-        refusal, status = _named(error), web.HTTPNotFound.status_code
-    except BeingEditedError as error:
-        refusal, status = _named(error) | {"who": error.who, "since": utc(error.since)}, web.HTTPConflict.status_code
+        found = await work(await opened(request))
     except LotStoreError as error:
-        refusal, status = _named(error), web.HTTPConflict.status_code
-    return web.json_response(refusal, status=status, headers=headers)
+        refusal = refusal_of(error)
+        return web.json_response(refusal.content, status=refusal.status, headers=headers)
+    if isinstance(found, web.StreamResponse):
+        return found
+    return web.json_response(text=as_text(found), headers=headers)
 
 
-def _named(error: LotStoreError) -> dict[str, str]:
-    field, separator, reason = str(error).partition(": ")
-    is_field = bool(separator) and field.isidentifier()
-    return {"field": field if is_field else "", "reason": reason if is_field else str(error)}
+def as_text(found: object) -> str:
+    """Return JSON values as text; text is JSON already."""
+    return found if isinstance(found, str) else json.dumps(found)
 
 
-async def _body(request: web.Request) -> Body:
-    """Return the JSON object that was sent. Raises LotInputError, and 413 or 408 for one that is large or late."""
-    try:
-        async with asyncio.timeout(READ_S):
-            data = await request.read()
-    except TimeoutError:
-        raise web.HTTPRequestTimeout(text="The request did not come.") from None
-    try:
-        found = json.loads(data or b"{}")
-    except (ValueError, RecursionError) as error:
-        raise LotInputError("body", f"is no JSON: {error}") from error
-    if not isinstance(found, dict):
-        raise LotInputError("body", "must be a JSON object")
-    return found
+async def opened(request: web.Request) -> LotStore:
+    """Return the store, open: that loads SQLAlchemy on its thread, and imports on the loop cost nothing then.
 
-
-def _store(request: web.Request) -> LotStore:
+    Raises NotFoundError where there is none, LotStoreError.
+    """
     store = request.app[SERVICES].lots
     if store is None:
         raise NotFoundError(NO_LOTS)
+    await store.open()
     return store
 
 

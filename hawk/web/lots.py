@@ -10,11 +10,10 @@ from dataclasses import asdict
 
 from aiohttp import web
 
-from hawk.comm.protocol.authority import Role
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError
-from hawk.web.access.access import ACCESS
-from hawk.web.lot_answers import ID, Body, answer, answered, now_of
+from hawk.web.lot_answers import ID, answer, answered, now_of
+from hawk.web.refusals import Body, role_of
 
 
 def add_routes(app: web.Application) -> None:
@@ -86,7 +85,7 @@ async def take_over(store: LotStore, request: web.Request, body: Body) -> object
     """Take proposals of ``survey`` over: ``begin`` and ``end`` are ids or "all"; ``why`` says the reason."""
     from hawk.lots import reading
 
-    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    lot, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.take_over(c, lot, body, who, now)))
 
 
@@ -94,7 +93,7 @@ async def drop(store: LotStore, request: web.Request, body: Body) -> object:
     """Drop proposals of ``survey``, named as to `take_over`: the same evidence does not propose them again."""
     from hawk.lots import reading
 
-    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    lot, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.drop(c, lot, body, who, now)))
 
 
@@ -102,7 +101,7 @@ async def pin(store: LotStore, request: web.Request, body: Body) -> object:
     """Pin a lot to its place on Earth by one or two ``points``, each ``from`` a place ``to`` another one; [] unpins."""
     from hawk.lots import reading
 
-    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    lot, who, now = request.match_info["id"], role_of(request), now_of(request)
     return await store.write(lambda c: reading.pin(c, lot, body, who, now))
 
 
@@ -110,7 +109,7 @@ async def rename(store: LotStore, request: web.Request, body: Body) -> object:
     """Name a lot: ``name``."""
     from hawk.lots import reading
 
-    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    lot, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.rename(c, lot, body.get("name"), who, now)))
 
 
@@ -118,7 +117,7 @@ async def merge(store: LotStore, request: web.Request, body: Body) -> object:
     """Merge the lot ``with`` into this one."""
     from hawk.lots import reading
 
-    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    lot, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.merge(c, lot, body.get("with"), who, now)))
 
 
@@ -126,7 +125,7 @@ async def split(store: LotStore, request: web.Request, body: Body) -> object:
     """Split the stalls within ``outline``, corners [latitude, longitude], off as a lot called ``name``."""
     from hawk.lots import reading
 
-    lot, who, now = request.match_info["id"], _who(request), now_of(request)
+    lot, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.split(c, lot, body, who, now)))
 
 
@@ -136,7 +135,7 @@ async def move(store: LotStore, request: web.Request, body: Body) -> object:
 
     if "lot" not in body:
         raise LotInputError("lot", "is missing: name a lot, or write null for a new one")
-    survey, who, now = request.match_info["id"], _who(request), now_of(request)
+    survey, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.move(c, survey, body, who, now, store.register)))
 
 
@@ -152,7 +151,7 @@ async def choose(store: LotStore, request: web.Request, body: Body) -> object:
     """Register a survey whose place was not certain: ``place``, the number of one of its places, from 0."""
     from hawk.lots import reading
 
-    survey, who, now = request.match_info["id"], _who(request), now_of(request)
+    survey, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.choose(c, survey, body, who, now)))
 
 
@@ -162,8 +161,3 @@ async def undo(store: LotStore, request: web.Request, _: Body) -> object:
 
     seq, now = int(request.match_info["seq"]), now_of(request)
     return {"seq": seq, "kind": await store.write(lambda c: reading.undo(c, seq, now))}
-
-
-def _who(request: web.Request) -> str:
-    access = request.get(ACCESS)
-    return Role.OPERATOR.value if access is None else access.role.value

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
-from hawk.comm.protocol.authority import Role
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
-from hawk.web.access.access import ACCESS
-from hawk.web.lot_answers import FOR_OPERATORS, ID, Body, answer, answered, now_of
+from hawk.web.lot_answers import FOR_OPERATORS, ID, answer, answered, now_of
+from hawk.web.refusals import Body, check_operator, role_of
 from hawk.web.services import SERVICES
 
 if TYPE_CHECKING:  # loaded where a plan is imported
@@ -51,9 +50,7 @@ def add_routes(app: web.Application) -> None:
 
 async def preview(request: web.Request) -> web.StreamResponse:
     """The preview of an import: the body is the file, the choices are in the query."""
-    access = request.get(ACCESS)
-    if access is not None and access.role is not Role.OPERATOR:
-        raise web.HTTPForbidden(text=FOR_OPERATORS)
+    check_operator(request, FOR_OPERATORS)
     imports = request.app[_IMPORTS]
 
     async def work(store: LotStore) -> object:
@@ -121,8 +118,7 @@ async def begin(store: LotStore, request: web.Request, body: Body) -> object:
     token, now = request.match_info["token"], now_of(request)
     previews = _previews(request)
     found = previews.of(token, None, _clock(request))
-    access = request.get(ACCESS)
-    who = Role.OPERATOR.value if access is None else access.role.value
+    who = role_of(request)
     made = await store.write(lambda connection: begun(connection, found, body, who, now))
     previews.drop(token)
     return made

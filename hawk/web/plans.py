@@ -13,7 +13,8 @@ from aiohttp import web
 
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError
-from hawk.web.lot_answers import ID, Body, answer, answered, now_of
+from hawk.web.lot_answers import ID, answer, answered, now_of
+from hawk.web.refusals import Body
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection

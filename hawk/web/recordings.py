@@ -6,35 +6,25 @@ nothing is deleted or sent: the disk is the flight's.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import Any, Final, TypeVar
 
 from aiohttp import hdrs, web
 
-from hawk.comm.protocol.authority import Role
-from hawk.lots.values import LotStoreError, utc
-from hawk.store.recordings import Contents, NotThatRecordingError, Recordings, Stored
-from hawk.web.access.access import ACCESS
+from hawk.lots.values import LotInputError, LotStoreError, utc
+from hawk.store.recordings import Contents, Recordings, Stored
 from hawk.web.downloads import FILES, is_on_ground, send_file
+from hawk.web.refusals import REFUSALS, Body, RefusedError, body_of, check_operator, refusal_of
 from hawk.web.services import SERVICES
 
 NAME: Final = r"{name:[0-9TZ-]{16,24}\.mcap}"
 """Pattern of a recording's name in a route."""
-NONE_HERE: Final = "recordings: nothing is recorded here"
-FLYING: Final = "recordings: wait until the motors are off"
+NONE_HERE: Final = ("recordings", "nothing is recorded here")
+FLYING: Final = ("recordings", "wait until the motors are off")
 FOR_OPERATORS: Final = "Recordings are changed and downloaded by operators: log in as operator."
 T = TypeVar("T")
 _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
-
-
-class _RefusedError(Exception):
-    """Refusal of a request; the text is "field: reason"."""
-
-    def __init__(self, status: int, words: str) -> None:
-        super().__init__(words)
-        self.status = status
 
 
 def add_routes(app: web.Application) -> None:
@@ -47,6 +37,12 @@ def add_routes(app: web.Application) -> None:
 
 async def listed(request: web.Request) -> web.StreamResponse:
     """Every recording, the oldest first, with size, lot, length and mark."""
+    rows = await rows_of(request)
+    return _json({"recordings": rows, "bytes": sum(row["bytes"] for row in rows)})
+
+
+async def rows_of(request: web.Request) -> list[dict[str, Any]]:
+    """Return every recording as JSON values, the oldest first. Raises RefusedError and OSError."""
     folder = _folder(request)
 
     def read() -> list[tuple[Stored, Contents]]:
@@ -54,38 +50,44 @@ async def listed(request: web.Request) -> web.StreamResponse:
 
     found = await _run(request, read)
     lots = await _lots(request)
-    rows = [_row(one, contents, lots.get(contents.survey)) for one, contents in found]
-    return _json({"recordings": rows, "bytes": sum(one.bytes for one, _ in found)})
+    return [_row(one, contents, lots.get(contents.survey)) for one, contents in found]
 
 
 async def keep(request: web.Request) -> web.StreamResponse:
     """Set the mark "keep", or take it away."""
-    folder, name = _folder(request), request.match_info["name"]
-    wanted = (await _body(request)).get("keep")
+    return _json(await kept(request, await body_of(request)))
+
+
+async def kept(request: web.Request, body: Body) -> dict[str, Any]:
+    """Set the mark of the recording in the address, ``keep``. Raises LotInputError and those of `Recordings.keep`."""
+    folder, name, wanted = _folder(request), request.match_info["name"], body.get("keep")
     if not isinstance(wanted, bool):
-        raise _RefusedError(422, "keep: send true or false")
+        raise LotInputError("keep", "send true or false")
     await _run(request, partial(folder.keep, name, is_kept=wanted))
-    return _json({"name": name, "keep": wanted})
+    return {"name": name, "keep": wanted}
 
 
 async def delete(request: web.Request) -> web.StreamResponse:
     """Delete a recording."""
-    if not is_on_ground(request.app[SERVICES].status.value):
-        raise _RefusedError(409, FLYING)
+    return _json(await deleted(request, {}))
+
+
+async def deleted(request: web.Request, _: Body) -> dict[str, Any]:
+    """Delete the recording in the address. Raises RefusedError in flight, and those of `Recordings.delete`."""
+    _check_on_ground(request)
     name = request.match_info["name"]
     await _run(request, partial(_folder(request).delete, name))
-    return _json({"name": name, "deleted": True})
+    return {"name": name, "deleted": True}
 
 
 async def download(request: web.Request) -> web.StreamResponse:
     """A recording, or the part of it that is asked for."""
-    if not is_on_ground(request.app[SERVICES].status.value):
-        raise _RefusedError(409, FLYING)
+    _check_on_ground(request)
     folder, name = _folder(request), request.match_info["name"]
     found = {one.name: one for one in await _run(request, folder.listed)}
     one = found.get(name)
     if one is None or one.is_under_way:
-        raise _RefusedError(404, f"{name}: there is no complete recording of this name; the list has all")
+        raise RefusedError(404, name, "there is no complete recording of this name; the list has all")
     return await send_file(request, folder.folder / name, one.bytes)
 
 
@@ -93,25 +95,20 @@ def _answered(handler: _Handler, *, for_operators: bool = False) -> _Handler:
     """Return the handler with its refusals as JSON: ``field`` and ``reason``."""
 
     async def handle(request: web.Request) -> web.StreamResponse:
-        access = request.get(ACCESS)
-        if for_operators and access is not None and access.role is not Role.OPERATOR:
-            raise web.HTTPForbidden(text=FOR_OPERATORS)
+        if for_operators:
+            check_operator(request, FOR_OPERATORS)
         try:
             return await handler(request)
-        except _RefusedError as error:
-            return _refused(error.status, str(error))
-        except NotThatRecordingError as error:
-            is_gone = "there is no recording" in str(error)
-            return _refused(404 if is_gone else 409, str(error))
-        except OSError as error:
-            return _refused(409, f"recordings: {error.strerror or error}: look at the disk")
+        except (*REFUSALS, OSError) as error:
+            refusal = refusal_of(error)
+            return _json(refusal.content, refusal.status)
 
     return handle
 
 
-def _refused(status: int, words: str) -> web.Response:
-    field, _, reason = words.partition(": ")
-    return _json({"field": field, "reason": reason}, status)
+def _check_on_ground(request: web.Request) -> None:
+    if not is_on_ground(request.app[SERVICES].status.value):
+        raise RefusedError(409, *FLYING)
 
 
 def _json(content: Mapping[str, Any], status: int = 200) -> web.Response:
@@ -121,22 +118,12 @@ def _json(content: Mapping[str, Any], status: int = 200) -> web.Response:
 def _folder(request: web.Request) -> Recordings:
     folder = request.app[SERVICES].recordings
     if folder is None:
-        raise _RefusedError(409, NONE_HERE)
+        raise RefusedError(409, *NONE_HERE)
     return folder
 
 
 async def _run(request: web.Request, work: Callable[[], T]) -> T:
     return await request.app[FILES].run(work)
-
-
-async def _body(request: web.Request) -> Mapping[str, Any]:
-    try:
-        body = await request.json()
-    except (json.JSONDecodeError, UnicodeDecodeError):
-        body = None
-    if not isinstance(body, dict):
-        raise _RefusedError(422, "body: send a JSON object")
-    return body
 
 
 async def _lots(request: web.Request) -> Mapping[str, Mapping[str, str]]:

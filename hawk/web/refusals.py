@@ -1,0 +1,101 @@
+"""Requests that are refused, and the body of those that change something: one form for lots, plans and recordings."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Mapping
+from typing import Any, Final
+
+from aiohttp import web
+
+from hawk.comm.protocol.authority import Role
+from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, utc
+from hawk.store.recordings import NotThatRecordingError
+from hawk.web.access.access import ACCESS
+
+READ_S: Final = 20.0
+"""Real seconds in which the whole request must be there."""
+Body = Mapping[str, Any]
+
+
+class RefusedError(Exception):
+    """A request is refused: ``status`` of HTTP, the ``field`` that is meant, the ``reason`` with the remedy.
+
+    ``more``: further values of the answer.
+    """
+
+    def __init__(self, status: int, field: str, reason: str, more: Mapping[str, str] | None = None) -> None:
+        super().__init__(f"{field}: {reason}")
+        self.status = status
+        self.field = field
+        self.reason = reason
+        self.more = more or {}
+
+    @property
+    def content(self) -> dict[str, str]:
+        """Field and reason as JSON values."""
+        return {"field": self.field, "reason": self.reason, **self.more}
+
+
+REFUSALS: Final = (RefusedError, LotStoreError, NotThatRecordingError)
+"""Errors that `refusal_of` explains, besides those of the disk."""
+
+
+def refusal_of(error: Exception) -> RefusedError:
+    """Return the refusal that one of `REFUSALS` or OSError means: 422 for a value, 404 for an id, 409 for a store."""
+    match error:
+        case RefusedError():
+            return error
+        case LotInputError():
+            return RefusedError(web.HTTPUnprocessableEntity.status_code, error.field, error.reason)
+        case NotFoundError():
+            return RefusedError(web.HTTPNotFound.status_code, *_named(error))
+        case BeingEditedError():
+            more = {"who": error.who, "since": utc(error.since)}
+            return RefusedError(web.HTTPConflict.status_code, *_named(error), more)
+        case NotThatRecordingError():
+            is_gone = "there is no recording" in str(error)
+            name, _, reason = str(error).partition(": ")
+            return RefusedError((web.HTTPNotFound if is_gone else web.HTTPConflict).status_code, name, reason)
+        case OSError():
+            words = f"{error.strerror or error}: look at the disk"
+            return RefusedError(web.HTTPConflict.status_code, "recordings", words)
+    return RefusedError(web.HTTPConflict.status_code, *_named(error))
+
+
+def _named(error: Exception) -> tuple[str, str]:
+    field, separator, reason = str(error).partition(": ")
+    is_field = bool(separator) and field.isidentifier()
+    return (field, reason) if is_field else ("", str(error))
+
+
+def check_operator(request: web.Request, words: str) -> None:
+    """Refuse a viewer. Raises HTTPForbidden with the words."""
+    access = request.get(ACCESS)
+    if access is not None and access.role is not Role.OPERATOR:
+        raise web.HTTPForbidden(text=words)
+
+
+def role_of(request: web.Request) -> str:
+    """Return the role of the person who asks, as the store keeps it."""
+    access = request.get(ACCESS)
+    return Role.OPERATOR.value if access is None else access.role.value
+
+
+async def body_of(request: web.Request) -> Body:
+    """Return the JSON object that was sent; none is an empty one. Raises LotInputError, HTTPRequestTimeout and
+    HTTPRequestEntityTooLarge.
+    """
+    try:
+        async with asyncio.timeout(READ_S):
+            data = await request.read()
+    except TimeoutError:
+        raise web.HTTPRequestTimeout(text="The request did not come.") from None
+    try:
+        found = json.loads(data or b"{}")
+    except (ValueError, RecursionError) as error:
+        raise LotInputError("body", f"is no JSON: {error}") from error
+    if not isinstance(found, dict):
+        raise LotInputError("body", "must be a JSON object")
+    return found

@@ -1,0 +1,213 @@
+"""Answers of the API: JSON of what the store says, with an ETag and packed, or a problem of one form (RFC 9457).
+
+What the store says is read, encoded and packed on its own thread, which nothing of a flight waits for. An answer that
+the client has already, by its ETag, costs the store two numbers.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import gzip
+import hashlib
+import json
+import logging
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from dataclasses import dataclass, field
+from functools import wraps
+from http import HTTPStatus
+from typing import TYPE_CHECKING, Any, Final
+
+from aiohttp import hdrs, web
+from aiohttp.typedefs import Handler
+
+from hawk.lots.store import LotStore
+from hawk.web.access.proxied import is_secure, prefix_of
+from hawk.web.lot_answers import now_of, opened
+from hawk.web.refusals import REFUSALS, refusal_of
+from hawk.web.v1.asked import Q, Request, query_of
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
+
+_LOG = logging.getLogger(__name__)
+
+ROOT: Final = "/api/v1"
+"""Address below which every address of this API lies."""
+JSON: Final = "application/json"
+PROBLEM: Final = "application/problem+json"
+ANSWER_S: Final = 10.0
+"""Real seconds after which a request that the store has not answered is given up."""
+LEAST_PACKED_BYTES: Final = 1000
+"""Shorter answers are one packet of the network in any case."""
+_LEVEL: Final = 4
+"""Of gzip: a list of stalls is 8 times smaller, in 2 ms a megabyte less than at level 9."""
+BUSY: Final = "The store of lots is busy: ask again in some seconds."
+CACHING: Final = "private, no-cache"
+"""A browser keeps the answer, and asks each time whether it is still right."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """An answer before it is encoded. ``next``: the place at which the next part of a list begins."""
+
+    content: object = field(repr=False)
+    next: str | None = None
+    content_type: str = JSON
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+
+Read = Callable[["Connection", Request[Any]], Answer]
+"""Reads what a request asks for, on the store's thread."""
+Prepare = Callable[[LotStore, Request[Any]], Awaitable[None]]
+"""Does what a reading needs and may not do itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Packed:
+    status: int
+    tag: str
+    body: bytes = field(default=b"", repr=False)
+    answer: Answer | None = field(default=None, repr=False)
+    is_packed: bool = False
+
+
+def reader(query: type[Q], read: Read, prepare: Prepare | None = None) -> Handler:
+    """Return the handler of an address that reads the store."""
+
+    async def handle(request: web.Request) -> web.StreamResponse:
+        asked = request_of(request, query)
+        known, packs = request.headers.get(hdrs.IF_NONE_MATCH, ""), accepts_gzip(request)
+
+        def work(connection: Connection) -> _Packed:
+            from hawk.lots.database import version_of
+
+            tag = f'W/"{version_of(connection)}"'
+            if is_known(known, tag):
+                return _Packed(HTTPStatus.NOT_MODIFIED, tag)
+            return _encoded(read(connection, asked), tag, packs=packs)
+
+        async with in_time(BUSY):
+            store = await opened(request)
+            if prepare is not None:
+                await prepare(store, asked)
+            return _response(request, await store.read(work))
+
+    return answered(handle)
+
+
+@contextlib.asynccontextmanager
+async def in_time(words: str) -> AsyncIterator[None]:
+    """Give work up after `ANSWER_S`. Raises HTTPServiceUnavailable with the words."""
+    try:
+        async with asyncio.timeout(ANSWER_S):
+            yield
+    except TimeoutError:
+        raise web.HTTPServiceUnavailable(text=words, headers={hdrs.RETRY_AFTER: "5"}) from None
+
+
+def values(request: web.Request, content: object) -> web.Response:
+    """Return the answer of JSON values that are no part of the store: its ETag is that of the bytes."""
+    packed = _encoded(Answer(content), "", packs=accepts_gzip(request))
+    tag = f'W/"{hashlib.sha256(packed.body).hexdigest()[:16]}"'
+    if is_known(request.headers.get(hdrs.IF_NONE_MATCH, ""), tag):
+        return _response(request, _Packed(HTTPStatus.NOT_MODIFIED, tag))
+    return _response(request, _Packed(packed.status, tag, packed.body, packed.answer, packed.is_packed))
+
+
+def answered(handle: Handler) -> Handler:
+    """Return the handler, its refusals as problems."""
+
+    @wraps(handle)
+    async def within(request: web.Request) -> web.StreamResponse:
+        try:
+            return await handle(request)
+        except (*REFUSALS, OSError) as error:
+            refusal = refusal_of(error)
+            return problem(refusal.status, refusal.reason, refusal.field, refusal.more)
+
+    return within
+
+
+def problem(
+    status: int, detail: str, named: str = "", more: Mapping[str, str] | None = None
+) -> web.Response:  # fmt: skip
+    """Return a problem: ``detail`` says what is wrong and the remedy, ``named`` is the field that is meant."""
+    response = web.Response(status=status, body=_problem(status, detail, named, more), content_type=PROBLEM)
+    response.headers[hdrs.CACHE_CONTROL] = "no-store"
+    return response
+
+
+def _problem(status: int, detail: str, named: str = "", more: Mapping[str, str] | None = None) -> bytes:
+    content = {"type": "about:blank", "title": HTTPStatus(status).phrase, "status": status, "detail": detail}
+    return json.dumps({**content, "field": named, **(more or {})}).encode()
+
+
+@web.middleware
+async def problems(request: web.Request, handler: Handler) -> web.StreamResponse:
+    """Give every refusal of an address of this API the form of a problem: that of a door before it, too."""
+    if not (request.path == ROOT or request.path.startswith(f"{ROOT}/")):
+        return await handler(request)
+    try:
+        return await handler(request)
+    except web.HTTPException as refusal:
+        if refusal.status >= HTTPStatus.BAD_REQUEST:
+            refusal.body = _problem(refusal.status, refusal.text or refusal.reason)
+            refusal.content_type, refusal.charset = PROBLEM, None
+        raise
+    except Exception:
+        _LOG.exception("%s %s failed", request.method, request.path)
+        return problem(HTTPStatus.INTERNAL_SERVER_ERROR, "The drone's program has an error here: see its log.")
+
+
+def request_of(request: web.Request, query: type[Q]) -> Request[Q]:
+    """Return a request without its connection. Raises LotInputError for a parameter."""
+    return Request(dict(request.match_info), query_of(request, query), base_of(request), now_of(request))
+
+
+def base_of(request: web.BaseRequest) -> str:
+    """Return the address of this server as the client has it, without a last slash."""
+    scheme = "https" if is_secure(request) else "http"
+    return f"{scheme}://{request.headers.get(hdrs.HOST, '')}{prefix_of(request)}"
+
+
+def is_known(given: str, tag: str) -> bool:
+    """Return True when the header ``If-None-Match`` names a tag, by the weak comparison (RFC 9110, 13.1.2)."""
+    return given.strip() == "*" or tag.removeprefix("W/") in [
+        each.strip().removeprefix("W/") for each in given.split(",")
+    ]
+
+
+def accepts_gzip(request: web.BaseRequest) -> bool:
+    """Return True when the client unpacks gzip."""
+    for each in request.headers.get(hdrs.ACCEPT_ENCODING, "").lower().split(","):
+        name, _, weight = each.partition(";")
+        if name.strip() in ("gzip", "*"):
+            return weight.strip().replace(" ", "") not in ("q=0", "q=0.0", "q=0.00", "q=0.000")
+    return False
+
+
+def _encoded(answer: Answer, tag: str, *, packs: bool) -> _Packed:
+    from hawk.lots.text import json_text
+
+    body = json_text(answer.content).encode()
+    is_packed = packs and len(body) >= LEAST_PACKED_BYTES
+    data = gzip.compress(body, _LEVEL, mtime=0) if is_packed else body
+    return _Packed(HTTPStatus.OK, tag, data, answer, is_packed)
+
+
+def _response(request: web.Request, packed: _Packed) -> web.Response:
+    response = web.Response(status=packed.status, body=packed.body or None)
+    response.headers[hdrs.ETAG] = packed.tag
+    response.headers[hdrs.CACHE_CONTROL] = CACHING
+    response.headers[hdrs.VARY] = hdrs.ACCEPT_ENCODING
+    if packed.answer is None:
+        return response
+    response.headers[hdrs.CONTENT_TYPE] = packed.answer.content_type
+    response.headers.update(packed.answer.headers)
+    if packed.answer.next is not None:
+        following = request.rel_url.update_query(after=packed.answer.next).without_query_params("token")
+        response.headers[hdrs.LINK] = f'<{base_of(request)}{following}>; rel="next"'
+    if packed.is_packed:
+        response.headers[hdrs.CONTENT_ENCODING] = "gzip"
+    return response

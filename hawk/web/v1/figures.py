@@ -1,0 +1,127 @@
+"""Figures of a lot's use as pydantic models, with the keys of `hawk.stats.shown.figures_json` (docs/statistics.md)."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hawk.web.v1.asked import Id
+from hawk.web.v1.models import Count, Share, Shown, Utc
+
+Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
+Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
+
+
+class Estimate(Shown):
+    """A figure with the ends of its interval and the number of surveys behind it; null where nobody flew."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+    surveys: Count
+
+
+class Bracket(Shown):
+    """Ends between which a figure lies; null: no end is known."""
+
+    low: float | None
+    high: float | None
+
+
+class Peak(Shown):
+    """The flown hour of highest occupancy. `rivals`: other hours whose interval reaches its own."""
+
+    begin: Local
+    occupancy: Estimate
+    accumulation: Estimate
+    rivals: Count
+
+
+class Steady(Estimate):
+    """Number of stalls that every survey saw in one state, and their labels."""
+
+    stalls: list[str]
+
+
+class Turnover(Shown):
+    """Arrivals and stays between surveys that follow each other within `hours`."""
+
+    hours: float
+    pairs: Count
+    open_pairs: Count
+    arrivals: Bracket
+    per_stall_hour: Bracket
+    stay_hours: Bracket
+
+
+class Use(Shown):
+    """Use of a part of the lot, or of all of it. `above`: shares of the flown hours at or above an occupancy."""
+
+    name: str
+    capacity: Count
+    surveys: Count
+    hours: Count
+    occupancy: Estimate
+    accumulation: Estimate
+    load_space_hours: Estimate
+    peak: Peak | None
+    above: dict[str, Estimate]
+    never_taken: Steady
+    always_taken: Steady
+    turnover: Turnover
+
+
+class Hour(Shown):
+    """Mean over the days with a survey in an hour of the day."""
+
+    hour: Annotated[int, Field(ge=0, le=23)]
+    days: Count
+    occupancy: Estimate
+    accumulation: Estimate
+
+
+class Day(Shown):
+    """Mean over the flown hours of a day of the week."""
+
+    day: Weekday
+    days: Count
+    hours: Count
+    occupancy: Estimate
+
+
+class Compared(Shown):
+    """Two days of the week by the hours that both have: by how much the second is fuller, a share."""
+
+    first: Weekday
+    second: Weekday
+    hours: Count
+    difference: Estimate
+
+
+class LeftOut(Shown):
+    """A survey of the period that no figure uses, and why."""
+
+    survey: Id
+    ended: Utc
+    why: str
+
+
+class Statistics(Shown):
+    """Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value."""
+
+    lot: Id
+    name: str
+    clock: str
+    interval: Share
+    surveys: Count
+    first: datetime | None
+    last: datetime | None
+    left_out: list[LeftOut]
+    whole: Use | None
+    by: Literal["hour", "row", "zone", "kind"] | None
+    parts: list[Use]
+    hours: list[Hour]
+    days: list[Day]
+    compared: list[Compared]

@@ -1,0 +1,263 @@
+"""Answers of the API as pydantic models: for OpenAPI and the tests, which hold every answer against them.
+
+Places are [north, east], metres in the lot's frame, or degrees of WGS-84, latitude first; times are UTC (RFC 3339).
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from hawk.web.v1.asked import Id
+
+Utc = Annotated[datetime, Field(description="UTC")]
+Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
+Metres = Annotated[list[float], Field(min_length=2, max_length=2, description="north and east, metres")]
+State = Literal["free", "taken", "unknown"]
+Placed = Literal["first", "registered", "unregistered", "undecided", "nothing"]
+Next = Annotated[str | None, Field(description="`after` of the next part; null at the end of the list")]
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=0)]
+
+
+class Shown(BaseModel):
+    """An object of an answer."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Problem(Shown):
+    """Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    field: str = ""
+    who: Annotated[str, Field(description="person who edits the plan")] = ""
+    since: Annotated[Utc | None, Field(description="beginning of that edit")] = None
+
+
+class PossiblePlace(Shown):
+    """A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits."""
+
+    north: float
+    east: float
+    turn: float
+    score: float
+
+
+class Doubt(Shown):
+    """Reason why the place of a survey is not certain, with the places to choose from."""
+
+    why: str
+    places: list[PossiblePlace]
+    chosen: int | None
+
+
+class SurveyPlace(Shown):
+    """Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise."""
+
+    north: float
+    east: float
+    turn: float | None
+
+
+class LotSurvey(Shown):
+    """A survey of a lot."""
+
+    id: Id
+    seq: Annotated[int, Field(description="number in the order of the landings")]
+    lot: Id | None
+    layout: Annotated[int | None, Field(description="version of the layout by which its stalls are known")]
+    placed: Placed
+    free: Count
+    taken: Count
+    unknown: Count
+    simulated: bool
+    program: Annotated[str, Field(description="version of hawk-drone that flew it")]
+    datum: Degrees
+    place: SurveyPlace | None
+    doubt: Doubt | None
+    began: Utc
+    ended: Utc
+    time_is_sure: Annotated[bool, Field(description="false: neither GNSS nor a time server had set the clock")]
+
+
+class Survey(LotSurvey):
+    """A survey, with the lots that it may be of."""
+
+    candidates: list[Id]
+
+
+class ListedLot(Shown):
+    """A lot, with its newest survey."""
+
+    id: Id
+    name: str
+    stalls: Count
+    survey_count: Count
+    last_survey: LotSurvey | None
+
+
+class Edit(Shown):
+    """Person who edits a plan, and since when; `layout`: the version that it makes."""
+
+    who: str
+    since: Utc
+    last: Utc
+    layout: int
+
+
+class Lot(ListedLot):
+    """A lot. `datum`: origin of its frame, north up. `revision` rises with every change of its plan."""
+
+    datum: Degrees
+    datum_is_pinned: bool
+    outline: Annotated[list[list[Degrees]], Field(description="rings of the ground")]
+    edit: Edit | None
+    revision: Count
+
+
+class Layout(Shown):
+    """A version of a lot's layout."""
+
+    version: int
+    valid_from: Utc
+    who: str
+    why: str
+
+
+class PlanStall(Shown):
+    """A stall of a layout: its middle, and the direction of its length, radians clockwise from north."""
+
+    id: Id
+    label: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    kind: Annotated[str, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
+    is_confirmed: bool
+    row: Annotated[str | None, Field(description="letter of its row; null under an owner's own label")]
+    latitude: float
+    longitude: float
+
+
+class ListedStall(PlanStall):
+    """A stall with the last look at it, all null where no survey looked; `survey`: which survey looked."""
+
+    state: State | None
+    taken_probability: Share | None
+    looked: Utc | None
+    survey: Id | None
+
+
+class Stall(ListedStall):
+    """A stall of a lot: `begins` is the first version of the layout that has it, `ends` the first that has not."""
+
+    lot: Id
+    begins: int
+    ends: int | None
+
+
+class Zone(Shown):
+    """An area of a plan: one without stalls, or one that statistics count by itself, for a kind of stalls."""
+
+    id: Id
+    name: str
+    kind: str
+    has_stalls: bool
+    outline: list[Metres]
+    ground: list[Degrees]
+
+
+class Observation(Shown):
+    """Look of a survey at a stall. `looks`: pictures behind it."""
+
+    survey: Id
+    stall: Id
+    label: str
+    state: State
+    taken_probability: Share
+    looked: Utc
+    looks: Count
+
+
+class RecordedLot(Shown):
+    """Lot of a recorded flight."""
+
+    id: Id
+    name: str
+
+
+class Recording(Shown):
+    """A recording on the drone's disk. `keep`: it is never removed for room."""
+
+    name: str
+    bytes: Count
+    began: Utc | None
+    seconds: float | None
+    survey: str | None
+    lot: RecordedLot | None
+    keep: bool
+    under_way: bool
+
+
+class Lots(Shown):
+    """Part of the list of lots."""
+
+    items: list[ListedLot]
+    next: Next
+
+
+class Layouts(Shown):
+    """Part of the list of layouts."""
+
+    items: list[Layout]
+    next: Next
+
+
+class PlanStalls(Shown):
+    """Part of the list of a layout's stalls."""
+
+    items: list[PlanStall]
+    next: Next
+
+
+class Stalls(Shown):
+    """Part of the list of stalls."""
+
+    items: list[ListedStall]
+    next: Next
+
+
+class Zones(Shown):
+    """Part of the list of zones."""
+
+    items: list[Zone]
+    next: Next
+
+
+class Surveys(Shown):
+    """Part of the list of surveys."""
+
+    items: list[Survey]
+    next: Next
+
+
+class Observations(Shown):
+    """Part of the list of observations."""
+
+    items: list[Observation]
+    next: Next
+
+
+class Recordings(Shown):
+    """Part of the list of recordings."""
+
+    items: list[Recording]
+    next: Next

@@ -1,0 +1,168 @@
+"""Reading of lots, layouts, stalls, zones, surveys, observations and statistics for `hawk.web.v1.table`.
+
+Each function runs on the store's thread, where SQLAlchemy is loaded.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from hawk.lots.store import LotStore
+from hawk.lots.values import LotStoreError
+from hawk.web.v1 import asked as forms
+from hawk.web.v1.answering import Answer
+from hawk.web.v1.asked import Query, Request
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import ColumnElement, Connection
+
+    from hawk.lots.paged import Asked, Part
+
+_AT_ONCE: Final = 20
+"""Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""
+
+
+def _listed(part: Part) -> Answer:
+    return Answer({"items": part.items, "next": part.next}, part.next)
+
+
+def _part(query: forms.Listed) -> Asked:
+    from hawk.lots.paged import Asked
+
+    return Asked(query.limit, query.after)
+
+
+def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
+    """Return the conditions that a survey ended within a period. Raises LotInputError."""
+    from hawk.lots.tables import SURVEY
+    from hawk.stats.asked import period_of
+
+    if query.begin is None and query.end is None:
+        return ()
+    return period_of(query.begin, query.end, query.time_zone).holds(SURVEY.c.ended)
+
+
+def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return every lot."""
+    from hawk.lots import paged
+
+    return _listed(paged.lots(connection, _part(asked.query)))
+
+
+def lot(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return a lot."""
+    from hawk.lots import paged
+
+    return Answer(paged.lot(connection, asked.id))
+
+
+def layouts(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return the versions of a lot's layout."""
+    from hawk.lots import paged
+
+    return _listed(paged.layouts(connection, asked.id, _part(asked.query)))
+
+
+def stalls_of_layout(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return the stalls of a version of a lot's layout."""
+    from hawk.lots import paged
+
+    version = int(asked.path["version"])
+    return _listed(paged.stalls_of_layout(connection, asked.id, version, _part(asked.query)))
+
+
+def zones(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return the zones of a lot."""
+    from hawk.lots import paged
+
+    return _listed(paged.zones(connection, asked.id, _part(asked.query)))
+
+
+def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
+    """Return the stalls of a lot."""
+    from hawk.lots import paged
+
+    query = asked.query
+    part = paged.stalls(
+        connection, asked.id, _part(query), row=query.row, kind=query.kind, state=query.state
+    )  # fmt: skip
+    return _listed(part)
+
+
+def stall(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return a stall."""
+    from hawk.lots import paged
+
+    return Answer(paged.stall(connection, asked.id))
+
+
+def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
+    """Return surveys: those of a lot where the address names one."""
+    from hawk.lots import paged
+    from hawk.lots.tables import SURVEY
+
+    query = asked.query
+    conditions = [*_during(query), *([] if query.placed is None else [SURVEY.c.placed == query.placed])]
+    part = replace(_part(query), newest_first=query.order == "newest", of=conditions)
+    return _listed(paged.surveys(connection, part, asked.path.get("id")))
+
+
+def survey(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return a survey."""
+    from hawk.lots import paged
+
+    return Answer(paged.survey(connection, asked.id))
+
+
+def observations(connection: Connection, asked: Request[forms.Observations]) -> Answer:
+    """Return the looks at the stalls of a lot."""
+    from hawk.lots import paged
+
+    query = asked.query
+    part = replace(_part(query), newest_first=query.order == "newest", of=_during(query))
+    found = paged.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
+    return _listed(found)
+
+
+def observations_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return the looks of a survey."""
+    from hawk.lots import paged
+
+    return _listed(paged.observations(connection, _part(asked.query), survey_id=asked.id))
+
+
+def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
+    """Return the figures of a lot's use."""
+    from hawk.stats.answering import statistics as figures
+    from hawk.stats.asked import period_of
+    from hawk.stats.shown import figures_json
+
+    query = asked.query
+    period = period_of(query.begin, query.end, query.time_zone)
+    return Answer(figures_json(figures(connection, asked.id, period, query.by)))
+
+
+async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:
+    """Put the looks of an archive that an earlier version wrote in one piece a survey, once: statistics read these.
+
+    A store of a newer version is only read: each question then takes longer.
+    """
+
+    def missing(connection: Connection) -> list[int]:
+        from hawk.lots.looks import missing_looks
+
+        return missing_looks(connection, asked.id)
+
+    def keep(connection: Connection, surveys: Sequence[int]) -> None:
+        from hawk.lots.looks import keep_looks
+
+        keep_looks(connection, surveys)
+
+    found = await store.read(missing)
+    with contextlib.suppress(LotStoreError):
+        for first in range(0, len(found), _AT_ONCE):
+            some = found[first : first + _AT_ONCE]
+            await store.write(lambda connection, some=some: keep(connection, some))  # type: ignore[misc]

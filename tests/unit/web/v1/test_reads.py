@@ -1,0 +1,198 @@
+"""Reading by the API: lists in parts, single things, filters, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from sqlalchemy import delete
+
+from hawk.lots.tables import LOOKS
+from hawk.web.v1 import figures, models
+from tests.unit.web.v1.archive import NOWHERE, Archive
+
+
+async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive) -> None:
+    whole = await archive.shown("/lots", models.Lots)
+    assert [each["id"] for each in whole["items"]] == [archive.lot, archive.far]
+    assert (whole["items"][0]["stalls"], whole["items"][0]["survey_count"], whole["next"]) == (40, 3, None)
+    assert await archive.items("/lots?limit=1") == whole["items"]
+    response = await archive.ask("/lots?limit=1")
+    assert response.links["next"]["url"] == archive.address(f"/lots?limit=1&after={archive.lot}")
+
+
+async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -> None:
+    shown = await archive.shown(f"/lots/{archive.lot}", models.Lot)
+    assert shown["datum"] == pytest.approx([52.0, 5.0], abs=1e-6)
+    assert (shown["edit"], len(shown["outline"][0])) == (None, 4)
+    await archive.done(f"/api/lots/{archive.lot}/edit", who="Ann")
+    assert (await archive.shown(f"/lots/{archive.lot}", models.Lot))["edit"]["who"] == "Ann"
+
+
+async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
+    stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", models.Stalls))["items"]
+    old = await archive.get(f"/api/lots/{archive.lot}.json")
+    assert [each["id"] for each in stalls] == [each["id"] for each in old["stalls"]]
+    for stall, before in zip(stalls, old["stalls"], strict=True):
+        assert {name: stall[name] for name in before} == before
+        assert stall["survey"] == archive.surveys[-1]
+        assert (stall["latitude"], stall["longitude"]) == pytest.approx((52.0, 5.0), abs=1e-3)
+    assert await archive.items(f"/lots/{archive.lot}/stalls?limit=7") == stalls
+    (alone,) = [each for each in stalls if each["label"] == "B 3"]
+    found = await archive.shown(f"/stalls/{alone['id']}", models.Stall)
+    assert found == {"lot": archive.lot, "begins": 1, "ends": None, **alone}
+
+
+@pytest.mark.parametrize(("asked", "name", "value"), [("row=B", "row", "B"), ("state=free", "state", "free")])
+async def test_stalls_are_chosen_by_row_and_state(archive: Archive, asked: str, name: str, value: str) -> None:
+    path = f"/lots/{archive.lot}/stalls"
+    chosen = [each for each in await archive.items(path) if each[name] == value]
+    assert 0 < len(chosen) < 40
+    assert await archive.items(f"{path}?{asked}&limit=3") == chosen
+    assert await archive.items(f"{path}?kind=disabled") == []
+    assert len(await archive.items(f"{path}?kind=")) == 40
+
+
+async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}"
+    before = await archive.items(f"{path}/layouts/1/stalls")
+    edit = (await archive.done(f"/api{path}/edit", who="Ann"))["edit"]
+    ids = [each["id"] for each in before]
+    for operation in (
+        {"do": "remove", "stalls": [ids[0]]},
+        {"do": "set_kind", "stalls": [ids[5]], "kind": "disabled"},
+    ):
+        await archive.done(f"/api{path}/plan", edit=edit, operation=operation)
+    layouts = (await archive.shown(f"{path}/layouts", models.Layouts))["items"]
+    assert [(each["version"], each["who"]) for each in layouts] == [(1, "hawk"), (2, "Ann")]
+    assert (await archive.shown(f"{path}/layouts/1/stalls", models.PlanStalls))["items"] == before
+    now = await archive.items(f"{path}/layouts/2/stalls?limit=5")
+    assert [each["id"] for each in now] == ids[1:]
+    assert [each["kind"] for each in now if each["id"] == ids[5]] == ["disabled"]
+    gone = await archive.shown(f"/stalls/{ids[0]}", models.Stall)
+    assert (gone["begins"], gone["ends"]) == (1, 2)
+
+
+async def test_zones_are_listed_with_their_ground(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}"
+    edit = (await archive.done(f"/api{path}/edit", who="Ann"))["edit"]
+    outline = [[-2, -2], [-2, 12], [3, 12], [3, -2]]
+    operation = {"do": "draw_zone", "outline": outline, "name": "Front", "kind": "staff"}
+    await archive.done(f"/api{path}/plan", edit=edit, operation=operation)
+    (zone,) = (await archive.shown(f"{path}/zones", models.Zones))["items"]
+    assert (zone["name"], zone["kind"], zone["has_stalls"], zone["outline"]) == ("Front", "staff", True, outline)
+    assert zone["ground"][0] == pytest.approx([52.0 - 2 / 111_270, 5.0 - 2 / 68_680], abs=1e-6)
+
+
+async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}/surveys"
+    oldest = (await archive.shown(path, models.Surveys))["items"]
+    assert [each["id"] for each in oldest] == archive.surveys
+    assert await archive.items(f"{path}?order=newest&limit=1") == oldest[::-1]
+    assert [each["placed"] for each in oldest] == ["first", "registered", "registered"]
+    assert await archive.items(f"{path}?placed=registered") == oldest[1:]
+    assert await archive.items(f"{path}?from=2026-02-03&to=2026-02-03&time_zone=UTC") == oldest[1:2]
+    assert await archive.items(f"{path}?from=2026-02-03T02:55:00Z") == oldest[1:]
+    assert await archive.items(f"{path}?to=2026-02-03T02:55:00Z") == oldest[:1]
+    assert await archive.shown(f"/surveys/{oldest[1]['id']}", models.Survey) == oldest[1]
+    assert len(await archive.items("/surveys?limit=3")) == 4
+
+
+async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}/observations"
+    looks = (await archive.shown(f"{path}?limit=1000", models.Observations))["items"]
+    assert [each["survey"] for each in looks[::40]] == archive.surveys
+    assert await archive.items(f"{path}?limit=33") == looks
+    newest = await archive.items(f"{path}?limit=33&order=newest")
+    assert [each["survey"] for each in newest[::40]] == list(archive.surveys)[::-1]
+    assert sorted(map(str, newest)) == sorted(map(str, looks))
+    second = archive.surveys[1]
+    of_second = [each for each in looks if each["survey"] == second]
+    assert len(of_second) == 40
+    assert await archive.items(f"/surveys/{second}/observations?limit=9") == of_second
+    assert await archive.items(f"{path}?survey={second}&limit=9") == of_second
+    stall = looks[7]["stall"]
+    assert await archive.items(f"{path}?stall={stall}&limit=2") == [each for each in looks if each["stall"] == stall]
+    assert await archive.items(f"{path}?from=2026-02-04&time_zone=UTC") == looks[80:]
+    assert await archive.items(f"/lots/{archive.far}/observations?survey={second}") == []
+
+
+@pytest.mark.parametrize("by", [None, "hour", "row", "zone", "kind"])
+async def test_statistics_are_those_of_the_command(archive: Archive, by: str | None) -> None:
+    asked = "time_zone=UTC" if by is None else f"time_zone=UTC&by={by}"
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Statistics)
+
+    def printed(connection: Any) -> Any:
+        from hawk.stats.answering import statistics
+        from hawk.stats.asked import period_of
+        from hawk.stats.shown import figures_json
+
+        return figures_json(statistics(connection, archive.lot, period_of(None, None, "UTC"), by))
+
+    assert found == json.loads(json.dumps(await archive.store.read(printed)))
+    assert (found["surveys"], found["by"]) == (3, by)
+
+
+async def test_statistics_of_a_period_use_its_surveys_alone(archive: Archive) -> None:
+    asked = "from=2026-02-03&to=2026-02-04&time_zone=UTC"
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Statistics)
+    assert (found["surveys"], found["first"][:10]) == (2, "2026-02-02")  # a look counts when it was made
+
+
+async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_question(archive: Archive) -> None:
+    def drop(connection: Any) -> None:
+        connection.execute(delete(LOOKS))
+
+    def kept(connection: Any) -> int:
+        from hawk.lots.looks import missing_looks
+
+        return len(missing_looks(connection, archive.lot))
+
+    before = await archive.get(f"/lots/{archive.lot}/statistics?time_zone=UTC")
+    await archive.store.write(drop)
+    assert await archive.store.read(kept) == 3
+    assert await archive.get(f"/lots/{archive.lot}/statistics?time_zone=UTC") == before
+    assert await archive.store.read(kept) == 0
+
+
+@pytest.mark.parametrize(
+    ("path", "field", "words"),
+    [
+        ("/lots?limit=0", "limit", "must be greater than or equal to 1"),
+        ("/lots?limit=1001", "limit", "must be less than or equal to 1000"),
+        ("/lots?limit=1_0", "limit", "must be a whole number, 0 or more"),
+        ("/lots?limit=5&limit=6", "limit", "is there twice: write it once"),
+        ("/lots?page=2", "page", "is not known here: leave it out; there is limit, after"),
+        ("/lots?after=nowhere", "after", "write `next` of the part before"),
+        ("/surveys?after=1.2", "after", "write `next` of the part before"),
+        ("/surveys?order=up", "order", "must be 'oldest' or 'newest'"),
+        ("/surveys?from=yesterday", "from", "must be a date, as 2026-05-04"),
+        ("/surveys?from=2026-05-04&to=2026-05-03", "to", "is not after 2026-05-04"),
+        ("/surveys?to=2026-05-03&time_zone=Mars", "time_zone", "must be a name of the time zone database"),
+        ("/lots/LOT/statistics?by=colour", "by", "must be 'hour', 'row', 'zone' or 'kind'"),
+        ("/lots/LOT/stalls?kind=big", "kind", "is no kind: write one of"),
+        ("/lots/LOT/observations?after=7", "after", "write `next` of the part before"),
+    ],
+)  # fmt: skip
+async def test_a_parameter_that_cannot_be_used_is_named_with_the_remedy(
+    archive: Archive, path: str, field: str, words: str
+) -> None:
+    status, problem = await archive.refused(path.replace("LOT", archive.lot))
+    assert (status, problem["field"]) == (422, field)
+    assert words in problem["detail"]
+    models.Problem.model_validate(problem)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/lots/ID", "/lots/ID/layouts", "/lots/ID/layouts/1/stalls", "/lots/ID/stalls", "/stalls/ID", "/lots/ID/zones",
+        "/lots/ID/surveys", "/surveys/ID", "/surveys/ID/observations", "/lots/ID/observations", "/lots/ID/statistics",
+        "/lots/LOT/layouts/9/stalls", "/lots/LOT/observations?survey=ID", "/lots/LOT/observations?stall=ID",
+        "/nothing", "/lots/1",
+    ],
+)  # fmt: skip
+async def test_what_is_not_there_is_said(archive: Archive, path: str) -> None:
+    status, problem = await archive.refused(path.replace("ID", NOWHERE).replace("LOT", archive.lot))
+    assert (status, problem["title"]) == (404, "Not Found")
