@@ -66,10 +66,23 @@ def frame_of(datum: tuple[float, float], other: tuple[float, float]) -> Move:
 
     North differs between two places: their meridians meet at a pole. Right to a millimetre for datums 100 m apart.
     """
-    latitude, longitude = other
-    origin, north = about(datum, np.array([[latitude, longitude], [latitude + _ARM, longitude]]))[:, :2]
-    turn = math.atan2(float(north[1] - origin[1]), float(north[0] - origin[0]))
-    return Move(float(origin[0]), float(origin[1]), turn)
+    shifts, turns = frames_of(datum, np.array([other], np.float64))
+    return Move(float(shifts[0, 0]), float(shifts[0, 1]), float(turns[0]))
+
+
+def frames_of(datum: tuple[float, float], others: Floats) -> tuple[Floats, Floats]:
+    """Return the moves of `frame_of` for others (N, 2): shifts (N, 2), metres, and turns (N,), radians clockwise."""
+    origin = about(datum, others)[:, :2]
+    apart = about(datum, others + np.array([_ARM, 0.0]))[:, :2] - origin
+    return origin, np.arctan2(apart[:, 1], apart[:, 0])
+
+
+def turned(places: Floats, turns: Floats) -> Floats:
+    """Return places (N, 2) of (north, east), each turned about the origin by its own of turns (N,), radians."""
+    cosine, sine = np.cos(turns), np.sin(turns)
+    return np.column_stack(
+        (places[:, 0] * cosine - places[:, 1] * sine, places[:, 0] * sine + places[:, 1] * cosine)
+    )  # fmt: skip
 
 
 def same_stalls(known: Sequence[StoredStall], placed: Sequence[SurveyStall]) -> dict[int, str]:

@@ -17,7 +17,7 @@ from shapely import MultiPoint, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
-from hawk.lots.frames import Floats, Move, frame_of, same_stalls
+from hawk.lots.frames import Floats, Move, frame_of, frames_of, same_stalls, turned
 from hawk.lots.place import ground_about
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.tables import LOT, STALL, SURVEY
@@ -168,7 +168,7 @@ def mean_datum(connection: Connection, lot: str) -> tuple[float, float]:
     """
     kept = _kept(connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one())
     origins, weights = _origins(connection, lot, kept)
-    if not weights:
+    if not len(weights):
         return kept
     mean = np.average(origins, axis=0, weights=weights)[None]
     ((latitude, longitude),) = to_global(GlobalPose(*kept, 0.0), mean).tolist()
@@ -183,21 +183,23 @@ def datum_accuracy(connection: Connection, lot: str) -> float | None:
     """
     kept = _kept(connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one())
     _, weights = _origins(connection, lot, kept)
-    return math.sqrt(1 / sum(weights)) if weights else None
+    return math.sqrt(1 / float(weights.sum())) if len(weights) else None
 
 
-def _origins(connection: Connection, lot: str, kept: tuple[float, float]) -> tuple[list[Floats], list[float]]:
-    """Return where each placed survey has a lot's origin, metres about ``kept``, and the inverse of its variance."""
+def _origins(connection: Connection, lot: str, kept: tuple[float, float]) -> tuple[Floats, Floats]:
+    """Return where each of S placed surveys has a lot's origin, (S, 2) metres about ``kept``, and the inverses of their
+    variances, (S,). A thousand surveys are one calculation: every answer about a lot needs its datum.
+    """
     is_placed = SURVEY.c.placed.in_(PLACED) & SURVEY.c.north.is_not(None)
     asked = select(*(SURVEY.c[name] for name in ("latitude", "longitude", "north", "east", "turn", "accuracy")))
     surveys = connection.execute(asked.where(SURVEY.c.lot == lot, is_placed)).all()
-    origins, weights = [], []
-    for latitude, longitude, north, east, turn, accuracy in surveys:
-        ((a, b),) = Move(north, east, turn).back(np.zeros((1, 2))).tolist()
-        frame = frame_of(kept, (latitude, longitude))
-        origins.append(frame.of(np.array([[a, b]]))[0])
-        weights.append(1 / ((USUAL_M if accuracy is None else accuracy) ** 2 + MAP_M**2))
-    return origins, weights
+    if not surveys:
+        return np.zeros((0, 2)), np.zeros(0)
+    found = np.array([[np.nan if value is None else value for value in row] for row in surveys], np.float64)
+    shifts, turns = frames_of(kept, found[:, :2])
+    backwards = turned(-found[:, 2:4], -found[:, 4])
+    accuracy = np.where(np.isnan(found[:, 5]), USUAL_M, found[:, 5])
+    return turned(backwards, turns) + shifts, 1 / (accuracy**2 + MAP_M**2)
 
 
 def _kept(row: _Row) -> tuple[float, float]:
