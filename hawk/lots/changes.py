@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
-from typing import Any, Final, TypeVar
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Table, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
@@ -21,12 +21,9 @@ from hawk.lots.plan.follow import read_again
 from hawk.lots.plan.steps import is_among
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.tables import CHANGE, LABEL, LAYOUT, METADATA, STALL, SURVEY, ZONE
-from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
+from hawk.lots.values import LONGEST_NAME, LotInputError, LotStoreError, NotFoundError
 
 T = TypeVar("T")
-
-LONGEST_NAME: Final = 80
-"""Characters of a name."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -22,7 +22,7 @@ from hawk.lots.plan.steps import is_among
 from hawk.lots.plan.values import LASTING
 from hawk.lots.reading import NEWEST_LOOK, SURVEY_SHOWN, lot_json, lot_row, survey_json, survey_row
 from hawk.lots.registering import datum_of
-from hawk.lots.tables import FORMER, LAYOUT, LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.tables import CHANGE, FORMER, LAYOUT, LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, NotFoundError, outline_of, utc
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
@@ -138,6 +138,18 @@ def _survey_shown(row: Row[Any]) -> Found:
 _LOOK: Final = (
     OBSERVATION.c.state, OBSERVATION.c.taken.label("taken_probability"), OBSERVATION.c.looked, OBSERVATION.c.seen,
 )  # fmt: skip
+
+
+def changes(connection: Connection, asked: Asked) -> Part:
+    """Return the changes that persons made, the newest first. Raises LotInputError for the place."""
+    rows = select(CHANGE.c.seq, CHANGE.c.kind, CHANGE.c.who, CHANGE.c.made, CHANGE.c.undone)
+    in_order = rows.where(*_behind(CHANGE.c.seq, replace(asked, newest_first=True))).order_by(CHANGE.c.seq.desc())
+
+    def shown(row: Row[Any]) -> Found:
+        undone = None if row.undone is None else utc(row.undone)
+        return {"seq": row.seq, "kind": row.kind, "who": row.who, "made": utc(row.made), "undone": undone}
+
+    return _part(connection, in_order, asked, shown, lambda row: str(row.seq))
 
 
 def stalls(

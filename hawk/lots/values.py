@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 
+LONGEST_NAME: Final = 80
+"""Characters of a name of a lot or a person."""
+
+
 class LotStoreError(Exception):
     """The store cannot be used, or refuses; the text names the file and the remedy."""
 

@@ -106,9 +106,12 @@ async def in_time(words: str) -> AsyncIterator[None]:
         raise web.HTTPServiceUnavailable(text=words, headers={hdrs.RETRY_AFTER: "5"}) from None
 
 
-def values(request: web.Request, content: object) -> web.Response:
-    """Return the answer of JSON values that are no part of the store: its ETag is that of the bytes."""
-    packed = _encoded(Answer(content), "", packs=accepts_gzip(request))
+def values(request: web.Request, content: object, following: str | None = None) -> web.Response:
+    """Return the answer of JSON values that are no part of the store: its ETag is that of the bytes.
+
+    ``following``: the place at which the next part of a list begins.
+    """
+    packed = _encoded(Answer(content, following), "", packs=accepts_gzip(request))
     tag = f'W/"{hashlib.sha256(packed.body).hexdigest()[:16]}"'
     if is_known(request.headers.get(hdrs.IF_NONE_MATCH, ""), tag):
         return _response(request, _Packed(HTTPStatus.NOT_MODIFIED, tag))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, Generic, Literal, TypeVar
 
@@ -18,6 +18,7 @@ USUAL_ITEMS: Final = 100
 LONGEST_PLACE: Final = 36
 """Characters of a place in a list: those of an id."""
 _LONGEST_NUMBER: Final = 9
+_LONGEST_FIELD: Final = 80
 _LONGEST_ZONE: Final = 64
 _LONGEST_TIME: Final = 40
 
@@ -165,23 +166,26 @@ def query_of(request: web.Request, model: type[Q]) -> Q:
         if name in given:
             raise LotInputError(name, "is there twice: write it once")
         given[name] = value
-    return validated(model.model_validate, given, _names_of(model))
+    return validated(model.model_validate, given, names_of(model))
 
 
-def validated(validate: Callable[[Any], M], given: Any, names: str) -> M:
+def validated(validate: Callable[[Any], M], given: Any, names: str, tags: Collection[str] = ()) -> M:
     """Return what a model makes of values. Raises LotInputError with the first field that cannot be used.
 
-    ``names``: those that there are, for the words about another one.
+    ``names``: those that there are, for the words about another one. ``tags``: names of models, which pydantic puts
+    among those of the fields.
     """
     try:
         return validate(given)
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
-        field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem["loc"])
-        raise LotInputError(field.removeprefix(".")[:80] or "body", _reason(problem, names)) from None
+        parts = [part for part in problem["loc"] if part not in tags]
+        field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).removeprefix(".")
+        raise LotInputError(field[:_LONGEST_FIELD] or "body", _reason(problem, names)) from None
 
 
-def _names_of(model: type[BaseModel]) -> str:
+def names_of(model: type[BaseModel]) -> str:
+    """Return the names of a model's fields, for a sentence."""
     return ", ".join(field.alias or name for name, field in model.model_fields.items()) or "no parameter"
 
 

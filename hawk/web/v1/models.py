@@ -187,6 +187,73 @@ class Observation(Shown):
     looks: Count
 
 
+class Change(Shown):
+    """A change that a person made; `undone`: when it was undone."""
+
+    seq: int
+    kind: str
+    who: str
+    made: Utc
+    undone: Utc | None
+
+
+class BeginningStall(Shown):
+    """A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps."""
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    state: State
+    instead: list[Id]
+    corners: list[Degrees]
+
+
+class EndingStall(Shown):
+    """A stall of the layout that surveys did not find."""
+
+    id: Id
+    label: str
+    is_confirmed: bool
+    corners: list[Degrees]
+
+
+class SurveyProposals(Shown):
+    """Changes of the layout that a survey proposes."""
+
+    survey: Id
+    ended: Utc
+    begin: list[BeginningStall]
+    end: list[EndingStall]
+
+
+class DoubtfulSurvey(Shown):
+    """A survey whose place a person may choose: the number of places."""
+
+    survey: Id
+    ended: Utc
+    why: str
+    places: Count
+
+
+class Proposals(Shown):
+    """Changes of a lot's layout that its newest surveys propose."""
+
+    lot: Id
+    datum: Degrees
+    surveys: list[SurveyProposals]
+    doubtful: list[DoubtfulSurvey]
+
+
+class Changes(Shown):
+    """Part of the list of changes."""
+
+    items: list[Change]
+    next: Next
+
+
 class RecordedLot(Shown):
     """Lot of a recorded flight."""
 

@@ -134,6 +134,20 @@ def observations_of_survey(connection: Connection, asked: Request[forms.Listed])
     return _listed(paged.observations(connection, _part(asked.query), survey_id=asked.id))
 
 
+def changes(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return the changes that persons made."""
+    from hawk.lots import paged
+
+    return _listed(paged.changes(connection, _part(asked.query)))
+
+
+def proposals(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return what the newest surveys of a lot propose to change of its layout."""
+    from hawk.lots import reading
+
+    return Answer(reading.proposed(connection, asked.id))
+
+
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
     from hawk.stats.answering import statistics as figures

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from typing import Final
 
-from hawk.web.v1 import asked, figures, models, reads
+from hawk.web import lots, plans, recordings
+from hawk.web.lot_answers import Change
+from hawk.web.v1 import asked, bodies, changing, figures, models, reads
 from hawk.web.v1.answering import Prepare, Read, reader
 from hawk.web.v1.asked import Query
+from hawk.web.v1.bodies import Given
+from hawk.web.v1.changing import changer, of_recordings
 from hawk.web.v1.models import Shown
 from hawk.web.v1.operations import Operation
 
 LOTS: Final = "Lots"
 SURVEYS: Final = "Surveys"
 STATISTICS: Final = "Statistics"
+CHANGES: Final = "Changes"
+PLANS: Final = "Plans"
+RECORDINGS: Final = "Recordings"
 
 
 def _read(
@@ -20,6 +27,12 @@ def _read(
     prepare: Prepare | None = None,
 ) -> Operation:  # fmt: skip
     return Operation("GET", path, name, text, tag, reader(query, read, prepare), answer, query)
+
+
+def _change(
+    path: str, name: str, text: str, tag: str, change: Change, body: type[Given], answer: type[Shown]
+) -> Operation:  # fmt: skip
+    return Operation("POST", path, name, text, tag, changer(body, change), answer, body=body)
 
 
 _READS: Final = (
@@ -47,4 +60,46 @@ _READS: Final = (
           STATISTICS, reads.statistics, figures.Statistics, asked.Statistics, reads.keep_missing_looks),
 )  # fmt: skip
 
-OPERATIONS: Final[tuple[Operation, ...]] = (*_READS,)
+_CHANGES: Final = (
+    _read("/changes", "changes", "Changes that persons made, the newest first", CHANGES, reads.changes, models.Changes,
+          asked.Listed),
+    _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
+          CHANGES, reads.proposals, models.Proposals),
+    _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, lots.undo, bodies.Nothing, bodies.Undone),
+    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, lots.rename, bodies.Rename, bodies.Done),
+    _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, lots.merge, bodies.Merge,
+            bodies.Done),
+    _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, lots.split, bodies.Split,
+            bodies.Done),
+    _change("/lots/{id}/pin", "pin", "Pin a lot to its place on Earth", CHANGES, lots.pin, bodies.Pin, bodies.Pinned),
+    _change("/lots/{id}/take-over", "take_over", "Take proposals over into the layout", CHANGES, lots.take_over,
+            bodies.TakeOver, bodies.Done),
+    _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, lots.drop, bodies.Chosen, bodies.Done),
+    _change("/surveys/{id}/move", "move_survey", "Move a survey to another lot, or to a new one", CHANGES, lots.move,
+            bodies.Move, bodies.Done),
+    _change("/surveys/{id}/place", "place_survey", "Choose the place of a survey whose place is not certain", CHANGES,
+            lots.choose, bodies.Choose, bodies.Done),
+)  # fmt: skip
+
+_PLANS: Final = (
+    _change("/lots/{id}/edit", "open_edit", "Open an edit of a lot's plan, or go on with one's own", PLANS,
+            plans.open_edit, bodies.OpenEdit, bodies.Opened),
+    _change("/lots/{id}/plan", "edit_plan", "Do an operation on the plan", PLANS, plans.do, bodies.Do, bodies.Edited),
+    _change("/lots/{id}/plan/undo", "undo_step", "Undo the newest operation of the edit", PLANS, plans.undo,
+            bodies.Edit, bodies.Stepped),
+    _change("/lots/{id}/plan/redo", "redo_step", "Do the operation again that was undone last", PLANS, plans.redo,
+            bodies.Edit, bodies.Stepped),
+    _change("/lots/{id}/edit/close", "close_edit", "Close the edit: its version of the layout is final", PLANS,
+            plans.close, bodies.CloseEdit, bodies.Closed),
+)  # fmt: skip
+
+_RECORDINGS: Final = (
+    Operation("GET", "/recordings", "recordings", "Recordings on the drone's disk, the oldest first", RECORDINGS,
+              changing.listed, models.Recordings, asked.Listed),
+    Operation("POST", "/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away",
+              RECORDINGS, of_recordings(bodies.Keep, recordings.kept), bodies.Kept, body=bodies.Keep),
+    Operation("POST", "/recordings/{name}/delete", "delete_recording", "Delete a recording, while no drone flies",
+              RECORDINGS, of_recordings(bodies.Nothing, recordings.deleted), bodies.Deleted, body=bodies.Nothing),
+)  # fmt: skip
+
+OPERATIONS: Final[tuple[Operation, ...]] = (*_READS, *_CHANGES, *_PLANS, *_RECORDINGS)

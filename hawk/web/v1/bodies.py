@@ -1,0 +1,221 @@
+"""Bodies of changes as pydantic models, and the answers to these. Further rules stand where each change is made."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from hawk.lots.plan.asked import Operation
+from hawk.lots.values import LONGEST_NAME
+from hawk.web.v1.asked import Id
+from hawk.web.v1.models import Count, Degrees, Metres, Shown, Utc
+
+Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
+Why = Annotated[str, Field(max_length=LONGEST_NAME, description="reason of the change")]
+Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
+Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+Corner = Annotated[tuple[Latitude, Longitude], Field(strict=False, description="latitude and longitude, degrees")]
+
+
+class Given(BaseModel):
+    """Body of a change. Another key than these is refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Nothing(Given):
+    """No values."""
+
+
+class Rename(Given):
+    """Name of a lot: any text that can be shown."""
+
+    name: Name
+
+
+class Merge(Given):
+    """The lot that becomes part of this one."""
+
+    other: Annotated[Id, Field(alias="with")]
+
+
+class Split(Given):
+    """Ground of the stalls that become a lot of their own, and its name."""
+
+    name: Name
+    outline: Annotated[list[Corner], Field(min_length=3, max_length=500)]
+
+
+class Chosen(Given):
+    """Proposals of a survey: lists of their ids, or "all"."""
+
+    survey: Id
+    begin: list[int] | Literal["all"] = []
+    end: list[Id] | Literal["all"] = []
+
+
+class TakeOver(Chosen):
+    """Proposals of a survey that become a version of the layout."""
+
+    why: Why | None = None
+
+
+class PinnedPoint(Given):
+    """A place of the lot as it is shown, and where it really is."""
+
+    shown: Annotated[Corner, Field(alias="from")]
+    true: Annotated[Corner, Field(alias="to")]
+
+
+class Pin(Given):
+    """One point shifts the lot, two also turn it; none unpins it."""
+
+    points: Annotated[list[PinnedPoint], Field(max_length=2)]
+
+
+class Move(Given):
+    """The lot of a survey; null: a new one, with a name where one is given."""
+
+    lot: Id | None
+    name: Name | None = None
+
+
+class Choose(Given):
+    """Number of one of the places of a survey's doubt, from 0."""
+
+    place: Annotated[int, Field(ge=0, le=1000)]
+
+
+class OpenEdit(Given):
+    """Name of the person who edits. `take_over` closes another person's edit as it is."""
+
+    who: Name
+    take_over: bool = False
+
+
+class Edit(Given):
+    """Id of the edit."""
+
+    edit: Id
+
+
+class CloseEdit(Edit):
+    """Id of the edit, and the reason of the version that it made."""
+
+    why: Why | None = None
+
+
+class Do(Edit):
+    """An operation on the plan within the edit."""
+
+    operation: Annotated[Operation, Field(discriminator="do")]
+
+
+class Keep(Given):
+    """Mark of a recording: it is never removed for room."""
+
+    keep: bool
+
+
+class Done(Shown):
+    """A change that was made; its `seq` undoes it."""
+
+    seq: int
+    kind: str
+    lot: str
+
+
+class Pinned(Done):
+    """Move of a lot's datum and frame, metres and degrees. `residual`: by how much two points contradict the lot, m."""
+
+    north: float
+    east: float
+    turn: float
+    residual: float
+    datum: Degrees
+
+
+class Undone(Shown):
+    """A change that was undone."""
+
+    seq: int
+    kind: str
+
+
+class Opened(Shown):
+    """An open edit. `undo`, `redo`: operations that can be undone, done again."""
+
+    edit: Id
+    lot: Id
+    who: str
+    since: Utc
+    layout: int
+    revision: Count
+    undo: Count
+    redo: Count
+
+
+class EditedStall(Shown):
+    """A stall of the plan."""
+
+    id: Id
+    label: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    kind: str
+    is_confirmed: bool
+
+
+class EditedZone(Shown):
+    """A zone of the plan, or an area without stalls."""
+
+    id: Id
+    name: str
+    kind: str
+    outline: list[Metres]
+
+
+class Edited(Shown):
+    """What an operation changed. `gone`: stalls that are no part of the plan any more. Zones are all there are."""
+
+    edit: Id
+    revision: Count
+    stalls: list[EditedStall]
+    gone: list[Id]
+    zones: list[EditedZone]
+    named_zones: list[EditedZone]
+    undo: Count
+    redo: Count
+
+
+class Stepped(Edited):
+    """What was undone or done again; `operation` names it."""
+
+    operation: str
+
+
+class Closed(Shown):
+    """A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed."""
+
+    lot: Id
+    edit: Id
+    seq: int | None
+    layout: int | None
+
+
+class Kept(Shown):
+    """A recording with its mark."""
+
+    name: str
+    keep: bool
+
+
+class Deleted(Shown):
+    """A recording that was deleted."""
+
+    name: str
+    deleted: bool

@@ -1,0 +1,202 @@
+"""Changes by the API: each is made by an operator alone, and by the functions of the old addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hawk.comm.protocol.heartbeat import DroneStatus, VehicleStatus
+from hawk.config.sections import StoreSettings
+from hawk.lots.saving import save
+from hawk.lots.values import Doubtful, PossiblePlace
+from hawk.store.recordings import Recordings
+from hawk.web.v1 import bodies, models
+from hawk.web.v1.operations import Operation
+from hawk.web.v1.table import OPERATIONS
+from tests.unit.lots.repaints import extra, flown
+from tests.unit.lots.surveys import later, survey
+from tests.unit.web.rig import Rig, browser
+from tests.unit.web.test_recordings import FIRST, SECOND, recorded
+from tests.unit.web.v1.archive import NOWHERE, Archive
+
+CHANGES = [each for each in OPERATIONS if each.is_change]
+CORNERS = [[51.99985, 4.9999], [51.99985, 5.001], [51.99996, 5.001], [51.99996, 4.9999]]
+
+
+def path_of(operation: Operation, archive: Archive) -> str:
+    ids = {"{id}": archive.surveys[0] if operation.path.startswith("/surveys") else archive.lot, "{seq}": "1"}
+    path = operation.path.replace("{name}", FIRST)
+    for name, value in ids.items():
+        path = path.replace(name, value)
+    return path
+
+
+@pytest.fixture
+async def recordings(rig: Rig, tmp_path: Path) -> Path:
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for name in (FIRST, SECOND):
+        recorded(folder / name, "")
+    rig.recordings = Recordings(StoreSettings(directory=tmp_path))
+    return folder
+
+
+@pytest.mark.parametrize("operation", CHANGES, ids=lambda each: each.name)
+async def test_a_viewer_a_stranger_and_another_origin_change_nothing(archive: Archive, operation: Operation) -> None:
+    path = path_of(operation, archive)
+    tag = (await archive.ask("/lots")).headers["ETag"]
+    status, problem = await archive.refused(path, method="POST", body={})
+    assert (status, "log in as operator" in problem["detail"]) == (403, True)
+    foreign = {"operator": True, "body": {}, "Origin": "https://elsewhere.example"}
+    status, problem = await archive.refused(path, method="POST", **foreign)
+    assert (status, problem["detail"].split(":")[0]) == (403, "Origin")
+    async with browser() as stranger, stranger.post(archive.address(path), json={}) as response:
+        assert response.status == 401
+    assert (await archive.ask("/lots", If_None_Match=tag)).status == 304
+
+
+async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive: Archive) -> None:
+    before = await archive.get("/lots")
+    path = f"/lots/{archive.lot}"
+    asked: list[tuple[str, Mapping[str, Any], type[models.Shown]]] = [
+        ("name", {"name": "North"}, bodies.Done),
+        ("pin", {"points": [{"from": [52.0, 5.0], "to": [52.00001, 5.0]}]}, bodies.Pinned),
+        ("split", {"name": "South", "outline": CORNERS}, bodies.Done),
+        ("merge", {"with": archive.far}, bodies.Done),
+    ]
+    for kind, body, model in asked:
+        if kind == "merge":
+            status, problem = await archive.refused(f"{path}/{kind}", method="POST", operator=True, body=body)
+            assert (status, problem["field"]) == (422, "with")
+            continue
+        done = await archive.done(f"{path}/{kind}", **body)
+        model.model_validate(done)
+        assert (done["kind"], done["lot"]) == (kind, archive.lot)
+    listed = (await archive.shown("/changes", models.Changes))["items"]
+    assert [each["kind"] for each in listed] == ["split", "pin", "name"]
+    assert await archive.items("/changes?limit=1") == listed
+    for each in listed:
+        bodies.Undone.model_validate(await archive.done(f"/changes/{each['seq']}/undo"))
+    assert await archive.get("/lots") == before
+    assert all(each["undone"] for each in await archive.items("/changes"))
+    status, problem = await archive.refused(f"/changes/{listed[0]['seq']}/undo", method="POST", operator=True)
+    assert (status, problem["field"]) == (409, "change")
+
+
+async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
+    moved = await archive.done(f"/surveys/{archive.surveys[1]}/move", lot=None, name="Alone")
+    bodies.Done.model_validate(moved)
+    assert [each["name"] for each in await archive.items("/lots")] == ["Lot 1", "Lot 2", "Alone"]
+    await archive.done(f"/changes/{moved['seq']}/undo")
+    doubtful = Doubtful("Two places fit", (PossiblePlace(0.0, 0.0, 0.0, 3.0), PossiblePlace(0.0, 2.5, 0.0, 2.0)))
+    given = later(survey(seed=5), 7, hours=200.0)
+    saved = await archive.store.write(lambda connection: save(connection, given, lambda *_: doubtful))
+    shown = await archive.shown(f"/surveys/{saved.survey}", models.Survey)
+    assert (shown["placed"], shown["doubt"]["why"], len(shown["doubt"]["places"])) == (
+        "unregistered", "Two places fit", 2,
+    )  # fmt: skip
+    (waiting,) = (await archive.shown(f"/lots/{archive.lot}/proposals", models.Proposals))["doubtful"]
+    assert waiting["survey"] == saved.survey
+    assert (await archive.done(f"/surveys/{saved.survey}/place", place=0))["kind"] == "place"
+    assert (await archive.get(f"/surveys/{saved.survey}"))["placed"] == "registered"
+
+
+async def test_proposals_are_taken_over_or_dropped(archive: Archive) -> None:
+    for number in (5, 6):
+        given = extra(replace(flown(number), stalls=flown(number).stalls[:40]))
+        await archive.store.write(lambda connection, given=given: save(connection, given, archive.store.register))  # type: ignore[misc]
+    path = f"/lots/{archive.lot}"
+    (proposed,) = (await archive.shown(f"{path}/proposals", models.Proposals))["surveys"]
+    assert len(proposed["begin"]) == 1
+    done = await archive.done(f"{path}/drop", survey=proposed["survey"], begin="all")
+    await archive.done(f"/changes/{done['seq']}/undo")
+    begin = [each["id"] for each in proposed["begin"]]
+    await archive.done(f"{path}/take-over", survey=proposed["survey"], begin=begin, why="painted")
+    layouts = await archive.items(f"{path}/layouts")
+    assert [each["why"] for each in layouts][1:] == ["painted"]
+    assert len(await archive.items(f"{path}/stalls")) == 41
+
+
+async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}"
+    opened = await archive.done(f"{path}/edit", who="Ann")
+    bodies.Opened.model_validate(opened)
+    edit = opened["edit"]
+    status, problem = await archive.refused(f"{path}/edit", method="POST", operator=True, body={"who": "Bob"})
+    assert (status, problem["who"], problem["since"]) == (409, "Ann", opened["since"])
+    models.Problem.model_validate(problem)
+    operation = {"do": "set_kind", "row": "A", "kind": "staff"}
+    done = await archive.done(f"{path}/plan", edit=edit, operation=operation)
+    bodies.Edited.model_validate(done)
+    assert (len(done["stalls"]), done["undo"]) == (20, 1)
+    assert len(await archive.items(f"{path}/stalls?kind=staff")) == 20
+    for step, count in (("undo", 0), ("redo", 20)):
+        bodies.Stepped.model_validate(await archive.done(f"{path}/plan/{step}", edit=edit))
+        assert len(await archive.items(f"{path}/stalls?kind=staff")) == count
+    closed = await archive.done(f"{path}/edit/close", edit=edit, why="signs")
+    bodies.Closed.model_validate(closed)
+    assert closed["layout"] == 2
+    await archive.done(f"/changes/{closed['seq']}/undo")
+    assert await archive.items(f"{path}/stalls?kind=staff") == []
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "field", "words"),
+    [
+        ("/lots/LOT/name", {}, "name", "is missing: write it"),
+        ("/lots/LOT/name", {"name": 3}, "name", "must be a valid string"),
+        ("/lots/LOT/name", {"name": " "}, "name", "is empty: write one or more letters"),
+        ("/lots/LOT/name", {"name": "\ud800"}, "body", "holds half a character"),
+        ("/lots/LOT/name", {"name": "N", "colour": "red"}, "colour", "is not known here: leave it out; there is name"),
+        ("/lots/LOT/name", [1], "body", "must be a JSON object"),
+        ("/lots/LOT/split", {"name": "S", "outline": CORNERS[:2]}, "outline", "at least 3 items"),
+        ("/lots/LOT/split", {"name": "S", "outline": [[91, 0], *CORNERS]}, "outline[0][0]", "less than or equal to 90"),
+        ("/lots/LOT/pin", {"points": [{"from": [1, 2]}]}, "points[0].to", "is missing: write it"),
+        ("/lots/LOT/pin?force=1", {"points": []}, "force", "there is no parameter"),
+        ("/surveys/SURVEY/place", {"place": -1}, "place", "must be greater than or equal to 0"),
+        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "fly"}}, "operation", "does not match any"),
+        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "move", "row": "B", "north": 0}}, "operation.east",
+         "is missing: write it"),
+        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "remove"}}, "operation", "names no stalls, or twice"),
+    ],
+)  # fmt: skip
+async def test_a_body_that_cannot_be_used_is_refused_with_the_field_and_changes_nothing(
+    archive: Archive, path: str, body: object, field: str, words: str
+) -> None:
+    tag = (await archive.ask("/lots")).headers["ETag"]
+    path = path.replace("LOT", archive.lot).replace("SURVEY", archive.surveys[0])
+    status, problem = await archive.refused(path, method="POST", operator=True, body=body)
+    assert (status, problem["field"]) == (422, field), problem
+    assert words in problem["detail"]
+    assert (await archive.ask("/lots", If_None_Match=tag)).status == 304
+
+
+async def test_recordings_are_listed_kept_and_deleted(rig: Rig, recordings: Path, archive: Archive) -> None:
+    whole = await archive.shown("/recordings", models.Recordings)
+    assert [each["name"] for each in whole["items"]] == [FIRST, SECOND]
+    assert await archive.items("/recordings?limit=1") == whole["items"]
+    tag = (await archive.ask("/recordings")).headers["ETag"]
+    assert (await archive.ask("/recordings", If_None_Match=tag)).status == 304
+    bodies.Kept.model_validate(await archive.done(f"/recordings/{FIRST}/keep", keep=True))
+    assert (await archive.ask("/recordings", If_None_Match=tag)).status == 200
+    status, problem = await archive.refused(f"/recordings/{FIRST}/delete", method="POST", operator=True)
+    assert (status, problem["field"]) == (409, FIRST)
+    rig.publish(DroneStatus(vehicle=VehicleStatus(armed=True)))
+    status, problem = await archive.refused(f"/recordings/{SECOND}/delete", method="POST", operator=True)
+    assert (status, problem["detail"]) == (409, "wait until the motors are off")
+    rig.publish(DroneStatus(vehicle=VehicleStatus(armed=False)))
+    bodies.Deleted.model_validate(await archive.done(f"/recordings/{SECOND}/delete"))
+    assert not (recordings / SECOND).exists()
+    status, problem = await archive.refused(f"/recordings?after={SECOND}")
+    assert (status, problem["field"]) == (422, "after")
+    status, _ = await archive.refused(f"/recordings/{SECOND}/keep", method="POST", operator=True, body={"keep": True})
+    assert status == 404
+
+
+async def test_where_nothing_is_recorded_the_list_says_so(archive: Archive) -> None:
+    status, problem = await archive.refused("/recordings")
+    assert (status, problem["detail"]) == (409, "nothing is recorded here")
