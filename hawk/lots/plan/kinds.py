@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Final
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, WithJsonSchema
 
 KINDS: Final[Mapping[str, str]] = {
     "": "normal",
@@ -38,5 +38,5 @@ def _known(kind: str) -> str:
     raise ValueError(f'is no kind: write one of {", ".join(filter(None, KINDS))}, or "" for a normal stall')
 
 
-Kind = Annotated[str, AfterValidator(_known)]
+Kind = Annotated[str, AfterValidator(_known), WithJsonSchema({"type": "string", "enum": list(KINDS)})]
 """A kind of `KINDS`."""

@@ -22,7 +22,9 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.lots.store import LotStore
+from hawk.lots.values import LotInputError
 from hawk.web.access.proxied import is_secure, prefix_of
+from hawk.web.downloads import FILES
 from hawk.web.lot_answers import now_of, opened
 from hawk.web.refusals import REFUSALS, refusal_of
 from hawk.web.v1.asked import Q, Request, query_of
@@ -49,7 +51,10 @@ CACHING: Final = "private, no-cache"
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """An answer before it is encoded. ``next``: the place at which the next part of a list begins."""
+    """An answer before it is encoded; text is JSON already.
+
+    ``next``: the place at which the next part of a list begins.
+    """
 
     content: object = field(repr=False)
     next: str | None = None
@@ -72,8 +77,16 @@ class _Packed:
     is_packed: bool = False
 
 
-def reader(query: type[Q], read: Read, prepare: Prepare | None = None) -> Handler:
-    """Return the handler of an address that reads the store."""
+def reader(
+    query: type[Q],
+    read: Read,
+    prepare: Prepare | None = None,
+    bad_parameter: int = HTTPStatus.UNPROCESSABLE_ENTITY,
+) -> Handler:
+    """Return the handler of an address that reads the store.
+
+    ``bad_parameter``: status of an answer to a parameter that cannot be used; a standard may ask for another one.
+    """
 
     async def handle(request: web.Request) -> web.StreamResponse:
         asked = request_of(request, query)
@@ -93,7 +106,7 @@ def reader(query: type[Q], read: Read, prepare: Prepare | None = None) -> Handle
                 await prepare(store, asked)
             return _response(request, await store.read(work))
 
-    return answered(handle)
+    return answered(handle, bad_parameter)
 
 
 @contextlib.asynccontextmanager
@@ -106,20 +119,20 @@ async def in_time(words: str) -> AsyncIterator[None]:
         raise web.HTTPServiceUnavailable(text=words, headers={hdrs.RETRY_AFTER: "5"}) from None
 
 
-def values(request: web.Request, content: object, following: str | None = None) -> web.Response:
-    """Return the answer of JSON values that are no part of the store: its ETag is that of the bytes.
-
-    ``following``: the place at which the next part of a list begins.
+async def made(request: web.Request, make: Callable[[], Answer]) -> web.Response:
+    """Return an answer that is no part of the store, made and packed on the thread that makes files: its ETag is that
+    of the bytes.
     """
-    packed = _encoded(Answer(content, following), "", packs=accepts_gzip(request))
+    packs = accepts_gzip(request)
+    packed = await request.app[FILES].run(lambda: _encoded(make(), "", packs=packs))
     tag = f'W/"{hashlib.sha256(packed.body).hexdigest()[:16]}"'
     if is_known(request.headers.get(hdrs.IF_NONE_MATCH, ""), tag):
         return _response(request, _Packed(HTTPStatus.NOT_MODIFIED, tag))
     return _response(request, _Packed(packed.status, tag, packed.body, packed.answer, packed.is_packed))
 
 
-def answered(handle: Handler) -> Handler:
-    """Return the handler, its refusals as problems."""
+def answered(handle: Handler, bad_value: int = HTTPStatus.UNPROCESSABLE_ENTITY) -> Handler:
+    """Return the handler, its refusals as problems; ``bad_value``: the status for a value that cannot be used."""
 
     @wraps(handle)
     async def within(request: web.Request) -> web.StreamResponse:
@@ -127,7 +140,8 @@ def answered(handle: Handler) -> Handler:
             return await handle(request)
         except (*REFUSALS, OSError) as error:
             refusal = refusal_of(error)
-            return problem(refusal.status, refusal.reason, refusal.field, refusal.more)
+            status = bad_value if isinstance(error, LotInputError) else refusal.status
+            return problem(status, refusal.reason, refusal.field, refusal.more)
 
     return within
 
@@ -193,7 +207,8 @@ def accepts_gzip(request: web.BaseRequest) -> bool:
 def _encoded(answer: Answer, tag: str, *, packs: bool) -> _Packed:
     from hawk.lots.text import json_text
 
-    body = json_text(answer.content).encode()
+    content = answer.content
+    body = (content if isinstance(content, str) else json_text(content)).encode()
     is_packed = packs and len(body) >= LEAST_PACKED_BYTES
     data = gzip.compress(body, _LEVEL, mtime=0) if is_packed else body
     return _Packed(HTTPStatus.OK, tag, data, answer, is_packed)

@@ -32,14 +32,10 @@ def _number(given: object) -> object:
     return given
 
 
-def _truth(given: object) -> object:
-    return {"true": True, "false": False}.get(given, given) if isinstance(given, str) else given
-
-
-Number = Annotated[int, BeforeValidator(_number)]
-Truth = Annotated[bool, BeforeValidator(_truth)]
+OF_DIGITS: Final = BeforeValidator(_number)
+"""Put behind the limits of a number: pydantic shows these in the schema as what they are then."""
 Limit = Annotated[
-    Number, Field(ge=1, le=MOST_ITEMS, description=f"most items of the answer; {USUAL_ITEMS} without it")
+    int, Field(ge=1, le=MOST_ITEMS, description=f"most items of the answer; {USUAL_ITEMS} without it"), OF_DIGITS
 ]  # fmt: skip
 Place = Annotated[
     str,

@@ -28,19 +28,19 @@ class Nothing(Given):
     """No values."""
 
 
-class Rename(Given):
+class LotName(Given):
     """Name of a lot: any text that can be shown."""
 
     name: Name
 
 
-class Merge(Given):
+class LotMerge(Given):
     """The lot that becomes part of this one."""
 
     other: Annotated[Id, Field(alias="with")]
 
 
-class Split(Given):
+class LotSplit(Given):
     """Ground of the stalls that become a lot of their own, and its name."""
 
     name: Name
@@ -68,13 +68,13 @@ class PinnedPoint(Given):
     true: Annotated[Corner, Field(alias="to")]
 
 
-class Pin(Given):
+class LotPin(Given):
     """One point shifts the lot, two also turn it; none unpins it."""
 
     points: Annotated[list[PinnedPoint], Field(max_length=2)]
 
 
-class Move(Given):
+class SurveyMove(Given):
     """The lot of a survey; null: a new one, with a name where one is given."""
 
     lot: Id | None
@@ -94,19 +94,19 @@ class OpenEdit(Given):
     take_over: bool = False
 
 
-class Edit(Given):
+class InEdit(Given):
     """Id of the edit."""
 
     edit: Id
 
 
-class CloseEdit(Edit):
+class CloseEdit(InEdit):
     """Id of the edit, and the reason of the version that it made."""
 
     why: Why | None = None
 
 
-class Do(Edit):
+class Do(InEdit):
     """An operation on the plan within the edit."""
 
     operation: Annotated[Operation, Field(discriminator="do")]

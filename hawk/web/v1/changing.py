@@ -17,7 +17,7 @@ from hawk.lots.values import LotInputError
 from hawk.web import recordings
 from hawk.web.lot_answers import FOR_OPERATORS, Change, as_text, opened
 from hawk.web.refusals import Body, body_of, check_operator
-from hawk.web.v1.answering import JSON, answered, in_time, values
+from hawk.web.v1.answering import JSON, Answer, answered, in_time, made
 from hawk.web.v1.asked import Listed, Query, names_of, query_of, validated
 from hawk.web.v1.bodies import Given
 
@@ -62,7 +62,7 @@ async def listed(request: web.Request) -> web.StreamResponse:
         first = names.index(query.after) + 1
     part = rows[first : first + query.limit]
     following = part[-1]["name"] if first + query.limit < len(rows) else None
-    return values(request, {"items": part, "next": following}, following)
+    return await made(request, lambda: Answer({"items": part, "next": following}, following))
 
 
 async def _checked(request: web.Request, model: type[Given]) -> Body:

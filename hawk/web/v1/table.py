@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from http import HTTPStatus
 from typing import Final
+
+from pydantic import BaseModel
 
 from hawk.web import lots, plans, recordings
 from hawk.web.lot_answers import Change
-from hawk.web.v1 import asked, bodies, changing, figures, models, reads
-from hawk.web.v1.answering import Prepare, Read, reader
+from hawk.web.v1 import asked, bodies, changing, features, figures, models, reads, shapes
+from hawk.web.v1 import features_asked as forms
+from hawk.web.v1.answering import JSON, Prepare, Read, reader
 from hawk.web.v1.asked import Query
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changing import changer, of_recordings
+from hawk.web.v1.features import GEOJSON
+from hawk.web.v1.features_asked import ROOT as FEATURES_ROOT
 from hawk.web.v1.models import Shown
 from hawk.web.v1.operations import Operation
 
@@ -20,6 +26,7 @@ STATISTICS: Final = "Statistics"
 CHANGES: Final = "Changes"
 PLANS: Final = "Plans"
 RECORDINGS: Final = "Recordings"
+FEATURES: Final = "OGC API Features"
 
 
 def _read(
@@ -33,6 +40,15 @@ def _change(
     path: str, name: str, text: str, tag: str, change: Change, body: type[Given], answer: type[Shown]
 ) -> Operation:  # fmt: skip
     return Operation("POST", path, name, text, tag, changer(body, change), answer, body=body)
+
+
+def _features(
+    path: str, name: str, text: str, read: Read, answer: type[BaseModel], query: type[Query] = Query,
+    content_type: str = JSON,
+) -> Operation:  # fmt: skip
+    handler = reader(query, read, bad_parameter=HTTPStatus.BAD_REQUEST)
+    return Operation("GET", f"{FEATURES_ROOT}{path}", name, text, FEATURES, handler, answer, query,
+                     content_type=content_type)  # fmt: skip
 
 
 _READS: Final = (
@@ -66,17 +82,18 @@ _CHANGES: Final = (
     _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
           CHANGES, reads.proposals, models.Proposals),
     _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, lots.undo, bodies.Nothing, bodies.Undone),
-    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, lots.rename, bodies.Rename, bodies.Done),
-    _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, lots.merge, bodies.Merge,
+    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, lots.rename, bodies.LotName, bodies.Done),
+    _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, lots.merge, bodies.LotMerge,
             bodies.Done),
-    _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, lots.split, bodies.Split,
-            bodies.Done),
-    _change("/lots/{id}/pin", "pin", "Pin a lot to its place on Earth", CHANGES, lots.pin, bodies.Pin, bodies.Pinned),
+    _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, lots.split,
+            bodies.LotSplit, bodies.Done),
+    _change("/lots/{id}/pin", "pin", "Pin a lot to its place on Earth", CHANGES, lots.pin, bodies.LotPin,
+            bodies.Pinned),
     _change("/lots/{id}/take-over", "take_over", "Take proposals over into the layout", CHANGES, lots.take_over,
             bodies.TakeOver, bodies.Done),
     _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, lots.drop, bodies.Chosen, bodies.Done),
     _change("/surveys/{id}/move", "move_survey", "Move a survey to another lot, or to a new one", CHANGES, lots.move,
-            bodies.Move, bodies.Done),
+            bodies.SurveyMove, bodies.Done),
     _change("/surveys/{id}/place", "place_survey", "Choose the place of a survey whose place is not certain", CHANGES,
             lots.choose, bodies.Choose, bodies.Done),
 )  # fmt: skip
@@ -86,9 +103,9 @@ _PLANS: Final = (
             plans.open_edit, bodies.OpenEdit, bodies.Opened),
     _change("/lots/{id}/plan", "edit_plan", "Do an operation on the plan", PLANS, plans.do, bodies.Do, bodies.Edited),
     _change("/lots/{id}/plan/undo", "undo_step", "Undo the newest operation of the edit", PLANS, plans.undo,
-            bodies.Edit, bodies.Stepped),
+            bodies.InEdit, bodies.Stepped),
     _change("/lots/{id}/plan/redo", "redo_step", "Do the operation again that was undone last", PLANS, plans.redo,
-            bodies.Edit, bodies.Stepped),
+            bodies.InEdit, bodies.Stepped),
     _change("/lots/{id}/edit/close", "close_edit", "Close the edit: its version of the layout is final", PLANS,
             plans.close, bodies.CloseEdit, bodies.Closed),
 )  # fmt: skip
@@ -102,4 +119,17 @@ _RECORDINGS: Final = (
               RECORDINGS, of_recordings(bodies.Nothing, recordings.deleted), bodies.Deleted, body=bodies.Nothing),
 )  # fmt: skip
 
-OPERATIONS: Final[tuple[Operation, ...]] = (*_READS, *_CHANGES, *_PLANS, *_RECORDINGS)
+_FEATURES: Final = (
+    _features("", "features", "Landing page: links to all that is here", features.landing, shapes.Landing),
+    _features("/conformance", "conformance", "Parts of the standard that are kept", features.conformance,
+              shapes.Conformance),
+    _features("/collections", "collections", "The collections: lots, stalls, surveys", features.collections,
+              shapes.Collections),
+    _features("/collections/{collection}", "collection", "A collection", features.collection, shapes.Collection),
+    _features("/collections/{collection}/items", "items", "Features of a collection", features.items,
+              shapes.FeatureCollection, forms.Items, GEOJSON),
+    _features("/collections/{collection}/items/{id}", "item", "A feature", features.item, shapes.LinkedFeature,
+              content_type=GEOJSON),
+)  # fmt: skip
+
+OPERATIONS: Final[tuple[Operation, ...]] = (*_READS, *_CHANGES, *_PLANS, *_RECORDINGS, *_FEATURES)

@@ -35,6 +35,12 @@ class Archive:
         assert self.stand.rig.server is not None
         return self.stand.rig.server.make_url(path if path.startswith("/api") else f"/api/v1{path}")
 
+    def path_of(self, link: str) -> str:
+        """Return the path of a link, which must lead to this server."""
+        here = str(self.address("/"))
+        assert link.startswith(here), link
+        return f"/{link.removeprefix(here)}"
+
     async def ask(
         self, path: str, *, method: str = "GET", operator: bool = False, body: object = None, **headers: str
     ) -> aiohttp.ClientResponse:

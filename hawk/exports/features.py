@@ -1,0 +1,249 @@
+"""Lots, stalls and surveys of a store as GeoJSON features (RFC 7946), for map programs: chosen by place and time.
+
+Stalls are those of the present plans, each with its last look. Places are WGS-84, longitude first.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
+
+from hawk.exports.shapes import lot_shape
+from hawk.lots.plan import geometry
+from hawk.lots.reading import NEWEST_LOOK
+from hawk.lots.registering import datum_of
+from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.values import outline_of, utc
+from hawk.model.poses import GlobalPose
+from hawk.results.survey_map import to_global
+
+_DEGREES: Final = 8
+"""Decimals: a millimetre."""
+_AROUND: Final = 0.0005
+"""Degrees about a lot's outline within which its stalls lie."""
+_FEATURE: Final = "Feature"
+Feature = dict[str, Any]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A part of the Earth, degrees; ``west`` is greater than ``east`` where it crosses the date line."""
+
+    west: float
+    south: float
+    east: float
+    north: float
+
+    def meets(self, boxes: Floats) -> NDArray[np.bool_]:
+        """Return which of boxes (N, 4) of (west, south, east, north) share a place with this one, (N,)."""
+        west, south, east, north = boxes.T
+        if self.west <= self.east:
+            across = (west <= self.east) & (east >= self.west)
+        else:
+            across = (east >= self.west) | (west <= self.east)
+        return np.asarray(across & (south <= self.north) & (north >= self.south), np.bool_)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Features that are asked for: ``limit`` of them behind the first ``offset``, within a ``box`` and a period.
+
+    ``begin``, ``end``: UTC, Unix seconds, both within; None: without that end. ``ids``: those alone.
+    """
+
+    limit: int = 100
+    offset: int = 0
+    box: Box | None = None
+    begin: float | None = None
+    end: float | None = None
+    ids: Sequence[str] | None = None
+
+    def during(self, first: ColumnElement[float], last: ColumnElement[float]) -> list[ColumnElement[bool]]:
+        """Return the conditions that a time from ``first`` to ``last`` meets the period."""
+        ends = [] if self.begin is None else [last >= self.begin]
+        return ends if self.end is None else [*ends, first <= self.end]
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Features that were found; ``matched``: how many there are in all."""
+
+    features: list[Feature] = field(repr=False)
+    matched: int
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """Ground and time of all features: ``box`` None without any, ``begin`` and ``end`` None without a time."""
+
+    box: Box | None
+    begin: float | None
+    end: float | None
+
+
+def extent(connection: Connection) -> Extent:
+    """Return the ground of all lots and of the surveys without one, and the time from the first survey to the last."""
+    is_alone = SURVEY.c.lot.is_(None)
+    texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
+    texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
+    boxes = np.array([box for text in texts if (box := _box_of(text)) is not None]).reshape(-1, 4)
+    begin, end = connection.execute(select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended))).one()
+    if not len(boxes):
+        return Extent(None, begin, end)
+    west, south = boxes[:, :2].min(axis=0).tolist()
+    east, north = boxes[:, 2:].max(axis=0).tolist()
+    return Extent(Box(west, south, east, north), begin, end)
+
+
+def _box_of(outline: str) -> tuple[float, float, float, float] | None:
+    """Return west, south, east and north of an outline's text; None for one without corners."""
+    corners = [corner for ring in outline_of(outline).polygons for corner in ring]
+    if not corners:
+        return None
+    latitudes, longitudes = zip(*corners, strict=True)
+    return min(longitudes), min(latitudes), max(longitudes), max(latitudes)
+
+
+def lots(connection: Connection, choice: Choice) -> Found:
+    """Return lots, the oldest first, with the counts of the last survey. A lot's time is that of this survey."""
+    newest = select(func.max(SURVEY.c.seq)).where(SURVEY.c.lot == LOT.c.id).correlate(LOT).scalar_subquery()
+    last = ("ended", "placed", "free", "taken", "unknown")
+    rows = select(LOT.c.id, LOT.c.name, LOT.c.outline, *(SURVEY.c[name] for name in last))
+    rows = rows.select_from(LOT.outerjoin(SURVEY, SURVEY.c.seq == newest)).where(LOT.c.merged_into.is_(None))
+    rows = rows.where(*choice.during(SURVEY.c.ended, SURVEY.c.ended), *_among(LOT.c.id, choice))
+    return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, lambda row: _lot(connection, row))
+
+
+def _lot(connection: Connection, row: Row[Any]) -> Feature:
+    present = (STALL.c.lot == row.id) & STALL.c.ends.is_(None)
+    stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
+    properties = {
+        "name": row.name, "stalls": stalls, "free": row.free, "taken": row.taken, "unknown": row.unknown,
+        "surveyed": None if row.ended is None else utc(row.ended), "placed": row.placed,
+    }  # fmt: skip
+    return _feature(row.id, lot_shape(outline_of(row.outline)), properties)
+
+
+def surveys(connection: Connection, choice: Choice) -> Found:
+    """Return surveys in the order of their landings, each with the ground that it mapped."""
+    shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout", "time_is_sure")
+    rows = select(*(SURVEY.c[name] for name in (*shown, "simulated", "program")), LOT.c.name)
+    rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))
+    rows = rows.where(*choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
+    return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)
+
+
+def _survey(row: Row[Any]) -> Feature:
+    properties = {
+        "lot": row.lot, "lot_name": row.name, "began": utc(row.began), "ended": utc(row.ended), "placed": row.placed,
+        "free": row.free, "taken": row.taken, "unknown": row.unknown, "layout": row.layout,
+        "time_is_sure": row.time_is_sure, "simulated": row.simulated, "program": row.program,
+    }  # fmt: skip
+    return _feature(row.id, lot_shape(outline_of(row.outline)), properties)
+
+
+def _outlined(
+    connection: Connection, rows: Select[Any], choice: Choice, shown: Callable[[Row[Any]], Feature]
+) -> Found:  # fmt: skip
+    """Return the features of rows with an outline; the database counts and cuts them where no place is asked for."""
+    if choice.box is None:
+        matched = connection.execute(select(func.count()).select_from(rows.order_by(None).subquery())).scalar_one()
+        part = connection.execute(rows.limit(choice.limit).offset(choice.offset)).all()
+    else:
+        found = connection.execute(rows).all()
+        boxes = np.array([_box_of(row.outline) or (np.nan,) * 4 for row in found], np.float64).reshape(-1, 4)
+        within = [found[k] for k in np.flatnonzero(choice.box.meets(boxes)).tolist()]
+        matched, part = len(within), within[choice.offset : choice.offset + choice.limit]
+    return Found([shown(row) for row in part], matched)
+
+
+_STALL: Final = ("key", "id", "lot", "label", "kind", "north", "east", "angle", "width", "length", "is_confirmed")
+
+
+def stalls(connection: Connection, choice: Choice) -> Found:
+    """Return the stalls of all plans, lot by lot, with the last look at each, whose time is the stall's."""
+    of_lots = select(LOT.c.id, LOT.c.outline).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made, LOT.c.id)
+    matched = 0
+    features: list[Feature] = []
+    for lot in connection.execute(of_lots).all():
+        if choice.box is not None and not choice.box.meets(_around(lot.outline)).any():
+            continue
+        rest = choice.limit - len(features)
+        found = _stalls_of(connection, lot.id, choice, max(choice.offset - matched, 0), rest)
+        matched += found.matched
+        features += found.features
+    return Found(features, matched)
+
+
+def _around(outline: str) -> Floats:
+    box = _box_of(outline)
+    wide = np.array([-_AROUND / 0.05, -_AROUND, _AROUND / 0.05, _AROUND])  # a meridian is near at 87 degrees
+    return np.array([(-180.0, -90.0, 180.0, 90.0)]) if box is None else np.array([box]) + wide
+
+
+def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, limit: int) -> Found:
+    """Return up to ``limit`` stalls of a lot behind the first ``skipped``, and how many of it are asked for."""
+    is_in = [STALL.c.lot == lot, STALL.c.ends.is_(None), *_among(STALL.c.id, choice)]
+    keys = select(STALL.c.key).where(*is_in).order_by(STALL.c.key)
+    if choice.begin is not None or choice.end is not None:
+        is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
+        keys = keys.select_from(STALL.join(OBSERVATION, is_last)).where(*choice.during(OBSERVATION.c.looked, OBSERVATION.c.looked))
+    if choice.box is None:
+        matched = connection.execute(select(func.count()).select_from(keys.order_by(None).subquery())).scalar_one()
+        if skipped >= matched or limit <= 0:
+            return Found([], matched)
+        keys = keys.limit(limit).offset(skipped)
+    rows = _with_looks(connection, keys)
+    if not rows:
+        return Found([], 0)
+    rings = _rings(datum_of(connection, lot), rows)
+    if choice.box is not None:
+        boxes = np.concatenate([rings.min(axis=1), rings.max(axis=1)], axis=1)
+        within = np.flatnonzero(choice.box.meets(boxes))
+        chosen = within[skipped : skipped + max(limit, 0)]
+        return Found([_stall(rows[k], rings[k]) for k in chosen.tolist()], len(within))
+    return Found([_stall(row, ring) for row, ring in zip(rows, rings, strict=True)], matched)
+
+
+def _with_looks(connection: Connection, keys: Select[Any]) -> Sequence[Row[Any]]:
+    chosen = keys.subquery()
+    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
+    joined = STALL.join(chosen, chosen.c.key == STALL.c.key).outerjoin(OBSERVATION, is_last)
+    columns = (*(STALL.c[name] for name in _STALL), OBSERVATION.c.state, OBSERVATION.c.taken, OBSERVATION.c.looked)
+    return connection.execute(select(*columns).select_from(joined).order_by(STALL.c.key)).all()
+
+
+def _rings(datum: tuple[float, float], rows: Sequence[Row[Any]]) -> Floats:
+    """Return the corners of stalls as (N, 5, 2) of (longitude, latitude), closed, counter-clockwise from above."""
+    shapes = np.array([(row.north, row.east, row.angle, row.width, row.length) for row in rows])
+    rings = shapely.get_coordinates(geometry.polygons(shapes)).reshape(-1, 5, 2)
+    places = to_global(GlobalPose(*datum, 0.0), rings.reshape(-1, 2))[:, ::-1].reshape(-1, 5, 2)
+    return np.round(places, _DEGREES)
+
+
+def _stall(row: Row[Any], ring: Floats) -> Feature:
+    properties = {
+        "lot": row.lot, "label": row.label, "kind": row.kind, "state": row.state, "taken_probability": row.taken,
+        "looked": None if row.looked is None else utc(row.looked), "width_m": row.width, "length_m": row.length,
+        "confirmed": row.is_confirmed,
+    }  # fmt: skip
+    shape = {"type": "Polygon", "coordinates": [ring.tolist()]}
+    return {"type": _FEATURE, "id": row.id, "geometry": shape, "properties": properties}
+
+
+def _feature(named: str, shape: shapely.MultiPolygon, properties: dict[str, Any]) -> Feature:
+    rounded = shapely.transform(shape, lambda places: np.round(places, _DEGREES))
+    drawn = None if rounded.is_empty else json.loads(shapely.to_geojson(rounded))
+    return {"type": _FEATURE, "id": named, "geometry": drawn, "properties": properties}
+
+
+def _among(column: ColumnElement[str], choice: Choice) -> list[ColumnElement[bool]]:
+    return [] if choice.ids is None else [column.in_(choice.ids)]

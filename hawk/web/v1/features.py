@@ -1,0 +1,154 @@
+"""OGC API Features, Part 1: Core (OGC 17-069r4), read only: lots, stalls and surveys for QGIS, GDAL and their like.
+
+Kept are the classes Core and GeoJSON. The API definition is OpenAPI 3.1, for which the standard has no class yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlencode
+
+from hawk.lots.values import NotFoundError, utc
+from hawk.web.v1.answering import JSON, ROOT, Answer
+from hawk.web.v1.asked import MOST_ITEMS, Query, Request
+from hawk.web.v1.features_asked import ROOT as FEATURES
+from hawk.web.v1.features_asked import Items, box_of, period_of
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
+
+    from hawk.exports.features import Choice, Extent, Found
+
+GEOJSON: Final = "application/geo+json"
+OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
+CRS84: Final = "http://www.opengis.net/def/crs/OGC/1.3/CRS84"
+_GREGORIAN: Final = "http://www.opengis.net/def/uom/ISO-8601/0/Gregorian"
+CLASSES: Final = tuple(f"http://www.opengis.net/spec/ogcapi-features-1/1.0/conf/{each}" for each in ("core", "geojson"))
+_TEXTS: Final[Mapping[str, tuple[str, str]]] = {
+    "lots": ("Parking lots", "Lots with the counts of their last survey"),
+    "stalls": ("Stalls", "Stalls of the lots' plans, free, taken or unknown at the last look at each"),
+    "surveys": ("Surveys", "Flights over lots: the ground that each mapped, and its counts"),
+}
+"""Collections: title and description."""
+_LISTS: Final = {"lots": "/lots", "surveys": "/surveys"}
+"""Collections that are a list of the API, too."""
+Link = dict[str, str]
+
+
+def landing(_: Connection, asked: Request[Query]) -> Answer:
+    """Return the landing page."""
+    here = f"{asked.base}{ROOT}"
+    links = [
+        _link(f"{here}{FEATURES}", "self", JSON, "This page"),
+        _link(f"{here}/openapi.json", "service-desc", OPENAPI, "The API's definition"),
+        _link(f"{asked.base}/docs/api.html", "service-doc", "text/html", "The API's description"),
+        _link(f"{here}{FEATURES}/conformance", "conformance", JSON, "Classes of the standard"),
+        _link(f"{here}{FEATURES}/collections", "data", JSON, "Lots, stalls and surveys"),
+    ]
+    words = "Parking lots that drones have surveyed: lots, stalls and surveys."
+    return Answer({"title": "hawk", "description": words, "links": links})
+
+
+def conformance(_: Connection, __: Request[Query]) -> Answer:
+    """Return the classes of the standard that are kept."""
+    return Answer({"conformsTo": list(CLASSES)})
+
+
+def collections(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return all collections."""
+    from hawk.exports.features import extent
+
+    around = extent(connection)
+    found = [_collection(asked, name, around) for name in _TEXTS]
+    return Answer({"links": [_link(_address(asked), "self", JSON, "This list")], "collections": found})
+
+
+def collection(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return a collection."""
+    from hawk.exports.features import extent
+
+    return Answer(_collection(asked, asked.path["collection"], extent(connection)))
+
+
+def _collection(asked: Request[Any], name: str, around: Extent) -> dict[str, Any]:
+    title, words = _TEXTS[name]
+    box = around.box
+    ground = None if box is None else {"bbox": [[box.west, box.south, box.east, box.north]], "crs": CRS84}
+    ends = [None if each is None else utc(each) for each in (around.begin, around.end)]
+    links = [
+        _link(_address(asked, name), "self", JSON, title),
+        _link(f"{_address(asked, name)}/items", "items", GEOJSON, f"{title}, as features"),
+    ]
+    if name in _LISTS:
+        links.append(_link(f"{asked.base}{ROOT}{_LISTS[name]}", "alternate", JSON, f"{title}, as a list"))
+    reach: dict[str, Any] = {} if ground is None else {"spatial": ground}
+    reach["temporal"] = {"interval": [ends], "trs": _GREGORIAN}
+    return {
+        "id": name, "title": title, "description": words, "itemType": "feature", "crs": [CRS84],
+        "extent": reach, "links": links,
+    }  # fmt: skip
+
+
+def items(connection: Connection, asked: Request[Items]) -> Answer:
+    """Return the features of a collection that are asked for."""
+    name, query, address = asked.path["collection"], asked.query, f"{_address(asked, asked.path['collection'])}/items"
+    limit = min(query.limit, MOST_ITEMS)
+    found = _finder(name)(connection, _choice(query, limit))
+    given = {key: value for key, value in (("bbox", query.bbox), ("datetime", query.datetime)) if value is not None}
+
+    def at(offset: int, count: int = limit) -> str:
+        return f"{address}?{urlencode({**given, 'limit': count, 'offset': offset}, safe=',/:')}"
+
+    links = [_link(at(query.offset), "self", GEOJSON, "This part")]
+    if query.offset + limit < found.matched:
+        links.append(_link(at(query.offset + limit), "next", GEOJSON, "The next part"))
+    if query.offset > 0:
+        links.append(
+            _link(at(max(query.offset - limit, 0), min(limit, query.offset)), "prev", GEOJSON, "The part before")
+        )
+    links.append(_link(_address(asked, name), "collection", JSON, _TEXTS[name][0]))
+    if name in _LISTS:
+        links.append(_link(f"{asked.base}{ROOT}{_LISTS[name]}", "alternate", JSON, "As a list of the API"))
+    numbers = {"numberMatched": found.matched, "numberReturned": len(found.features)}
+    content = {"type": "FeatureCollection", "links": links, "timeStamp": utc(asked.now), **numbers}
+    return Answer({**content, "features": found.features}, content_type=GEOJSON)
+
+
+def item(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return a feature. Raises NotFoundError."""
+    from hawk.exports.features import Choice
+
+    name = asked.path["collection"]
+    found = _finder(name)(connection, Choice(ids=[asked.id]))
+    if not found.features:
+        raise NotFoundError(f"{name}: there is no feature with this id; read the collection again")
+    links = [
+        _link(f"{_address(asked, name)}/items/{asked.id}", "self", GEOJSON, "This feature"),
+        _link(_address(asked, name), "collection", JSON, _TEXTS[name][0]),
+        _link(f"{asked.base}{ROOT}/{name}/{asked.id}", "alternate", JSON, "As the API shows it"),
+    ]
+    return Answer({**found.features[0], "links": links}, content_type=GEOJSON)
+
+
+def _finder(name: str) -> Callable[[Connection, Choice], Found]:
+    from hawk.exports import features
+
+    found: Callable[[Connection, Choice], Found] = getattr(features, name)
+    return found
+
+
+def _choice(query: Items, limit: int) -> Choice:
+    from hawk.exports.features import Box, Choice
+
+    box = None if query.bbox is None else Box(*box_of(query.bbox))
+    begin, end = (None, None) if query.datetime is None else period_of(query.datetime)
+    return Choice(limit, query.offset, box, begin, end)
+
+
+def _address(asked: Request[Any], name: str = "") -> str:
+    return f"{asked.base}{ROOT}{FEATURES}/collections{f'/{name}' if name else ''}"
+
+
+def _link(href: str, rel: str, content_type: str, title: str) -> Link:
+    return {"href": href, "rel": rel, "type": content_type, "title": title}

@@ -1,0 +1,106 @@
+"""Answers of OGC API Features as pydantic models (OGC 17-069r4, with GeoJSON, RFC 7946)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from hawk.web.v1.asked import Id
+from hawk.web.v1.models import Count, Shown, Utc
+
+
+class Link(Shown):
+    """A link to another answer."""
+
+    href: str
+    rel: str
+    type: str
+    title: str = ""
+
+
+class Landing(Shown):
+    """Links to API definition, conformance and collections."""
+
+    title: str
+    description: str
+    links: list[Link]
+
+
+class Conformance(Shown):
+    """Classes of the standard that are kept, by their addresses."""
+
+    conforms_to: Annotated[list[str], Field(alias="conformsTo")]
+
+
+class Spatial(Shown):
+    """Boxes of the Earth: west, south, east, north, degrees."""
+
+    bbox: list[Annotated[list[float], Field(min_length=4, max_length=4)]]
+    crs: str
+
+
+class Temporal(Shown):
+    """Periods; null is an open end."""
+
+    interval: list[Annotated[list[Utc | None], Field(min_length=2, max_length=2)]]
+    trs: str
+
+
+class CollectionExtent(Shown):
+    """Ground and time of a collection's features."""
+
+    spatial: Spatial | None = None
+    temporal: Temporal | None = None
+
+
+class Collection(Shown):
+    """A collection of features."""
+
+    id: str
+    title: str
+    description: str
+    extent: CollectionExtent
+    item_type: Annotated[Literal["feature"], Field(alias="itemType")]
+    crs: list[str]
+    links: list[Link]
+
+
+class Collections(Shown):
+    """All collections."""
+
+    links: list[Link]
+    collections: list[Collection]
+
+
+class Geometry(Shown):
+    """Polygon or MultiPolygon of [longitude, latitude], degrees."""
+
+    type: Literal["Polygon", "MultiPolygon"]
+    coordinates: list[Any]
+
+
+class Feature(Shown):
+    """A lot, a stall or a survey with its ground; null where none is known."""
+
+    type: Literal["Feature"]
+    id: Id
+    geometry: Geometry | None
+    properties: dict[str, Any]
+
+
+class LinkedFeature(Feature):
+    """A feature with links to itself and its collection."""
+
+    links: list[Link]
+
+
+class FeatureCollection(Shown):
+    """Part of a collection: `numberReturned` of `numberMatched` features."""
+
+    type: Literal["FeatureCollection"]
+    features: list[Feature]
+    links: list[Link]
+    time_stamp: Annotated[Utc, Field(alias="timeStamp")]
+    number_matched: Annotated[Count, Field(alias="numberMatched")]
+    number_returned: Annotated[Count, Field(alias="numberReturned")]
