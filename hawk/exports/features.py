@@ -195,7 +195,9 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
     keys = select(STALL.c.key).where(*is_in).order_by(STALL.c.key)
     if choice.begin is not None or choice.end is not None:
         is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
-        keys = keys.select_from(STALL.join(OBSERVATION, is_last)).where(*choice.during(OBSERVATION.c.looked, OBSERVATION.c.looked))
+        keys = keys.select_from(STALL.join(OBSERVATION, is_last)).where(
+            *choice.during(OBSERVATION.c.looked, OBSERVATION.c.looked)
+        )
     if choice.box is None:
         matched = connection.execute(select(func.count()).select_from(keys.order_by(None).subquery())).scalar_one()
         if skipped >= matched or limit <= 0:

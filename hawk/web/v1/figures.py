@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -116,8 +115,8 @@ class Statistics(Shown):
     clock: str
     interval: Share
     surveys: Count
-    first: datetime | None
-    last: datetime | None
+    first: Local | None
+    last: Local | None
     left_out: list[LeftOut]
     whole: Use | None
     by: Literal["hour", "row", "zone", "kind"] | None

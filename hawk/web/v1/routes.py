@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from aiohttp import web
+from aiohttp import hdrs, web
+from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
 from hawk.web.v1.answering import ROOT, Answer, answered, base_of, made
@@ -31,12 +33,23 @@ _DEFINITION: Final = web.AppKey("api_definition", _Definition)
 def add_routes(app: web.Application) -> None:
     """Add every address of the table, and that of the definition."""
     app[_DEFINITION] = _Definition()
-    app.router.add_get(f"{ROOT}{DEFINITION}", definition)
+    found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}
     for each in OPERATIONS:
-        if each.is_change:
-            app.router.add_post(f"{ROOT}{each.route}", each.handler)
-        else:
-            app.router.add_get(f"{ROOT}{each.route}", each.handler)
+        found.setdefault(each.route, {})[each.method] = each.handler
+    for path, handlers in found.items():
+        for method, handler in handlers.items():
+            (app.router.add_get if method == hdrs.METH_GET else app.router.add_post)(f"{ROOT}{path}", handler)
+        app.router.add_route(hdrs.METH_ANY, f"{ROOT}{path}", _refuser(handlers))
+
+
+def _refuser(handlers: Mapping[str, Handler]) -> Handler:
+    """Return the handler of other methods, which names those that there are: the page has an answer to every GET."""
+    allowed = {*handlers, *({hdrs.METH_HEAD} if hdrs.METH_GET in handlers else set())}
+
+    async def refuse(request: web.Request) -> web.StreamResponse:
+        raise web.HTTPMethodNotAllowed(request.method, sorted(allowed))
+
+    return refuse
 
 
 @answered

@@ -99,6 +99,10 @@ async def test_the_door_refuses_in_the_same_form(archive: Archive) -> None:
                 assert response.headers["WWW-Authenticate"] == 'Bearer realm="hawk"'
     status, problem = await archive.refused("/lots", method="DELETE")
     assert (status, problem["title"]) == (405, "Method Not Allowed")
+    for method in ("GET", "HEAD", "PUT", "OPTIONS"):
+        response = await archive.ask(f"/lots/{archive.lot}/name", method=method)
+        assert (response.status, response.headers["Allow"]) == (405, "POST")
+    assert (await archive.ask("/lots", method="PUT")).headers["Allow"] == "GET,HEAD"
     status, problem = await archive.refused("/lots", method="POST", Origin="https://elsewhere.example")
     assert (status, problem["detail"].split(":")[0]) == (403, "Origin")
 

@@ -33,7 +33,8 @@ async def test_every_address_is_defined_with_its_server(archive: Archive) -> Non
     routes = {
         (route.method, route.resource.canonical)
         for route in archive.stand.rig.app.router.routes()
-        if route.resource is not None and route.method != "HEAD" and route.resource.canonical.startswith(ROOT)
+        if route.resource is not None and route.method not in ("HEAD", "*")
+        if route.resource.canonical.startswith(ROOT)
     }
     assert routes == {(each.method, f"{ROOT}{each.path}") for each in OPERATIONS} | {("GET", f"{ROOT}/openapi.json")}
     ids = [operation["operationId"] for item in found["paths"].values() for operation in item.values()]

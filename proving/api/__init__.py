@@ -1,0 +1,1 @@
+"""The API by its own definition: schemathesis sends what it allows, and what it does not, to a real server."""
