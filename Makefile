@@ -22,7 +22,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-small study newcomer faults ardupilot lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-small study newcomer faults ardupilot api-fuzz lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -73,6 +73,7 @@ $(DOCS_SITE): | $(STAMP)
 docs: $(STAMP)
 	$(BIN)/python packaging/settings_page.py
 	$(BIN)/python packaging/protocol_page.py
+	$(BIN)/python packaging/api_page.py
 	$(BIN)/python packaging/command_line.py
 	$(BIN)/python -m proving.faults --page
 	$(BIN)/python packaging/docs_site.py $(ARGS)
@@ -117,6 +118,10 @@ e2e: setup browser
 # and docs/faults.md; `python -m proving.faults --table` prints it beside what must be seen.
 faults: setup
 	$(BIN)/python -m proving.faults --write $(ARGS)
+
+# The API by its own definition: ten minutes of requests that it allows, and such as it does not, at a real server.
+api-fuzz: setup
+	$(BIN)/python -m proving.api $(ARGS)
 
 # A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. Half an hour, in real time:
 # make ardupilot ARDUPILOT=/path/to/arducopter [DEFAULTS=/path/to/copter.parm] [INSTANCE=N] [ARGS='"words"']

@@ -1,4 +1,5 @@
-"""Time of every call for statistics over an archive of surveys: what a page or a tool waits for.
+"""Time of every call for statistics, and of every reading of the API, over an archive of surveys: what a page or a tool
+waits for.
 
 The archive is written into the store's tables: a registration of each survey would take minutes and change no call.
 """
@@ -25,6 +26,12 @@ from hawk.stats.answering import ALL_BY, changes, statistics
 from hawk.stats.listing import surveys_json
 from hawk.stats.reading import Period
 from hawk.stats.stalls import heat_json, looks_json
+from hawk.web.v1 import asked as forms
+from hawk.web.v1 import features, reads
+from hawk.web.v1.answering import Read, encoded
+from hawk.web.v1.asked import MOST_ITEMS, Query, Request
+from hawk.web.v1.features import COLLECTIONS
+from hawk.web.v1.features_asked import Items
 
 SURVEYS: Final = 1000
 HOURS: Final = (8.2, 11.4, 14.6, 17.8)
@@ -92,6 +99,39 @@ def _write(
     keep_looks(connection, [seq])
 
 
+def api_calls(connection: Connection, lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
+    """Yield every reading of the API by its name, with the most items, encoded and packed as an answer is."""
+    stall = connection.execute(select(STALL.c.id).where(STALL.c.lot == lot)).scalar()
+    seqs, surveys = zip(*connection.execute(select(SURVEY.c.seq, SURVEY.c.id)).all(), strict=True)
+    middle = len(surveys) // 2
+    most, there = {"limit": MOST_ITEMS}, f"{seqs[middle]}.{MOST_ITEMS}"
+    asked: list[tuple[str, Read, dict[str, str], Query]] = [
+        ("lots", reads.lots, {}, forms.Listed(**most)),
+        ("lot", reads.lot, {"id": lot}, Query()),
+        ("layouts", reads.layouts, {"id": lot}, forms.Listed(**most)),
+        ("layout", reads.stalls_of_layout, {"id": lot, "version": "1"}, forms.Listed(**most)),
+        ("stalls", reads.stalls, {"id": lot}, forms.Stalls(**most)),
+        ("stall", reads.stall, {"id": str(stall)}, Query()),
+        ("zones", reads.zones, {"id": lot}, forms.Listed(**most)),
+        ("surveys", reads.surveys, {}, forms.Surveys(order="newest", **most)),
+        ("surveys of a lot", reads.surveys, {"id": lot}, forms.Surveys(**most)),
+        ("survey", reads.survey, {"id": surveys[middle]}, Query()),
+        ("observations", reads.observations, {"id": lot}, forms.Observations(**most)),
+        ("later observations", reads.observations, {"id": lot}, forms.Observations(after=there, **most)),
+        ("observations of a stall", reads.observations, {"id": lot}, forms.Observations(stall=stall, **most)),
+        ("observations of a survey", reads.observations_of_survey, {"id": surveys[middle]}, forms.Listed(**most)),
+        ("statistics", reads.statistics, {"id": lot}, forms.Statistics(by="row")),
+        ("changes", reads.changes, {}, forms.Listed(**most)),
+        ("collections", features.collections, {}, Query()),
+        *((f"features: {name}", features.items, {"collection": name}, Items(**most)) for name in COLLECTIONS),
+        ("features: a box", features.items, {"collection": "surveys"}, Items(bbox="4,51,6,53", **most)),
+        ("features: a time", features.items, {"collection": "stalls"}, Items(datetime="2026-01-06/..", **most)),
+    ]
+    for name, read, path, query in asked:
+        given: Request[Query] = Request(path, query, "http://drone", 0.0)
+        yield f"api: {name}", lambda c, read=read, given=given: encoded(read(c, given), packs=True)  # type: ignore[misc]
+
+
 def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
     """Yield every call by its name: the figures in each division, over all, a month and a day, and two surveys."""
     periods = {"all": (None, None), "month": (30, 60), "day": (30, 31)}
@@ -122,8 +162,10 @@ def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, rep
     try:
         lot = fill(store, first, surveys)
         times: dict[str, list[float]] = {}
+        with store.reading() as connection:
+            every = [*calls(lot), *api_calls(connection, lot)]
         for repeat in range(repeats + 1):
-            for name, call in calls(lot):
+            for name, call in every:
                 began = time.perf_counter()
                 with store.reading() as connection:
                     call(connection)

@@ -105,7 +105,7 @@ def extent(connection: Connection) -> Extent:
 
 def _box_of(outline: str) -> tuple[float, float, float, float] | None:
     """Return west, south, east and north of an outline's text; None for one without corners."""
-    corners = [corner for ring in outline_of(outline).polygons for corner in ring]
+    corners = [corner for ring in json.loads(outline)["polygons"] for corner in ring]
     if not corners:
         return None
     latitudes, longitudes = zip(*corners, strict=True)
@@ -122,14 +122,13 @@ def lots(connection: Connection, choice: Choice) -> Found:
     return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, lambda row: _lot(connection, row))
 
 
-def _lot(connection: Connection, row: Row[Any]) -> Feature:
+def _lot(connection: Connection, row: Row[Any]) -> dict[str, Any]:
     present = (STALL.c.lot == row.id) & STALL.c.ends.is_(None)
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
-    properties = {
+    return {
         "name": row.name, "stalls": stalls, "free": row.free, "taken": row.taken, "unknown": row.unknown,
         "surveyed": None if row.ended is None else utc(row.ended), "placed": row.placed,
     }  # fmt: skip
-    return _feature(row.id, lot_shape(outline_of(row.outline)), properties)
 
 
 def surveys(connection: Connection, choice: Choice) -> Found:
@@ -141,17 +140,16 @@ def surveys(connection: Connection, choice: Choice) -> Found:
     return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)
 
 
-def _survey(row: Row[Any]) -> Feature:
-    properties = {
+def _survey(row: Row[Any]) -> dict[str, Any]:
+    return {
         "lot": row.lot, "lot_name": row.name, "began": utc(row.began), "ended": utc(row.ended), "placed": row.placed,
         "free": row.free, "taken": row.taken, "unknown": row.unknown, "layout": row.layout,
         "time_is_sure": row.time_is_sure, "simulated": row.simulated, "program": row.program,
     }  # fmt: skip
-    return _feature(row.id, lot_shape(outline_of(row.outline)), properties)
 
 
 def _outlined(
-    connection: Connection, rows: Select[Any], choice: Choice, shown: Callable[[Row[Any]], Feature]
+    connection: Connection, rows: Select[Any], choice: Choice, shown: Callable[[Row[Any]], dict[str, Any]]
 ) -> Found:  # fmt: skip
     """Return the features of rows with an outline; the database counts and cuts them where no place is asked for."""
     if choice.box is None:
@@ -162,7 +160,38 @@ def _outlined(
         boxes = np.array([_box_of(row.outline) or (np.nan,) * 4 for row in found], np.float64).reshape(-1, 4)
         within = [found[k] for k in np.flatnonzero(choice.box.meets(boxes)).tolist()]
         matched, part = len(within), within[choice.offset : choice.offset + choice.limit]
-    return Found([shown(row) for row in part], matched)
+    grounds = _grounds([row.outline for row in part])
+    return Found([_feature(row.id, ground, shown(row)) for row, ground in zip(part, grounds, strict=True)], matched)
+
+
+def _grounds(outlines: Sequence[str]) -> list[dict[str, Any] | None]:
+    """Return outlines as MultiPolygons, None without ground: those of one whole ring all at once."""
+    rings = [_ring_of(outline) for outline in outlines]
+    whole = {number: ring for number, ring in enumerate(rings) if ring is not None}
+    found: dict[int, dict[str, Any]] = {}
+    if whole:
+        corners = np.array([corner for ring in whole.values() for corner in ring])
+        lengths = [len(ring) for ring in whole.values()]
+        drawn = shapely.linearrings(corners, indices=np.repeat(np.arange(len(whole)), lengths))
+        facts = zip(shapely.is_valid(shapely.polygons(drawn)).tolist(), shapely.is_ccw(drawn).tolist(), strict=True)
+        for (number, ring), (is_valid, is_ccw) in zip(whole.items(), facts, strict=True):
+            if is_valid:
+                found[number] = {"type": "MultiPolygon", "coordinates": [[ring if is_ccw else ring[::-1]]]}
+    return [found.get(number) or _mended(outline) for number, outline in enumerate(outlines)]
+
+
+def _ring_of(outline: str) -> list[list[float]] | None:
+    """Return the closed ring of an outline of one polygon without a hole; None for another one."""
+    found = json.loads(outline)
+    if len(found["polygons"]) != 1 or found["holes"] or len(found["polygons"][0]) < 3:
+        return None
+    ring = [[longitude, latitude] for latitude, longitude in found["polygons"][0]]
+    return ring if ring[0] == ring[-1] else [*ring, ring[0]]
+
+
+def _mended(outline: str) -> dict[str, Any] | None:
+    shape = shapely.transform(lot_shape(outline_of(outline)), lambda places: np.round(places, _DEGREES))
+    return None if shape.is_empty else dict(json.loads(shapely.to_geojson(shape)))
 
 
 _STALL: Final = ("key", "id", "lot", "label", "kind", "north", "east", "angle", "width", "length", "is_confirmed")
@@ -241,10 +270,8 @@ def _stall(row: Row[Any], ring: Floats) -> Feature:
     return {"type": _FEATURE, "id": row.id, "geometry": shape, "properties": properties}
 
 
-def _feature(named: str, shape: shapely.MultiPolygon, properties: dict[str, Any]) -> Feature:
-    rounded = shapely.transform(shape, lambda places: np.round(places, _DEGREES))
-    drawn = None if rounded.is_empty else json.loads(shapely.to_geojson(rounded))
-    return {"type": _FEATURE, "id": named, "geometry": drawn, "properties": properties}
+def _feature(named: str, ground: dict[str, Any] | None, properties: dict[str, Any]) -> Feature:
+    return {"type": _FEATURE, "id": named, "geometry": ground, "properties": properties}
 
 
 def _among(column: ColumnElement[str], choice: Choice) -> list[ColumnElement[bool]]:

@@ -72,8 +72,8 @@ Prepare = Callable[[LotStore, Request[Any]], Awaitable[None]]
 class _Packed:
     status: int
     tag: str
-    body: bytes = field(default=b"", repr=False)
     answer: Answer | None = field(default=None, repr=False)
+    body: bytes = field(default=b"", repr=False)
     is_packed: bool = False
 
 
@@ -98,7 +98,8 @@ def reader(
             tag = f'W/"{version_of(connection)}"'
             if is_known(known, tag):
                 return _Packed(HTTPStatus.NOT_MODIFIED, tag)
-            return _encoded(read(connection, asked), tag, packs=packs)
+            answer = read(connection, asked)
+            return _Packed(HTTPStatus.OK, tag, answer, *encoded(answer, packs=packs))
 
         async with in_time(BUSY):
             store = await opened(request)
@@ -124,11 +125,16 @@ async def made(request: web.Request, make: Callable[[], Answer]) -> web.Response
     of the bytes.
     """
     packs = accepts_gzip(request)
-    packed = await request.app[FILES].run(lambda: _encoded(make(), "", packs=packs))
-    tag = f'W/"{hashlib.sha256(packed.body).hexdigest()[:16]}"'
-    if is_known(request.headers.get(hdrs.IF_NONE_MATCH, ""), tag):
-        return _response(request, _Packed(HTTPStatus.NOT_MODIFIED, tag))
-    return _response(request, _Packed(packed.status, tag, packed.body, packed.answer, packed.is_packed))
+
+    def work() -> _Packed:
+        answer = make()
+        body, is_packed = encoded(answer, packs=packs)
+        return _Packed(HTTPStatus.OK, f'W/"{hashlib.sha256(body).hexdigest()[:16]}"', answer, body, is_packed)
+
+    packed = await request.app[FILES].run(work)
+    if is_known(request.headers.get(hdrs.IF_NONE_MATCH, ""), packed.tag):
+        packed = _Packed(HTTPStatus.NOT_MODIFIED, packed.tag)
+    return _response(request, packed)
 
 
 def answered(handle: Handler, bad_value: int = HTTPStatus.UNPROCESSABLE_ENTITY) -> Handler:
@@ -204,14 +210,14 @@ def accepts_gzip(request: web.BaseRequest) -> bool:
     return False
 
 
-def _encoded(answer: Answer, tag: str, *, packs: bool) -> _Packed:
+def encoded(answer: Answer, *, packs: bool) -> tuple[bytes, bool]:
+    """Return an answer's bytes, and whether they are packed: ``packs`` allows it."""
     from hawk.lots.text import json_text
 
     content = answer.content
     body = (content if isinstance(content, str) else json_text(content)).encode()
     is_packed = packs and len(body) >= LEAST_PACKED_BYTES
-    data = gzip.compress(body, _LEVEL, mtime=0) if is_packed else body
-    return _Packed(HTTPStatus.OK, tag, data, answer, is_packed)
+    return gzip.compress(body, _LEVEL, mtime=0) if is_packed else body, is_packed
 
 
 def _response(request: web.Request, packed: _Packed) -> web.Response:

@@ -180,7 +180,7 @@ class EditedZone(Shown):
 
 
 class Edited(Shown):
-    """What an operation changed. `gone`: stalls that are no part of the plan any more. Zones are all there are."""
+    """Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones are all there are."""
 
     edit: Id
     revision: Count
@@ -193,7 +193,7 @@ class Edited(Shown):
 
 
 class Stepped(Edited):
-    """What was undone or done again; `operation` names it."""
+    """Changes by an undo or a redo; `operation` names what was undone or done again."""
 
     operation: str
 

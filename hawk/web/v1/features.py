@@ -31,6 +31,8 @@ _TEXTS: Final[Mapping[str, tuple[str, str]]] = {
     "surveys": ("Surveys", "Flights over lots: the ground that each mapped, and its counts"),
 }
 """Collections: title and description."""
+COLLECTIONS: Final = tuple(_TEXTS)
+"""Names of the collections."""
 _LISTS: Final = {"lots": "/lots", "surveys": "/surveys"}
 """Collections that are a list of the API, too."""
 Link = dict[str, str]

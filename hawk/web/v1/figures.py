@@ -107,7 +107,7 @@ class LeftOut(Shown):
     why: str
 
 
-class Statistics(Shown):
+class Figures(Shown):
     """Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value."""
 
     lot: Id

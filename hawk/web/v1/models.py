@@ -247,7 +247,7 @@ class Proposals(Shown):
     doubtful: list[DoubtfulSurvey]
 
 
-class Changes(Shown):
+class ChangeList(Shown):
     """Part of the list of changes."""
 
     items: list[Change]
@@ -274,56 +274,56 @@ class Recording(Shown):
     under_way: bool
 
 
-class Lots(Shown):
+class LotList(Shown):
     """Part of the list of lots."""
 
     items: list[ListedLot]
     next: Next
 
 
-class Layouts(Shown):
+class LayoutList(Shown):
     """Part of the list of layouts."""
 
     items: list[Layout]
     next: Next
 
 
-class PlanStalls(Shown):
+class PlanStallList(Shown):
     """Part of the list of a layout's stalls."""
 
     items: list[PlanStall]
     next: Next
 
 
-class Stalls(Shown):
+class StallList(Shown):
     """Part of the list of stalls."""
 
     items: list[ListedStall]
     next: Next
 
 
-class Zones(Shown):
+class ZoneList(Shown):
     """Part of the list of zones."""
 
     items: list[Zone]
     next: Next
 
 
-class Surveys(Shown):
+class SurveyList(Shown):
     """Part of the list of surveys."""
 
     items: list[Survey]
     next: Next
 
 
-class Observations(Shown):
+class ObservationList(Shown):
     """Part of the list of observations."""
 
     items: list[Observation]
     next: Next
 
 
-class Recordings(Shown):
+class RecordingList(Shown):
     """Part of the list of recordings."""
 
     items: list[Recording]

@@ -27,7 +27,7 @@ async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive)
     assert again.headers["Cache-Control"] == first.headers["Cache-Control"] == "private, no-cache"
 
 
-async def test_a_change_of_the_store_makes_another_tag_whoever_changed_it(archive: Archive) -> None:
+async def test_a_change_of_the_store_makes_another_tag_also_by_another_program(archive: Archive) -> None:
     path, old = f"/api/lots/{archive.lot}/name", (await archive.ask("/lots")).headers["ETag"]
     assert (await archive.ask(path, method="POST", operator=True, body={"name": "North"})).status == 200
     changed = await archive.ask("/lots", If_None_Match=old)

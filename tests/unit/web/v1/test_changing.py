@@ -76,7 +76,7 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
         done = await archive.done(f"{path}/{kind}", **body)
         model.model_validate(done)
         assert (done["kind"], done["lot"]) == (kind, archive.lot)
-    listed = (await archive.shown("/changes", models.Changes))["items"]
+    listed = (await archive.shown("/changes", models.ChangeList))["items"]
     assert [each["kind"] for each in listed] == ["split", "pin", "name"]
     assert await archive.items("/changes?limit=1") == listed
     for each in listed:
@@ -176,7 +176,7 @@ async def test_a_body_that_cannot_be_used_is_refused_with_the_field_and_changes_
 
 
 async def test_recordings_are_listed_kept_and_deleted(rig: Rig, recordings: Path, archive: Archive) -> None:
-    whole = await archive.shown("/recordings", models.Recordings)
+    whole = await archive.shown("/recordings", models.RecordingList)
     assert [each["name"] for each in whole["items"]] == [FIRST, SECOND]
     assert await archive.items("/recordings?limit=1") == whole["items"]
     tag = (await archive.ask("/recordings")).headers["ETag"]

@@ -14,7 +14,7 @@ from tests.unit.web.v1.archive import NOWHERE, Archive
 
 
 async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive) -> None:
-    whole = await archive.shown("/lots", models.Lots)
+    whole = await archive.shown("/lots", models.LotList)
     assert [each["id"] for each in whole["items"]] == [archive.lot, archive.far]
     assert (whole["items"][0]["stalls"], whole["items"][0]["survey_count"], whole["next"]) == (40, 3, None)
     assert await archive.items("/lots?limit=1") == whole["items"]
@@ -31,7 +31,7 @@ async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -
 
 
 async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
-    stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", models.Stalls))["items"]
+    stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", models.StallList))["items"]
     old = await archive.get(f"/api/lots/{archive.lot}.json")
     assert [each["id"] for each in stalls] == [each["id"] for each in old["stalls"]]
     for stall, before in zip(stalls, old["stalls"], strict=True):
@@ -64,9 +64,9 @@ async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
         {"do": "set_kind", "stalls": [ids[5]], "kind": "disabled"},
     ):
         await archive.done(f"/api{path}/plan", edit=edit, operation=operation)
-    layouts = (await archive.shown(f"{path}/layouts", models.Layouts))["items"]
+    layouts = (await archive.shown(f"{path}/layouts", models.LayoutList))["items"]
     assert [(each["version"], each["who"]) for each in layouts] == [(1, "hawk"), (2, "Ann")]
-    assert (await archive.shown(f"{path}/layouts/1/stalls", models.PlanStalls))["items"] == before
+    assert (await archive.shown(f"{path}/layouts/1/stalls", models.PlanStallList))["items"] == before
     now = await archive.items(f"{path}/layouts/2/stalls?limit=5")
     assert [each["id"] for each in now] == ids[1:]
     assert [each["kind"] for each in now if each["id"] == ids[5]] == ["disabled"]
@@ -80,14 +80,14 @@ async def test_zones_are_listed_with_their_ground(archive: Archive) -> None:
     outline = [[-2, -2], [-2, 12], [3, 12], [3, -2]]
     operation = {"do": "draw_zone", "outline": outline, "name": "Front", "kind": "staff"}
     await archive.done(f"/api{path}/plan", edit=edit, operation=operation)
-    (zone,) = (await archive.shown(f"{path}/zones", models.Zones))["items"]
+    (zone,) = (await archive.shown(f"{path}/zones", models.ZoneList))["items"]
     assert (zone["name"], zone["kind"], zone["has_stalls"], zone["outline"]) == ("Front", "staff", True, outline)
     assert zone["ground"][0] == pytest.approx([52.0 - 2 / 111_270, 5.0 - 2 / 68_680], abs=1e-6)
 
 
 async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/surveys"
-    oldest = (await archive.shown(path, models.Surveys))["items"]
+    oldest = (await archive.shown(path, models.SurveyList))["items"]
     assert [each["id"] for each in oldest] == archive.surveys
     assert await archive.items(f"{path}?order=newest&limit=1") == oldest[::-1]
     assert [each["placed"] for each in oldest] == ["first", "registered", "registered"]
@@ -101,7 +101,7 @@ async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) 
 
 async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/observations"
-    looks = (await archive.shown(f"{path}?limit=1000", models.Observations))["items"]
+    looks = (await archive.shown(f"{path}?limit=1000", models.ObservationList))["items"]
     assert [each["survey"] for each in looks[::40]] == archive.surveys
     assert await archive.items(f"{path}?limit=33") == looks
     newest = await archive.items(f"{path}?limit=33&order=newest")
@@ -121,7 +121,7 @@ async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -
 @pytest.mark.parametrize("by", [None, "hour", "row", "zone", "kind"])
 async def test_statistics_are_those_of_the_command(archive: Archive, by: str | None) -> None:
     asked = "time_zone=UTC" if by is None else f"time_zone=UTC&by={by}"
-    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Statistics)
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Figures)
 
     def printed(connection: Any) -> Any:
         from hawk.stats.answering import statistics
@@ -136,7 +136,7 @@ async def test_statistics_are_those_of_the_command(archive: Archive, by: str | N
 
 async def test_statistics_of_a_period_use_its_surveys_alone(archive: Archive) -> None:
     asked = "from=2026-02-03&to=2026-02-04&time_zone=UTC"
-    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Statistics)
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Figures)
     assert (found["surveys"], found["first"][:10]) == (2, "2026-02-02")  # a look counts when it was made
 
 
