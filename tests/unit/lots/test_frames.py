@@ -11,7 +11,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.lots.frames import MATCH_M, Move, frame_of, same_stalls
+from hawk.lots.frames import MATCH_M, Move, frame_of, frames_of, same_stalls, turned
 from hawk.lots.place import about
 from hawk.lots.values import StoredStall
 from hawk.model.poses import GlobalPose
@@ -46,6 +46,21 @@ def test_a_place_is_the_same_on_earth_in_both_frames(
     truth = about((latitude, 5.0), to_global(other, places))[:, :2]
     assert move.of(places) == pytest.approx(truth, abs=0.002)
     assert move.of(np.zeros((1, 2)))[0] == pytest.approx([north, east], abs=0.001)
+
+
+@given(PLACES, st.floats(-math.pi, math.pi))
+def test_many_places_are_turned_as_each_alone_is(places: np.ndarray, turn: float) -> None:
+    turns = np.linspace(turn, 2 * turn, len(places))
+    alone = [Move(turn=float(angle)).of(place[None])[0] for place, angle in zip(places, turns, strict=True)]
+    assert turned(places, turns) == pytest.approx(np.array(alone), abs=1e-9)
+
+
+def test_many_frames_are_those_of_each_alone() -> None:
+    here, others = (52.0, 5.0), np.array([(52.0001, 5.0002), (51.9, 5.1), (52.0, 5.0)])
+    shifts, turns = frames_of(here, others)
+    for shift, turn, (latitude, longitude) in zip(shifts.tolist(), turns.tolist(), others.tolist(), strict=True):
+        move = frame_of(here, (latitude, longitude))
+        assert (move.north, move.east, move.turn) == (*shift, turn)
 
 
 @pytest.mark.parametrize("metres", [3.0, 30.0])
