@@ -20,7 +20,7 @@ from hawk.lots.plan import geometry
 from hawk.lots.reading import NEWEST_LOOK
 from hawk.lots.registering import datum_of
 from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
-from hawk.lots.values import outline_of, utc
+from hawk.lots.values import Placed, outline_of, utc
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 
@@ -29,6 +29,7 @@ _DEGREES: Final = 8
 _AROUND: Final = 0.0005
 """Degrees about a lot's outline within which its stalls lie."""
 _FEATURE: Final = "Feature"
+_IS_THERE: Final = SURVEY.c.placed != Placed.DELETED.value
 Feature = dict[str, Any]
 Floats = NDArray[np.float64]
 
@@ -91,11 +92,11 @@ class Extent:
 
 def extent(connection: Connection) -> Extent:
     """Return the ground of all lots and of the surveys without one, and the time from the first survey to the last."""
-    is_alone = SURVEY.c.lot.is_(None)
+    is_alone = SURVEY.c.lot.is_(None) & _IS_THERE
     texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
     boxes = np.array([box for text in texts if (box := _box_of(text)) is not None]).reshape(-1, 4)
-    begin, end = connection.execute(select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended))).one()
+    begin, end = connection.execute(select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE)).one()
     if not len(boxes):
         return Extent(None, begin, end)
     west, south = boxes[:, :2].min(axis=0).tolist()
@@ -136,7 +137,7 @@ def surveys(connection: Connection, choice: Choice) -> Found:
     shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout", "time_is_sure")
     rows = select(*(SURVEY.c[name] for name in (*shown, "simulated", "program")), LOT.c.name)
     rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))
-    rows = rows.where(*choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
+    rows = rows.where(_IS_THERE, *choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
     return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)
 
 

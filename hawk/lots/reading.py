@@ -126,7 +126,7 @@ def move(
 
 def delete(connection: Connection, survey_id: str, who: str, now: float) -> Done:
     """Delete a survey of a lot; undoing brings it back. Raises NotFoundError, LotStoreError."""
-    survey = _survey_there(connection, survey_id)
+    survey = survey_row(connection, survey_id)
     assert survey.values is not None  # noqa: S101 - it is there
     if survey.values["lot"] is None:
         raise LotStoreError("survey: no lot has it; reload the list")

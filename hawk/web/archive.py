@@ -19,7 +19,8 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import NotFoundError
 from hawk.web.access.guesses import GUESSES, network_of
 from hawk.web.access.paced_log import PacedLog
-from hawk.web.lot_answers import ID, Body, answer, answered, now_of
+from hawk.web.lot_answers import ID, answer, answered, now_of
+from hawk.web.refusals import Body
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection

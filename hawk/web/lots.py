@@ -143,7 +143,7 @@ async def delete(store: LotStore, request: web.Request, _: Body) -> object:
     """Delete a survey of a lot; undoing brings it back."""
     from hawk.lots import reading
 
-    survey, who, now = request.match_info["id"], _who(request), now_of(request)
+    survey, who, now = request.match_info["id"], role_of(request), now_of(request)
     return asdict(await store.write(lambda c: reading.delete(c, survey, who, now)))
 
 

@@ -100,8 +100,8 @@ class Surveys(Listed, Period):
 
     order: Order = "oldest"
     placed: Annotated[
-        Literal["first", "registered", "unregistered", "undecided", "nothing"] | None,
-        Field(description="relation of the survey to its lot's stalls"),
+        Literal["first", "registered", "unregistered", "undecided", "nothing", "deleted"] | None,
+        Field(description="relation of the survey to its lot's stalls; without it those that are not deleted"),
     ] = None
 
 

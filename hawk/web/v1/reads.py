@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.lots.store import LotStore
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import LotStoreError, Placed
 from hawk.web.v1 import asked as forms
 from hawk.web.v1.answering import Answer
 from hawk.web.v1.asked import Query, Request
@@ -105,7 +105,8 @@ def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
     from hawk.lots.tables import SURVEY
 
     query = asked.query
-    conditions = [*_during(query), *([] if query.placed is None else [SURVEY.c.placed == query.placed])]
+    is_asked = SURVEY.c.placed != Placed.DELETED.value if query.placed is None else SURVEY.c.placed == query.placed
+    conditions = [*_during(query), is_asked]
     part = replace(_part(query), newest_first=query.order == "newest", of=conditions)
     return _listed(paged.surveys(connection, part, asked.path.get("id")))
 

@@ -94,6 +94,8 @@ _CHANGES: Final = (
     _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, lots.drop, bodies.Chosen, bodies.Done),
     _change("/surveys/{id}/move", "move_survey", "Move a survey to another lot, or to a new one", CHANGES, lots.move,
             bodies.SurveyMove, bodies.Done),
+    _change("/surveys/{id}/delete", "delete_survey", "Delete a survey of a lot; undoing brings it back", CHANGES,
+            lots.delete, bodies.Nothing, bodies.Done),
     _change("/surveys/{id}/place", "place_survey", "Choose the place of a survey whose place is not certain", CHANGES,
             lots.choose, bodies.Choose, bodies.Done),
 )  # fmt: skip

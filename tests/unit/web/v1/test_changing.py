@@ -105,6 +105,18 @@ async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
     assert (await archive.get(f"/surveys/{saved.survey}"))["placed"] == "registered"
 
 
+async def test_a_deleted_survey_is_listed_only_when_it_is_asked_for_and_comes_back(archive: Archive) -> None:
+    before, gone = await archive.get("/surveys"), archive.surveys[1]
+    deleted = await archive.done(f"/surveys/{gone}/delete")
+    bodies.Done.model_validate(deleted)
+    assert gone not in [each["id"] for each in await archive.items("/surveys")]
+    assert [each["id"] for each in await archive.items("/surveys?placed=deleted")] == [gone]
+    assert (await archive.shown(f"/surveys/{gone}", models.Survey))["placed"] == "deleted"
+    assert (await archive.get("/features/collections/surveys/items"))["numberMatched"] == 3
+    await archive.done(f"/changes/{deleted['seq']}/undo")
+    assert await archive.get("/surveys") == before
+
+
 async def test_proposals_are_taken_over_or_dropped(archive: Archive) -> None:
     for number in (5, 6):
         given = extra(replace(flown(number), stalls=flown(number).stalls[:40]))
