@@ -11,9 +11,9 @@ from urllib.parse import urlencode
 
 from hawk.lots.values import NotFoundError, utc
 from hawk.web.v1.answering import JSON, ROOT, Answer
-from hawk.web.v1.asked import MOST_ITEMS, Query, Request
+from hawk.web.v1.asked import Query, Request
 from hawk.web.v1.features_asked import ROOT as FEATURES
-from hawk.web.v1.features_asked import Items, box_of, period_of
+from hawk.web.v1.features_asked import MOST_FEATURES, Items, box_of, period_of
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
@@ -95,7 +95,7 @@ def _collection(asked: Request[Any], name: str, around: Extent) -> dict[str, Any
 def items(connection: Connection, asked: Request[Items]) -> Answer:
     """Return the features of a collection that are asked for."""
     name, query, address = asked.path["collection"], asked.query, f"{_address(asked, asked.path['collection'])}/items"
-    limit = min(query.limit, MOST_ITEMS)
+    limit = min(query.limit, MOST_FEATURES)
     found = _finder(name)(connection, _choice(query, limit))
     given = {key: value for key, value in (("bbox", query.bbox), ("datetime", query.datetime)) if value is not None}
 

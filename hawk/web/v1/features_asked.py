@@ -9,10 +9,12 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from hawk.lots.values import LotInputError
-from hawk.web.v1.asked import MOST_ITEMS, OF_DIGITS, USUAL_ITEMS, Query
+from hawk.web.v1.asked import OF_DIGITS, USUAL_ITEMS, Query
 
 ROOT: Final = "/features"
 """Address of the landing page below that of the API."""
+MOST_FEATURES: Final = 500
+"""Features have corners: 500 of them are as much text as 1000 items of a list."""
 _LONGEST: Final = 200
 _OPEN: Final = ("", "..")
 _NUMBER: Final = {"type": "number"}
@@ -31,7 +33,7 @@ class Items(Query):
 
     limit: Annotated[
         int,
-        Field(ge=1, description=f"most features of the answer; {USUAL_ITEMS} without it, {MOST_ITEMS} at most"),
+        Field(ge=1, description=f"most features of the answer; {USUAL_ITEMS} without it, {MOST_FEATURES} at most"),
         OF_DIGITS,
     ] = USUAL_ITEMS
     offset: Annotated[int, Field(ge=0, description="features that are left out before the first one"), OF_DIGITS] = 0

@@ -14,7 +14,7 @@ import pytest
 import shapely
 
 from hawk.lots.store import LotStore
-from hawk.web.v1 import shapes
+from hawk.web.v1 import features, shapes
 from hawk.web.v1.features_asked import box_of, period_of
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig, browser
@@ -76,6 +76,15 @@ async def test_parts_follow_each_other_in_both_directions(archive: Archive, name
         links = links_of(part)
     assert back == whole[: len(back)]
     assert len(back) == (COUNTS[name] - 1) // 7 * 7
+
+
+async def test_more_features_than_an_answer_holds_are_no_error(
+    archive: Archive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(features, "MOST_FEATURES", 25)
+    part = await archive.get(f"{ITEMS.format('stalls')}?limit=1000")
+    assert (part["numberReturned"], part["numberMatched"]) == (25, 60)
+    assert links_of(part)["next"].endswith("limit=25&offset=25")
 
 
 @pytest.mark.parametrize("name", COUNTS)
