@@ -12,8 +12,8 @@ from urllib.parse import urlencode
 from hawk.lots.values import NotFoundError, utc
 from hawk.web.v1.answering import JSON, ROOT, Answer
 from hawk.web.v1.asked import Query, Request
-from hawk.web.v1.features_asked import ROOT as FEATURES
 from hawk.web.v1.features_asked import MOST_FEATURES, Items, box_of, period_of
+from hawk.web.v1.features_asked import ROOT as FEATURES
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
