@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
 import json
 import sys
 from dataclasses import asdict
@@ -11,18 +12,20 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
+from hawk.config.addresses import MOST_PORT
 from hawk.config.sections import ConfigError
 
 COMMAND: Final = "replay"
 SHOWN_DIFFERENCES: Final = 10
 """Decisions that differ, of which the terminal shows this number; --json has all."""
+PORT: Final = 3001
 _FAILED: Final = 1
 _PROGRESS: Final = 10  # pictures
 
 
 def add_replay_command(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
-    replay = commands.add_parser(COMMAND, help="decide or process a recorded flight again, and compare")
+    replay = commands.add_parser(COMMAND, help="show a recorded flight, or decide or process it again")
     replay.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     what = replay.add_mutually_exclusive_group()
     what.add_argument("--check", action="store_true", help="make every decision again; exit status 1 where one differs")
@@ -41,6 +44,10 @@ def add_replay_command(commands: Any) -> None:
         "--out", type=values.new_folder, metavar="DIR",
         help="folder for the map of --process: stalls.csv, stalls.geojson, map.png; new or empty",
     )  # fmt: skip
+    replay.add_argument(
+        "--port", type=values.whole(0, MOST_PORT), metavar="PORT",
+        help=f"port of the page that shows the flight without any of these ({PORT}); 0: a free one",
+    )  # fmt: skip
     replay.add_argument("--json", type=values.new(".json"), metavar="FILE", help="write what differs as JSON (.json)")
     replay.set_defaults(action=_run)
 
@@ -55,7 +62,9 @@ def _run(options: argparse.Namespace) -> int:
     try:
         if options.to_odm is not None:
             return _to_odm(options)
-        return _process(options) if is_process else _decide(options)
+        if is_process or options.check:
+            return _process(options) if is_process else _decide(options)
+        return _show_page(options)
     except (ReplayError, RecordingError, decisions.ReplayError) as error:
         print(f"hawk-drone replay: {in_a_line(error)}", file=sys.stderr)
         return _FAILED
@@ -69,8 +78,23 @@ def _check(options: argparse.Namespace, *, is_process: bool) -> None:
         raise ConfigError("--out: only together with --process, whose map is written there")
     if options.json is not None and options.to_odm is not None:
         raise ConfigError("--json: not together with --to-odm, which compares nothing")
-    if not (options.check or is_process or options.to_odm is not None):
-        raise ConfigError("replay: give --check, --process or --to-odm DIR (see hawk-drone replay --help)")
+    is_shown = not (options.check or is_process or options.to_odm is not None)
+    if options.json is not None and is_shown:
+        raise ConfigError("--json: only together with --check or --process, which compare")
+    if options.port is not None and not is_shown:
+        raise ConfigError("--port: only without --check, --process and --to-odm: nothing is shown")
+
+
+def _show_page(options: argparse.Namespace) -> int:
+    from hawk.replay.serving import serve
+
+    try:
+        asyncio.run(serve(options.recording, PORT if options.port is None else options.port))
+    except KeyboardInterrupt:
+        return 0
+    except OSError as error:
+        print(f"hawk-drone replay: --port: {error.strerror or error}; --port 0 takes a free one", file=sys.stderr)
+    return _FAILED
 
 
 def _decide(options: argparse.Namespace) -> int:

@@ -256,7 +256,11 @@ class Page:
 
     async def archive(self, request: web.Request) -> web.StreamResponse:
         """Serve the page of lots over time."""
-        return self._answer(request, ARCHIVE if self.is_built else INDEX)
+        return self.named(request, ARCHIVE)
+
+    def named(self, request: web.Request, name: str) -> web.StreamResponse:
+        """Serve a page of its own by the name of its file."""
+        return self._answer(request, name if self.is_built else INDEX)
 
     def _answer(self, request: web.Request, name: str) -> web.StreamResponse:
         asset = self._assets.get(name)

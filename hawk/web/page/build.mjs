@@ -61,6 +61,7 @@ await mkdir(out, { recursive: true });
 const results = await Promise.all([
   build({ ...shared, entryPoints: ["src/main.ts"], outfile: join(out, "app.js"), plugins: [messages(false)], assetNames: "[name]-[hash]" }),
   build({ ...shared, entryPoints: ["src/archive/main.ts"], outfile: join(out, "archive.js"), plugins: [messages(true)], assetNames: "archive-[name]-[hash]" }),
+  build({ ...shared, entryPoints: ["src/replay/main.ts"], outfile: join(out, "replay.js"), plugins: [messages(true)], assetNames: "archive-[name]-[hash]" }),
   build({ ...shared, entryPoints: ["src/link/life-worker.ts"], outfile: join(out, "life-worker.js") }),
   build({
     ...shared,
@@ -69,21 +70,24 @@ const results = await Promise.all([
     loader: { ".woff2": "file" },
     assetNames: "[name]-[hash]",
   }),
-  build({
-    ...shared,
-    entryPoints: ["src/archive/archive.css"],
-    outfile: join(out, "archive.css"),
-    loader: { ".woff2": "file" },
-    assetNames: "[name]-[hash]",
-  }),
+  ...["archive", "replay"].map((name) =>
+    build({
+      ...shared,
+      entryPoints: [`src/${name}/${name}.css`],
+      outfile: join(out, `${name}.css`),
+      loader: { ".woff2": "file" },
+      assetNames: "[name]-[hash]",
+    }),
+  ),
 ]);
 await cp(join(here, "public"), out, { recursive: true });
 const outputs = results.flatMap((result) => Object.keys(result.metafile.outputs));
-for (const name of ["index.html", "archive.html"]) await preloadFonts(name, outputs);
+for (const name of ["index.html", "archive.html", "replay.html"]) await preloadFonts(name, outputs);
 const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
-const isArchive = (file) => /^archive\b/.test(file);
-await checkSize("page", (file) => !isArchive(file), LARGEST_GZIP);
-await checkSize("lots over time", (file) => isArchive(file) || file.endsWith(".woff2"), LARGEST_ARCHIVE_GZIP);
+const isOf = (name, file) => file.startsWith(`${name}.`) || /^archive-|\.woff2$/.test(file);
+await checkSize("page", (file) => !/^(archive|replay)\b/.test(file), LARGEST_GZIP);
+await checkSize("lots over time", (file) => isOf("archive", file), LARGEST_ARCHIVE_GZIP);
+await checkSize("replay", (file) => isOf("replay", file), LARGEST_ARCHIVE_GZIP);
 await writeFile(join(out, "licences.txt"), await licences(inputs));
 
 /** Over a weak link the page must come quickly. Fails when it grew too large. */

@@ -251,6 +251,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "RECORDING": (("--check",), NOT_THERE),
         "--json": (("--check", __file__), (*NO_PATH, "a.txt", "/nowhere/a.json")),
         "--model": ((__file__,), NOT_THERE),
+        "--port": ((__file__,), NOT_PORT),
         "--out": (("--process", __file__), (*NO_PATH, "/", __file__)),
         "--to-odm": ((__file__,), (*NO_PATH, "/", __file__)),
     },

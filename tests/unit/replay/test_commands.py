@@ -63,7 +63,8 @@ def test_pictures_are_handed_on(tmp_path: Path, capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "give --check, --process or --to-odm DIR"),
+        (["--json", "a.json"], "--json: only together with --check or --process"),
+        (["--check", "--port", "0"], "--port: only without --check, --process and --to-odm"),
         (["--check", "--process"], "not allowed with argument --check"),
         (["--check", "--model", __file__], "--model: only together with --process"),
         (["--to-odm", "new", "--model", __file__], "--model: only together with --process"),

@@ -58,9 +58,9 @@ describe("the lots", () => {
 
   it("offer the files of the newest survey, where there is one", async () => {
     const stage = await shown();
-    const links = [...stage.part.querySelectorAll("a")].map((link) => link.getAttribute("href"));
+    const links = [...stage.part.querySelectorAll("a[download]")].map((link) => link.getAttribute("href"));
     assert.deepEqual(links, ["csv", "geojson", "gpkg", "kmz", "png"].map((kind) => `api/surveys/n.${kind}`));
-    assert.ok([...stage.part.querySelectorAll("a")].every((link) => link.hasAttribute("download")));
+    assert.equal(stage.part.querySelector("a:not([download])")?.getAttribute("href"), "archive");
   });
 
   it("are renamed", async () => {

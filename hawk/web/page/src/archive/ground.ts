@@ -46,7 +46,7 @@ export function groundOf(features: readonly Feature[], origin: Origin): Ground {
   const stalls: Stall[] = [];
   const outline: Point[][] = [];
   for (const feature of features) {
-    const { amenity, ref = "", state = "unknown", parking_space: kind = "normal" } = feature.properties;
+    const { amenity, label, ref = label ?? "", state = "unknown", parking_space: kind = "normal" } = feature.properties;
     if (amenity === "parking") outline.push(...rings(feature).map(placed));
     else stalls.push({ id: feature.id, label: ref, state, kind, corners: placed(rings(feature)[0] ?? []) });
   }

@@ -98,7 +98,7 @@ export interface Features {
 export interface Feature {
   id: string;
   geometry: { type: string; coordinates: unknown };
-  properties: { amenity: string; ref?: string; state?: string; parking_space?: string; taken_probability?: number | null };
+  properties: { amenity?: string; ref?: string; label?: string | null; state?: string; parking_space?: string; taken_probability?: number | null };
 }
 
 export interface RecordingRow {

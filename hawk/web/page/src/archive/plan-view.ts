@@ -15,6 +15,8 @@ export class PlanView extends LitElement {
   @property({ attribute: false }) shades: readonly Shade[] = [];
   @property() label = "";
   @property() chosen = "";
+  /** What is drawn over the stalls. */
+  @property({ attribute: false }) over: TemplateResult | typeof nothing = nothing;
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -28,7 +30,7 @@ export class PlanView extends LitElement {
       ${this.ground.outline.map((ring) => svg`<path class="ground" d=${ringPath(ring)}></path>`)}
       ${this.shades.map(({ name, stalls }) => svg`<path class=${name} d=${pathOf(stalls)}></path>${name === "taken" ? svg`<path class="hatched" d=${pathOf(stalls)}></path>` : nothing}`)}
       ${chosen.map((stall) => svg`<path class="chosen" d=${ringPath(stall.corners)}></path>`)}
-      ${scaleBar(this.ground.box)}
+      ${this.over} ${scaleBar(this.ground.box)}
     </svg>`;
   }
 

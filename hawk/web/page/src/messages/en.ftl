@@ -1371,3 +1371,22 @@ archive-link-made = This link is shown once. It ends on { $ends }.
 archive-link-open = Made { $made }, ends { $ends }
 archive-link-shut = Made { $made }, shut
 archive-take-back = Take back
+
+## A recorded flight: the page of hawk-drone replay, which has a bundle of its own
+
+archive-replay-mark = Replay
+archive-replay-damage = The recording is damaged from here on: { $why }
+archive-replay-play = Play
+archive-replay-pause = Pause
+archive-replay-time = Time
+archive-replay-speed = Speed
+archive-replay-height = { $height } m high
+archive-replay-no-picture = No picture yet
+archive-replay-picture = The camera's picture at { $time }
+archive-replay-no-map = No map yet
+archive-replay-map = { $stalls } stalls and the path that was flown
+archive-replay-events = Messages and decisions
+archive-replay-message = message
+archive-replay-state = state
+archive-replay-command = command
+archive-replay-decision = decision

@@ -1353,3 +1353,22 @@ archive-link-made = Ce lien est montré une seule fois. Il finit le { $ends }.
 archive-link-open = Créé le { $made }, finit le { $ends }
 archive-link-shut = Créé le { $made }, fermé
 archive-take-back = Reprendre
+
+## Un vol enregistré : la page de hawk-drone replay
+
+archive-replay-mark = Relecture
+archive-replay-damage = L'enregistrement est abîmé à partir d'ici : { $why }
+archive-replay-play = Lire
+archive-replay-pause = Pause
+archive-replay-time = Temps
+archive-replay-speed = Vitesse
+archive-replay-height = { $height } m de haut
+archive-replay-no-picture = Pas encore d'image
+archive-replay-picture = L'image de la caméra à { $time }
+archive-replay-no-map = Pas encore de carte
+archive-replay-map = { $stalls } places et la route volée
+archive-replay-events = Messages et décisions
+archive-replay-message = message
+archive-replay-state = état
+archive-replay-command = commande
+archive-replay-decision = décision

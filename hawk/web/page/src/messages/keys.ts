@@ -896,4 +896,20 @@ export interface Messages {
   "archive-link-open": { made: string | number; ends: string | number };
   "archive-link-shut": { made: string | number };
   "archive-take-back": Record<string, never>;
+  "archive-replay-mark": Record<string, never>;
+  "archive-replay-damage": { why: string | number };
+  "archive-replay-play": Record<string, never>;
+  "archive-replay-pause": Record<string, never>;
+  "archive-replay-time": Record<string, never>;
+  "archive-replay-speed": Record<string, never>;
+  "archive-replay-height": { height: string | number };
+  "archive-replay-no-picture": Record<string, never>;
+  "archive-replay-picture": { time: string | number };
+  "archive-replay-no-map": Record<string, never>;
+  "archive-replay-map": { stalls: string | number };
+  "archive-replay-events": Record<string, never>;
+  "archive-replay-message": Record<string, never>;
+  "archive-replay-state": Record<string, never>;
+  "archive-replay-command": Record<string, never>;
+  "archive-replay-decision": Record<string, never>;
 }
