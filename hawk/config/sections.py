@@ -7,6 +7,8 @@
 from __future__ import annotations
 
 import argparse
+import base64
+import binascii
 import difflib
 import ipaddress
 import os
@@ -74,6 +76,15 @@ def _receiver(value: str) -> str:
     parts = urlsplit(value)
     if parts.scheme not in ("https", "http") or not parts.hostname:
         raise ValueError("must be an address, as https://example.org/hawk")
+    return value
+
+
+def _signing_secret(value: str) -> str:
+    if value.startswith("whsec_"):
+        try:
+            base64.b64decode(value.removeprefix("whsec_"), validate=True)
+        except binascii.Error:
+            raise ValueError("must be base64 behind whsec_, as: echo whsec_$(openssl rand -base64 32)") from None
     return value
 
 
@@ -331,7 +342,7 @@ class WebhooksSettings(Section):
     """Reports of surveys and layouts to other programs."""
 
     urls: tuple[Annotated[str, AfterValidator(_receiver)], ...] = ()
-    secret: str | None = Field(default=None, min_length=24)
+    secret: Annotated[str, Field(min_length=24), AfterValidator(_signing_secret)] | None = None
     allow_private: bool = False
 
     @model_validator(mode="after")

@@ -85,6 +85,8 @@ class WebhookSender:
                     pass
             except LotStoreError as error:
                 _LOG.warning("webhooks: the outbox cannot be read: %s", error)
+            except Exception:  # an error with one receiver must not end the others
+                _LOG.exception("webhook %s failed", shown(url))
             await asyncio.sleep(self._times.look_s)
 
     async def send_one(self, session: aiohttp.ClientSession, url: str) -> bool:

@@ -68,7 +68,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "web.token": ("", "short"),
     "web.allowed_hosts": ("http://x.example", "x.example:80", "x.example/hawk", "*.example"),
     "webhooks.urls": ("example.org", "ftp://x.example", "https://", "https:///hook"),
-    "webhooks.secret": ("", "short"),
+    "webhooks.secret": ("", "short", "whsec_" + "%" * 24),
     "log.level": ("", "loud"),
 }
 """Those that are neither numbers nor paths nor true or false."""

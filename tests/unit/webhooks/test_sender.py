@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 
+import aiohttp
 import pytest
 from sqlalchemy import select
 
@@ -169,6 +170,24 @@ async def test_the_host_alone_of_a_receiver_is_named(stand: Stand, caplog: pytes
     assert "secret-path" not in caplog.text
     assert "abc" not in caplog.text
     assert "secret" not in target_of("https://example.org/secret")
+
+
+async def test_a_message_that_cannot_be_sent_ends_no_other_receiver(
+    stand: Stand, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with receiving() as broken, receiving() as good:
+        sender = stand.sender(broken.url, good.url)
+        send = sender.send_one
+
+        async def fails(session: aiohttp.ClientSession, url: str) -> bool:
+            if url == broken.url:
+                raise RuntimeError("a bug")
+            return await send(session, url)
+
+        monkeypatch.setattr(sender, "send_one", fails)
+        async with running(sender):
+            await until(lambda: len(good.got) == 2)
+            await until(lambda: caplog.text.count("a bug") > 1)
 
 
 async def test_without_receivers_the_store_is_not_opened(tmp_path: Path) -> None:
