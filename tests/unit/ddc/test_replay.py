@@ -37,7 +37,7 @@ from hawk.config.sections import Config, HeightSettings, StoreSettings
 from hawk.ddc import memory, recorder
 from hawk.ddc.memory import FORMAT, MemoryFormatError, remember, restore
 from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
-from hawk.ddc.replay import Moment, ReplayError, compare, compare_recording, decide_again, moments
+from hawk.ddc.replay import Comparison, Moment, ReplayError, compare, compare_recording, decide_again, moments
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
@@ -324,6 +324,12 @@ async def test_a_recording_of_a_version_without_memories_is_refused(tmp_path: Pa
     without = [(kind, payload) for kind, payload in records if kind != MEMORY]
     with pytest.raises(ReplayError, match="holds no memory of the decider"):
         compare(without, rig.settings)
+
+
+async def test_a_file_that_was_cut_at_its_first_moment_holds_nothing_to_decide(tmp_path: Path) -> None:
+    rig, records = await flown(_wait, tmp_path)
+    first = next(number for number, (kind, _) in enumerate(records) if kind == TICK)
+    assert compare(records[: first + 1], rig.settings, is_whole=False) == Comparison(0, 0, 0, ())
 
 
 async def test_facts_of_another_version_are_refused(tmp_path: Path) -> None:

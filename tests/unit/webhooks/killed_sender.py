@@ -1,6 +1,7 @@
-"""A program that stores surveys and reports them, made to be killed: ``killed_sender.py STORE URL COUNT``.
+"""A program that stores surveys and reports them, made to be killed: ``killed_sender.py STORE URL COUNT SINCE``.
 
-It stores its next survey, up to COUNT in the store, and reports what the outbox has; it ends when all is reported.
+It stores its next survey, up to COUNT in the store, and reports what the outbox has; it ends when all is reported. Its
+clock runs a hundred times as fast since a moment (Unix seconds): waits are short, and seven days are not over.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from hawk.lots.tables import DELIVERY, OUTBOX, SURVEY
 from hawk.webhooks.sender import SenderTimes, WebhookSender
 from tests.unit.lots.surveys import later, survey
 
+FASTER = 100.0
 SECRET = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"
 
 
@@ -30,15 +32,14 @@ def is_done(connection: Connection, count: int) -> bool:
     return bool(stored >= count and messages == sent.scalar_one())
 
 
-async def main(path: Path, url: str, count: int) -> None:
+async def main(path: Path, url: str, count: int, since: float) -> None:
     store = LotStore(path)
     settings = WebhooksSettings(urls=(url,), secret=SECRET, allow_private=True)
     began = survey().ended
-    clock = time.monotonic()
     sender = WebhookSender(
         store,
         settings,
-        lambda: began + 50_000 * (time.monotonic() - clock),
+        lambda: began + FASTER * (time.time() - since),
         lambda: False,
         print,
         SenderTimes(0.01, 2.0),
@@ -55,4 +56,4 @@ async def main(path: Path, url: str, count: int) -> None:
     await store.close()
 
 
-asyncio.run(main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])))
+asyncio.run(main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), float(sys.argv[4])))

@@ -8,6 +8,7 @@ import os
 import random
 import sqlite3
 import sys
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, closing
 from pathlib import Path
@@ -47,21 +48,23 @@ async def killed_at_the_end(processes: dict[str, asyncio.subprocess.Process]) ->
 @pytest.mark.timeout(600)
 async def test_nothing_is_lost_and_doubles_have_the_same_id(tmp_path: Path) -> None:
     store, received, chance = tmp_path / "lots.db", tmp_path / "received.txt", random.Random(39)
+    began = time.time()
     receiver, port = await started("killed_receiver.py", 0, received)
     running = {"receiver": receiver}
     async with killed_at_the_end(running):
         url = f"http://127.0.0.1:{port}/"
-        running["sender"], _ = await started("killed_sender.py", store, url, SURVEYS)
+        arguments: dict[str, tuple[object, ...]] = {
+            "receiver": (port, received),
+            "sender": (store, url, SURVEYS, began),
+        }
+        running["sender"], _ = await started("killed_sender.py", *arguments["sender"])
         for number in range(KILLS):
             await asyncio.sleep(chance.uniform(0.01, 0.4))  # a moment that nothing else decides
             name = ("receiver", "sender")[number % 2]
             assert running[name].returncode is None, f"the {name} ended before {number} kills: store more surveys"
             running[name].kill()
             await running[name].wait()
-            again = (
-                ("killed_receiver.py", port, received) if number % 2 == 0 else ("killed_sender.py", store, url, SURVEYS)
-            )
-            running[name], _ = await started(*again)
+            running[name], _ = await started(f"killed_{name}.py", *arguments[name])
         async with asyncio.timeout(300):
             assert await running["sender"].wait() == 0
     with closing(sqlite3.connect(store)) as opened:
