@@ -16,7 +16,7 @@ from hawk.comm.protocol.heartbeat import FenceSetup
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, confirm, is_within, press, shows, slide, state_is
 from tests.e2e.watching import watch
-from tests.integration.daemon_support import LOW_HEIGHTS, kill_daemon, operator, over_a_picture
+from tests.integration.daemon_support import LOW_HEIGHTS, health, kill_daemon, operator, over_a_picture
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -80,6 +80,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     assert (await fence_of(scene.url)).corners == kept.corners
     await scene.stack.watch_fence([(each.latitude, each.longitude) for each in kept.inner], kept.ceiling)
 
+    await autopilot_is_found(scene.url)
     await take_off(page)
     await page.get_by_role("tab", name="Settings").click()
     await expect(button(page, "Edit fence")).to_be_disabled()
@@ -288,6 +289,12 @@ async def pixel(page: Page, place: tuple[float, float]) -> tuple[float, float]:
     per_metre = bar / (float(metres) / (100 if unit == "cm" else 1))
     north, east = place
     return x + east * per_metre, y - north * per_metre
+
+
+async def autopilot_is_found(url: str) -> None:
+    """Wait until the daemon hears the autopilot: before, it takes no command for it."""
+    async with operator(url) as anyone:
+        await anyone.until(lambda beat: health(beat, "link").healthy)
 
 
 async def fence_of(url: str) -> FenceSetup:

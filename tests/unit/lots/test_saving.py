@@ -82,8 +82,8 @@ def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database)
         assert (look["looked"], look["taken"], look["seen"]) == (found.looked, found.taken, found.seen)
         assert look["state"] == found.state
     assert len(seen) == 40
-    layout, message = rows(store, OUTBOX)
-    assert json.loads(layout["body"]) == {"lot": first.lot, "version": 1}
+    begun, message = rows(store, OUTBOX)
+    assert json.loads(begun["body"]) == {"lot": first.lot, "version": 1}
     assert json.loads(message["body"]) == {
         "survey": first.survey, "lot": first.lot, "placed": "first", "stalls": 40, "simulated": False,
     }  # fmt: skip
