@@ -10,6 +10,7 @@ from typing import Final
 from hawk.config.sections import StoreSettings
 from hawk.erasing.rows import Erased, emptied, erase_lot, erase_survey
 from hawk.lots.database import check
+from hawk.lots.pictures import pictures_of
 from hawk.lots.store import lots_file
 from hawk.lots.tables import VERSION
 from hawk.lots.values import LotStoreError
@@ -54,10 +55,10 @@ def _one(settings: StoreSettings, path: Path, lot: str | None, survey: str | Non
         raise LotStoreError(f"{path} is of another version: start this hawk-drone once, and erase then")
     with emptied(path) as store:
         erased = erase_lot(store, lot) if lot is not None else erase_survey(store, survey or "")
-    pictures = _pictures(path)
+    pictures = pictures_of(path)
     return Report(
         len(erased.surveys),
-        sum(_unlinked(pictures / f"{each}.zip") for each in erased.surveys),
+        sum(pictures.remove(each) for each in erased.surveys),
         _recordings(settings, erased),
         sum(_removed(settings.directory / JOURNALS / name) for name in erased.journals),
         _copies(path),
@@ -71,16 +72,12 @@ def _everything(settings: StoreSettings, path: Path) -> Report:
             surveys = int(store.execute("SELECT count(*) FROM survey").fetchone()[0])
     recordings = _files(settings.directory / "recordings", "*.mcap")
     journals = [each for each in (settings.directory / JOURNALS).glob("*") if each.is_dir()]
-    report = Report(surveys, len(_files(_pictures(path), "*")), len(recordings), len(journals), _copies(path))
+    report = Report(surveys, len(pictures_of(path).surveys()), len(recordings), len(journals), _copies(path))
     for end in ("", "-wal", "-shm", "-journal"):
         path.with_name(path.name + end).unlink(missing_ok=True)
-    for folder in (_pictures(path), settings.directory / "recordings", settings.directory / JOURNALS):
+    for folder in (pictures_of(path).folder, settings.directory / "recordings", settings.directory / JOURNALS):
         _removed(folder)
     return report
-
-
-def _pictures(path: Path) -> Path:
-    return path.with_name(f"{path.stem}-pictures")
 
 
 def _files(folder: Path, pattern: str) -> list[Path]:
@@ -105,13 +102,6 @@ def _copies(path: Path) -> int:
     for each in found:
         each.unlink()
     return len(found)
-
-
-def _unlinked(path: Path) -> int:
-    if not path.exists():
-        return 0
-    path.unlink()
-    return 1
 
 
 def _removed(folder: Path) -> int:

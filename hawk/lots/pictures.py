@@ -51,6 +51,11 @@ class SurveyPictures:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
+    @property
+    def folder(self) -> Path:
+        """The folder; it need not be there."""
+        return self._folder
+
     def write(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
         """Write the tiles of a survey's mosaic, in place of those before. Raises OSError; those before stay then."""
         if not mosaic:
@@ -85,7 +90,14 @@ class SurveyPictures:
     def keep(self, surveys: Collection[str]) -> None:
         """Remove the pictures of all other surveys. Raises OSError."""
         for survey in self.surveys() - set(surveys):
-            self._path(survey).unlink(missing_ok=True)
+            self.remove(survey)
+
+    def remove(self, survey: str) -> bool:
+        """Remove the picture of a survey; return False when there was none. Raises OSError."""
+        path = self._path(survey)
+        is_there = path.exists()
+        path.unlink(missing_ok=True)
+        return is_there
 
     def _path(self, survey: str) -> Path:
         return self._folder / f"{survey}{_SUFFIX}"

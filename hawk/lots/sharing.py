@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, insert, select, update
 
+from hawk.lots.reading import lot_row
 from hawk.lots.saving import new_id
 from hawk.lots.tables import LOT, SHARE
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, utc
@@ -31,7 +32,7 @@ def share(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
     Raises LotInputError, NotFoundError, and LotStoreError with too many open links.
     """
     days = _days(asked.get("days"))
-    _check_lot(connection, lot)
+    lot_row(connection, lot)
     if sum(row["open"] for row in shares(connection, lot, now)["shares"]) >= LARGEST:
         raise LotStoreError(f"shares: this lot has {LARGEST} open links; take one back first")
     token = secrets.token_urlsafe(TOKEN_BYTES)
@@ -42,7 +43,7 @@ def share(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
 
 def shares(connection: Connection, lot: str, now: float) -> dict[str, Any]:
     """Return the links of a lot, the newest first. Raises NotFoundError."""
-    _check_lot(connection, lot)
+    lot_row(connection, lot)
     rows = connection.execute(select(SHARE).where(SHARE.c.lot == lot).order_by(SHARE.c.made.desc())).mappings()
     return {"shares": [_shown(row, now) for row in rows]}
 
@@ -85,8 +86,3 @@ def _shown(row: RowMapping, now: float) -> dict[str, Any]:
 
 def _digest(token: str) -> str:
     return hashlib.sha256(token.encode("utf-8", "replace")).hexdigest()
-
-
-def _check_lot(connection: Connection, lot: str) -> None:
-    if connection.execute(select(LOT.c.id).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))).scalar() is None:
-        raise NotFoundError("lot: there is no lot with this id; reload the list")

@@ -21,6 +21,8 @@ export class Replay extends LitElement {
   @state() private stop: (() => void) | null = null;
   @state() private map: { number: number; features: Feature[] } | null = null;
   private asked = -1;
+  /** Times of the track and of the events, listed once: they are searched at every frame. */
+  private times: { track: number[]; events: number[] } = { track: [], events: [] };
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -28,7 +30,9 @@ export class Replay extends LitElement {
 
   async begin(): Promise<void> {
     try {
-      this.line = await read<Line>("api/replay.json");
+      const line = await read<Line>("api/replay.json");
+      this.times = { track: line.track.map(([at]) => at), events: line.events.map(({ at }) => at) };
+      this.line = line;
     } catch (error) {
       this.problem = wordsOf(error);
     }
@@ -76,7 +80,7 @@ export class Replay extends LitElement {
   }
 
   private bar(line: Line): TemplateResult {
-    const height = line.track[lastAt(line.track.map(([at]) => at), this.at)]?.[3];
+    const height = line.track[lastAt(this.times.track, this.at)]?.[3];
     const drone = [stateAt(line.events, this.at), height === undefined ? "" : say("archive-replay-height", { height: number(height, 1) })].filter((each) => each !== "").join(" · ");
     return html`<section class="bar" aria-label=${say("archive-replay-mark")}>
       <button class="primary" @click=${() => this.playOrPause()}>${say(this.stop === null ? "archive-replay-play" : "archive-replay-pause")}</button>
@@ -94,16 +98,16 @@ export class Replay extends LitElement {
   }
 
   private plan(line: Line): TemplateResult {
-    const place = line.track[lastAt(line.track.map(([at]) => at), this.at)];
+    const place = line.track[lastAt(this.times.track, this.at)];
     const origin = originOf(this.map?.features ?? []) ?? (place ? { latitude: place[1], longitude: place[2] } : null);
     if (origin === null) return html`<p class="none">${say("archive-replay-no-map")}</p>`;
     const ground = withTrack(groundOf(this.map?.features ?? [], origin), line, origin);
     const label = say("archive-replay-map", { stalls: ground.stalls.length });
-    return html`<div class="map"><archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${label} .over=${track(line, origin, this.at)}></archive-plan>${stateLegend()}</div>`;
+    return html`<div class="map"><archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${label} .over=${track(line.track.slice(0, lastAt(this.times.track, this.at) + 1), origin)}></archive-plan>${stateLegend()}</div>`;
   }
 
   private events(line: Line): TemplateResult {
-    const now = lastAt(line.events.map(({ at }) => at), this.at);
+    const now = lastAt(this.times.events, this.at);
     return html`<section class="events" aria-label=${say("archive-replay-events")}><h2>${say("archive-replay-events")}</h2>
       <ol>${line.events.map((event, k) => html`<li class=${k === now ? "on" : ""}>${this.event(event, k === now)}</li>`)}</ol></section>`;
   }
@@ -145,8 +149,7 @@ function withTrack(ground: Ground, line: Line, origin: Origin): Ground {
 }
 
 /** The path that was flown so far, and the drone at its end. */
-function track(line: Line, origin: Origin, at: number): TemplateResult | typeof nothing {
-  const flown = line.track.slice(0, lastAt(line.track.map(([time]) => time), at) + 1);
+function track(flown: Line["track"], origin: Origin): TemplateResult | typeof nothing {
   const points = flown.map(([, latitude, longitude]): Feature => ({ id: "", geometry: { type: "Polygon", coordinates: [[[longitude, latitude], [longitude, latitude]]] }, properties: { amenity: "parking_space" } }));
   const places = groundOf(points, origin).stalls.map(({ corners }) => corners[0] ?? [0, 0]);
   const last = places.at(-1);
