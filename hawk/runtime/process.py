@@ -44,8 +44,15 @@ PACE = 0.2
 """Share of the timeout after which progress is passed on again: each time `faulthandler` ends and starts a thread,
 which on a busy machine delays the loop by up to tens of milliseconds."""
 
+GROUND_S = 10.0
+"""Least timeout where no drone can be in the air, real seconds: a busy computer that lets a start wait is no hang, and
+a start that ends itself begins the same work again."""
+
 DUMP_S = 0.5
 """Real seconds that `faulthandler` may take to write the stacks; then SIGALRM ends the process."""
+
+SYSTEMD_S = 2.0
+"""Real seconds after our own watchdog in which systemd's acts on the ground: a process that was stopped has none."""
 
 END_S = 15.0
 """Real seconds for an orderly end: a part that never closes must not keep MAVSDK's heartbeats alive."""
@@ -104,6 +111,7 @@ class SystemdNotifier:
         address = environment.get("NOTIFY_SOCKET", "")
         self._address = "\0" + address[1:] if address.startswith("@") else address
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) if address else None
+        self._unit_us = environment.get("WATCHDOG_USEC", "")
         if self._socket is not None:
             self._socket.setblocking(False)
 
@@ -117,6 +125,11 @@ class SystemdNotifier:
             # systemd's queue may be full for a moment; the next progress repeats it
             return
 
+    def expect(self, within_s: float | None) -> None:
+        """Set the time within which systemd's own watchdog expects progress; None: that of the unit (WatchdogSec=)."""
+        if self._unit_us:
+            self.notify(f"WATCHDOG_USEC={self._unit_us if within_s is None else round(within_s * 1e6)}")
+
     def close(self) -> None:
         """Close the socket."""
         if self._socket is not None:
@@ -127,7 +140,8 @@ class SystemdNotifier:
 class Watchdog:
     """Ends this process ``timeout_s`` to 1.2 ``timeout_s`` real seconds after the last `progress`.
 
-    Every stack goes to ``stream``; where it cannot be written, the process ends `DUMP_S` later without it.
+    Where no drone can be in the air the timeout is `GROUND_S` at least. Every stack goes to ``stream``; where it cannot
+    be written, the process ends `DUMP_S` later without it.
     """
 
     def __init__(
@@ -139,22 +153,29 @@ class Watchdog:
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
         """Nothing is armed before the first `progress`, which belongs on the main thread: it takes SIGALRM."""
-        self._timeout = timeout_s * (1 + PACE)
-        self._pace = timeout_s * PACE
+        self._timeout = timeout_s
         self._notifier = notifier
         self._stream = stream
         self._enabled = enabled
         self._monotonic = monotonic
         self._due = -math.inf
+        self._was_flying = True
 
-    def progress(self) -> None:
-        """Note a tick of the state machine: both watchdogs start again, at most once every `PACE` of the timeout."""
+    def progress(self, *, may_fly: bool) -> None:
+        """Note a tick of the state machine: both watchdogs start again, at most once every `PACE` of the timeout.
+
+        They start again at once when ``may_fly`` changes: False only where the drone is known to stand on the ground.
+        """
         now = self._monotonic()
-        if now < self._due:
+        if may_fly == self._was_flying and now < self._due:
             return
-        self._due = now + self._pace
+        timeout = self._timeout if may_fly else max(self._timeout, GROUND_S)
+        self._due = now + timeout * PACE
         if self._enabled:
-            end_within(self._timeout, self._stream)
+            end_within(timeout * (1 + PACE), self._stream)
+        if may_fly != self._was_flying:
+            self._notifier.expect(None if may_fly else timeout * (1 + PACE) + SYSTEMD_S)
+            self._was_flying = may_fly
         self._notifier.notify("WATCHDOG=1")
 
     def ready(self) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from hawk.ddc.rules.follower import RESTART_WINDOW_S
 from hawk.model.moment import this_moment
 from hawk.model.operation import FlightSoFar
 from hawk.model.poses import GlobalPose
@@ -21,7 +22,8 @@ from tests.integration.sim_support import free_tcp_port
 pytestmark = [pytest.mark.integration]
 
 CRASHED = 70
-PATIENCE_S = 30.0
+PATIENCE_S = 90.0
+"""A start takes 2 s of a processor that stands still, and ten times that beside three flights."""
 PROGRAM = f"""
 import os, sys
 import hawk.cli
@@ -140,6 +142,33 @@ async def test_on_the_ground_a_lost_terminal_ends_it_in_order_unless_nohup_says_
             assert await made.wait() == status
 
 
+@pytest.mark.fault(
+    "the computer lets the program wait for seconds",
+    "on the ground it goes on; where a flight may be under way the watchdog ends it after 1.2 s",
+)
+@pytest.mark.parametrize("age_s", [500.0, 1.0])
+async def test_a_program_that_had_to_wait_goes_on_unless_a_flight_may_be_under_way(
+    tmp_path: Path, age_s: float
+) -> None:
+    await journal_of_a_flight(tmp_path, age_s)
+    async with started(tmp_path, WAITS) as made:
+        assert made.stdout is not None
+        async with asyncio.timeout(PATIENCE_S):
+            await made.stdout.readline()
+        made.send_signal(signal.SIGSTOP)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(3.0):
+                await made.wait()
+        made.send_signal(signal.SIGCONT)
+        if age_s < RESTART_WINDOW_S:
+            async with asyncio.timeout(PATIENCE_S):
+                assert await made.wait() in {1, -signal.SIGALRM}
+        else:
+            made.terminate()
+            async with asyncio.timeout(PATIENCE_S):
+                assert await made.wait() == 0
+
+
 async def test_on_the_ground_every_start_opens_the_link(tmp_path: Path) -> None:
     await journal_of_a_flight(tmp_path, age_s=500.0)
     for _ in range(3):
@@ -156,8 +185,8 @@ async def test_a_second_daemon_on_one_store_ends_with_status_2_and_names_the_fir
         assert first.stdout is not None
         async with asyncio.timeout(PATIENCE_S):
             await first.stdout.readline()  # the page's address: it runs
-            async with started(tmp_path, WAITS) as second:
-                _, words = await second.communicate()
+        async with started(tmp_path, WAITS) as second, asyncio.timeout(PATIENCE_S):
+            _, words = await second.communicate()
         assert second.returncode == 2
         assert f"store.directory: {tmp_path} is in use by another hawk-drone (process {first.pid}, " in words.decode()
         assert len(list((tmp_path / "journal").iterdir())) == 1, "one journal"
@@ -173,9 +202,7 @@ async def test_a_second_daemon_on_one_autopilot_names_the_first(tmp_path: Path) 
         assert first.stdout is not None
         async with asyncio.timeout(PATIENCE_S):
             await first.stdout.readline()
-            async with started(tmp_path / "two", WAITS, autopilot=autopilot) as second:
-                assert second.stderr is not None
-                while f"in use by another hawk-drone (process {first.pid}, ".encode() not in (
-                    await second.stderr.readline()
-                ):
-                    assert second.returncode is None
+        async with started(tmp_path / "two", WAITS, autopilot=autopilot) as second, asyncio.timeout(PATIENCE_S):
+            assert second.stderr is not None
+            while f"in use by another hawk-drone (process {first.pid}, ".encode() not in await second.stderr.readline():
+                assert second.returncode is None

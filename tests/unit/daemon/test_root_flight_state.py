@@ -12,6 +12,7 @@ import pytest
 from hawk.config.sections import Config, StoreSettings, WatchdogSettings
 from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.model.vehicle import VehicleState
+from hawk.runtime.process import GROUND_S
 from hawk.runtime.program_log import ProgramLog
 from hawk.versions.flight_state import FoundState, read_flight_state
 
@@ -67,3 +68,17 @@ async def test_the_state_is_written_with_the_publication_that_arms(daemon: Daemo
     assert not may_fly(await state_after_a_look(daemon, tmp_path / "run"))
     daemon.vehicle.state.publish(replace(GROUND, armed=True))
     assert may_fly(read_flight_state(tmp_path / "run"))
+
+
+@pytest.mark.fault("a busy computer lets the program wait for seconds while the drone stands on the ground")
+async def test_a_tick_of_a_drone_that_may_fly_gives_the_program_a_second_and_one_on_the_ground_longer(
+    daemon: Daemon, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[float] = []
+    monkeypatch.setattr("hawk.runtime.process.end_within", lambda seconds, _stream: given.append(seconds))
+    monkeypatch.setattr(daemon._watchdog, "_enabled", True)
+    for state in (GROUND, replace(GROUND, armed=True), replace(GROUND, connected=False, armed=True), GROUND):
+        daemon.vehicle.state.publish(state)
+        daemon._tick()
+    monkeypatch.setattr(daemon._watchdog, "_enabled", False)
+    assert given == [pytest.approx(1.2 * GROUND_S), pytest.approx(1.2), pytest.approx(1.2 * GROUND_S)]

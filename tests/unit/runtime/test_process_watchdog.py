@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.runtime.process import DUMP_S, END_S, SystemdNotifier, Watchdog
+from hawk.runtime.process import DUMP_S, END_S, GROUND_S, PACE, SYSTEMD_S, SystemdNotifier, Watchdog
 from tests.manual_clock import ManualClock
 from tests.unit.daemon.full_pipe import full_pipe
 
@@ -21,7 +21,7 @@ HUNG = """
 import ctypes, sys
 from hawk.runtime.process import SystemdNotifier, Watchdog
 dog = Watchdog(0.3, SystemdNotifier({}), sys.stderr)
-dog.progress()
+dog.progress(may_fly=True)
 print("armed", flush=True)
 ctypes.PyDLL(None).sleep(30)  # C code that keeps the GIL: no Python thread runs
 """
@@ -64,7 +64,7 @@ async def main():
         ticks += 1
         for _ in range(50):
             logging.getLogger("flood").warning("a line of %s", "words " * 20)
-        dog.progress()
+        dog.progress(may_fly=True)
         if ticks == 100:
             enough.set()
     ticker = Ticker(0.01, tick, lambda _: None)
@@ -92,7 +92,8 @@ def test_a_log_that_nobody_reads_stops_neither_the_ticks_nor_the_end_of_a_proces
 
 @pytest.mark.slow
 def test_progress_keeps_a_process_alive() -> None:
-    code = HUNG.split("ctypes.PyDLL")[0] + "import time\nfor _ in range(8): time.sleep(0.1); dog.progress()\ndog.stop()"
+    ticks = "import time\nfor _ in range(8): time.sleep(0.1); dog.progress(may_fly=True)\ndog.stop()"
+    code = HUNG.split("ctypes.PyDLL")[0] + ticks
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
     assert result.returncode == 0, result.stderr
 
@@ -122,7 +123,7 @@ def test_ticks_re_arm_it_seldom_and_never_too_late(monkeypatch: pytest.MonkeyPat
     dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
     for _ in range(200):  # ten seconds of ticks
         assert not armed or clock() < armed[-1][1], "ended although it ticked"
-        dog.progress()
+        dog.progress(may_fly=True)
         # a hang that begins with this tick is ended between one and 1.2 s later, without its dump by 1.7 s
         assert 1.0 <= armed[-1][1] - clock() <= 1.2 + 1e-9
         assert alarms[-1] == pytest.approx(armed[-1][1] + DUMP_S)
@@ -139,7 +140,7 @@ def test_the_orderly_end_has_its_own_time_and_a_watchdog_that_is_off_arms_nothin
     dog.stop()
     assert armed == [END_S]
     off = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), enabled=False, monotonic=ManualClock())
-    off.progress()
+    off.progress(may_fly=True)
     off.stop()
     assert armed == [END_S]
 
@@ -151,9 +152,54 @@ def test_progress_is_passed_on_again_after_a_fifth_of_the_timeout(monkeypatch: p
     dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
     for step, times in ((0.0, 1), (0.19, 1), (0.01, 2), (0.19, 2), (0.02, 3)):
         clock.advance(step)
-        dog.progress()
+        dog.progress(may_fly=True)
         assert len(armed) == times
     assert armed == [pytest.approx(1.2)] * 3
+
+
+@pytest.mark.fault(
+    "a busy computer lets the program wait for seconds while the drone stands on the ground",
+    "it is ended after 10 s at the earliest; a drone that may fly has the short time again at once",
+)
+def test_a_drone_on_the_ground_gives_it_longer_and_one_that_may_fly_takes_that_back_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    armed: list[float] = []
+    monkeypatch.setattr("hawk.runtime.process.end_within", lambda seconds, _stream: armed.append(seconds))
+    clock = ManualClock()
+    dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
+    dog.progress(may_fly=False)
+    clock.advance(GROUND_S * PACE - 0.01)
+    dog.progress(may_fly=False)
+    assert armed == [pytest.approx(1.2 * GROUND_S)], "passed on again after a fifth of it"
+    dog.progress(may_fly=True)
+    assert armed[1:] == [pytest.approx(1.2)], "not after the rest of the fifth"
+    clock.advance(0.1)
+    dog.progress(may_fly=False)
+    assert armed[2:] == [pytest.approx(1.2 * GROUND_S)]
+
+
+def test_a_longer_time_than_that_of_the_ground_is_kept_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    armed: list[float] = []
+    monkeypatch.setattr("hawk.runtime.process.end_within", lambda seconds, _stream: armed.append(seconds))
+    Watchdog(20.0, SystemdNotifier({}), io.StringIO(), monotonic=ManualClock()).progress(may_fly=False)
+    assert armed == [pytest.approx(24.0)]
+
+
+def test_systemd_waits_as_long_and_has_its_own_time_again_when_the_drone_may_fly(tmp_path: Path) -> None:
+    path = tmp_path / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(os.fspath(path))
+        listener.settimeout(2)
+        notifier = SystemdNotifier({"NOTIFY_SOCKET": os.fspath(path), "WATCHDOG_USEC": "3000000"})
+        dog = Watchdog(1.0, notifier, io.StringIO(), enabled=False, monotonic=ManualClock())
+        for may_fly in (True, False, True):
+            dog.progress(may_fly=may_fly)
+        dog.stop()
+        heard = [listener.recv(64) for _ in range(6)]
+    longer = b"WATCHDOG_USEC=%d" % round((1.2 * GROUND_S + SYSTEMD_S) * 1e6)
+    each = b"WATCHDOG=1"
+    assert heard == [each, longer, each, b"WATCHDOG_USEC=3000000", each, b"STOPPING=1"]
 
 
 @pytest.mark.slow
@@ -171,7 +217,7 @@ def test_systemd_hears_ready_progress_and_stop(tmp_path: Path) -> None:
         listener.settimeout(2)
         dog = Watchdog(5.0, SystemdNotifier({"NOTIFY_SOCKET": os.fspath(path)}), io.StringIO(), enabled=False)
         dog.ready()
-        dog.progress()
+        dog.progress(may_fly=True)
         dog.stop()
         assert [listener.recv(64) for _ in range(3)] == [b"READY=1", b"WATCHDOG=1", b"STOPPING=1"]
 
