@@ -18,6 +18,18 @@ def write_atomically(path: Path, text: str) -> None:
     sync_folder(path.parent)
 
 
+def replace_whole(path: Path, data: bytes) -> Path:
+    """Write a file that a person can make again: whole, or the old one stays; return its path. Raises OSError."""
+    unfinished = path.with_name(f".{path.name}.part")
+    try:
+        unfinished.write_bytes(data)
+        unfinished.replace(path)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+        raise
+    return path
+
+
 def set_aside(path: Path, suffix: str) -> None:
     """Rename the file durably, so that nothing of it is lost; a file that is not there is no error. Raises OSError."""
     try:

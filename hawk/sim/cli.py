@@ -19,17 +19,15 @@ from hawk.config import options as values
 from hawk.config.addresses import check_host, check_port
 from hawk.runtime.process import SIMULATOR_NICENESS, ParentGoneError, set_session_niceness, watched_parent
 from hawk.sim import launch as simulator
+from hawk.sim import photos_command
 from hawk.sim.autopilot.parameters import AutopilotOptions, Other
 from hawk.sim.camera.camera import default_intrinsics
 from hawk.sim.geometry import Origin, Slope
 from hawk.sim.launch import SIMULATOR_MISSING, SPEED_HELP, simulator_installed
 from hawk.sim.link.udp import UdpUrl
+from hawk.sim.world_options import UsageError, add_world, load_world
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.conditions import Condition
-from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.moment import read_moment
-from hawk.worlds.moved_cars import move_cars
-from hawk.worlds.world import World, WorldError, picture_world
+from hawk.worlds.world import World, WorldError
 
 if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
     from hawk.sim.runner import RunOptions
@@ -37,17 +35,19 @@ if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
 EXIT_FAILED, EXIT_USAGE = 1, 2
 
 
-class UsageError(Exception):
-    """Options that exclude each other; the text names the option."""
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run until SIGTERM, SIGINT or the parent's end; return the exit status."""
+    """Run until SIGTERM, SIGINT or the parent's end, or write photographs; return the exit status."""
     logging.basicConfig(level=logging.WARNING, format="hawk-sim: %(message)s")
-    options = make_parser().parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    parser = make_parser()
+    options = parser.parse_args(words)
+    if options.command is not None and words[0] != options.command:
+        parser.error(f"{options.command}: must be the first word, its options behind it")
     if not simulator_installed():
         print(f"hawk-sim: {SIMULATOR_MISSING}", file=sys.stderr)
         return EXIT_USAGE
+    if options.command == photos_command.NAME:
+        return photos_command.run(options)
     from hawk.sim.runner import fly, follow
 
     set_session_niceness(SIMULATOR_NICENESS)
@@ -77,40 +77,12 @@ def make_parser() -> argparse.ArgumentParser:
     _add_world(parser.add_argument_group("world"))
     _add_flight(parser.add_argument_group("flight"))
     _add_links(parser.add_argument_group("links"))
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    photos = commands.add_parser(
+        photos_command.NAME, help=photos_command.PURPOSE, description=photos_command.DESCRIPTION
+    )
+    photos_command.add_photos(photos)
     return parser
-
-
-def load_world(options: argparse.Namespace) -> World:
-    """Draw or read the world. Raises UsageError or WorldError."""
-    if options.world is None:
-        for name in ("metres_per_pixel", "truth", "cars"):
-            if getattr(options, name) is not None:
-                raise UsageError(f"--{name.replace('_', '-')}: only together with --world")
-        return generate_world(options.seed, _world_options(options))
-    if options.at is not None:
-        raise UsageError("--at: only for drawn worlds; the light of a picture stays")
-    if options.repaint:
-        raise UsageError("--repaint: only for drawn worlds; the layout of a picture stays")
-    if options.metres_per_pixel is None:
-        raise UsageError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
-    world = picture_world(options.world, options.metres_per_pixel, options.truth)
-    if options.cars is None:
-        return world
-    if options.truth is None:
-        raise UsageError("--cars: needs --truth, which says where stalls and cars are")
-    return move_cars(world, options.cars)
-
-
-def _world_options(options: argparse.Namespace) -> WorldOptions:
-    try:
-        at = None if options.at is None else read_moment(options.at, options.longitude)
-    except ValueError as error:  # at the limits the lot's clock decides
-        raise UsageError(f"--at: {error}") from None
-    place = options.latitude, options.longitude
-    try:
-        return WorldOptions(condition=options.condition, repaint=options.repaint, at=at, place=place)
-    except WorldError as error:
-        raise UsageError(f"--{error}") from None
 
 
 def run_options(options: argparse.Namespace, world: World) -> RunOptions:
@@ -156,38 +128,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
 
 
 def _add_world(world: argparse._ArgumentGroup) -> None:
-    world.add_argument("--seed", type=values.whole(), default=1, metavar="N", help="world to draw (default 1)")
-    world.add_argument(
-        "--condition",
-        type=Condition,
-        choices=list(Condition),
-        default=Condition.DAY,
-        help="time of day and weather of the drawn world (default day)",
-    )
-    world.add_argument(
-        "--at",
-        type=simulator.moment,
-        metavar="MOMENT",
-        help="the drawn world at a moment, as 2026-05-04T10:30: the cars that stand there then, the sun of that hour; "
-        "without an offset from UTC it is the lot's clock, one hour for 15 degrees of longitude",
-    )
-    world.add_argument(
-        "--repaint",
-        type=simulator.repaint,
-        default=0,
-        metavar="K",
-        help="the drawn world after K changes of its layout: a row at another pitch, an island, bays added, a row "
-        "closed by fences; stalls that stay keep their ids in the truth (default 0)",
-    )
-    world.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead (north up)")
-    world.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
-    world.add_argument("--truth", type=values.file, metavar="FILE", help="what the picture really holds (JSON)")
-    world.add_argument(
-        "--cars",
-        type=values.whole(),
-        metavar="SEED",
-        help="move the cars of that picture to other stalls of its truth, whose states follow",
-    )
+    add_world(world)
     world.add_argument(
         "--start", type=values.place, metavar="X,Y", help="where the drone stands, metres in the picture"
     )
@@ -206,10 +147,6 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
         help="the ground rises towards this direction, clockwise from north; the picture shows level ground at the "
         "distance below the drone (default 0,0)",
     )
-    world.add_argument(
-        "--latitude", type=values.number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
-    )
-    world.add_argument("--longitude", type=values.number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
     world.add_argument("--save-truth", type=values.new(), metavar="FILE", help="write the world's truth there (JSON)")
 
 

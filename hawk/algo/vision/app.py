@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.vision.blur import BLURRED, blur_of
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import EngineChoice, StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
@@ -171,7 +172,9 @@ class VisionApp:
         share = float(found.lot.values[found.lot.valid].mean()) if found.lot.valid.any() else 0.0
         self._note_lot(sees_lot=sure >= self._settings.minimum_stalls or (sure > 0 and share >= _LOT_SHARE))
         parts = {f.name: getattr(found, f.name) for f in fields(Found)}
-        return SeenGround(**parts, picture=picture, pose=pose, captured=frame.captured)
+        return SeenGround(
+            **parts, picture=picture, pose=pose, captured=frame.captured, is_blurred=blur_of(picture) >= BLURRED
+        )
 
     def _note_lot(self, *, sees_lot: bool) -> None:
         """Change the verdict only after some frames in a row that contradict it."""

@@ -101,12 +101,13 @@ class SeenGround(Found):
     """Ground part of one frame.
 
     ``picture`` is the rectified frame, uint8 BGR at 0.1 m; ``pose`` its pose; ``captured`` seconds of the daemon's
-    clock.
+    clock. ``is_blurred``: measured in the picture (`hawk.algo.vision.blur`).
     """
 
     picture: GroundImage = field(repr=False)
     pose: MapPose
     captured: float
+    is_blurred: bool = False
 
 
 @dataclass(frozen=True, slots=True)

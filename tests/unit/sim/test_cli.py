@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.sim.cli import load_world, main, make_parser, run_options
+from hawk.sim.cli import main, make_parser, run_options
+from hawk.sim.world_options import load_world
 
 
 @pytest.fixture

@@ -1,0 +1,1 @@
+"""Poses of photographs, adjusted together: features matched between neighbours, one bundle of poses and lens."""

@@ -1,0 +1,86 @@
+"""Headings of photographs from their neighbours: for files without one, and pictures that were turned afterwards.
+
+Where the middle of one photograph shows in another one, and where both were taken, say how the other one is turned.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from hawk.picture.adjust.features import RATIO, Features, alike
+from hawk.picture.adjust.posed import FloatArray, Posed
+
+NEIGHBOURS: Final = 5
+MOST: Final = 1200
+"""The strongest features are compared with each other, wherever they are."""
+LEAST: Final = 12
+"""Features that must agree on how two photographs lie."""
+TURNED: Final = math.radians(45)
+"""A heading that differs by more than this from the file's replaces it."""
+_AGREE: Final = 0.03
+_LEAST_SURE: Final = 0.8
+
+
+def headings(posed: Sequence[Posed], error_m: float, found: Callable[[int], Features]) -> dict[int, float]:
+    """Return the headings (radians) of photographs by their numbers, as far as neighbours show them.
+
+    Args:
+        posed: All photographs by their files.
+        error_m: Standard deviation of where their middles lie on the ground, by place and attitude, metres.
+        found: Gives the features of a photograph by its number.
+    """
+    feet = np.array([(one.north, one.east) for one in posed])
+    tree = cKDTree(feet)
+    result = {}
+    for number in range(len(posed)):
+        votes = []
+        for other in np.atleast_1d(tree.query(feet[number], min(NEIGHBOURS + 1, len(feet)))[1]).tolist():
+            apart = complex(*(feet[other] - feet[number]))
+            if other == number or abs(apart) < 3 * error_m:
+                continue
+            middle = _middle(posed[other], posed[number], found(other), found(number))
+            if middle is not None and abs(middle) > 0.05:
+                votes.append(cmath.rect(1.0, cmath.phase(apart) - cmath.phase(middle)))
+        if votes and abs(sum(votes)) >= _LEAST_SURE * len(votes):
+            result[number] = cmath.phase(sum(votes))
+    return result
+
+
+def turned(posed: Sequence[Posed], found: dict[int, float]) -> dict[int, Posed]:
+    """Return the photographs whose heading differs from their file's by more than `TURNED`, with that heading."""
+    return {
+        number: replace(posed[number], attitude=(0.0, 0.0, heading))
+        for number, heading in found.items()
+        if abs(math.remainder(heading - posed[number].attitude[2], math.tau)) > TURNED
+    }
+
+
+def _middle(first: Posed, second: Posed, here: Features, there: Features) -> complex | None:
+    """Return where the middle of ``first`` shows in ``second``: ahead and right of its middle, by its height."""
+    here, there = here.strongest(MOST), there.strongest(MOST)
+    if min(len(here.pixels), len(there.pixels)) < LEAST:
+        return None
+    one, other = alike(here, there, RATIO)
+    if len(one) < LEAST:
+        return None
+    a, b = _ahead_right(first, here.pixels[one]), _ahead_right(second, there.pixels[other])
+    similar, inlier = cv2.estimateAffinePartial2D(a, b, method=cv2.RANSAC, ransacReprojThreshold=_AGREE)
+    if similar is None or int(inlier.sum()) < LEAST:
+        return None
+    return complex(float(similar[0, 2]), float(similar[1, 2]))
+
+
+def _ahead_right(posed: Posed, pixels: FloatArray) -> FloatArray:
+    """Return pixels as (N, 2) ahead and right of straight down, by the height, without a heading."""
+    level = replace(
+        posed, north=0.0, east=0.0, height=1.0, level=0.0, slope=(0.0, 0.0), attitude=(*posed.attitude[:2], 0.0)
+    )
+    return level.ground(pixels)

@@ -1,0 +1,240 @@
+"""A city mapped: windows that have no result yet go to workers, then all results are merged.
+
+With one worker and no scheduler everything runs in this process; the files are the same.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import time
+import uuid
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+from urllib.parse import urlsplit
+
+import cv2
+import numpy as np
+
+from hawk.algo.vision.network import EngineChoice
+from hawk.picture.city.job import Job, LoadEye
+from hawk.picture.city.tasks import ResultError, Results, Task, look, tasks_of
+from hawk.picture.nadir import Eye, program_name
+from hawk.picture.orthophoto.outline import LotOutline, read_outline
+from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.survey import check_ground, to_survey
+from hawk.picture.orthophoto.windows import CORE_M, WindowStalls, windows_of
+from hawk.picture.values import LeftOut, Mapped, PictureError
+from hawk.runtime.programs import remedy
+
+_REACH_S: Final = 5.0
+_GONE: Final = "its result is gone; go on by --resume"
+
+
+@dataclass(frozen=True, slots=True)
+class CityProgress:
+    """Windows of a run: all of it, those that are done, of these ones found from earlier runs, and failed ones.
+
+    ``left_s``: seconds left by the pace up to now, None before the first window. ``dashboard``: address of Dask's
+    page, "" without Dask; it has pictures where bokeh is installed.
+    """
+
+    count: int
+    done: int
+    reused: int
+    failed: int
+    left_s: float | None
+    dashboard: str
+
+
+@dataclass(frozen=True, slots=True)
+class CityRun:
+    """A city's survey, with what its run did: windows in all, windows found from earlier runs, seconds of the looking.
+
+    Failed windows are ``mapped.left_out``; the next run tries them again.
+    """
+
+    mapped: Mapped
+    windows: int
+    reused: int
+    seconds: float = field(compare=False)
+
+
+Progress = Callable[[CityProgress], None]
+
+
+def map_city(
+    path: Path,
+    *,
+    out: Path,
+    outline: Path | LotOutline | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    crs: str | None = None,
+    model: Path | None = None,
+    engine: EngineChoice = "auto",
+    progress: Progress = lambda _: None,
+    core_m: float = CORE_M,
+    load: LoadEye = Eye.load,
+) -> CityRun:
+    """Find the stalls of a large picture by many workers. The same call goes on where an earlier one was cut off.
+
+    Workers are started as new processes of Python: a program that calls this has its own work under
+    ``if __name__ == "__main__":``.
+
+    Args:
+        path: The picture, as for `hawk.picture.orthophoto.app.map_orthophoto`; a VRT for many files.
+        out: Folder of the results, a file a window.
+        outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
+        workers: Processes on this computer.
+        scheduler: Address of a Dask scheduler, whose workers are used instead; they share the disk at the same paths.
+        crs: The picture's system of coordinates, where its file does not say it.
+        model: The network's ONNX file; None: that of the package.
+        engine: Runs the network on all workers; "auto": the fastest that this computer has.
+        progress: Is called before the first window and after each one.
+        core_m: Side of a window's core, metres.
+        load: Loads the eye; workers import it by its name.
+
+    Raises:
+        PictureError: Picture, outlines, folder, scheduler or a worker cannot be used, or no window can be looked at;
+            the text has the remedy. Results that are done stay.
+    """
+    if workers < 1:
+        raise PictureError(f"--workers: {workers} is no number of processes; give 1 or more")
+    if scheduler is not None:
+        _check_reached(scheduler)
+    source = open_orthophoto(path.resolve(), crs)
+    lots = read_outline(outline) if isinstance(outline, Path) else outline
+    if lots is not None:
+        lots = lots.near(source.grid)
+    eye = load(model, engine)
+    results = Results(out.resolve())
+    results.prepare()
+    tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), eye.model, eye.engine)
+    missing = [task for task in tasks if results.find(task) is None]
+    pace = _Pace(len(tasks), len(tasks) - len(missing), progress)
+    named = None if model is None else model.resolve()
+    job = Job(source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
+    failures: dict[str, str] = {}
+    with contextlib.closing(_ended(job, eye, missing, workers, scheduler)) as ended:
+        for dashboard, task, reason in ended:
+            if task is not None and reason:
+                failures[task.name] = reason
+            pace.step(0 if task is None else 1, bool(reason), dashboard)
+    found = [(task, _slim(results.find(task), lots is not None)) for task in tasks]
+    left_out = [
+        LeftOut(task.window.name(source.grid), failures.get(task.name, _GONE)) for task, part in found if part is None
+    ]
+    if len(left_out) == len(tasks) > 0:
+        raise PictureError(left_out[0].reason)
+    mapped = to_survey(
+        source, [part for _, part in found if part is not None], outline=lots, model=eye.model, left_out=left_out
+    )
+    try:
+        check_ground(mapped, source, has_lots=lots is not None)
+    except PictureError:
+        results.clear(tasks)
+        raise
+    return CityRun(mapped, len(tasks), len(tasks) - len(missing), pace.seconds)
+
+
+def _check_reached(scheduler: str) -> None:
+    """Find before the work whether a scheduler listens. Raises PictureError."""
+    try:
+        place = urlsplit(scheduler)
+        socket.create_connection((place.hostname or "", place.port or 0), timeout=_REACH_S).close()
+    except (OSError, ValueError) as error:
+        raise PictureError(
+            f"--scheduler {scheduler}: does not answer ({error}); start it by dask scheduler, and name it as "
+            "tcp://HOST:8786"
+        ) from error
+
+
+def _slim(part: WindowStalls | None, is_on_lots: bool) -> WindowStalls | None:
+    """Return a result with masks that need no memory where they say the same everywhere: a city has thousands.
+
+    ``is_on_lots``: outlines say where the lots are, so that the lot which was found is not asked for.
+    """
+    if part is None:
+        return None
+    seen = part.seen
+    if seen.all() or not seen.any():
+        seen = np.broadcast_to(seen[0, 0], seen.shape)
+    lot = np.broadcast_to(np.False_, seen.shape) if is_on_lots or not part.lot.any() else part.lot
+    return replace(part, lot=lot, seen=seen)
+
+
+class _Pace:
+    """Counts windows and says how far the run is."""
+
+    def __init__(self, count: int, reused: int, progress: Progress) -> None:
+        self._count = count
+        self._reused = reused
+        self._progress = progress
+        self._done = 0
+        self._failed = 0
+        self._began = time.monotonic()
+
+    def step(self, done: int, is_failed: bool, dashboard: str) -> None:
+        """Count windows that have ended."""
+        if not done:
+            self._began = time.monotonic()  # starting the workers is no looking
+        self._done += done
+        self._failed += is_failed
+        left = self._count - self._reused - self._done
+        left_s = self.seconds / self._done * left if self._done else None
+        self._progress(
+            CityProgress(self._count, self._reused + self._done, self._reused, self._failed, left_s, dashboard)
+        )
+
+    @property
+    def seconds(self) -> float:
+        """Seconds of looking."""
+        return time.monotonic() - self._began
+
+
+def _ended(
+    job: Job, eye: Eye, tasks: Sequence[Task], workers: int, scheduler: str | None
+) -> Generator[tuple[str, Task | None, str]]:
+    """Yield the dashboard's address, a task that has ended, and why it failed; first once without a task."""
+    if not tasks or (workers == 1 and scheduler is None):
+        yield "", None, ""
+        with _one_thread():
+            for task in tasks:
+                yield "", task, look(task, job.source, eye, Results(job.folder))
+        return
+    try:
+        from hawk.picture.city.cluster import run_on, workers_of
+    except ImportError as error:
+        raise PictureError(f"distributed is not installed, which runs workers: {remedy('cluster')}") from error
+    with workers_of(scheduler, min(workers, len(tasks))) as client, _marked(job) as marked:
+        yield client.dashboard_link, None, ""
+        for outcome in run_on(client, marked, tasks):
+            yield client.dashboard_link, outcome.task, outcome.reason
+
+
+@contextlib.contextmanager
+def _marked(job: Job) -> Iterator[Job]:
+    """Write a file into the folder, by which a worker finds that it sees the same one. Raises ResultError."""
+    mark = job.folder / f".run-{uuid.uuid4().hex}"
+    try:
+        mark.touch()
+    except OSError as error:
+        raise ResultError(mark, error) from error
+    try:
+        yield replace(job, mark=mark.name)
+    finally:
+        mark.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _one_thread() -> Iterator[None]:
+    """Let OpenCV use one thread, as with the workers."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)

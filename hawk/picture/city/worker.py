@@ -1,0 +1,55 @@
+"""A worker's part: it checks that it sees what the client sees, loads the eye once, and looks at windows.
+
+Dask (`distributed`, the extra ``cluster``) sends the job to each worker, also to those that join later, and the tasks
+to whichever is free.
+"""
+
+from __future__ import annotations
+
+import socket
+from typing import Any, Final
+
+import cv2
+from distributed import Worker, WorkerPlugin, get_worker
+
+from hawk.picture.city.job import Job, fitting_eye
+from hawk.picture.city.tasks import Results, Task, look
+from hawk.picture.nadir import Eye
+from hawk.picture.values import PictureError
+
+_PLUGIN: Final = "hawk-city"
+
+
+class CityWorker(WorkerPlugin):
+    """The job on one worker. A worker that does not fit the job raises PictureError in `setup`, and gets no window."""
+
+    def __init__(self, job: Job) -> None:
+        """``job``: the run's."""
+        self.name = f"{_PLUGIN}-{job.mark}"
+        self._job = job
+        self._eye: Eye | None = None
+
+    def setup(self, worker: Worker) -> None:
+        """Check that this worker fits, and load the eye. Raises PictureError, which names the computer."""
+        cv2.setNumThreads(1)
+        try:
+            if worker.state.nthreads != 1:
+                raise PictureError(
+                    f"it has {worker.state.nthreads} threads, an eye needs a process of one: "
+                    "start it by dask worker --nthreads 1 --nworkers -1"
+                )
+            self._eye = fitting_eye(self._job)
+        except PictureError as error:
+            raise PictureError(f"the worker {worker.address} on {socket.gethostname()}: {error}") from error
+
+    def look(self, task: Task) -> str:
+        """Look at one window; return as `hawk.picture.city.tasks.look`."""
+        if self._eye is None:
+            raise PictureError("the worker has no eye; start it again")
+        return look(task, self._job.source, self._eye, Results(self._job.folder))
+
+
+def look_here(task: Task, mark: str) -> str:
+    """Look at one window on the worker that runs this; return as `hawk.picture.city.tasks.look`."""
+    plugin: Any = get_worker().plugins[f"{_PLUGIN}-{mark}"]
+    return str(plugin.look(task))

@@ -1,0 +1,246 @@
+"""The command ``hawk-drone map``: pictures that others took become a survey.
+
+Other commands pay nothing for it: what reads and maps pictures is imported when it is run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hawk.config import options as values
+from hawk.config.addresses import MOST_PORT
+from hawk.config.sections import ConfigError, load_settings
+from hawk.picture.work_folder import is_ours
+
+if TYPE_CHECKING:
+    from hawk.picture.sources import Surveyed
+    from hawk.picture.stored import Stored
+
+COMMAND: Final = "map"
+PARTLY: Final = 3
+"""Exit status when a part of the source could not be mapped."""
+_FAILED: Final = 1
+_STOPPED: Final = 130
+"""Exit status after Ctrl-C, as shells have it."""
+_MOST_WORKERS: Final = 256
+_SCHEDULER: Final = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[^\s:/\[\]]+):([0-9]{1,5})/?")
+_HIGHEST_M: Final = 500.0
+_LONGEST_S: Final = 86_400.0
+
+
+def add_map_command(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    parser = commands.add_parser(COMMAND, help="find the stalls in photographs, a film or an orthophoto")
+    parser.add_argument(
+        "source", type=_source, metavar="SOURCE",
+        help="an orthophoto (GeoTIFF, VRT, JPEG or PNG with a world file), a folder of a drone's photographs, a film "
+        "(.mp4, .mov) with its .srt or a flight log, a recording (.mcap), or the folder of a WebODM project",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=values.path, required=True, metavar="DIR",
+        help="folder for the table, GeoJSON, GeoPackage, KMZ, picture and report; new or empty, or with --resume",
+    )  # fmt: skip
+    parser.add_argument("--resume", action="store_true", help="go on with the work that --out holds")
+    parser.add_argument("--json", action="store_true", help="print progress and the report as lines of JSON")
+    parser.add_argument("--name", type=values.some, metavar="NAME", help="name of the lot (that of the folder or file)")
+    parser.add_argument(
+        "--taken", type=values.past, metavar="TIME",
+        help="time of the last picture, 2026-05-04T10:30+02:00, where the files give none or a clock without a zone",
+    )  # fmt: skip
+    parser.add_argument("--model", type=values.file, metavar="FILE", help="a network (.onnx) in place of hawk's")
+    _add_orthophoto(parser.add_argument_group("orthophotos"))
+    _add_photographs(parser.add_argument_group("photographs and films"))
+    _add_store(parser.add_argument_group("store and page"))
+    parser.set_defaults(action=_run)
+
+
+def _add_orthophoto(group: Any) -> None:
+    group.add_argument(
+        "--outline", type=values.file, metavar="FILE",
+        help="map only these lots: GeoJSON, GeoPackage, KML or OpenStreetMap's XML with amenity=parking",
+    )  # fmt: skip
+    group.add_argument(
+        "--crs", type=values.some, metavar="SYSTEM", help="system of coordinates where the file says none, EPSG:25832"
+    )
+    group.add_argument(
+        "--workers", type=values.whole(1, _MOST_WORKERS), metavar="N", help="processes on this computer (1)"
+    )
+    group.add_argument(
+        "--scheduler", type=_scheduler, metavar="ADDRESS", help="a Dask scheduler whose workers do it, tcp://HOST:8786"
+    )
+
+
+def _add_photographs(group: Any) -> None:
+    group.add_argument(
+        "--height", type=values.number(3.0, _HIGHEST_M), metavar="METRES",
+        help="height of the middle photograph above the ground, where the files give none",
+    )  # fmt: skip
+    group.add_argument("--lenses", type=values.file, metavar="FILE", help="a table of lenses (docs/photographs.md)")
+    group.add_argument("--calibration", type=values.file, metavar="FILE", help="lens of all pictures (ROS camera_info)")
+    group.add_argument(
+        "--group", type=values.whole(1), metavar="NUMBER", help="the flight or camera of a mixed folder to map"
+    )
+    group.add_argument(
+        "--log", type=values.file, metavar="FILE",
+        help="captions (.srt) or ArduPilot log (.tlog, .bin) of a film; its own name beside it is found",
+    )  # fmt: skip
+    group.add_argument(
+        "--log-offset", type=values.number(-_LONGEST_S, _LONGEST_S), metavar="SECONDS",
+        help="second of the log at which the film begins, where their motion does not show it",
+    )  # fmt: skip
+    group.add_argument(
+        "--hfov", type=values.number(5.0, 160.0), metavar="DEGREES", help="field of view across a film's picture"
+    )
+    group.add_argument(
+        "--focal35", type=values.number(8.0, 500.0), metavar="MM", help="focal length of a film on 35 mm film"
+    )
+
+
+def _add_store(group: Any) -> None:
+    group.add_argument(
+        "--store", type=values.path, metavar="DIR", help="store the survey among the lots of this folder"
+    )
+    group.add_argument("--page", action="store_true", help="show the survey on the page, without a drone, until Ctrl-C")
+    group.add_argument("--port", type=values.whole(0, MOST_PORT), metavar="PORT", help="port of that page")
+
+
+def _source(text: str) -> Path:
+    found = values.path(text)
+    if not found.exists():
+        raise argparse.ArgumentTypeError(f"{text} is not there: name a picture, a film or a folder")
+    return found
+
+
+def _scheduler(text: str) -> str:
+    found = _SCHEDULER.fullmatch(text)
+    if found is None or not 0 < int(found[3]) <= MOST_PORT:
+        raise argparse.ArgumentTypeError(f"{text} is no address of a scheduler; give it as tcp://HOST:PORT")
+    return text.rstrip("/")
+
+
+def _run(options: argparse.Namespace) -> int:
+    _check(options)
+    from hawk.picture.progress import shown_progress
+    from hawk.picture.sources import Asked, survey_of_source
+    from hawk.picture.values import PictureError
+
+    asked = Asked(
+        source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
+        workers=options.workers, scheduler=options.scheduler, height_m=options.height, lenses=options.lenses,
+        calibration=options.calibration, group=options.group, log=options.log,
+        log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
+        taken=options.taken,
+    )  # fmt: skip
+    try:
+        with shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as progress:
+            surveyed = survey_of_source(asked, progress)
+        stored = _write(options, surveyed)
+    except PictureError as error:
+        _say_error(options, str(error))
+        return _FAILED
+    except KeyboardInterrupt:
+        _say_error(options, "stopped; go on by --resume")
+        return _STOPPED
+    if options.page:
+        return _show(options, None if stored is None else stored.lot)
+    return PARTLY if surveyed.mapped.left_out else 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
+    if not options.resume:
+        try:
+            values.new_folder(str(options.out))
+        except argparse.ArgumentTypeError as error:
+            raise ConfigError(f"--out: {error}, or go on with its work by --resume") from None
+    elif not is_ours(options.out):
+        raise ConfigError(
+            f"--out: {options.out} holds other files, and no work that --resume can go on with; name the folder of "
+            "that work, or a new one without --resume"
+        )
+    if options.store is not None:
+        _check_store(options.store)
+    if options.scheduler is not None and options.workers is not None:
+        raise ConfigError("--workers: not together with --scheduler, which has its own")
+    if options.port is not None and not options.page:
+        raise ConfigError("--port: only together with --page")
+    if options.page:
+        _check_port(options)
+
+
+def _check_store(folder: Path) -> None:
+    """Make the folder of the store before the work begins. Raises ConfigError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        words = f"{folder} cannot be made ({error.strerror or error}); name a folder that this user may write"
+        raise ConfigError(f"--store: {words}") from None
+    if not os.access(folder, os.W_OK):
+        raise ConfigError(f"--store: {folder} cannot be written; name a folder that this user may write")
+
+
+def _check_port(options: argparse.Namespace) -> None:
+    """Find before the work whether the page can be served. Raises ConfigError."""
+    from hawk.daemon.start_checks import check_port
+
+    try:
+        check_port(load_settings(_desk(options)).web)
+    except ConfigError as error:
+        raise ConfigError(str(error).replace("web.port", "--port", 1)) from None
+
+
+def _write(options: argparse.Namespace, surveyed: Surveyed) -> Stored | None:
+    """Write the files, store the survey where that is asked for, and report. Raises PictureError."""
+    from hawk.picture.files import write_files
+    from hawk.picture.report import report, text
+    from hawk.picture.stored import store_survey
+
+    program = f"hawk-drone {version('hawk-drone')}"
+    written = write_files(surveyed.mapped, options.out, program)
+    kept = None
+    if options.store is not None or options.page:
+        kept = store_survey(surveyed.landed(), _store_folder(options), options.name)
+    if options.json:
+        files = [str(path) for path in written]
+        print(
+            json.dumps(
+                {"event": "report", **report(surveyed.mapped, program), "files": files, "store": kept and kept.words}
+            )
+        )
+        return kept
+    print(text(surveyed.mapped))
+    print(f"{options.out}: {', '.join(path.name for path in written)}")
+    if kept is not None:
+        print(kept.words)
+    return kept
+
+
+def _store_folder(options: argparse.Namespace) -> Path:
+    return options.store if options.store is not None else Path(options.out) / "store"
+
+
+def _show(options: argparse.Namespace, lot: str | None) -> int:
+    """Serve the page from the store until a signal."""
+    import asyncio
+
+    from hawk.daemon.desk import run_desk
+
+    return asyncio.run(run_desk(load_settings(_desk(options)), lot))
+
+
+def _desk(options: argparse.Namespace) -> argparse.Namespace:
+    """Return the options of the command that serves the page."""
+    return argparse.Namespace(config=None, host=None, port=options.port, store=_store_folder(options))
+
+
+def _say_error(options: argparse.Namespace, words: str) -> None:
+    if options.json:
+        print(json.dumps({"event": "error", "text": words}))
+    print(f"hawk-drone {COMMAND}: {words}", file=sys.stderr)

@@ -1,0 +1,77 @@
+"""Files of a survey by pictures: they appear whole, in a folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Final
+
+import cv2
+
+from hawk.exports.geopackage import surveys_gpkg
+from hawk.exports.ground import lot_picture
+from hawk.exports.kmz import survey_kmz
+from hawk.exports.text_files import survey_csv, survey_geojson
+from hawk.picture.report import report
+from hawk.picture.values import Mapped, PictureError, cannot_write
+from hawk.picture.work_folder import REPORT
+from hawk.runtime.files import replace_whole
+
+IN_SYSTEM: Final = "stalls-source-crs.geojson"
+"""The stalls in the source's own system of coordinates, where that is not WGS-84."""
+
+
+def write_files(mapped: Mapped, folder: Path, program: str) -> tuple[Path, ...]:
+    """Write the files of a survey; return their paths. A file that is there is replaced as a whole.
+
+    Args:
+        mapped: The survey.
+        folder: It is made where it is not there.
+        program: Name of the program with its version.
+
+    Raises:
+        PictureError: A file cannot be written.
+    """
+    contents: dict[str, bytes] = {
+        "stalls.csv": survey_csv(mapped.survey),
+        "stalls.geojson": survey_geojson(mapped.survey),
+        "survey.gpkg": surveys_gpkg([mapped.survey]),
+        "survey.kmz": survey_kmz(mapped.survey),
+        REPORT: json.dumps(report(mapped, program), indent=1, ensure_ascii=False).encode(),
+    }
+    if mapped.crs:
+        contents[IN_SYSTEM] = stalls_in_system(mapped)
+    if mapped.ground is not None:
+        contents["lot.png"] = cv2.imencode(".png", lot_picture(mapped.survey, mapped.ground))[1].tobytes()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return tuple(replace_whole(folder / name, data) for name, data in contents.items())
+    except OSError as error:
+        raise PictureError(f"--out: {cannot_write(Path(error.filename or folder), error)}") from error
+
+
+def stalls_in_system(mapped: Mapped) -> bytes:
+    """Return the stalls as GeoJSON in the source's system, with GeoJSON 2008's member ``crs``, which GDAL reads."""
+    from pyproj import CRS, Transformer  # of the extra that read the source
+
+    system = CRS.from_user_input(mapped.crs)
+    onto = Transformer.from_crs("EPSG:4326", system, always_xy=True)
+    authority = system.to_authority()
+    named = f"urn:ogc:def:crs:{authority[0]}::{authority[1]}" if authority else system.to_wkt()
+    decimals = 9 if system.is_geographic else 3
+    features = []
+    for stall in mapped.survey.stalls:
+        ring = [onto.transform(longitude, latitude) for latitude, longitude in (*stall.corners, stall.corners[0])]
+        features.append(
+            {
+                "type": "Feature",
+                "id": stall.id,
+                "geometry": {
+                    "type": "Polygon",
+                    "coordinates": [[[round(x, decimals), round(y, decimals)] for x, y in ring]],
+                },
+                "properties": {"stall_id": stall.id, "state": stall.state, "taken_probability": stall.taken},
+            }
+        )
+    system_member = {"type": "name", "properties": {"name": named}}
+    return json.dumps({"type": "FeatureCollection", "crs": system_member, "features": features}).encode()

@@ -1,0 +1,250 @@
+"""Outlines of lots that limit the work: GeoJSON, KML, GeoPackage, and OpenStreetMap's XML or JSON.
+
+Where a file says ``amenity``, its areas with ``amenity=parking`` count; lots under the ground, which no picture shows,
+do not. Points and lines beside them are left out.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from hawk.formats.area_file import AreaError, read_areas
+from hawk.lots.plan_files import geopackage
+from hawk.lots.plan_files.crs import to_wgs_84
+from hawk.lots.plan_files.geojson import WGS_84, crs_name
+from hawk.lots.plan_files.osm import OUTLINE, place_of, root_of
+from hawk.lots.plan_files.text import text_of
+from hawk.lots.values import LotInputError
+from hawk.model.plans import Outline
+from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
+from hawk.picture.values import PictureError
+
+LARGEST_BYTES: Final = 500_000_000
+_PARKING: Final = "parking"
+_REMEDY: Final = "name a GeoJSON, GeoPackage or OpenStreetMap file with the outlines of lots"
+_UNDER: Final = "underground"
+_NEAR_DEG: Final = 1e-3
+Named = tuple[Mapping[str, Any], BaseGeometry]
+"""Properties and shape of a feature, (longitude, latitude)."""
+
+
+@dataclass(frozen=True, slots=True)
+class LotOutline:
+    """Lots, each a polygon of (longitude, latitude), degrees in WGS-84, in the order of their file."""
+
+    lots: tuple[Polygon, ...] = field(repr=False)
+
+    def in_metres(self, grid: PixelGrid) -> NDArray[np.object_]:
+        """Return the lots in the picture (M,), (column, row) times the metres of a pixel; those near it only."""
+        moved = [shapely.transform(lot, lambda places: _in_plane(places, grid)) for lot in self.lots]
+        finite = [lot for lot in moved if np.isfinite(lot.bounds).all()]
+        return np.array([shapely.make_valid(lot) for lot in finite], object)
+
+    def near(self, grid: PixelGrid) -> LotOutline:
+        """Return the lots that lie in the picture or partly. Raises PictureError when none does."""
+        ends = np.array([(x, y) for x in np.linspace(0, 1, 9) for y in np.linspace(0, 1, 9)])
+        around = grid.on_earth(ends * (grid.columns, grid.rows))[:, ::-1]
+        lots = np.array(self.lots, object)
+        lots = lots[np.sort(shapely.STRtree(lots).query(shapely.MultiPoint(around).envelope.buffer(_NEAR_DEG)))]
+        picture = shapely.box(0, 0, *(np.array([grid.columns, grid.rows]) * grid.metres))
+        found = tuple(
+            lot for lot in lots.tolist() if picture.intersects(shapely.transform(lot, lambda at: _in_plane(at, grid)))
+        )
+        if not found:
+            raise PictureError("none of the outlines lies in the picture; name outlines of lots that it shows")
+        return LotOutline(found)
+
+    def outline(self) -> Outline:
+        """Return the lots as the store has them."""
+        rings = [tuple((float(y), float(x)) for x, y in lot.exterior.coords[:-1]) for lot in self.lots]
+        holes = [
+            tuple((float(y), float(x)) for x, y in ring.coords[:-1]) for lot in self.lots for ring in lot.interiors
+        ]
+        return Outline(tuple(rings), tuple(holes))
+
+
+def _in_plane(places: FloatArray, grid: PixelGrid) -> FloatArray:
+    return np.asarray(grid.in_picture(places[:, ::-1]) * np.array(grid.metres))
+
+
+def read_outline(path: Path) -> LotOutline:
+    """Return the lots of a file.
+
+    Raises:
+        PictureError: It cannot be read, or holds no area that is a lot.
+    """
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise PictureError(f"{path}: is too large for outlines; export the layer with the lots alone")
+        with path.open("rb") as file:
+            is_database = file.read(len(geopackage.MAGIC)) == geopackage.MAGIC
+        found = _geopackage(path) if is_database else _read(path.read_bytes())
+    except OSError as error:
+        raise PictureError(f"{path}: cannot be read ({error.strerror}); {_REMEDY}") from error
+    except (LotInputError, AreaError, sqlite3.Error, json.JSONDecodeError, RecursionError) as error:
+        raise PictureError(f"{path}: {error}; {_REMEDY}") from error
+    lots = tuple(_polygons(_lots(found)))
+    if not lots:
+        raise PictureError(f"{path}: holds no area that is a lot, as amenity=parking is; {_REMEDY}")
+    return LotOutline(lots)
+
+
+def _lots(found: list[Named]) -> Iterator[BaseGeometry]:
+    """Yield the shapes that are lots."""
+    is_of_all_kinds = any(facts.get("amenity") for facts, _ in found)
+    for facts, shape in found:
+        is_lot = facts.get("amenity") == _PARKING or not is_of_all_kinds
+        if is_lot and facts.get("parking") != _UNDER:
+            yield shape
+
+
+def _polygons(shapes: Iterable[BaseGeometry]) -> Iterator[Polygon]:
+    for shape in shapes:
+        valid = shape if shape.is_valid else shapely.make_valid(shape)
+        for part in _parts(valid):
+            if isinstance(part, Polygon) and part.area > 0:
+                yield part
+
+
+def _parts(shape: BaseGeometry) -> Iterator[BaseGeometry]:
+    """Yield the shapes of which one consists, those of collections within it too."""
+    if not hasattr(shape, "geoms"):
+        yield shape
+        return
+    for part in shape.geoms:
+        yield from _parts(part)
+
+
+def _read(data: bytes) -> list[Named]:
+    if data.startswith(b"PK"):
+        return _kml(data)
+    text = text_of(data).lstrip()
+    if not text.startswith("{"):
+        return _kml(data) if "<kml" in text[:2000] else list(_osm_xml(text))
+    content = json.loads(text)
+    return list(_osm_json(content)) if "elements" in content else _geojson(content)
+
+
+def _kml(data: bytes) -> list[Named]:
+    return [
+        ({}, Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes]))
+        for area in read_areas(data).areas
+        if len(area.outer) > 2
+    ]
+
+
+def _geojson(content: dict[str, Any]) -> list[Named]:
+    found: list[Named] = []
+    named = (content.get("crs") or {}).get("properties", {}).get("name", "") if content.get("crs") else ""
+    crs = crs_name(named) if named else WGS_84
+    features = content["features"] if isinstance(content.get("features"), list) else [content]
+    for feature in features:
+        if not isinstance(feature, dict):
+            continue
+        geometry = feature.get("geometry") if "geometry" in feature else feature
+        if not isinstance(geometry, dict) or geometry.get("type") not in ("Polygon", "MultiPolygon"):
+            continue
+        try:
+            shape = shapely.force_2d(shapely.from_geojson(json.dumps(geometry)))
+        except shapely.errors.ShapelyError as error:
+            reason = str(error).strip()[:120]
+            raise LotInputError("features", f"hold an area that cannot be read ({reason})") from error
+        facts = feature.get("properties")
+        found.append((facts if isinstance(facts, dict) else {}, shape))
+    return _on_earth(found, crs)
+
+
+def _geopackage(path: Path) -> list[Named]:
+    named: list[Named] = []
+    with contextlib.closing(geopackage.open_geopackage(path)) as opened:
+        tables = {str(row[0]) for row in opened.execute("SELECT name FROM sqlite_master")}
+        if "gpkg_geometry_columns" not in tables:
+            raise LotInputError("file", "is an SQLite file without layers, no GeoPackage")
+        layers = [row for row in opened.execute(geopackage.LAYERS).fetchall() if row[2] in geopackage.AREAS]
+        for layer in layers:
+            rows = opened.execute(f"SELECT * FROM {geopackage.quoted(str(layer[0]))}")  # noqa: S608 - it is quoted
+            names = [each[0] for each in rows.description]
+            found: list[Named] = []
+            for row in rows:
+                facts = dict(zip(names, row, strict=True))
+                with contextlib.suppress(geopackage.GeometryError):  # of a row without an area
+                    shape = shapely.force_2d(geopackage.geometry_of(facts.pop(str(layer[1]), None)))
+                    if isinstance(shape, Polygon | MultiPolygon):
+                        found.append((facts, shape))
+            named += _on_earth(found, geopackage.system_of(layer) or WGS_84)
+    return named
+
+
+def _osm_xml(text: str) -> Iterator[Named]:
+    root = root_of(text)
+    nodes = {each.get("id", ""): place_of(each) for each in root.iter("node")}
+    outlines = {
+        each.get("id", ""): [nodes.get(node.get("ref", ""), (np.nan, np.nan)) for node in each.iter("nd")]
+        for each in root.iter(OUTLINE)
+    }
+    for element in root:
+        facts = {tag.get("k", ""): tag.get("v", "") for tag in element.iter("tag")}
+        members = [(each.get("role", ""), each.get("ref", "")) for each in element.iter("member")]
+        yield from _osm_area(element.tag, element.get("id", ""), facts, members, outlines)
+
+
+def _osm_json(content: dict[str, Any]) -> Iterator[Named]:
+    elements = [each for each in content["elements"] if isinstance(each, dict)]
+    nodes = {each.get("id"): (each.get("lon"), each.get("lat")) for each in elements if each.get("type") == "node"}
+    outlines: dict[str, list[tuple[float, float]]] = {}
+    for each in elements:
+        holders = [each] if each.get("type") == OUTLINE else each.get("members", [])
+        for holder in holders:
+            line = _line_of(holder, nodes)
+            if line:
+                outlines[str(holder.get("id", holder.get("ref")))] = line
+    for each in elements:
+        members = [(str(member.get("role", "")), str(member.get("ref", ""))) for member in each.get("members", [])]
+        yield from _osm_area(str(each.get("type")), str(each.get("id")), each.get("tags", {}), members, outlines)
+
+
+def _line_of(holder: Mapping[str, Any], nodes: Mapping[Any, tuple[Any, Any]]) -> list[tuple[float, float]]:
+    """Return the corners of an outline of Overpass: with ``geometry`` (out geom), or by its nodes."""
+    if holder.get("geometry"):
+        return [(place["lon"], place["lat"]) for place in holder["geometry"] if place]
+    return [nodes.get(number, (np.nan, np.nan)) for number in holder.get("nodes", [])]
+
+
+def _osm_area(
+    kind: str,
+    number: str,
+    facts: Mapping[str, Any],
+    members: list[tuple[str, str]],
+    outlines: Mapping[str, list[tuple[float, float]]],
+) -> Iterator[Named]:
+    """Yield the area of an element, if it is a lot: a closed outline, or a relation of outer and inner ones."""
+    if facts.get("amenity") != _PARKING or kind not in (OUTLINE, "relation"):
+        return
+    parts = [("outer", number)] if kind == OUTLINE else members
+    lines: dict[bool, list[Any]] = {True: [], False: []}
+    for role, ref in parts:
+        line = np.array(outlines.get(ref, []), np.float64).reshape(-1, 2)
+        if len(line) > 1 and np.isfinite(line).all():
+            lines[role != "inner"].append(shapely.LineString(line))
+    outer, inner = (shapely.union_all(shapely.get_parts(shapely.polygonize(lines[key]))) for key in (True, False))
+    area = outer.difference(inner)
+    if isinstance(area, Polygon | MultiPolygon) and not area.is_empty:
+        yield facts, area
+
+
+def _on_earth(found: list[Named], crs: str) -> list[Named]:
+    """Return the features in WGS-84, all by one conversion."""
+    moved = shapely.transform(np.array([shape for _, shape in found], object), lambda at: to_wgs_84(at, crs)[0])
+    return [(facts, shape) for (facts, _), shape in zip(found, moved.tolist(), strict=True)]

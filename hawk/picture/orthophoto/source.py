@@ -1,0 +1,225 @@
+"""An orthophoto as a source: opened once, described by values, and read part by part.
+
+GDAL reads GeoTIFF, Cloud Optimised and Big ones, VRT, and JPEG or PNG with a world file; the extra ``pictures`` brings
+it. The description holds no open file, so that another process or computer can read the same picture.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from hawk.picture.orthophoto import bands as band_choice
+from hawk.picture.orthophoto.bands import Bands, Pixels
+from hawk.picture.orthophoto.grid import Box, PixelGrid, measured, system
+from hawk.picture.orthophoto.vrt import missing_parts
+from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, named
+from hawk.runtime.programs import remedy
+
+LEAST_M: Final = 2.0
+"""A picture of less ground shows no stall."""
+_MEASURED: Final = (
+    "17 labelled places were made coarser: at 20 cm 92 % of the stalls of Canadian lots are found, at 9 cm 93 %; of "
+    "Dutch streets and lots 66 % and 67 %, where 79 % and 82 % of what is found is labelled. Blur and haze cost more."
+)
+"""By `benchmarks.perception.coarse` over the places and regions of docs/results/perception.md."""
+_CACHE_MIB: Final = 64
+"""Memory of GDAL for blocks that were read."""
+_STRIP_PIXELS: Final = 8_000_000
+"""Pixels that are read at once."""
+_LEAST_MASK_STEP: Final = 8
+"""An overview this much smaller shows at little cost where ground is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Orthophoto:
+    """A picture with its place on Earth.
+
+    ``crs``: name of its system as of `grid.system`, "" for WGS-84. ``identity``: changes with the file and with the
+    files that it names. ``taken``: Unix seconds of the picture by its file, ``time_is_sure`` where that says its zone.
+    ``has_overviews``: its ground can be seen as a whole at little cost. ``notes``: sentences for its reader.
+    """
+
+    path: Path
+    grid: PixelGrid
+    bands: Bands
+    crs: str
+    identity: str = field(repr=False)
+    taken: float
+    time_is_sure: bool = False
+    has_overviews: bool = False
+    notes: tuple[str, ...] = ()
+
+    def read(self, box: Box, step: int = 1) -> Pixels:
+        """Return a part of the picture, a pixel for each ``step`` by ``step`` ones; a rest at its ends is left out.
+
+        Raises PictureError for a file that cannot be read there.
+        """
+        left, top, right, bottom = box
+        columns, rows = (right - left) // step, (bottom - top) // step
+        image, valid = np.empty((rows, columns, 3), np.uint8), np.empty((rows, columns), np.bool_)
+        high = max(1, _STRIP_PIXELS // max(1, (right - left) * step))  # rows of the result at once
+        with opened(self.path) as dataset:
+            for row in range(0, rows, high):
+                last = min(row + high, rows)
+                part = self._strip(dataset, (left, top + row * step, left + columns * step, top + last * step))
+                image[row:last], valid[row:last] = _thinned(part, step)
+        return Pixels(image, valid)
+
+    def _strip(self, dataset: Any, box: Box) -> Pixels:
+        if not self.grid.is_mirrored:
+            return band_choice.read(dataset, self.bands, box)
+        left, top, right, bottom = box
+        part = band_choice.read(dataset, self.bands, (left, self.grid.rows - bottom, right, self.grid.rows - top))
+        return Pixels(part.image[::-1], part.valid[::-1])
+
+    def ground(self, most: int = 2048) -> np.ndarray[Any, np.dtype[np.bool_]] | None:
+        """Return which parts of the picture (H, W), at most this many a side, show ground; None: it would cost much."""
+        if not self.has_overviews:
+            return None
+        scale = max(1.0, max(self.grid.columns, self.grid.rows) / most)
+        size = (max(1, round(self.grid.rows / scale)), max(1, round(self.grid.columns / scale)))
+        with opened(self.path) as dataset:
+            valid = band_choice.valid_pixels(dataset, self.bands, None, size)
+        return valid[::-1] if self.grid.is_mirrored else valid
+
+
+def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
+    """Open a picture.
+
+    Args:
+        path: The file.
+        crs: Its system of coordinates, in place of what the file says; None: that of the file.
+
+    Raises:
+        PictureError: It is no such file, has no place on Earth, is too coarse, or the extra ``pictures`` is missing.
+    """
+    if not path.is_file():
+        raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
+    with opened(path) as dataset:
+        grid, short = _placed(dataset, path, crs)
+        chosen = band_choice.bands_of(dataset, path.name)
+        notes = [*_scale_notes(grid, path.name), *_level_notes(chosen)]
+        taken, is_sure = _time_of(dataset, path)
+        factors = dataset.overviews(1)
+        has_overviews = bool(factors) and max(factors) >= _LEAST_MASK_STEP
+        identity = _identity(path, dataset.files)
+    return Orthophoto(path, grid, chosen, short, identity, taken, is_sure, has_overviews, tuple(notes))
+
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """Open a picture by rasterio. Raises PictureError for what cannot be opened or read."""
+    try:
+        import pyproj  # noqa: F401 - of the same extra
+        import rasterio
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
+    except ImportError as error:
+        words = f"rasterio and pyproj are not installed, which read orthophotos: {remedy('pictures')}"
+        raise PictureError(words) from error
+    try:
+        with rasterio.Env(GDAL_CACHEMAX=_CACHE_MIB), warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(path) as dataset:
+                yield dataset
+    except RasterioError as error:
+        missing = missing_parts(path)
+        if missing:
+            raise PictureError(
+                f"{path.name}: is made of files that are not there: {named(missing)}; put them back, or build it of "
+                f"those that are there: gdalbuildvrt {path.name} FOLDER/*.tif"
+            ) from error
+        reason = str(error.__cause__ or error).splitlines()[0][:160]
+        raise PictureError(f"{path.name}: cannot be read as a picture ({reason}); export it again") from error
+
+
+def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:
+    """Return the grid of a file and the short name of its system."""
+    if dataset.transform.is_identity:
+        points, _ = dataset.gcps
+        if points or dataset.rpcs:
+            raise PictureError(
+                f"{path.name}: is tied to the ground by control points, not by its pixels; resample it: "
+                f"gdalwarp {path.name} ground.tif"
+            )
+        raise PictureError(
+            f"{path.name}: has no place on Earth; put its world file beside it ({path.stem}.wld), or export a GeoTIFF"
+        )
+    said = crs or (dataset.crs.to_wkt() if dataset.crs else _projection_file(path))
+    if not said:
+        raise PictureError(
+            f"{path.name}: does not say its system of coordinates; name it with --crs, as --crs EPSG:25832"
+        )
+    text, short = system(said, path.name)
+    a, b, c, d, e, f = tuple(dataset.transform)[:6]
+    return measured(PixelGrid(dataset.width, dataset.height, text, (a, b, c, d, e, f)), path.name), short
+
+
+def _projection_file(path: Path) -> str:
+    """Return the system that ``NAME.prj`` beside a picture names, "" without one."""
+    beside = path.with_suffix(".prj")
+    return beside.read_text(errors="replace").strip() if beside.is_file() else ""
+
+
+def _scale_notes(grid: PixelGrid, name: str) -> list[str]:
+    wide, high = grid.columns * grid.metres[0], grid.rows * grid.metres[1]
+    if min(wide, high) < LEAST_M:
+        raise PictureError(
+            f"{name}: shows {wide:.1f} by {high:.1f} m of ground, less than a stall; take a larger picture"
+        )
+    coarse = max(grid.metres)
+    if coarse > COARSEST_M:
+        raise PictureError(
+            f"{name}: has {coarse:.2f} m a pixel on the ground, {COARSEST_M:.2f} m is the coarsest that shows stalls; "
+            "take a finer picture"
+        )
+    if coarse <= COARSE_M:
+        return []
+    return [f"The picture has {coarse * 100:.0f} cm a pixel, more than {COARSE_M * 100:.0f} cm. {_MEASURED}"]
+
+
+def _level_notes(bands: Bands) -> list[str]:
+    if bands.levels is None:
+        return []
+    low, high = bands.levels
+    return [f"The picture has 16 bits: brightness {low:.0f} is shown as black and {high:.0f} as white."]
+
+
+def _time_of(dataset: Any, path: Path) -> tuple[float, bool]:
+    """Return Unix seconds of a picture: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's."""
+    with contextlib.suppress(ValueError):
+        said = f"{dataset.tags().get('TIFFTAG_DATETIME', '')} +0000"
+        return datetime.strptime(said, "%Y:%m:%d %H:%M:%S %z").timestamp(), False
+    return path.stat().st_mtime, False
+
+
+def _identity(path: Path, files: list[str]) -> str:
+    """Return the place, size and time of change of each file that a picture consists of, as JSON."""
+    found = []
+    for name in sorted({str(path), *files}):
+        file = Path(name).resolve()
+        try:
+            facts = file.stat()
+        except OSError:  # within an archive, or on another computer
+            found.append([name, 0, 0])
+        else:
+            found.append([str(file), facts.st_size, facts.st_mtime_ns])
+    return json.dumps(found)
+
+
+def _thinned(part: Pixels, step: int) -> tuple[band_choice.Image, band_choice.Mask]:
+    if step == 1:
+        return part.image, part.valid
+    size = (part.image.shape[1] // step, part.image.shape[0] // step)
+    image = cv2.resize(part.image, size, interpolation=cv2.INTER_AREA)
+    valid = cv2.resize(part.valid.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(image, np.uint8), np.asarray(valid > 0.5)

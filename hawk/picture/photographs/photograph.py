@@ -1,0 +1,139 @@
+"""One photograph's file as a shot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from hawk.formats.image import NoImage, decode
+from hawk.model.pictures import CameraModel, rotation
+from hawk.picture.photographs import tags as said
+from hawk.picture.photographs.exif import Exif, read_exif
+from hawk.picture.photographs.jpeg_head import read_head
+from hawk.picture.photographs.lenses import LensError, Lenses, scaled
+from hawk.picture.photographs.xmp import read_xmp
+from hawk.picture.values import LeftOut, Shot
+
+MOST_TILT_DEG: Final = 25.0
+"""Off straight down: beyond it the far half of a picture is too coarse, and cars hide what stands behind them."""
+_SIGMA_M: Final = (2.0, 3.0)
+"""Standard deviation of a place whose file gives none: GNSS without corrections, horizontally and in height."""
+_DAMAGED: Final = "copy it again from the camera's card"
+_OF_DRONE: Final = "use the drone's own files, as its card has them: messengers and editors take the tags out"
+
+
+class UnusableError(ValueError):
+    """A photograph cannot be mapped; the text is the reason with its remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Photograph:
+    """A shot, whose ``time`` is by the camera's clock, with what a folder is judged by.
+
+    ``gnss_time``: Unix seconds, None where the file has no GNSS time. ``orientation``: EXIF's, 1 to 8. ``saved_by``:
+    program that saved the file later than the camera, "" for none. ``has_zone``: the camera's clock has one.
+    """
+
+    shot: Shot
+    gnss_time: float | None
+    orientation: int
+    saved_by: str = ""
+    has_zone: bool = False
+
+    @property
+    def kind(self) -> tuple[str, int, int, float]:
+        """Camera, width, height and focal length in widths, to a twentieth: pictures of one kind are of one lens."""
+        camera = self.shot.camera
+        return self.shot.model, camera.width, camera.height, round(20.0 * camera.fx / camera.width) / 20.0
+
+
+def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None = None) -> Photograph:
+    """Return what a photograph's file says; only its head is read. ``calibration``: its lens, before every other.
+
+    Raises UnusableError for a file that is no whole JPEG, says no place, looks elsewhere than down or is of a lens that
+    nothing describes; PictureError without Pillow.
+    """
+    try:
+        head = read_head(path)
+        exif = read_exif(head.exif, head.size[0])
+        tags = read_xmp(head.xmp)
+    except ValueError as error:
+        raise UnusableError(f"{error}; {_DAMAGED}") from None
+    except OSError as error:
+        raise UnusableError(f"cannot be read ({error.strerror or error}); {_DAMAGED}") from None
+    latitude, longitude = _place(tags, exif)
+    attitude = said.attitude(tags, exif.make)
+    if attitude is not None and (tilt := tilt_deg(attitude)) > MOST_TILT_DEG:
+        raise UnusableError(
+            f"looks {tilt:.0f} degrees off straight down, more than {MOST_TILT_DEG:.0f}; turn the camera down, to -90"
+        )
+    camera, is_known = _lens(tags, exif, head.size, lenses, calibration)
+    across, up = said.sigma(tags)
+    return Photograph(
+        Shot(
+            path=path,
+            camera=camera,
+            latitude=latitude,
+            longitude=longitude,
+            altitude=exif.altitude if exif.altitude is not None else said.altitude(tags),
+            height=said.height(tags),
+            attitude=attitude,
+            sigma=(across or exif.error_m or _SIGMA_M[0], up or _SIGMA_M[1]),
+            time=exif.clock,
+            model=f"{exif.make} {exif.model}".strip(),
+            lens_is_known=is_known,
+            yaw_is_sure=not exif.saved_by,
+            has_gimbal=said.has_gimbal(tags),
+            velocity=said.velocity(tags),
+            line_s=said.line_s(tags),
+        ),
+        exif.gnss,
+        exif.orientation,
+        exif.saved_by,
+        exif.has_zone,
+    )
+
+
+def check_whole(path: Path) -> LeftOut | None:
+    """Decode a photograph; return None for a whole one, and otherwise why it is left out, with the remedy."""
+    try:
+        decode(path.read_bytes())
+    except OSError as error:
+        return LeftOut(path.name, f"cannot be read ({error.strerror or error}); {_DAMAGED}")
+    except NoImage as error:
+        return LeftOut(path.name, f"{error}; {_DAMAGED}")
+    return None
+
+
+def tilt_deg(attitude: tuple[float, float, float]) -> float:
+    """Return the angle between the camera's axis and straight down, degrees."""
+    return math.degrees(math.acos(max(-1.0, min(1.0, float(rotation(*attitude)[2, 2])))))
+
+
+def _place(tags: said.Tags, exif: Exif) -> tuple[float, float]:
+    places = [(exif.latitude, exif.longitude), said.place(tags) or (None, None)]
+    for latitude, longitude in places:
+        if latitude is None or longitude is None or not (abs(latitude) <= 90 and abs(longitude) <= 180):
+            continue
+        if (latitude, longitude) != (0.0, 0.0):  # without a fix drones write zeros
+            return latitude, longitude
+    raise UnusableError(f"has no GPS place; {_OF_DRONE}")
+
+
+def _lens(
+    tags: said.Tags, exif: Exif, size: tuple[int, int], lenses: Lenses, calibration: CameraModel | None
+) -> tuple[CameraModel, bool]:
+    if calibration is not None:
+        camera = scaled(replace(calibration, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0), size)
+        if camera is None:
+            shape = f"{calibration.width} x {calibration.height}"
+            raise UnusableError(
+                f"is {size[0]} x {size[1]} pixels, its calibration {shape}: calibrate the camera by whole photographs"
+            )
+        return camera, True
+    try:
+        return lenses.of(tags, exif, size)
+    except LensError as error:
+        raise UnusableError(str(error)) from None

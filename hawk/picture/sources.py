@@ -1,0 +1,251 @@
+"""Sources of a survey by pictures: what is given is recognised, and mapped."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+from hawk.comm.cameras.calibration import load_calibration
+from hawk.config.sections import CameraSettings, ConfigError
+from hawk.lots.finished import LandedSurvey
+from hawk.lots.source import SourceKind
+from hawk.lots.values import LotInputError, fitting_name, utc
+from hawk.model.pictures import CameraModel
+from hawk.picture import webodm
+from hawk.picture.film.app import FILMS, read_film
+from hawk.picture.film.lens import LensChoice
+from hawk.picture.limits import source_of
+from hawk.picture.looked import Files
+from hawk.picture.photos import PhotoSurvey, Taken, survey_folder, survey_shots
+from hawk.picture.stored import landed_of
+from hawk.picture.values import Mapped, PictureError, Progress
+from hawk.picture.work_folder import WORK
+
+_UNIT: Final = re.compile("_(mm|m|deg|s)$")
+_OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
+ORTHOPHOTOS: Final = (".tif", ".tiff", ".vrt", ".png", ".jpg", ".jpeg", ".jp2")
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A source with the options of the command line."""
+
+    source: Path
+    out: Path
+    model: Path | None = None
+    outline: Path | None = None
+    crs: str | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    height_m: float | None = None
+    lenses: Path | None = None
+    calibration: Path | None = None
+    group: int | None = None
+    log: Path | None = None
+    log_offset_s: float | None = None
+    hfov_deg: float | None = None
+    focal35_mm: float | None = None
+    name: str | None = None
+    taken: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Surveyed:
+    """A survey, and what the store takes of it."""
+
+    mapped: Mapped
+    landed: Callable[[], LandedSurvey] = field(repr=False)
+
+
+def survey_of_source(asked: Asked, progress: Progress) -> Surveyed:
+    """Map a source. Raises PictureError: it cannot be mapped, or an option does not fit it."""
+    name = None if asked.name is None else _lot_name(asked.name)
+    surveyed = _survey(asked, progress)
+    if name is not None:
+        surveyed = _named(surveyed, name)
+    if asked.taken is None:
+        return surveyed
+    if surveyed.mapped.survey.time_is_sure:
+        said = utc(surveyed.mapped.survey.ended)
+        raise PictureError(f"--taken: the files say themselves that the last picture is of {said}; leave it out")
+    return _at(surveyed, asked.taken)
+
+
+def _lot_name(text: str) -> str:
+    """Return a name that a lot may have. Raises PictureError."""
+    from hawk.lots.changes import checked_name  # loads the database's library
+
+    try:
+        return checked_name(text, "--name")
+    except LotInputError as error:
+        raise PictureError(str(error)) from error
+
+
+def _survey(asked: Asked, progress: Progress) -> Surveyed:
+    source = asked.source
+    if source.is_dir():
+        if webodm.is_project(source):
+            return _project(asked, progress)
+        _refuse_tiles(source)
+        return _photographs(asked, progress)
+    suffix = source.suffix.lower()
+    if suffix in ORTHOPHOTOS:
+        return _orthophoto(asked, progress)
+    if suffix in FILMS:
+        return _film(asked, progress)
+    raise PictureError(f"{source}: its kind is not known; name one that ends in {', '.join((*ORTHOPHOTOS, *FILMS))}")
+
+
+def _refuse_tiles(folder: Path) -> None:
+    """Refuse a folder of an orthophoto's tiles. Raises PictureError with the command that makes one picture of it."""
+    by_ending = {entry.suffix.lower(): entry for entry in folder.iterdir()}
+    tiles = by_ending.get(".tif") or by_ending.get(".tiff")
+    if tiles is not None and not by_ending.keys() & {".jpg", ".jpeg"}:
+        raise PictureError(
+            f"{folder}: holds GeoTIFFs and no photographs; make one picture of its tiles, and map that: "
+            f"gdalbuildvrt {folder.name}.vrt {folder}/*{tiles.suffix}"
+        )
+
+
+def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
+    _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", *_OF_FILMS)
+    from hawk.picture.city.run import CityProgress, map_city
+
+    shown: set[str] = set()
+
+    def show(city: CityProgress) -> None:
+        if city.dashboard and not shown:
+            shown.add(city.dashboard)
+            print(f"Dask's page: {city.dashboard}", file=sys.stderr)
+        progress("map", city.done, city.count)
+
+    mapped = map_city(
+        asked.source,
+        out=asked.out,
+        outline=asked.outline,
+        workers=1 if asked.workers is None else asked.workers,
+        scheduler=asked.scheduler,
+        crs=asked.crs,
+        model=asked.model,
+        progress=show,
+    ).mapped
+    return Surveyed(mapped, lambda: landed_of(mapped))
+
+
+def _photographs(asked: Asked, progress: Progress) -> Surveyed:
+    _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
+    survey = survey_folder(
+        asked.source,
+        height_m=asked.height_m,
+        lenses=asked.lenses,
+        calibration=_calibration(asked.calibration),
+        group=asked.group,
+        model=asked.model,
+        work=asked.out / WORK,
+        progress=progress,
+    )
+    return _surveyed(survey)
+
+
+def _film(asked: Asked, progress: Progress) -> Surveyed:
+    """Map a film, or a recording, which has its own places and lens."""
+    _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group")
+    if asked.source.suffix.lower() == ".mcap":
+        _refuse(asked, "a recording", "lenses", "calibration", *_OF_FILMS)
+    film = read_film(
+        asked.source,
+        log=asked.log,
+        log_offset_s=asked.log_offset_s,
+        lens=LensChoice(_calibration(asked.calibration), asked.hfov_deg, asked.focal35_mm, asked.lenses),
+        height_m=asked.height_m,
+        progress=progress,
+    )
+    try:
+        work = asked.out / WORK
+        taken = Taken(asked.source.name, SourceKind.FILM, film.time_is_sure)
+        survey = survey_shots(taken, film.shots, film, model=asked.model, work=work, progress=progress)
+    finally:
+        film.close()
+    return _surveyed(survey.beside(film.left_out, film.notes))
+
+
+def _project(asked: Asked, progress: Progress) -> Surveyed:
+    """Map a project of OpenDroneMap: its orthophoto, or its photographs where it has none."""
+    picture = webodm.orthophoto(asked.source)
+    if picture is not None:
+        return _called(_orthophoto(replace(asked, source=picture), progress), asked.source.resolve().name)
+    _refuse(
+        asked,
+        "a WebODM project",
+        "outline",
+        "crs",
+        "workers",
+        "scheduler",
+        "lenses",
+        "calibration",
+        "group",
+        *_OF_FILMS,
+    )
+    read = webodm.read_project(asked.source, height_m=asked.height_m)
+    taken = Taken(asked.source.resolve().name, SourceKind.PHOTOGRAPHS)
+    survey = survey_shots(taken, read.shots, Files(), model=asked.model, work=asked.out / WORK, progress=progress)
+    survey = survey.beside(read.left_out, read.notes)
+    mapped = replace(survey.mapped, crs=webodm.system_of(asked.source))
+    return Surveyed(mapped, lambda: survey.landed)
+
+
+def _named(surveyed: Surveyed, name: str) -> Surveyed:
+    """Return a survey of a lot with another name; it stays the same survey in the store."""
+    mapped = replace(surveyed.mapped, survey=replace(surveyed.mapped.survey, lot=name))
+    return Surveyed(mapped, lambda: replace(surveyed.landed(), title=name))
+
+
+def _at(surveyed: Surveyed, taken: float) -> Surveyed:
+    """Return a survey whose last picture was taken at a moment, Unix seconds, that a person says; it is sure then."""
+    survey = surveyed.mapped.survey
+    later = taken - survey.ended
+    stalls = tuple(
+        stall if stall.looked is None else replace(stall, looked=stall.looked + later) for stall in survey.stalls
+    )
+    moved = replace(survey, began=survey.began + later, ended=taken, time_is_sure=True, stalls=stalls)
+    mapped = replace(surveyed.mapped, survey=moved)
+    return Surveyed(mapped, lambda: replace(surveyed.landed(), utc=taken, time_is_sure=True))
+
+
+def _called(surveyed: Surveyed, project: str) -> Surveyed:
+    """Return a survey by a project's orthophoto, called as the project: all orthophotos of projects have one name."""
+    survey = surveyed.mapped.survey
+    limits = () if survey.pictures is None else survey.pictures.limits
+    pictures = source_of(SourceKind.ORTHOPHOTO, project, limits)
+    named = _named(surveyed, fitting_name(project) or survey.lot)
+    mapped = replace(named.mapped, survey=replace(named.mapped.survey, pictures=pictures))
+    return Surveyed(mapped, lambda: replace(named.landed(), pictures=pictures))
+
+
+def _surveyed(survey: PhotoSurvey) -> Surveyed:
+    return Surveyed(survey.mapped, lambda: survey.landed)
+
+
+def _refuse(asked: Asked, kind: str, *names: str) -> None:
+    """Refuse options that a kind of source has no use for. Raises PictureError naming the option."""
+    for name in names:
+        if getattr(asked, name) is not None:
+            option = _UNIT.sub("", name).replace("_", "-")
+            raise PictureError(f"--{option}: has no use for {kind}; leave it out")
+
+
+def _calibration(path: Path | None) -> CameraModel | None:
+    """Return the lens of a file as ROS writes it. Raises PictureError."""
+    if path is None:
+        return None
+    try:
+        found = load_calibration(CameraSettings(calibration=path))
+    except ConfigError as error:
+        raise PictureError(str(error).replace("camera.calibration", "--calibration")) from error
+    if found.at is None:
+        raise PictureError(f"--calibration: {path} has no camera_matrix; write one by hawk-drone calibrate")
+    return found.for_size(found.at.image_width, found.at.image_height)

@@ -1,0 +1,174 @@
+"""Outlines of lots from files."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from shapely import MultiPolygon, Polygon
+
+from hawk.picture.orthophoto.outline import LotOutline, read_outline
+from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.values import PictureError
+from tests.unit.picture.orthophoto.drawn import HERE, blank
+
+LOT = shapely.box(5.199, 52.099, 5.201, 52.101)
+"""A square about `HERE`, (longitude, latitude)."""
+HOLE = shapely.box(5.1998, 52.0998, 5.2002, 52.1002)
+OTHER = shapely.box(6.0, 51.0, 6.001, 51.001)
+
+
+def features(*given: tuple[shapely.Geometry, dict[str, Any]], **more: Any) -> str:
+    found = [
+        {"type": "Feature", "geometry": json.loads(shapely.to_geojson(shape)), "properties": facts}
+        for shape, facts in given
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": found, **more})
+
+
+def same(outline: LotOutline, *expected: Polygon) -> bool:
+    pairs = zip(outline.lots, expected, strict=True)
+    return all(one.symmetric_difference(other).area < 1e-12 for one, other in pairs)
+
+
+def test_areas_of_geojson_are_lots_and_other_shapes_are_not(tmp_path: Path) -> None:
+    path = tmp_path / "lots.geojson"
+    path.write_text(features((LOT.difference(HOLE), {}), (shapely.Point(5, 52), {}), (MultiPolygon([OTHER]), {})))
+    assert same(read_outline(path), LOT.difference(HOLE), OTHER)
+
+
+def test_of_many_amenities_parking_above_the_ground_counts(tmp_path: Path) -> None:
+    path = tmp_path / "osm.geojson"
+    path.write_text(
+        features(
+            (OTHER, {"amenity": "school"}),
+            (LOT, {"amenity": "parking"}),
+            (HOLE, {"amenity": "parking", "parking": "underground"}),
+            (HOLE, {}),
+        )
+    )
+    assert same(read_outline(path), LOT)
+
+
+def test_another_system_of_geojson_is_brought_to_wgs_84(tmp_path: Path) -> None:
+    path = tmp_path / "rd.geojson"
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::28992"}}
+    path.write_text(features((shapely.box(155_000, 463_000, 155_100, 463_100), {}), crs=crs))
+    (lot,) = read_outline(path).lots
+    assert (lot.centroid.x, lot.centroid.y) == pytest.approx((5.3879, 52.1556), abs=1e-3)
+
+
+def test_a_geopackage_is_read_by_its_layers(tmp_path: Path) -> None:
+    path = tmp_path / "lots.gpkg"
+    head = b"GP\x00\x01" + (4326).to_bytes(4, "little")
+    with sqlite3.connect(path) as opened:
+        opened.executescript(
+            "CREATE TABLE gpkg_contents (table_name TEXT, data_type TEXT, srs_id INTEGER);"
+            "CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT,"
+            " srs_id INTEGER);"
+            "CREATE TABLE gpkg_spatial_ref_sys (srs_id INTEGER, organization TEXT, organization_coordsys_id INTEGER,"
+            " definition TEXT);"
+            "INSERT INTO gpkg_contents VALUES ('lots', 'features', 4326);"
+            "INSERT INTO gpkg_geometry_columns VALUES ('lots', 'geom', 'POLYGON', 4326);"
+            "INSERT INTO gpkg_spatial_ref_sys VALUES (4326, 'EPSG', 4326, '');"
+            "CREATE TABLE lots (fid INTEGER PRIMARY KEY, geom BLOB, amenity TEXT);"
+        )
+        for shape, amenity in ((LOT, "parking"), (OTHER, "school"), (None, "parking")):
+            blob = None if shape is None else head + shapely.to_wkb(shape)
+            opened.execute("INSERT INTO lots (geom, amenity) VALUES (?, ?)", (blob, amenity))
+    opened.close()
+    assert same(read_outline(path), LOT)
+
+
+def ring_of(shape: Polygon, first: int) -> dict[int, tuple[float, float]]:
+    return {first + k: (x, y) for k, (x, y) in enumerate(shape.exterior.coords[:-1])}
+
+
+def test_openstreetmap_has_outlines_and_relations_with_holes(tmp_path: Path) -> None:
+    outer, inner, other = ring_of(LOT, 1), ring_of(HOLE, 11), ring_of(OTHER, 21)
+    nodes = {**outer, **inner, **other}
+    lines = {31: [1, 2, 3], 32: [3, 4, 1], 33: [11, 12, 13, 14, 11], 34: [21, 22, 23, 24, 21]}
+    members = [(31, "outer"), (32, "outer"), (33, "inner")]
+    tag = '<tag k="amenity" v="parking"/>'
+    xml = "".join(f'<node id="{number}" lon="{x!r}" lat="{y!r}"/>' for number, (x, y) in nodes.items())
+    for number, refs in lines.items():
+        xml += f'<way id="{number}">{"".join(f"""<nd ref="{ref}"/>""" for ref in refs)}{tag * (number == 34)}</way>'
+    xml += '<relation id="41">' + "".join(f'<member type="way" ref="{ref}" role="{role}"/>' for ref, role in members)
+    path = tmp_path / "map.osm"
+    path.write_text(f"<?xml version='1.0'?><osm version=\"0.6\">{xml}{tag}</relation></osm>")
+    assert same(read_outline(path), OTHER, LOT.difference(HOLE))
+    tags = {"amenity": "parking"}
+    elements = [
+        *({"type": "node", "id": number, "lon": x, "lat": y} for number, (x, y) in nodes.items()),
+        *({"type": "way", "id": n, "nodes": refs, "tags": tags if n == 34 else {}} for n, refs in lines.items()),
+        {"type": "relation", "id": 41, "tags": tags,
+         "members": [{"type": "way", "ref": ref, "role": role} for ref, role in members]},
+    ]  # fmt: skip
+    path.write_text(json.dumps({"elements": elements}))
+    assert same(read_outline(path), OTHER, LOT.difference(HOLE))
+    with_geometry = [
+        {"type": "way", "id": 34, "tags": tags, "geometry": [{"lon": x, "lat": y} for x, y in OTHER.exterior.coords]},
+        {"type": "relation", "id": 41, "tags": tags, "members": [
+            {"type": "way", "ref": ref, "role": role,
+             "geometry": [{"lon": nodes[n][0], "lat": nodes[n][1]} for n in lines[ref]]} for ref, role in members]},
+    ]  # fmt: skip
+    path.write_text(json.dumps({"elements": with_geometry}))
+    assert same(read_outline(path), OTHER, LOT.difference(HOLE))
+
+
+def test_kml_is_read_too(tmp_path: Path) -> None:
+    places = " ".join(f"{x!r},{y!r},0" for x, y in LOT.exterior.coords)
+    path = tmp_path / "lot.kml"
+    path.write_text(
+        f"<kml><Placemark><Polygon><outerBoundaryIs><LinearRing><coordinates>{places}</coordinates></LinearRing>"
+        "</outerBoundaryIs></Polygon></Placemark></kml>"
+    )
+    assert same(read_outline(path), LOT)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", r"no whole XML|cannot be read"),
+        ("{", r"Expecting property name"),
+        ("<html/>", r"XML of another kind"),
+        (features((OTHER, {"amenity": "school"})), r"holds no area that is a lot"),
+        (features((shapely.Point(5, 52), {})), r"holds no area that is a lot"),
+        ('{"type":"Polygon","coordinates":[[[1,2]]]}', r"an area that cannot be read"),
+        (features((shapely.box(0, 0, 900, 900), {})), r"no degrees"),
+        ("SQLite format 3\0 and no more", r"database|SQLite"),
+    ],
+)
+def test_a_file_without_lots_is_refused_with_the_remedy(tmp_path: Path, content: str, words: str) -> None:
+    path = tmp_path / "lots.txt"
+    path.write_text(content)
+    with pytest.raises(
+        PictureError, match=rf"lots\.txt: .*({words}).*name a GeoJSON, GeoPackage or OpenStreetMap file"
+    ):
+        read_outline(path)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match=r"none\.geojson: cannot be read \(No such file"):
+        read_outline(tmp_path / "none.geojson")
+
+
+def test_only_lots_in_the_picture_are_kept(tmp_path: Path) -> None:
+    grid = open_orthophoto(blank(tmp_path)).grid
+    assert LotOutline((OTHER, LOT)).near(grid).lots == (LOT,)
+    with pytest.raises(PictureError, match="none of the outlines lies in the picture"):
+        LotOutline((OTHER,)).near(grid)
+    (plane,) = LotOutline((LOT,)).in_metres(grid)
+    assert plane.area == pytest.approx(137.0 * 222.5, rel=0.01)
+    assert plane.contains(shapely.Point(*np.multiply((30, 20), grid.metres)))
+
+
+def test_the_store_gets_rings_of_latitude_and_longitude() -> None:
+    outline = LotOutline((LOT.difference(HOLE),)).outline()
+    assert (len(outline.polygons), len(outline.holes)) == (1, 1)
+    assert np.mean(outline.polygons[0], axis=0) == pytest.approx(HERE)

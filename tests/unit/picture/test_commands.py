@@ -1,0 +1,143 @@
+from __future__ import annotations
+
+import json
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import from_origin
+
+from hawk.cli import main
+from hawk.worlds.generate import generate_world
+from tests.unit.picture.orthophoto.drawn import write
+
+
+@pytest.fixture(scope="module")
+def orthophoto(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Half of a drawn lot as a GeoTIFF of 10 cm."""
+    path = tmp_path_factory.mktemp("orthophoto") / "yard.tif"
+    picture = np.ascontiguousarray(generate_world(3).ground[::2, ::2][:700, :700, ::-1])
+    with rasterio.open(
+        path, "w", driver="GTiff", width=700, height=700, count=3, dtype="uint8", crs="EPSG:28992",
+        transform=from_origin(155_000, 463_000, 0.1, 0.1),
+    ) as file:  # fmt: skip
+        file.write(np.moveaxis(picture, -1, 0))
+    return path
+
+
+def test_an_orthophoto_becomes_files_and_a_survey_in_the_store(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, store = tmp_path / "out", tmp_path / "store"
+    assert main(["map", str(orthophoto), "--out", str(out), "--store", str(store), "--json"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    report = lines[-1]
+    assert report["event"] == "report"
+    assert report["stalls"] > 20
+    assert report["free_range"][0] <= report["free"] <= report["free_range"][1]
+    assert "as the first survey of" in report["store"]
+    assert {line["event"] for line in lines[:-1]} == {"progress"}
+    assert (out / "stalls-source-crs.geojson").exists()
+    assert main(["map", str(orthophoto), "--out", str(out)]) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert main(["map", str(orthophoto), "--out", str(out), "--resume"]) == 0
+    said = capsys.readouterr().out
+    assert "stalls on" in said
+    assert "give it by --taken" in said
+    taken = ["--taken", "2026-05-04T10:30+02:00"]
+    assert main(["map", str(orthophoto), "--out", str(out), "--resume", *taken]) == 0
+    assert "--taken" not in capsys.readouterr().out
+    written = json.loads((out / "report.json").read_text())
+    assert (written["survey_ended_utc"], written["time_is_sure"]) == ("2026-05-04T08:30:00Z", True)
+    table = (out / "stalls.csv").read_text().splitlines()
+    assert all("2026-05-04T08:30:00Z" in line for line in table[1:])
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        (["--port", "3000"], "--port"),
+        (["--scheduler", "tcp://a:1", "--workers", "2"], "--workers"),
+        (["--height", "60"], "--height"),
+        (["--scheduler", "foo"], "tcp://HOST:PORT"),
+        (["--scheduler", "tcp://host:0"], "tcp://HOST:PORT"),
+        (["--scheduler", "tcp://127.0.0.1:9"], "does not answer"),
+    ],
+)
+def test_options_that_do_not_fit_are_named(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], more: list[str], named: str
+) -> None:
+    assert main(["map", str(orthophoto), "--out", str(tmp_path / "out"), *more]) in (1, 2)
+    assert named in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_source_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["map", str(tmp_path / "none.tif"), "--out", str(tmp_path / "out")]) == 2
+    assert "none.tif is not there" in capsys.readouterr().err
+
+
+def test_an_error_is_a_line_of_json_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["map", str(tmp_path), "--out", str(tmp_path / "out"), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["event"] == "error"
+
+
+def test_a_store_that_cannot_be_is_refused_before_the_work(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    out = tmp_path / "out"
+    assert main(["map", str(orthophoto), "--out", str(out), "--store", str(tmp_path / "file" / "store")]) == 2
+    assert "--store: " in (said := capsys.readouterr().err)
+    assert "name a folder that this user may write" in said
+    assert not out.exists()
+
+
+def test_ctrl_c_says_how_to_go_on(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hawk.picture.sources.survey_of_source", stopped)
+    assert main(["map", str(orthophoto), "--out", str(tmp_path / "out")]) == 130
+    assert capsys.readouterr().err.endswith("stopped; go on by --resume\n")
+
+
+def test_what_is_used_wrongly_is_a_line_of_json_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for given in (["map", str(tmp_path / "none.tif"), "--json"], ["map", "--json", str(tmp_path), "--oops"]):
+        assert main([*given, "--out", str(tmp_path / "out")]) == 2
+        said = capsys.readouterr()
+        assert json.loads(said.out) == {"event": "error", "text": said.err.removeprefix("hawk-drone: ").rstrip()}
+
+
+def test_a_folder_of_other_files_is_refused_with_resume_too(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("letter.txt", "report.json"):
+        (tmp_path / name).write_text("{}")
+    assert main(["map", str(orthophoto), "--out", str(tmp_path), "--resume"]) == 2
+    assert "holds other files" in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {"letter.txt", "report.json"}
+
+
+def test_a_port_in_use_is_refused_before_the_work(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert main(["map", str(orthophoto), "--out", str(tmp_path / "out"), "--page", "--port", port]) == 2
+    assert f"--port: port {port} of" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("value", [0, 255])
+def test_a_picture_without_ground_is_refused_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], value: int
+) -> None:
+    path = write(tmp_path / "empty.tif", np.full((3, 100, 100), value, np.uint8))
+    assert main(["map", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert "empty.tif: shows no ground" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,71 @@
+"""The eye for pictures from straight above."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hawk.model.lot_map import StallState
+from hawk.picture.nadir import GROUND_M, Eye, at_ground_scale, program_name, states_of
+from hawk.picture.values import PictureError
+from tests.unit.picture.orthophoto.drawn import METRES, eye, lot_picture
+
+pytestmark = pytest.mark.slow
+
+
+def test_states_near_a_half_are_unknown_as_the_mapper_calls_them() -> None:
+    states = states_of(np.array([0.0, 0.39, 0.45, 0.55, 0.61, 1.0]))
+    assert states == (
+        StallState.FREE,
+        StallState.FREE,
+        StallState.UNKNOWN,
+        StallState.UNKNOWN,
+        StallState.TAKEN,
+        StallState.TAKEN,
+    )
+
+
+def test_a_scale_may_differ_between_columns_and_rows() -> None:
+    image = np.zeros((100, 200, 3), np.uint8)
+    image[:, 100:] = 200
+    shown = at_ground_scale(image, (GROUND_M / 2, GROUND_M * 3))
+    assert shown.shape == (300, 100, 3)
+    assert (shown[:, :50].max(), shown[:, 50:].min()) == (0, 200)
+
+
+def test_the_same_ground_at_another_scale_shows_the_same_stalls() -> None:
+    whole = eye().look(lot_picture(), METRES)
+    wide = np.repeat(lot_picture(), 2, axis=1)
+    found = eye().look(wide, (METRES / 2, METRES))
+    assert len(whole.stalls) > 30
+    assert len(found.stalls) == len(whole.stalls)
+    assert np.abs(found.stalls - whole.stalls).max() < 0.02
+    assert found.states == whole.states
+
+
+def test_nothing_is_found_where_a_picture_shows_no_ground() -> None:
+    picture = lot_picture()
+    valid = np.ones(picture.shape[:2], np.bool_)
+    valid[:, 350:] = False
+    found = eye().look(picture, METRES, valid)
+    whole = eye().look(picture, METRES)
+    assert 5 < len(found.stalls) < len(whole.stalls) - 5
+    assert found.stalls.mean(axis=1)[:, 0].max() < 350 * METRES + 0.5
+    assert not found.lot[:, round(35.5 / found.lot_m) :].any()
+    inner = whole.stalls.mean(axis=1)[:, 0] < 30.0
+    assert abs(int((found.stalls.mean(axis=1)[:, 0] < 30.0).sum()) - int(inner.sum())) <= 1
+
+
+def test_a_network_that_cannot_be_used_is_refused_by_its_name(tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match=r"none\.onnx: cannot be read: .*; name an ONNX file"):
+        Eye.load(tmp_path / "none.onnx")
+    (tmp_path / "text.onnx").write_text("no network")
+    with pytest.raises(PictureError, match=r"text\.onnx is not an ONNX file"):
+        Eye.load(tmp_path / "text.onnx")
+
+
+def test_a_survey_names_the_program_and_its_network() -> None:
+    assert len(eye().model) == 64
+    assert program_name(eye().model).endswith(f"network {eye().model[:8]}")

@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+import dataclasses
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hawk.lots.source import Limit, SourceKind
+from hawk.model.poses import GlobalPose
+from hawk.picture.limits import source_of
+from hawk.picture.looked import Files
+from hawk.picture.photographs.folder import read_folder
+from hawk.picture.photos import Taken, known_pose, map_photos, survey_shots
+from hawk.picture.values import PictureError
+from hawk.sim.photos import PhotoOptions, write_photos
+from hawk.sim.photos_tags import CAMERAS
+from hawk.worlds.generate import generate_world
+
+OPTIONS = PhotoOptions(height=80.0, width=1200, overlap=(0.5, 0.3), camera=CAMERAS["FC6310"], noise_seed=3)
+YARD = Taken("yard", SourceKind.PHOTOGRAPHS)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Photographs of a flight over a drawn lot of 130 stalls."""
+    path = tmp_path_factory.mktemp("flight") / "yard"
+    write_photos(generate_world(3), OPTIONS, path)
+    return path
+
+
+def test_a_folder_becomes_a_survey(folder: Path, tmp_path: Path) -> None:
+    torn = tmp_path / "yard"
+    shutil.copytree(folder, torn)
+    names = sorted(path.name for path in torn.glob("*.JPG"))
+    (torn / names[1]).write_bytes((folder / names[1]).read_bytes()[:-20_000])
+    steps: list[str] = []
+    mapped = map_photos(torn, progress=lambda step, *_: steps.append(step))
+    whole = len(names) - 1
+    assert len(mapped.survey.stalls) == pytest.approx(130, abs=5)
+    assert mapped.survey.lot == "yard"
+    assert len(mapped.scores) == len(mapped.survey.stalls)
+    assert mapped.ground is not None
+    assert mapped.area_m2 > 8000
+    assert [each.name for each in mapped.left_out] == [names[1]]
+    assert any(note.startswith(f"{whole} of {whole} photographs were adjusted") for note in mapped.notes)
+    pictures = mapped.survey.pictures
+    assert pictures is not None
+    assert (pictures.words, pictures.limits, mapped.survey.time_is_sure) == ("photographs yard", (), True)
+    assert list(dict.fromkeys(steps)) == ["read", "match", "match again", "map", "finish"]
+
+
+def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -> None:
+    read = read_folder(folder)
+
+    class Grey(Files):
+        def picture(self, shot: object) -> np.ndarray:
+            camera = read.shots[0].camera
+            return np.full((camera.height, camera.width, 3), 130, np.uint8)
+
+    names = [
+        survey_shots(Taken(name, SourceKind.PHOTOGRAPHS), shots, Grey()).landed.name
+        for name, shots in (("yard", read.shots[:2]), ("other", read.shots[:2]), ("yard", read.shots[:3]))
+    ]
+    assert names[0] == names[1] != names[2]
+
+
+def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path) -> None:
+    read = read_folder(folder)
+    shots = read.shots[:2]
+
+    class Grey(Files):
+        def picture(self, shot: object) -> np.ndarray:
+            return np.full((shots[0].camera.height, shots[0].camera.width, 3), 130, np.uint8)
+
+    survey = survey_shots(YARD, shots, Grey())
+    assert survey.mapped.survey.stalls == ()
+    assert "share too few features" in survey.mapped.notes[0]
+    assert survey.landed.pictures is not None
+    assert survey.landed.pictures.limits == (Limit.BY_GPS,)
+    exact = [dataclasses.replace(shot, sigma=(0.02, 0.04)) for shot in shots]
+    assert survey_shots(YARD, exact, Grey()).landed.pictures == source_of(SourceKind.PHOTOGRAPHS, "yard")
+
+
+def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> None:
+    shots = [dataclasses.replace(shot, height=400.0) for shot in read_folder(folder).shots]
+    with pytest.raises(PictureError, match=r"yard: a pixel covers .* fly lower"):
+        survey_shots(YARD, shots, Files())
+
+
+def test_a_picture_of_another_size_than_its_tags_is_left_out(folder: Path) -> None:
+    shots = read_folder(folder).shots[:2]
+
+    class Small(Files):
+        def picture(self, shot: object) -> np.ndarray:
+            shape = (100, 100, 3) if shot is shots[0] else (shots[0].camera.height, shots[0].camera.width, 3)
+            return np.full(shape, 90, np.uint8)
+
+    survey = survey_shots(YARD, shots, Small())
+    assert [each.name for each in survey.mapped.left_out] == [shots[0].name]
+
+
+def test_pictures_that_cannot_be_read_are_refused(folder: Path, tmp_path: Path) -> None:
+    shots = [dataclasses.replace(shot, path=tmp_path / shot.name) for shot in read_folder(folder).shots]
+    with pytest.raises(PictureError, match="no photograph can be read"):
+        survey_shots(YARD, shots, Files())
+
+
+def test_a_height_must_be_known(folder: Path) -> None:
+    shot = dataclasses.replace(read_folder(folder).shots[0], height=None)
+    with pytest.raises(PictureError, match="--height"):
+        known_pose(shot, GlobalPose(shot.latitude, shot.longitude, 0.0))
+
+
+def test_a_yaw_that_is_not_sure_is_not_believed(folder: Path) -> None:
+    shot = read_folder(folder).shots[0]
+    datum = GlobalPose(shot.latitude, shot.longitude, 0.0)
+    sure = known_pose(shot, datum).heading
+    assert known_pose(dataclasses.replace(shot, yaw_is_sure=False), datum).heading > 10 * sure
+    assert known_pose(dataclasses.replace(shot, attitude=None), datum).heading > 10 * sure
+    assert known_pose(dataclasses.replace(shot, has_gimbal=False), datum).heading > sure

@@ -1,0 +1,167 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hawk.picture import sources
+from hawk.picture.sources import Asked, survey_of_source
+from hawk.picture.values import PictureError
+from tests.unit.picture.film.films import Flight, captions, straight, write_film
+
+SHORT = Flight(straight, 2.0)
+VIEW_DEG = 63.22
+"""Of the drawn films' lens."""
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = write_film(tmp_path_factory.mktemp("film") / "DJI_0007.MP4", SHORT)
+    path.with_suffix(".SRT").write_text(captions(SHORT), encoding="utf-8")
+    return path
+
+
+def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None:
+    steps: list[str] = []
+    asked = Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG)
+    surveyed = survey_of_source(asked, lambda step, *_: steps.append(step))
+    survey = surveyed.mapped.survey
+    assert (survey.lot, survey.stalls, surveyed.mapped.left_out) == ("DJI_0007", (), ())
+    assert surveyed.mapped.area_m2 > 500.0
+    assert {"choose frames", "map"} <= set(steps)
+    assert survey.ended == pytest.approx(1_777_890_601.5, abs=1.5)
+
+
+def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path: Path) -> None:
+    plain, named = (
+        survey_of_source(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, name=name), _nothing)
+        for name in (None, " North  Street ")
+    )
+    assert (named.mapped.survey.lot, named.landed().title) == ("North Street", "North Street")
+    assert (named.landed().name, named.mapped.survey.survey) == (plain.landed().name, plain.mapped.survey.survey)
+    pictures = named.landed().pictures
+    assert pictures is not None
+    assert pictures.words == "film DJI_0007.MP4"
+
+
+def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(film: Path, tmp_path: Path) -> None:
+    plain, timed = (
+        survey_of_source(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, taken=taken), _nothing)
+        for taken in (None, 1_767_225_600.0)
+    )
+    survey, before = timed.mapped.survey, plain.mapped.survey
+    assert (survey.ended, survey.time_is_sure, before.time_is_sure) == (1_767_225_600.0, True, False)
+    assert survey.ended - survey.began == pytest.approx(before.ended - before.began)
+    assert (timed.landed().utc, timed.landed().time_is_sure) == (1_767_225_600.0, True)
+
+
+def test_a_time_is_refused_where_the_files_say_it_themselves(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surveyed = survey_of_source(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG), _nothing)
+    sure = replace(surveyed.mapped, survey=replace(surveyed.mapped.survey, time_is_sure=True))
+    monkeypatch.setattr(sources, "_survey", lambda *_: replace(surveyed, mapped=sure))
+    assert "--taken: the files say themselves" in _refused(Asked(film, tmp_path / "out", taken=1_767_225_600.0))
+
+
+def test_a_name_that_a_lot_cannot_have_is_refused(film: Path, tmp_path: Path) -> None:
+    assert "--name: has 81 characters" in _refused(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, name="n" * 81))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"crs": "EPSG:4326"}, "--crs: has no use for a film"),
+        ({"workers": 2}, "--workers: has no use for a film"),
+        ({"group": 2}, "--group: has no use for a film"),
+        ({"hfov_deg": None}, "nothing says how its lens draws"),
+        ({"log": Path("flight.csv")}, "must be DJI's captions"),
+    ],
+)
+def test_options_that_do_not_fit_a_film_are_refused(
+    film: Path, tmp_path: Path, changes: dict[str, Any], words: str
+) -> None:
+    asked = replace(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG), **changes)
+    with pytest.raises(PictureError, match=words):
+        survey_of_source(asked, lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "option"),
+    [
+        ({"log_offset_s": 3.0}, "--log-offset"),
+        ({"hfov_deg": 60.0}, "--hfov"),
+        ({"focal35_mm": 24.0}, "--focal35"),
+        ({"log": Path("a.bin")}, "--log"),
+    ],
+)
+def test_options_of_films_are_refused_for_others(tmp_path: Path, changes: dict[str, Any], option: str) -> None:
+    for source, kind in (
+        (tmp_path, "a folder of photographs"), (Path("a.tif"), "an orthophoto"), (Path("a.mcap"), "a recording"),
+    ):  # fmt: skip
+        asked = replace(Asked(source, tmp_path / "out"), **changes)
+        with pytest.raises(PictureError, match=f"{option}: has no use for {kind}; leave it out"):
+            survey_of_source(asked, lambda *_: None)
+
+
+def test_a_project_of_webodm_without_an_orthophoto_is_read_for_its_photographs(tmp_path: Path) -> None:
+    (tmp_path / "odm_report").mkdir()
+    (tmp_path / "odm_report" / "shots.geojson").write_text('{"features": []}', encoding="utf-8")
+    with pytest.raises(PictureError, match=r"images cannot be read|none of its photographs"):
+        survey_of_source(Asked(tmp_path, tmp_path / "out"), lambda *_: None)
+    with pytest.raises(PictureError, match="--group: has no use for a WebODM project"):
+        survey_of_source(Asked(tmp_path, tmp_path / "out", group=1), lambda *_: None)
+
+
+def test_the_orthophoto_of_a_project_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "odm_orthophoto").mkdir()
+    (tmp_path / "odm_orthophoto" / "odm_orthophoto.tif").write_bytes(b"no picture")
+    with pytest.raises(PictureError, match=r"odm_orthophoto\.tif"):
+        survey_of_source(Asked(tmp_path, tmp_path / "out"), lambda *_: None)
+    with pytest.raises(PictureError, match="--height: has no use for an orthophoto"):
+        survey_of_source(Asked(tmp_path, tmp_path / "out", height_m=50.0), lambda *_: None)
+
+
+def _nothing(*_: object) -> None:
+    """Show nothing."""
+
+
+def _refused(asked: Asked) -> str:
+    with pytest.raises(PictureError) as refused:
+        survey_of_source(asked, _nothing)
+    return str(refused.value)
+
+
+def test_an_unknown_kind_is_refused_with_those_that_are_known(tmp_path: Path) -> None:
+    (tmp_path / "a.docx").write_text("")
+    assert ".tif" in _refused(Asked(tmp_path / "a.docx", tmp_path / "out"))
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "option"),
+    [("a.tif", {"height_m": 60.0}, "--height"), ("a.tif", {"group": 1}, "--group")],
+)
+def test_an_option_of_another_kind_is_refused(tmp_path: Path, name: str, values: dict[str, float], option: str) -> None:
+    (tmp_path / name).write_text("")
+    assert _refused(Asked(tmp_path / name, tmp_path / "out", **values)).startswith(option)  # type: ignore[arg-type]
+
+
+def test_an_outline_is_refused_for_photographs(tmp_path: Path) -> None:
+    assert _refused(Asked(tmp_path, tmp_path / "out", outline=tmp_path / "lots.gpkg")).startswith("--outline")
+
+
+def test_a_calibration_that_is_none_is_named(tmp_path: Path) -> None:
+    lens = tmp_path / "lens.yaml"
+    lens.write_text("[]")
+    assert _refused(Asked(tmp_path, tmp_path / "out", calibration=lens)).startswith("--calibration")
+
+
+def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
+    assert "no JPEG photograph" in _refused(Asked(tmp_path, tmp_path / "out"))
+
+
+def test_a_folder_of_tiles_is_refused_with_the_command_that_joins_them(tmp_path: Path) -> None:
+    (tmp_path / "a.tif").touch()
+    assert f"gdalbuildvrt {tmp_path.name}.vrt {tmp_path}/*.tif" in _refused(Asked(tmp_path, tmp_path / "out"))

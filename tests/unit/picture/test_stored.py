@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from hawk.lots.database import Database
+from hawk.lots.finished import finished, seen_ground
+from hawk.lots.pictures import pictures_of
+from hawk.lots.store import lots_file
+from hawk.lots.tables import STALL, SURVEY
+from hawk.picture.stored import landed_of, store_survey
+from hawk.picture.values import PictureError
+from hawk.results.survey_map import SurveyMap
+from tests.unit.picture.surveys import ORIGIN, mapped
+
+
+def test_a_survey_is_stored_with_its_stalls_and_its_picture(tmp_path: Path) -> None:
+    stored = store_survey(landed_of(mapped()), tmp_path)
+    assert "as the first survey of" in stored.words
+    store = lots_file(tmp_path)
+    database = Database(store)
+    with database.reading() as connection:
+        surveys = connection.execute(select(SURVEY)).mappings().all()
+        stalls = connection.execute(select(STALL)).mappings().all()
+    database.close()
+    assert [(row["stalls"] is not None, round(row["latitude"], 6)) for row in surveys] == [(True, ORIGIN[0])]
+    assert len(stalls) == 8
+    assert stored.lot == surveys[0]["lot"]
+    assert pictures_of(store).surveys() == {surveys[0]["id"]}
+
+
+def test_a_later_survey_joins_the_lot(tmp_path: Path) -> None:
+    store_survey(landed_of(mapped()), tmp_path)
+    later = dataclasses.replace(landed_of(mapped()), name="later")
+    assert "as a survey of yard" in store_survey(later, tmp_path).words  # one row alone fits itself at every pitch
+
+
+def test_the_ground_that_was_seen_is_the_pictures(tmp_path: Path) -> None:
+    landed = landed_of(mapped())
+    survey = SurveyMap.of(landed.datum, landed.current)
+    assert (survey.cells().values != 0).sum() * 0.01 == pytest.approx(1600.0, rel=0.01)
+    assert seen_ground(survey).polygons
+    assert len(finished(landed).stalls) == 8
+
+
+def test_a_store_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(PictureError, match="--store"):
+        store_survey(landed_of(mapped()), tmp_path / "file")
+
+
+def test_a_known_lot_keeps_its_name_and_it_is_said(tmp_path: Path) -> None:
+    assert "keeps its name" not in store_survey(landed_of(mapped()), tmp_path, "yard").words
+    later = dataclasses.replace(landed_of(mapped()), name="later", title="North")
+    words = store_survey(later, tmp_path, "North").words
+    assert "The lot keeps its name yard, --name North is not used" in words
+    assert "keeps its name" not in store_survey(later, tmp_path, "yard").words
