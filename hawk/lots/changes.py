@@ -102,7 +102,7 @@ def undo(connection: Connection, seq: int, now: float) -> str:
     if found["undone"] is not None:
         raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
     after = [row for row in _rows(found["after"]) if row.table != LABEL.name]
-    if any(_json([now_]) != _json([row]) for now_, row in zip(_as_they_are(connection, after), after, strict=True)):
+    if any(_differs(now_, row) for now_, row in zip(_as_they_are(connection, after), after, strict=True)):
         raise LotStoreError(f"change: lots of {seq} were changed since; undo the later changes first")
     before = [row for row in _rows(found["before"]) if row.table != LABEL.name]
     ended = [row.key for row in before if row.table == LAYOUT.name and row.values is None]
@@ -186,6 +186,13 @@ def _put(connection: Connection, rows: Sequence[Row], before: Sequence[Row]) -> 
         else:
             for row, _ in members:
                 connection.execute(update(table).where(*_is(table, row.key)).values(**(row.values or {})))
+
+
+def _differs(now: Row, row: Row) -> bool:
+    """Return whether a row is not as a change made it, by the columns that the store had then."""
+    if now.values is not None and row.values is not None:
+        now = Row(now.table, now.key, {name: value for name, value in now.values.items() if name in row.values})
+    return _json([now]) != _json([row])
 
 
 def _does(row: Row, before: Row) -> Any:

@@ -21,6 +21,7 @@ from sqlalchemy.pool import StaticPool
 from hawk.lots.tables import APPLICATION_ID, VERSION
 from hawk.lots.values import LotStoreError
 from hawk.runtime.files import sync_folder
+from hawk.runtime.garbage import uncollected
 
 BUSY_S: Final = 5.0
 """Real seconds to wait for another program that writes the file."""
@@ -64,8 +65,8 @@ class Database:
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[Connection]:
-        """Give a connection within one consistent view. Raises LotStoreError."""
-        with explained(self.path), self._engine.connect() as connection, connection.begin():
+        """Give a connection within one consistent view; no garbage is collected meanwhile. Raises LotStoreError."""
+        with uncollected(), explained(self.path), self._engine.connect() as connection, connection.begin():
             yield connection
 
     @contextlib.contextmanager

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.lots.source import PictureSource
 from hawk.lots.values import FinishedSurvey, SurveyStall
 from hawk.model.lot_map import Cell, OccupancyMap, StallState
 from hawk.model.plans import Outline
@@ -18,11 +19,11 @@ from hawk.results.survey_map import SurveyMap, to_global
 
 _STEP: Final = 4
 """Cells of the map on a side of a cell here: 0.4 m."""
-_JOIN_M: Final = 6.0
+JOIN_M: Final = 6.0
 """Islands and drives narrower than this belong to the lot."""
-_LEAST_M2: Final = 50.0
+LEAST_M2: Final = 50.0
 """A smaller piece of ground is no part of a lot: four stalls."""
-_OFF_M: Final = 0.6
+OFF_M: Final = 0.6
 """Distance by which a simplified outline may leave the cells."""
 _SEEN_OFF_M: Final = 0.5
 """The same for the ground that was seen."""
@@ -37,6 +38,7 @@ class LandedSurvey:
     ``seconds``: of the daemon's clock now, by which stalls were last seen, at ``speed`` seconds a real second.
     ``utc``: Unix seconds now. ``flown_s``: real seconds since the last take-off. ``outline``: the area that an
     operator asked for; None without one. ``accuracy``: metres, the receiver's own estimate; None where it gives none.
+    ``pictures``: the source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
     """
 
     name: str
@@ -51,6 +53,8 @@ class LandedSurvey:
     simulated: bool = False
     speed: float = 1.0
     accuracy: float | None = None
+    pictures: PictureSource | None = None
+    title: str = ""
 
 
 def finished(landed: LandedSurvey) -> FinishedSurvey:
@@ -73,6 +77,8 @@ def finished(landed: LandedSurvey) -> FinishedSurvey:
         simulated=landed.simulated,
         seen=seen_ground(survey),
         accuracy=landed.accuracy,
+        pictures=landed.pictures,
+        title=landed.title,
     )
 
 
@@ -88,23 +94,23 @@ def seen_lot(survey: SurveyMap) -> Outline:
         return _hull_of(survey.datum, corners)
     cv2.fillPoly(mask, [cells.to_pixels(each).astype(np.int32) for each in corners], 1)
     side = cells.cell_m * _STEP
-    margin = math.ceil(_JOIN_M / side)
+    margin = math.ceil(JOIN_M / side)
     coarse = np.pad(mask[::_STEP, ::_STEP], margin)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (margin | 1, margin | 1))
     closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, disc)
     rings, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     polygons = []
     for ring in rings:
-        if cv2.contourArea(ring) * side**2 < _LEAST_M2:
+        if cv2.contourArea(ring) * side**2 < LEAST_M2:
             continue
-        kept = cv2.approxPolyDP(ring, _OFF_M / side, closed=True).reshape(-1, 2) - margin + 0.5
+        kept = cv2.approxPolyDP(ring, OFF_M / side, closed=True).reshape(-1, 2) - margin + 0.5
         if len(kept) >= 3:
             polygons.append(np.column_stack((cells.north - kept[:, 1] * side, cells.east + kept[:, 0] * side)))
     return Outline(tuple(_ring(survey.datum, polygon) for polygon in polygons))
 
 
 def seen_ground(survey: SurveyMap) -> Outline:
-    """Return all ground that was seen, WGS-84, with the holes in it; simplified by less than `_OFF_M`.
+    """Return all ground that was seen, WGS-84, with the holes in it; simplified by less than `OFF_M`.
 
     An outline without polygons when nothing was seen.
     """
@@ -115,7 +121,7 @@ def seen_ground(survey: SurveyMap) -> Outline:
     polygons: list[Ring] = []
     holes: list[Ring] = []
     for ring, (*_, parent) in zip(rings, () if tree is None else tree[0].tolist(), strict=True):
-        if cv2.contourArea(ring) * side**2 < (_LEAST_M2 if parent < 0 else _LEAST_HOLE_M2):
+        if cv2.contourArea(ring) * side**2 < (LEAST_M2 if parent < 0 else _LEAST_HOLE_M2):
             continue
         kept = cv2.approxPolyDP(ring, _SEEN_OFF_M / side, closed=True).reshape(-1, 2) - 0.5
         if len(kept) >= 3:

@@ -84,8 +84,10 @@ def looks_of(connection: Connection, surveys: Sequence[int]) -> Looks:
     """Return the looks of surveys, in their order, without those that have none. Missing pieces are made, not kept."""
     found: dict[int, tuple[float, bytes]] = {}
     if surveys:
-        asked = select(LOOKS).where(LOOKS.c.survey.between(min(surveys), max(surveys)))
-        found = {row.survey: (row.at, row.stalls) for row in connection.execute(asked)}
+        asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(
+            LOOKS.c.survey.between(min(surveys), max(surveys))
+        )
+        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked).all()}
     pieces = []
     for survey in surveys:
         piece = found.get(survey) or _read(connection, survey)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from sqlalchemy import Connection, and_, delete, func, select, update
+from sqlalchemy import Connection, and_, delete, select, update
 from sqlalchemy.dialects.sqlite import insert
 
 from hawk.lots.tables import DELIVERY, OUTBOX
@@ -65,13 +65,6 @@ def note_failed(connection: Connection, message: Message, target: str, now: floa
     if is_over:
         connection.execute(update(DELIVERY).where(*row).values(given_up=now))
     return is_over
-
-
-def waiting(connection: Connection, target: str) -> int:
-    """Return the number of messages that were tried and that a receiver has not got."""
-    is_open = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None)
-    asked = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.target == target, is_open)
-    return int(connection.execute(asked).scalar_one())
 
 
 def _put(

@@ -15,12 +15,13 @@ import numpy as np
 from sqlalchemy import ColumnElement, Connection, Row, Select, and_, select, true, tuple_
 
 from hawk.lots.labels import parts_of
+from hawk.lots.newest import newest_look
 from hawk.lots.plan import follow
 from hawk.lots.plan.reading import in_plan
 from hawk.lots.plan.shown import edit_json
 from hawk.lots.plan.steps import is_among
 from hawk.lots.plan.values import LASTING
-from hawk.lots.reading import NEWEST_LOOK, SURVEY_SHOWN, lot_json, lot_row, survey_json, survey_row
+from hawk.lots.reading import SURVEY_SHOWN, lot_json, lot_row, survey_json, survey_row
 from hawk.lots.registering import datum_of
 from hawk.lots.tables import CHANGE, FORMER, LAYOUT, LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, NotFoundError, outline_of, utc
@@ -131,8 +132,12 @@ def survey(connection: Connection, survey_id: str) -> Found:
     return _survey_shown(connection.execute(shown).one())
 
 
+_NO_CANDIDATES: Final = "[]"
+
+
 def _survey_shown(row: Row[Any]) -> Found:
-    return {**survey_json(row._mapping), "candidates": json.loads(row.candidates)}
+    candidates = json.loads(row.candidates) if row.candidates != _NO_CANDIDATES else []
+    return {**survey_json(row._mapping), "candidates": candidates}
 
 
 _LOOK: Final = (
@@ -178,7 +183,7 @@ def stalls(
         conditions.append(STALL.c.kind == kind)
     if state is not None:
         conditions.append(OBSERVATION.c.state == state)
-    rows = _with_look(*conditions).order_by(STALL.c.key)
+    rows = _with_look(connection, *conditions).order_by(STALL.c.key)
     found = _rows(connection, rows, asked)
     items = [shown | _look_of(each) for shown, each in zip(_placed(connection, lot_id, found), found, strict=True)]
     return _cut(items, found, asked, _key_of)
@@ -186,15 +191,15 @@ def stalls(
 
 def stall(connection: Connection, stall_id: str) -> Found:
     """Return a stall by its id, of any layout. Raises NotFoundError."""
-    found = connection.execute(_with_look(STALL.c.id == stall_id)).one_or_none()
+    found = connection.execute(_with_look(connection, STALL.c.id == stall_id)).one_or_none()
     if found is None:
         raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
     (shown,) = _placed(connection, found.lot, [found])
     return {"lot": found.lot, "begins": found.begins, "ends": found.ends, **shown, **_look_of(found)}
 
 
-def _with_look(*conditions: ColumnElement[bool]) -> Select[Any]:
-    is_last = and_(OBSERVATION.c.stall == STALL.c.key, OBSERVATION.c.survey == NEWEST_LOOK)
+def _with_look(connection: Connection, *conditions: ColumnElement[bool]) -> Select[Any]:
+    is_last = and_(OBSERVATION.c.stall == STALL.c.key, OBSERVATION.c.survey == newest_look(connection, STALL.c.key))
     columns = (*(STALL.c[name] for name in ("key", "id", "lot", "begins", "ends", *LASTING)), SURVEY.c.id.label("by"))
     joined = STALL.outerjoin(OBSERVATION, is_last).outerjoin(SURVEY, SURVEY.c.seq == OBSERVATION.c.survey)
     return select(*columns, *_LOOK).select_from(joined).where(*conditions)

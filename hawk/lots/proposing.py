@@ -32,6 +32,7 @@ from hawk.lots.comparing import (
     witnesses,
 )
 from hawk.lots.frames import MATCH_M
+from hawk.lots.newest import newest_first
 from hawk.lots.plan import geometry
 from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.values import SHAPE
@@ -122,7 +123,7 @@ def corners_of(datum: tuple[float, float], stalls: Sequence[StoredStall] | Seque
 def _in_doubt(connection: Connection, lot: str) -> Iterable[RowMapping]:
     is_waiting = (SURVEY.c.placed == Placed.UNREGISTERED.value) & SURVEY.c.doubt.is_not(None)
     asked = select(SURVEY.c.id, SURVEY.c.ended, SURVEY.c.doubt).where(SURVEY.c.lot == lot, is_waiting)
-    rows = connection.execute(asked.order_by(SURVEY.c.seq.desc()).limit(SURVEYS)).mappings()
+    rows = connection.execute(asked.order_by(*newest_first()).limit(SURVEYS)).mappings()
     return [row for row in rows if (doubt := Doubt.read(row["doubt"])) is not None and doubt.places]
 
 

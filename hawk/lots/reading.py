@@ -14,6 +14,7 @@ from sqlalchemy import Connection, RowMapping, func, select
 from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered, shapes_of
+from hawk.lots.newest import newest_first, newest_look
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
 from hawk.lots.plan.versions import check_not_edited, newest_layout
@@ -27,21 +28,17 @@ from hawk.lots.registering import (
     registered,
 )
 from hawk.lots.saving import new_id, registered_place, used_labels
+from hawk.lots.source import SOURCE_COLUMNS, source_json
 from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of, utc
 
 _Shown = Mapping[str, Any] | RowMapping
-_LOOK: Final = OBSERVATION.alias()
-NEWEST_LOOK: Final = (
-    select(func.max(_LOOK.c.survey)).where(_LOOK.c.stall == STALL.c.key).correlate(STALL).scalar_subquery()
-)
-"""The newest survey that looked at a stall, by the index of each: a thousand surveys cost no more than one."""
-
 CHANGES_SHOWN: Final = 20
 """Newest changes that are listed."""
-_SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "simulated", "program")
+_SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program")
 SURVEY_SHOWN: Final = (
     *_SHOWN, "latitude", "longitude", "north", "east", "turn", "doubt", "began", "ended", "time_is_sure", "candidates",
+    *SOURCE_COLUMNS,
 )  # fmt: skip
 """Columns of a survey that are shown."""
 
@@ -297,9 +294,9 @@ def _whole(connection: Connection, lot_id: str, field: str = "lot") -> LotRows:
 
 def lot_json(connection: Connection, row: _Shown) -> dict[str, Any]:
     """Return a lot of the table with its numbers of stalls and surveys, and the newest survey."""
-    asked = select(func.count(), func.max(SURVEY.c.seq)).where(SURVEY.c.lot == row["id"])
-    surveys, newest = connection.execute(asked).one()
-    last = connection.execute(select(SURVEY).where(SURVEY.c.seq == newest)).mappings().first()
+    of_lot = SURVEY.c.lot == row["id"]
+    surveys = connection.execute(select(func.count()).select_from(SURVEY).where(of_lot)).scalar_one()
+    last = connection.execute(select(SURVEY).where(of_lot).order_by(*newest_first()).limit(1)).mappings().first()
     present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
     return {
@@ -319,12 +316,13 @@ def survey_json(row: _Shown) -> dict[str, Any]:
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
-    return {**shown, "began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+    shown |= {"began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+    return {**shown, **source_json(row)}
 
 
 def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]]:
     """Return the look of the newest survey at each stall of a lot, by the stall's key."""
-    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
+    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == newest_look(connection, STALL.c.key))
     asked = select(OBSERVATION).select_from(STALL).join(OBSERVATION, is_last).where(STALL.c.lot == lot_id)
     rows = connection.execute(asked).mappings()
     return {

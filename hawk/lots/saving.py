@@ -20,8 +20,10 @@ from hawk.lots.place import Answer, LotPlace, which_lot
 from hawk.lots.plan.follow import read_again
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.registering import Doubt, Looked, placed_by, present_stalls, registered
+from hawk.lots.source import SurveyKind, source_columns
 from hawk.lots.tables import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.values import (
+    LONGEST_NAME,
     Doubtful,
     FinishedSurvey,
     Placed,
@@ -29,6 +31,7 @@ from hawk.lots.values import (
     Registration,
     Saved,
     SurveyStall,
+    fitting_name,
     outline_json,
     outline_of,
     pack_outline,
@@ -55,7 +58,8 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
         seq = int(inserted.inserted_primary_key[0])  # type: ignore[index]
     else:
         seq = int(before["seq"])
-        values["began"] = min(survey.began, before["began"])
+        if survey.kind is SurveyKind.FLOWN:  # another landing of its flight; pictures are mapped again as a whole
+            values["began"] = min(survey.began, before["began"])
         connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
         connection.execute(delete(OBSERVATION).where(OBSERVATION.c.survey == seq))
     if placed is Placed.FIRST:
@@ -105,7 +109,8 @@ def lot_places(connection: Connection) -> list[LotPlace]:
 def _row(
     survey: FinishedSurvey, lot: str | None, placed: Placed, candidates: tuple[str, ...], *, is_sure: bool
 ) -> dict[str, Any]:
-    states = [stall.state for stall in survey.stalls if not stall.is_extra]
+    of_lot = [stall for stall in survey.stalls if not stall.is_extra]
+    states = [stall.state for stall in of_lot]
     return {
         "origin": survey.origin,
         "lot": lot,
@@ -127,28 +132,56 @@ def _row(
         "seen": pack_outline(survey.seen) if survey.seen.polygons else None,
         "doubt": None,
         "accuracy": survey.accuracy,
+        "blurred": _blurred(of_lot),
+        **source_columns(survey.pictures),
         **dict.fromkeys(("north", "east", "turn")),
     }
 
 
+def _blurred(stalls: Sequence[SurveyStall]) -> int | None:
+    """Return how many of these only blurred pictures showed; None where it was not measured."""
+    measured = [stall.is_blurred for stall in stalls if stall.is_blurred is not None]
+    return sum(measured) if measured else None
+
+
 def _time_is_sure(connection: Connection, survey: FinishedSurvey) -> bool:
-    """Return whether the survey's time can be believed: not one before that of an earlier survey."""
-    earlier = select(func.max(SURVEY.c.ended)).where(SURVEY.c.time_is_sure, SURVEY.c.origin != survey.origin)
+    """Return whether the survey's time can be believed: a landing is not before an earlier one.
+
+    Pictures are stored at any later time, and in any order.
+    """
+    if survey.kind is SurveyKind.PICTURE:
+        return survey.time_is_sure
+    flown = SURVEY.c.time_is_sure & (SURVEY.c.kind == SurveyKind.FLOWN.value)
+    earlier = select(func.max(SURVEY.c.ended)).where(flown, SURVEY.c.origin != survey.origin)
     newest = connection.execute(earlier).scalar()
     return survey.time_is_sure and (newest is None or survey.ended >= newest)
 
 
 def make_lot(connection: Connection, survey: FinishedSurvey, seq: int, name: str = "") -> str:
-    """Make a lot with an empty first layout for a survey, and return its id. Its datum is the survey's."""
+    """Make a lot with an empty first layout for a survey, and return its id. Its datum is the survey's.
+
+    Without a ``name`` it has the survey's title, with a number behind it where another lot has that name already.
+    """
     lot = new_id()
     number = connection.execute(select(func.count()).select_from(LOT)).scalar_one() + 1
     place = {"latitude": survey.datum.latitude, "longitude": survey.datum.longitude, "datum_is_pinned": False}
-    shown = {"name": name or f"Lot {number}", "outline": outline_json(survey.outline)}
+    title = name or _free_title(connection, fitting_name(survey.title)) or f"Lot {number}"
+    shown = {"name": title, "outline": outline_json(survey.outline)}
     connection.execute(insert(LOT).values(id=lot, **place, **shown, made=survey.ended))
     layout = {"version": 1, "valid_from": survey.began, "why": FIRST_FLIGHT, "who": PROGRAM}
     connection.execute(insert(LAYOUT).values(lot=lot, **layout))
     connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(lot=lot))
     return lot
+
+
+def _free_title(connection: Connection, title: str) -> str:
+    """Return a title that no lot has: a number follows where one has it. "" stays."""
+    used = set(connection.execute(select(LOT.c.name)).scalars())
+    number, found = 1, title
+    while title and found in used:
+        number += 1
+        found = f"{title[: LONGEST_NAME - len(str(number)) - 1].rstrip()} {number}"
+    return found
 
 
 def extend_layout(connection: Connection, lot: str, seq: int, survey: FinishedSurvey) -> None:
@@ -268,4 +301,4 @@ def _name_of(connection: Connection, lot: str | None) -> str:
 
 def _message(saved: Saved, survey: FinishedSurvey) -> str:
     facts = {"survey": saved.survey, "lot": saved.lot, "placed": saved.placed.value, "stalls": len(survey.stalls)}
-    return json.dumps(facts | {"simulated": survey.simulated})
+    return json.dumps(facts | {"simulated": survey.simulated, "kind": survey.kind.value})

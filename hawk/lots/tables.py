@@ -23,7 +23,7 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 8
+VERSION: Final = 10
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
 
 METADATA: Final = MetaData()
@@ -77,11 +77,17 @@ SURVEY: Final = Table(
     Column("seen", LargeBinary),
     Column("doubt", Text),
     Column("accuracy", Float),
+    Column("blurred", Integer),
+    Column("kind", String(8), nullable=False, server_default="flown"),
+    Column("source", String(12), nullable=False, server_default=""),
+    Column("source_name", Text, nullable=False, server_default=""),
+    Column("limits", Text, nullable=False, server_default="[]"),
     sqlite_autoincrement=True,
 )
-"""Ordered by ``seq``: a clock may step. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen``: `pack_outline` of the
+"""Order: `hawk.lots.newest`. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen``: `pack_outline` of the
 ground that was seen. ``doubt``: JSON of `hawk.lots.registering.Doubt`, of a survey whose place was not certain.
-``accuracy``: metres, the receiver's own estimate at the landing."""
+``accuracy``: metres, the receiver's own estimate at the landing. ``blurred``: stalls that only blurred pictures showed;
+NULL: not measured. ``kind`` to ``limits``: `hawk.lots.source`."""
 STALL: Final = Table(
     "stall",
     METADATA,

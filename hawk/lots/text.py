@@ -12,13 +12,17 @@ _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
 """A spreadsheet reads a text that begins so as a formula (OWASP, CSV injection)."""
 
 
+_encoded: Final = json.JSONEncoder(allow_nan=False).encode
+"""Made once: `json.dumps` makes another encoder for each item of a list."""
+
+
 def json_text(value: object) -> str:
     """Return a JSON value as text; each item of a list is a piece. Raises ValueError for what is no number."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{json.dumps(str(name))}: {json_text(each)}" for name, each in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ", ".join(json.dumps(each, allow_nan=False) for each in value) + "]"
-    return json.dumps(value, allow_nan=False)
+        return "[" + ", ".join(map(_encoded, value)) + "]"
+    return _encoded(value)
 
 
 def table_text(text: str) -> str:

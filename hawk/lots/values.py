@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
+from hawk.lots.source import PictureSource, SurveyKind
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -54,6 +55,12 @@ def utc(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
+def fitting_name(text: str) -> str:
+    """Return a text as the name of a lot: without what cannot be shown, and cut; "" where nothing is left."""
+    shown = "".join(each if each.isprintable() else " " for each in text)
+    return " ".join(shown.split())[:LONGEST_NAME].rstrip()
+
+
 class Placed(StrEnum):
     """Relation of a survey to a lot's stalls."""
 
@@ -83,7 +90,8 @@ class SurveyStall:
 
     ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: the UUID of
     that stall in the lot's plan, by which the flight gave it; it says nothing of where the survey lies. ``is_extra``:
-    found beside given stalls, where the plan has none.
+    found beside given stalls, where the plan has none. ``is_blurred``: only blurred pictures showed it;
+    None: not measured.
     """
 
     id: int
@@ -99,6 +107,7 @@ class SurveyStall:
     looked: float
     known: str = ""
     is_extra: bool = False
+    is_blurred: bool | None = None
 
     @property
     def is_witness(self) -> bool:
@@ -129,6 +138,7 @@ class SurveyStall:
             looked=looked,
             known=stall.known,
             is_extra=stall.extra is not None,
+            is_blurred=stall.is_blurred,
         )
 
     def on_map(self) -> Stall:
@@ -147,7 +157,8 @@ class FinishedSurvey:
     ``name``: that of its journal. ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
     without the suggested ones, but with the extra ones. ``seen``: all ground that was seen, of the lot or beside it.
-    ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none.
+    ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
+    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
     """
 
     name: str
@@ -161,6 +172,8 @@ class FinishedSurvey:
     simulated: bool = False
     seen: Outline = field(default=Outline(), repr=False)
     accuracy: float | None = None
+    pictures: PictureSource | None = None
+    title: str = ""
 
     def __post_init__(self) -> None:
         """Refuse what is no number. Raises LotInputError."""
@@ -171,6 +184,11 @@ class FinishedSurvey:
         for name, value in given.items():
             if not math.isfinite(value):
                 raise LotInputError(name, f"must be a finite number, not {value}")
+
+    @property
+    def kind(self) -> SurveyKind:
+        """Kind of the survey: hawk flew it, or it was made of pictures."""
+        return SurveyKind.FLOWN if self.pictures is None else SurveyKind.PICTURE
 
     @property
     def origin(self) -> str:
@@ -286,7 +304,7 @@ def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
     """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
     try:
         table = json.loads(zlib.decompress(data))
-        for name, none in (("known", ""), ("is_extra", False)):  # earlier versions knew no plan in flight
+        for name, none in (("known", ""), ("is_extra", False), ("is_blurred", None)):  # earlier versions lack them
             table.setdefault(name, [none] * len(table["id"]))
         columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
         rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
@@ -321,7 +339,11 @@ def outline_json(outline: Outline) -> str:
 
 def outline_of(text: str) -> Outline:
     """Return the outline of `outline_json`."""
-    found = json.loads(text)
+    return outline_of_rings(json.loads(text))
+
+
+def outline_of_rings(found: Mapping[str, Any]) -> Outline:
+    """Return the outline of `outline_json` whose text was read already."""
     rings = [tuple(tuple((float(a), float(b)) for a, b in ring) for ring in found[name]) for name in _RINGS]
     return Outline(rings[0], rings[1])
 

@@ -18,6 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, select
 
 from hawk.lots.frames import Floats, Move, frame_of, same_stalls
+from hawk.lots.newest import newest_first
 from hawk.lots.place import about
 from hawk.lots.plan_files.values import PlanFile
 from hawk.lots.registering import ABOUT_M, Looked, datum_of, known_ground, move_of, present_stalls
@@ -186,7 +187,7 @@ def _known(connection: Connection, lot: str) -> tuple[tuple[StoredStall, ...], B
     if present:
         return present, known_ground(connection, lot), "stalls"
     is_seen = SURVEY.c.seen.is_not(None)
-    asked = select(SURVEY).where(SURVEY.c.lot == lot, is_seen).order_by(SURVEY.c.seq.desc()).limit(1)
+    asked = select(SURVEY).where(SURVEY.c.lot == lot, is_seen).order_by(*newest_first()).limit(1)
     row = connection.execute(asked).mappings().first()
     if row is None:
         return (), MultiPoint(), ""

@@ -25,11 +25,11 @@ from hawk.lots.values import LotInputError
 
 FORMAT: Final = "GeoPackage"
 MAGIC: Final = b"SQLite format 3\0"
-_AREAS: Final = frozenset({"POLYGON", "MULTIPOLYGON", "CURVEPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY"})
+AREAS: Final = frozenset({"POLYGON", "MULTIPOLYGON", "CURVEPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY"})
 """Types of geometry that may be polygons; GEOMETRY is any."""
 _ENVELOPE_BYTES: Final = {0: 0, 1: 32, 2: 48, 3: 48, 4: 64}
 """Code of the envelope in the flags of a geometry's header -> its size (12-128r19, table 6)."""
-_LAYERS: Final = """
+LAYERS: Final = """
 SELECT c.table_name, g.column_name, upper(g.geometry_type_name), g.srs_id, s.organization, s.organization_coordsys_id,
        s.definition
 FROM gpkg_contents c JOIN gpkg_geometry_columns g ON g.table_name = c.table_name
@@ -38,7 +38,7 @@ WHERE c.data_type = 'features' ORDER BY c.table_name
 """
 
 
-class _GeometryError(ValueError):
+class GeometryError(ValueError):
     """A geometry cannot be used; the text names the remedy."""
 
 
@@ -48,14 +48,15 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
         path = Path(folder) / "plan.gpkg"
         path.write_bytes(data)
         try:
-            with contextlib.closing(_opened(path)) as opened:
+            with contextlib.closing(open_geopackage(path)) as opened:
                 return _drawing(opened, asked, notes)
         except (sqlite3.Error, sqlite3.Warning, UnicodeDecodeError) as error:
             words = f"cannot be read as GeoPackage ({error}): it is cut or damaged, export it again"
             raise LotInputError("file", words) from None
 
 
-def _opened(path: Path) -> sqlite3.Connection:
+def open_geopackage(path: Path) -> sqlite3.Connection:
+    """Open a file of a stranger for reading. Raises sqlite3.Error."""
     opened = sqlite3.connect(f"file:{quote(str(path))}?mode=ro&immutable=1", uri=True)
     opened.execute("PRAGMA trusted_schema = OFF")
     opened.execute("PRAGMA cell_size_check = ON")
@@ -67,8 +68,8 @@ def _drawing(opened: sqlite3.Connection, asked: Asked, notes: Notes) -> Drawing:
     tables = {str(row[0]) for row in opened.execute("SELECT name FROM sqlite_master")}
     if "gpkg_contents" not in tables:
         raise LotInputError("file", "is an SQLite file, but no GeoPackage: export the layer as GeoPackage")
-    rows = opened.execute(_LAYERS).fetchall() if "gpkg_geometry_columns" in tables else []
-    layers = [row for row in rows if row[2] in _AREAS]
+    rows = opened.execute(LAYERS).fetchall() if "gpkg_geometry_columns" in tables else []
+    layers = [row for row in rows if row[2] in AREAS]
     if not layers:
         there = ", ".join(f"{row[0]} ({row[2]})" for row in rows[:10]) or "none at all"
         raise LotInputError("file", f"has no layer of polygons, but {there}: export the layer with the stalls")
@@ -78,7 +79,7 @@ def _drawing(opened: sqlite3.Connection, asked: Asked, notes: Notes) -> Drawing:
             words = f"is none of the layers of polygons: {', '.join(str(row[0]) for row in layers[:20])}"
             raise LotInputError("layer", words)
         layers = named
-    systems = {_system(row) for row in layers}
+    systems = {system_of(row) for row in layers}
     if len(systems) > 1:
         words = f"must be named, their systems differ ({', '.join(sorted(systems))}): {_names(layers)}"
         raise LotInputError("layer", words)
@@ -95,7 +96,7 @@ def _names(layers: Sequence[Any]) -> str:
     return ", ".join(str(row[0]) for row in layers[:20])
 
 
-def _system(row: Sequence[Any]) -> str:
+def system_of(row: Sequence[Any]) -> str:
     """Return the system of a layer's coordinates: AUTHORITY:CODE, else its definition; "" for the undefined ones."""
     srs, authority, code, definition = row[3:7]
     if srs in (-1, 0):
@@ -107,7 +108,7 @@ def _system(row: Sequence[Any]) -> str:
 
 
 def _layer(opened: sqlite3.Connection, table: str, column: str, asked: Asked, notes: Notes) -> Iterator[Drawn]:
-    found = opened.execute(f"SELECT * FROM {_quoted(table)} LIMIT {MOST_FEATURES + 1}")  # noqa: S608 - it is quoted
+    found = opened.execute(f"SELECT * FROM {quoted(table)} LIMIT {MOST_FEATURES + 1}")  # noqa: S608 - it is quoted
     names = [each[0] for each in found.description]
     at = names.index(column) if column in names else -1
     if at < 0:
@@ -121,42 +122,46 @@ def _layer(opened: sqlite3.Connection, table: str, column: str, asked: Asked, no
             notes.add(name, f"amenity: is {str(facts['amenity'])[:40]}, no {STALL}")
             continue
         try:
-            ring = _ring(_geometry(row[at]))
-        except _GeometryError as error:
+            ring = _ring(geometry_of(row[at]))
+        except GeometryError as error:
             notes.add(name, f"{column}: {error}")
             continue
         yield Drawn(name, ring, label_of(facts, asked.label, name, notes), kind_of(facts, name, notes))
 
 
-def _quoted(name: str) -> str:
+def quoted(name: str) -> str:
+    """Return a name as SQL writes it."""
     return '"' + name.replace('"', '""') + '"'
 
 
-def _geometry(blob: object) -> BaseGeometry:
-    """Return the geometry of a column's value: a header of 8 bytes, an envelope, and WKB (12-128r19, 2.1.3)."""
+def geometry_of(blob: object) -> BaseGeometry:
+    """Return the geometry of a column's value: a header of 8 bytes, an envelope, and WKB (12-128r19, 2.1.3).
+
+    Raises GeometryError.
+    """
     if not isinstance(blob, bytes) or len(blob) < 8 or blob[:2] != b"GP":
-        raise _GeometryError("holds no geometry: draw the outline of the stall")
+        raise GeometryError("holds no geometry: draw the outline of the stall")
     flags = blob[3]
     envelope = _ENVELOPE_BYTES.get((flags >> 1) & 0b111)
     if envelope is None or flags & 0b100000:
-        raise _GeometryError("holds a geometry of another kind: export it again as polygons")
+        raise GeometryError("holds a geometry of another kind: export it again as polygons")
     try:
         with np.errstate(invalid="ignore"):  # of coordinates that are no numbers, which are refused by themselves
             return shapely.from_wkb(blob[8 + envelope :])
     except (shapely.errors.ShapelyError, ValueError, TypeError):
-        raise _GeometryError("holds a geometry that cannot be read: export it again") from None
+        raise GeometryError("holds a geometry that cannot be read: export it again") from None
 
 
 def _ring(shape: BaseGeometry) -> Floats:
     if isinstance(shape, MultiPolygon) and len(shape.geoms) == 1:
         shape = shape.geoms[0]
     if not isinstance(shape, Polygon):
-        raise _GeometryError(f"is a {shape.geom_type}: draw one outline for each stall")
+        raise GeometryError(f"is a {shape.geom_type}: draw one outline for each stall")
     if shape.is_empty:
-        raise _GeometryError("is empty: draw the outline of the stall")
+        raise GeometryError("is empty: draw the outline of the stall")
     if shape.interiors:
-        raise _GeometryError("has a hole: draw the outer line alone")
+        raise GeometryError("has a hole: draw the outer line alone")
     ring = np.array(shape.exterior.coords, np.float64)[:, :2]
     if not np.isfinite(ring).all():
-        raise _GeometryError("must have finite numbers as coordinates")
+        raise GeometryError("must have finite numbers as coordinates")
     return ring

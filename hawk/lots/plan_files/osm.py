@@ -21,17 +21,17 @@ from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Fl
 from hawk.lots.values import LotInputError
 
 FORMAT: Final = "OpenStreetMap"
-_OUTLINE: Final = "way"
-_PARTS: Final = ("node", _OUTLINE, "relation")
+OUTLINE: Final = "way"
+_PARTS: Final = ("node", OUTLINE, "relation")
 
 
 def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     """Return the outlines of a file. Raises LotInputError for one that is none, is cut, or defines entities."""
-    root = _root(text_of(data))
+    root = root_of(text_of(data))
     if len(root) > 5 * MOST_FEATURES:
         raise LotInputError("file", f"has {len(root)} elements: export a smaller part of the map")
     there = [each for each in root if each.tag in _PARTS and each.get("action") != "delete"]
-    nodes = {each.get("id", ""): _place(each) for each in there if each.tag == "node"}
+    nodes = {each.get("id", ""): place_of(each) for each in there if each.tag == "node"}
     drawn = []
     for element in there:
         facts = {tag.get("k", ""): tag.get("v", "") for tag in element.iter("tag")}
@@ -46,7 +46,8 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     return Drawing(FORMAT, tuple(drawn), crs=WGS_84)
 
 
-def _root(text: str) -> Element:
+def root_of(text: str) -> Element:
+    """Return the root of a file's XML. Raises LotInputError."""
     try:
         root: Element = fromstring(re.sub(r"^\s*<\?xml[^>]*\?>", "", text, count=1), forbid_dtd=True)
     except DefusedXmlException:
@@ -62,7 +63,7 @@ def _root(text: str) -> Element:
     return root
 
 
-def _place(node: Element) -> tuple[float, float]:
+def place_of(node: Element) -> tuple[float, float]:
     """Return (longitude, latitude) of a node; NaN for what is no number."""
     try:
         return float(node.get("lon", "nan")), float(node.get("lat", "nan"))

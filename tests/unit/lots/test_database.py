@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import random
 import shutil
 import sqlite3
@@ -244,7 +245,7 @@ def test_a_full_disk_during_a_commit_names_file_and_remedy_and_leaves_the_store_
     "the disk is full while the store of lots is migrated",
     "the earlier version stays whole",
 )
-@pytest.mark.parametrize("revision", REVISIONS[:-1])
+@pytest.mark.parametrize("revision", REVISIONS[:-3])  # the newest ones add columns, which need no room
 def test_a_full_disk_during_a_migration_leaves_the_earlier_version(tmp_path: Path, revision: str) -> None:
     path = tmp_path / "lots.db"
     migrate_file(path, revision)
@@ -292,4 +293,15 @@ def test_a_file_that_was_replaced_is_noticed(tmp_path: Path) -> None:
     (tmp_path / "other").write_bytes(b"")
     (tmp_path / "other").replace(tmp_path / "lots.db")
     assert [*found, opened.is_replaced] == [False, True]
+    opened.close()
+
+
+def test_a_long_list_is_read_without_a_collection_of_garbage(tmp_path: Path) -> None:
+    opened = Database(tmp_path / "lots.db")
+    with opened.reading():
+        collected = gc.get_stats()
+        kept = [[number] for number in range(10_000)]
+        assert gc.get_stats() == collected
+    assert gc.isenabled()
+    assert len(kept) == 10_000
     opened.close()

@@ -42,6 +42,11 @@ def test_stalls_have_the_time_of_their_last_look_at_any_speed_of_the_clock() -> 
     assert (found.id, found.north, found.taken, found.state, found.seen) == (1, -10.0, 0.9, StallState.TAKEN, 12)
 
 
+def test_a_stall_that_only_blurred_pictures_showed_says_so() -> None:
+    flown = {1: replace(STALL, is_blurred=True), 2: replace(STALL, id=2, is_blurred=False), 3: replace(STALL, id=3)}
+    assert [each.is_blurred for each in finished(landed(lot_map(flown))).stalls] == [True, False, None]
+
+
 def test_suggested_stalls_are_not_of_the_survey() -> None:
     assert finished(landed(lot_map({1: replace(STALL, state=StallState.SUGGESTED)}))).stalls == ()
 

@@ -86,6 +86,7 @@ def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database)
     assert json.loads(begun["body"]) == {"lot": first.lot, "version": 1}
     assert json.loads(message["body"]) == {
         "survey": first.survey, "lot": first.lot, "placed": "first", "stalls": 40, "simulated": False,
+            "kind": "flown",
     }  # fmt: skip
 
 
@@ -168,6 +169,24 @@ def test_a_flight_that_saw_the_plan_in_another_place_is_a_doubt(store: Database)
 def test_a_stall_keeps_the_id_by_which_the_flight_knew_it() -> None:
     kept = unpack_stalls(pack_stalls((replace(stall(1), known="0" * 36), stall(2))))
     assert [each.known for each in kept] == ["0" * 36, ""]
+
+
+@pytest.mark.parametrize(("blurred", "count"), [((True, False, True), 2), ((False,) * 3, 0), ((None,) * 3, None)])
+def test_a_survey_knows_how_many_stalls_only_blurred_pictures_showed(
+    store: Database, blurred: tuple[bool | None, ...], count: int | None
+) -> None:
+    stalls = tuple(replace(stall(k), is_blurred=each) for k, each in enumerate(blurred, 1))
+    saved(store, replace(survey(), stalls=stalls))
+    (row,) = rows(store, SURVEY)
+    assert row["blurred"] == count
+    assert tuple(each.is_blurred for each in unpack_stalls(row["stalls"])) == blurred
+
+
+def test_stalls_of_a_version_that_measured_no_blur_are_read() -> None:
+    table = json.loads(zlib.decompress(pack_stalls((replace(stall(1), is_blurred=True),))))
+    del table["is_blurred"]
+    (kept,) = unpack_stalls(zlib.compress(json.dumps(table).encode()))
+    assert kept.is_blurred is None
 
 
 def test_stalls_of_a_version_that_knew_no_plan_in_flight_are_read() -> None:
