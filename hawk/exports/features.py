@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
 from hawk.exports.shapes import lot_shape
+from hawk.lots.newest import last_of, newest_look
 from hawk.lots.plan import geometry
-from hawk.lots.reading import NEWEST_LOOK
 from hawk.lots.registering import datum_of
+from hawk.lots.source import SOURCE_COLUMNS, source_json
 from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
-from hawk.lots.values import Placed, outline_of, utc
+from hawk.lots.values import Placed, outline_of_rings, utc
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 
@@ -31,6 +32,8 @@ _AROUND: Final = 0.0005
 _FEATURE: Final = "Feature"
 _IS_THERE: Final = SURVEY.c.placed != Placed.DELETED.value
 Feature = dict[str, Any]
+_Rings = dict[str, Any]
+"""Outline as `hawk.lots.values.outline_json` writes it."""
 Floats = NDArray[np.float64]
 
 
@@ -95,7 +98,7 @@ def extent(connection: Connection) -> Extent:
     is_alone = SURVEY.c.lot.is_(None) & _IS_THERE
     texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
-    boxes = np.array([box for text in texts if (box := _box_of(text)) is not None]).reshape(-1, 4)
+    boxes = np.array([box for text in texts if (box := _box_of(json.loads(text))) is not None]).reshape(-1, 4)
     begin, end = connection.execute(select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE)).one()
     if not len(boxes):
         return Extent(None, begin, end)
@@ -104,9 +107,9 @@ def extent(connection: Connection) -> Extent:
     return Extent(Box(west, south, east, north), begin, end)
 
 
-def _box_of(outline: str) -> tuple[float, float, float, float] | None:
-    """Return west, south, east and north of an outline's text; None for one without corners."""
-    corners = [corner for ring in json.loads(outline)["polygons"] for corner in ring]
+def _box_of(outline: _Rings) -> tuple[float, float, float, float] | None:
+    """Return west, south, east and north of an outline; None for one without corners."""
+    corners = [corner for ring in outline["polygons"] for corner in ring]
     if not corners:
         return None
     latitudes, longitudes = zip(*corners, strict=True)
@@ -115,10 +118,9 @@ def _box_of(outline: str) -> tuple[float, float, float, float] | None:
 
 def lots(connection: Connection, choice: Choice) -> Found:
     """Return lots, the oldest first, with the counts of the last survey. A lot's time is that of this survey."""
-    newest = select(func.max(SURVEY.c.seq)).where(SURVEY.c.lot == LOT.c.id).correlate(LOT).scalar_subquery()
     last = ("ended", "placed", "free", "taken", "unknown")
     rows = select(LOT.c.id, LOT.c.name, LOT.c.outline, *(SURVEY.c[name] for name in last))
-    rows = rows.select_from(LOT.outerjoin(SURVEY, SURVEY.c.seq == newest)).where(LOT.c.merged_into.is_(None))
+    rows = rows.select_from(LOT.outerjoin(SURVEY, SURVEY.c.seq == last_of(LOT.c.id))).where(LOT.c.merged_into.is_(None))
     rows = rows.where(*choice.during(SURVEY.c.ended, SURVEY.c.ended), *_among(LOT.c.id, choice))
     return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, lambda row: _lot(connection, row))
 
@@ -135,7 +137,8 @@ def _lot(connection: Connection, row: Row[Any]) -> dict[str, Any]:
 def surveys(connection: Connection, choice: Choice) -> Found:
     """Return surveys in the order of their landings, each with the ground that it mapped."""
     shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout", "time_is_sure")
-    rows = select(*(SURVEY.c[name] for name in (*shown, "simulated", "program")), LOT.c.name)
+    source = ("simulated", "program", "blurred", *SOURCE_COLUMNS)
+    rows = select(*(SURVEY.c[name] for name in (*shown, *source)), LOT.c.name)
     rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))
     rows = rows.where(_IS_THERE, *choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
     return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)
@@ -146,6 +149,8 @@ def _survey(row: Row[Any]) -> dict[str, Any]:
         "lot": row.lot, "lot_name": row.name, "began": utc(row.began), "ended": utc(row.ended), "placed": row.placed,
         "free": row.free, "taken": row.taken, "unknown": row.unknown, "layout": row.layout,
         "time_is_sure": row.time_is_sure, "simulated": row.simulated, "program": row.program,
+        "blurred": row.blurred,
+        **source_json(row._mapping),
     }  # fmt: skip
 
 
@@ -156,16 +161,19 @@ def _outlined(
     if choice.box is None:
         matched = connection.execute(select(func.count()).select_from(rows.order_by(None).subquery())).scalar_one()
         part = connection.execute(rows.limit(choice.limit).offset(choice.offset)).all()
+        outlines = [json.loads(row.outline) for row in part]
     else:
         found = connection.execute(rows).all()
-        boxes = np.array([_box_of(row.outline) or (np.nan,) * 4 for row in found], np.float64).reshape(-1, 4)
-        within = [found[k] for k in np.flatnonzero(choice.box.meets(boxes)).tolist()]
-        matched, part = len(within), within[choice.offset : choice.offset + choice.limit]
-    grounds = _grounds([row.outline for row in part])
+        drawn = [json.loads(row.outline) for row in found]
+        boxes = np.array([_box_of(outline) or (np.nan,) * 4 for outline in drawn], np.float64).reshape(-1, 4)
+        within = np.flatnonzero(choice.box.meets(boxes)).tolist()
+        chosen = within[choice.offset : choice.offset + choice.limit]
+        matched, part, outlines = len(within), [found[k] for k in chosen], [drawn[k] for k in chosen]
+    grounds = _grounds(outlines)
     return Found([_feature(row.id, ground, shown(row)) for row, ground in zip(part, grounds, strict=True)], matched)
 
 
-def _grounds(outlines: Sequence[str]) -> list[dict[str, Any] | None]:
+def _grounds(outlines: Sequence[_Rings]) -> list[dict[str, Any] | None]:
     """Return outlines as MultiPolygons, None without ground: those of one whole ring all at once."""
     rings = [_ring_of(outline) for outline in outlines]
     whole = {number: ring for number, ring in enumerate(rings) if ring is not None}
@@ -181,17 +189,16 @@ def _grounds(outlines: Sequence[str]) -> list[dict[str, Any] | None]:
     return [found.get(number) or _mended(outline) for number, outline in enumerate(outlines)]
 
 
-def _ring_of(outline: str) -> list[list[float]] | None:
+def _ring_of(outline: _Rings) -> list[list[float]] | None:
     """Return the closed ring of an outline of one polygon without a hole; None for another one."""
-    found = json.loads(outline)
-    if len(found["polygons"]) != 1 or found["holes"] or len(found["polygons"][0]) < 3:
+    if len(outline["polygons"]) != 1 or outline["holes"] or len(outline["polygons"][0]) < 3:
         return None
-    ring = [[longitude, latitude] for latitude, longitude in found["polygons"][0]]
+    ring = [[longitude, latitude] for latitude, longitude in outline["polygons"][0]]
     return ring if ring[0] == ring[-1] else [*ring, ring[0]]
 
 
-def _mended(outline: str) -> dict[str, Any] | None:
-    shape = shapely.transform(lot_shape(outline_of(outline)), lambda places: np.round(places, _DEGREES))
+def _mended(outline: _Rings) -> dict[str, Any] | None:
+    shape = shapely.transform(lot_shape(outline_of_rings(outline)), lambda places: np.round(places, _DEGREES))
     return None if shape.is_empty else dict(json.loads(shapely.to_geojson(shape)))
 
 
@@ -214,7 +221,7 @@ def stalls(connection: Connection, choice: Choice) -> Found:
 
 
 def _around(outline: str) -> Floats:
-    box = _box_of(outline)
+    box = _box_of(json.loads(outline))
     wide = np.array([-_AROUND / 0.05, -_AROUND, _AROUND / 0.05, _AROUND])  # a meridian is near at 87 degrees
     return np.array([(-180.0, -90.0, 180.0, 90.0)]) if box is None else np.array([box]) + wide
 
@@ -224,7 +231,7 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
     is_in = [STALL.c.lot == lot, STALL.c.ends.is_(None), *_among(STALL.c.id, choice)]
     keys = select(STALL.c.key).where(*is_in).order_by(STALL.c.key)
     if choice.begin is not None or choice.end is not None:
-        is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
+        is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == newest_look(connection, STALL.c.key))
         keys = keys.select_from(STALL.join(OBSERVATION, is_last)).where(
             *choice.during(OBSERVATION.c.looked, OBSERVATION.c.looked)
         )
@@ -247,7 +254,7 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
 
 def _with_looks(connection: Connection, keys: Select[Any]) -> Sequence[Row[Any]]:
     chosen = keys.subquery()
-    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == NEWEST_LOOK)
+    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == newest_look(connection, STALL.c.key))
     joined = STALL.join(chosen, chosen.c.key == STALL.c.key).outerjoin(OBSERVATION, is_last)
     columns = (*(STALL.c[name] for name in _STALL), OBSERVATION.c.state, OBSERVATION.c.taken, OBSERVATION.c.looked)
     return connection.execute(select(*columns).select_from(joined).order_by(STALL.c.key)).all()

@@ -17,13 +17,14 @@ from hawk.exports.geopackage import surveys_gpkg
 from hawk.exports.ground import Ground, ground_of, lot_picture
 from hawk.exports.kmz import survey_kmz
 from hawk.exports.rasters import write_rasters
-from hawk.exports.reading import read_survey
+from hawk.exports.reading import read_survey, read_surveys
 from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.exports.values import ExportedSurvey
 from hawk.lots.frames import Move
 from hawk.lots.pictures import SurveyPictures
 from hawk.lots.tables import SURVEY
 from hawk.lots.values import LotStoreError
+from hawk.runtime.files import replace_whole
 
 TABLES: Final[Mapping[str, tuple[str, Callable[[ExportedSurvey], bytes]]]] = {
     ".csv": ("text/csv; charset=utf-8", survey_csv),
@@ -92,7 +93,7 @@ def export(connection: Connection, survey_id: str, pictures: SurveyPictures, pat
                 os.replace(each, path.with_name(each.name))
             return tuple(path.with_name(each.name) for each in written)
     _, data = made(connection, survey_id, pictures, suffix)
-    return (_written(path, data),)
+    return (replace_whole(path, data),)
 
 
 def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tuple[Path, ...]:
@@ -102,15 +103,4 @@ def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tu
     """
     if path.suffix.lower() != ".gpkg":
         raise LotStoreError(f"--out: {path.name} holds one survey; several go into a .gpkg")
-    return (_written(path, surveys_gpkg([read_survey(connection, each) for each in surveys])),)
-
-
-def _written(path: Path, data: bytes) -> Path:
-    unfinished = path.with_name(f"{path.name}.part")
-    try:
-        unfinished.write_bytes(data)
-        os.replace(unfinished, path)
-    except OSError:
-        unfinished.unlink(missing_ok=True)
-        raise
-    return path
+    return (replace_whole(path, surveys_gpkg(read_surveys(connection, surveys))),)

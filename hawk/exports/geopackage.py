@@ -81,9 +81,13 @@ def _write(connection: sqlite3.Connection, surveys: Sequence[ExportedSurvey]) ->
     grounds = np.array([lot_shape(survey.outline) for survey in lots.values()], np.object_)
     named = [[survey.lot_id, survey.lot] for survey in lots.values()]
     _layer(connection, "lots", "MULTIPOLYGON", _LOT_COLUMNS, grounds, named, changed)
-    stalls = stall_shapes([stall for survey in surveys for stall in survey.stalls])
+    every = [stall for survey in surveys for stall in survey.stalls]
+    once = {id(stall.corners): stall for stall in every}  # surveys of a layout share its stalls
+    number = dict(zip(once, range(len(once)), strict=True))
+    stalls = stall_shapes([*once.values()])
+    at = [number[id(stall.corners)] for stall in every]
     rows = [_row(survey, stall) for survey in surveys for stall in survey.stalls]
-    _layer(connection, "stalls", "POLYGON", _STALL_COLUMNS, stalls, rows, changed)
+    _layer(connection, "stalls", "POLYGON", _STALL_COLUMNS, stalls, rows, changed, at)
     _table(connection, [about_survey(survey) for survey in surveys], changed)
 
 
@@ -103,12 +107,17 @@ def _layer(
     shapes: NDArray[np.object_],
     rows: Sequence[Sequence[Any]],
     changed: str,
+    at: Sequence[int] | None = None,
 ) -> None:
-    """Write a layer of features: ``columns`` with their types, geometries, and their values."""
+    """Write a layer of features: ``columns`` with their types, geometries, and their values.
+
+    ``at``: number of the geometry of each row; each one has its own where none are given.
+    """
     declared = ", ".join(f"{column} {kind}" for column, kind in columns.items())
     connection.execute(f"CREATE TABLE {name} (fid INTEGER PRIMARY KEY AUTOINCREMENT, geom {kind} NOT NULL, {declared})")
     marks = ",".join("?" * (len(columns) + 1))
-    values = [(blob, *row) for blob, row in zip(_blobs(shapes), rows, strict=True)]
+    blobs = _blobs(shapes)
+    values = ((blobs[k], *row) for k, row in zip(range(len(rows)) if at is None else at, rows, strict=True))
     named = ", ".join(columns)
     connection.executemany(f"INSERT INTO {name} (geom, {named}) VALUES ({marks})", values)  # noqa: S608 - our names
     bounds = shapely.total_bounds(shapes).tolist() if len(shapes) else [None] * 4

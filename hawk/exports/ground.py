@@ -129,6 +129,8 @@ def lot_picture(survey: ExportedSurvey, ground: Ground) -> NDArray[np.uint8]:
         draw_stall(picture, ground.pixels(corners), StallState(stall.state))
     counts = {state: survey.count(state) for state in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)}
     time = f"{utc(survey.ended)}{'' if survey.time_is_sure else ' (the clock was not set)'}"
+    if survey.pictures is not None:
+        time += f", from {survey.pictures.words}"
     known = f"{survey.software}, survey {survey.survey[:8]}" + (", simulated" if survey.is_simulated else "")
     doubt = f" ({survey.doubt})" if survey.doubt else ""
     return sheet(picture, ground.metres, Caption(f"{survey.lot}{doubt}", (time, known), counts))

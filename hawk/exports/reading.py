@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
 
 import numpy as np
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
+from hawk.lots.newest import oldest_first
 from hawk.lots.plan.reading import stalls_in
 from hawk.lots.plan.values import NEW, PlanStall
 from hawk.lots.registering import datum_accuracy, datum_of
-from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.source import PictureSource
+from hawk.lots.tables import LOT, OBSERVATION, SURVEY
 from hawk.lots.values import PLACED, NotFoundError, SurveyStall, outline_of, unpack_stalls, utc
 from hawk.model.lot_map import StallState
+from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 
@@ -27,7 +31,7 @@ def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
 
     Raises NotFoundError.
     """
-    asked = select(SURVEY.c.id, SURVEY.c.placed, SURVEY.c.ended).where(SURVEY.c.lot == lot).order_by(SURVEY.c.seq)
+    asked = select(SURVEY.c.id, SURVEY.c.placed, SURVEY.c.ended).where(SURVEY.c.lot == lot).order_by(*oldest_first())
     rows = connection.execute(asked).all()
     if given == NEWEST:
         placed = [row.id for row in rows if row.placed in PLACED]
@@ -43,7 +47,7 @@ def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
 
 def surveys_of(connection: Connection, lot: str) -> list[str]:
     """Return the ids of a lot's registered surveys, in their order. Raises NotFoundError without any."""
-    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, SURVEY.c.placed.in_(PLACED)).order_by(SURVEY.c.seq)
+    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, SURVEY.c.placed.in_(PLACED)).order_by(*oldest_first())
     found = [str(each) for each in connection.execute(asked).scalars()]
     if not found:
         raise NotFoundError("--survey: none of the lot's surveys is registered; give the id of one")
@@ -56,15 +60,25 @@ def read_survey(connection: Connection, survey: str) -> ExportedSurvey:
     A registered one has the stalls of its layout, each with the look of that survey; another one has those that it
     found, where it found them. Raises NotFoundError.
     """
+    return read_surveys(connection, [survey])[0]
+
+
+def read_surveys(connection: Connection, surveys: Sequence[str]) -> list[ExportedSurvey]:
+    """Return surveys as `read_survey` returns one; surveys of a layout share its stalls. Raises NotFoundError."""
+    layouts = _Layouts(connection)
+    return [_read(connection, layouts, survey) for survey in surveys]
+
+
+def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportedSurvey:
     row = connection.execute(select(SURVEY).where(SURVEY.c.id == survey)).mappings().one_or_none()
     if row is None or row["lot"] is None:
         raise NotFoundError(f"survey: there is no survey {survey} of a lot")
-    lot = connection.execute(select(LOT).where(LOT.c.id == row["lot"])).mappings().one()
+    lot = layouts.lot(str(row["lot"]))
     is_placed = row["placed"] in PLACED
-    datum = datum_of(connection, lot["id"]) if is_placed else (float(row["latitude"]), float(row["longitude"]))
+    datum = lot.datum if is_placed else (float(row["latitude"]), float(row["longitude"]))
     return ExportedSurvey(
-        lot=str(lot["name"]),
-        lot_id=str(lot["id"]),
+        lot=lot.name,
+        lot_id=str(row["lot"]),
         survey=str(row["id"]),
         began=float(row["began"]),
         ended=float(row["ended"]),
@@ -72,79 +86,120 @@ def read_survey(connection: Connection, survey: str) -> ExportedSurvey:
         layout=row["layout"] if is_placed else None,
         software=f"hawk-drone {row['program']}",
         is_simulated=bool(row["simulated"]),
-        accuracy=_accuracy(connection, lot, row, is_placed=is_placed),
-        is_pinned=is_placed and bool(lot["datum_is_pinned"]),
+        accuracy=lot.accuracy if is_placed else None if row["accuracy"] is None else float(row["accuracy"]),
+        is_pinned=is_placed and lot.is_pinned,
         origin=datum,
-        outline=outline_of(lot["outline"]),
-        stalls=_registered(connection, row, datum) if is_placed else _found(row, datum),
+        outline=lot.outline,
+        stalls=_registered(connection, layouts, row) if is_placed else _found(row, datum),
         doubt="" if is_placed else f"{row['placed']}: its place among the lot's stalls is not certain",
+        blurred=row["blurred"],
+        pictures=PictureSource.read(row),
     )
 
 
-def _accuracy(
-    connection: Connection, lot: RowMapping, survey: Mapping[str, Any] | RowMapping, *, is_placed: bool
-) -> float | None:
-    if not is_placed:
-        return None if survey["accuracy"] is None else float(survey["accuracy"])
-    return None if lot["datum_is_pinned"] else datum_accuracy(connection, str(lot["id"]))
+@dataclass(frozen=True, slots=True)
+class _Lot:
+    name: str
+    outline: Outline
+    datum: LatLon
+    is_pinned: bool
+    accuracy: float | None
 
 
-def _registered(connection: Connection, survey: RowMapping, datum: LatLon) -> tuple[ExportedStall, ...]:
-    looks = {
-        str(look["id"]): look
-        for look in connection.execute(
-            select(STALL.c.id, OBSERVATION).join(STALL, STALL.c.key == OBSERVATION.c.stall)
-            .where(OBSERVATION.c.survey == survey["seq"])
-        ).mappings()
-    }  # fmt: skip
-    stalls = stalls_in(connection, str(survey["lot"]), int(survey["layout"]))
-    return tuple(
-        _exported(stall, place, corners, looks.get(stall.id))
-        for stall, (place, corners) in zip(stalls, _on_earth(datum, stalls), strict=True)
-    )
+@dataclass(slots=True)
+class _Layouts:
+    """Lots, and the stalls of their layouts on Earth, each read once."""
+
+    connection: Connection
+    lots: dict[str, _Lot] = field(default_factory=dict)
+    stalls: dict[tuple[str, int], list[_Placed]] = field(default_factory=dict)
+
+    def lot(self, lot: str) -> _Lot:
+        """Return a lot by its id."""
+        if lot not in self.lots:
+            row = self.connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
+            is_pinned = bool(row["datum_is_pinned"])
+            accuracy = None if is_pinned else datum_accuracy(self.connection, lot)
+            datum = datum_of(self.connection, lot)
+            self.lots[lot] = _Lot(str(row["name"]), outline_of(row["outline"]), datum, is_pinned, accuracy)
+        return self.lots[lot]
+
+    def placed(self, lot: str, version: int) -> list[_Placed]:
+        """Return the stalls of a version of a lot's layout."""
+        key = lot, version
+        if key not in self.stalls:
+            stalls = stalls_in(self.connection, lot, version)
+            self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
+        return self.stalls[key]
+
+
+_LOOK: Final = tuple(OBSERVATION.c[name] for name in ("stall", "state", "taken", "looked", "seen"))
+
+
+def _registered(connection: Connection, layouts: _Layouts, survey: RowMapping) -> tuple[ExportedStall, ...]:
+    rows = connection.execute(select(*_LOOK).where(OBSERVATION.c.survey == survey["seq"]))
+    looks = {key: _Look(*look) for key, *look in rows}
+    placed = layouts.placed(str(survey["lot"]), int(survey["layout"]))
+    return tuple(_exported(each, looks.get(each.stall.key)) for each in placed)
 
 
 def _found(survey: RowMapping, datum: LatLon) -> tuple[ExportedStall, ...]:
     """Return the stalls as the survey found them, in its own frame, with its own numbers."""
-    found = [stall for stall in unpack_stalls(survey["stalls"]) if not stall.is_extra]
-    stalls = [_alone(stall) for stall in found]
-    looks = [
-        {"state": stall.state.value, "taken": stall.taken, "looked": stall.looked, "seen": stall.seen}
-        for stall in found
-    ]
-    return tuple(
-        _exported(stall, place, corners, look)
-        for stall, look, (place, corners) in zip(stalls, looks, _on_earth(datum, stalls), strict=True)
-    )
+    return found_stalls([stall for stall in unpack_stalls(survey["stalls"]) if not stall.is_extra], datum)
+
+
+def found_stalls(found: Sequence[SurveyStall], datum: LatLon) -> tuple[ExportedStall, ...]:
+    """Return the stalls that a survey found, about its own datum (latitude, longitude), with its own numbers."""
+    placed = _on_earth(datum, [_alone(stall) for stall in found])
+    looks = (_Look(stall.state.value, stall.taken, stall.looked, stall.seen) for stall in found)
+    return tuple(_exported(each, look) for each, look in zip(placed, looks, strict=True))
 
 
 def _alone(stall: SurveyStall) -> PlanStall:
     return PlanStall(NEW, str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length)
 
 
-def _exported(
-    stall: PlanStall, place: LatLon, corners: tuple[LatLon, ...], look: Mapping[str, Any] | RowMapping | None
-) -> ExportedStall:
-    state = UNSEEN if look is None or look["state"] not in (StallState.FREE, StallState.TAKEN) else str(look["state"])
+class _Look(NamedTuple):
+    state: str
+    taken: float
+    looked: float
+    seen: int
+
+
+class _Placed(NamedTuple):
+    """A stall with its middle and corners on Earth, and the direction of its long side, degrees."""
+
+    stall: PlanStall
+    place: LatLon
+    corners: tuple[LatLon, ...]
+    direction: float
+
+
+def _exported(placed: _Placed, look: _Look | None) -> ExportedStall:
+    stall = placed.stall
+    state = UNSEEN if look is None or look.state not in _SEEN else look.state
     return ExportedStall(
         id=stall.id,
         label=stall.label,
         kind=stall.kind,
         state=state,
-        taken=None if look is None else float(look["taken"]),
-        looked=None if look is None else float(look["looked"]),
-        seen=0 if look is None else int(look["seen"]),
-        place=place,
-        corners=corners,
+        taken=None if look is None else look.taken,
+        looked=None if look is None else look.looked,
+        seen=0 if look is None else look.seen,
+        place=placed.place,
+        corners=placed.corners,
         width=stall.width,
         length=stall.length,
-        direction=math.degrees(stall.angle) % 180.0,
+        direction=placed.direction,
         is_confirmed=stall.is_confirmed,
     )
 
 
-def _on_earth(datum: LatLon, stalls: Sequence[PlanStall]) -> list[tuple[LatLon, tuple[LatLon, ...]]]:
-    """Return middle and corners of stalls, counter-clockwise as seen from above."""
+_SEEN: Final = (StallState.FREE.value, StallState.TAKEN.value)
+
+
+def _on_earth(datum: LatLon, stalls: Sequence[PlanStall]) -> list[_Placed]:
+    """Return stalls with their middles and corners, counter-clockwise as seen from above."""
     if not stalls:
         return []
     middles = np.array([(stall.north, stall.east) for stall in stalls])
@@ -154,5 +209,7 @@ def _on_earth(datum: LatLon, stalls: Sequence[PlanStall]) -> list[tuple[LatLon, 
     right = np.column_stack([-np.sin(angle), np.cos(angle)]) * half[:, 1:]
     around = [middles + a * along + b * right for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
     places = to_global(GlobalPose(*datum, 0.0), np.stack([middles, *around], axis=1).reshape(-1, 2))
-    grouped = places.reshape(-1, 5, 2).tolist()
-    return [((m[0], m[1]), tuple((a, b) for a, b in corners)) for m, *corners in grouped]
+    return [
+        _Placed(stall, (m[0], m[1]), tuple((a, b) for a, b in corners), math.degrees(stall.angle) % 180.0)
+        for stall, (m, *corners) in zip(stalls, places.reshape(-1, 5, 2).tolist(), strict=True)
+    ]

@@ -11,15 +11,18 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from hawk.exports.shapes import lot_shape, stall_shape
+from hawk.exports.shapes import lot_shape
 from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.lots.source import SurveyKind
 from hawk.lots.text import table_text
 from hawk.lots.values import utc
 
 CSV_COLUMNS: Final[tuple[str, ...]] = (
     "stall_id", "label", "kind", "state", "taken_probability", "looked_utc", "looks", "latitude", "longitude",
     "width_m", "length_m", "direction_deg", "confirmed", "lot", "lot_id", "survey_id", "survey_began_utc",
-    "survey_ended_utc", "time_is_sure", "registered", "position_uncertainty_m", "simulated", "software",
+    "survey_ended_utc", "time_is_sure", "registered", "position_uncertainty_m", "stalls_blurred", "simulated",
+    "software",
+    "survey_kind", "survey_source", "survey_limits",
 )  # fmt: skip
 """Columns of the table; those of the survey are the same in every line, so that tables can be joined."""
 _DEGREES: Final = 8
@@ -48,6 +51,7 @@ def survey_geojson(survey: ExportedSurvey) -> bytes:
 
 def about_survey(survey: ExportedSurvey) -> dict[str, Any]:
     """Return what a reader must know of a survey, by the names of the table's columns; None: not known."""
+    pictures = survey.pictures
     return {
         "lot": survey.lot,
         "lot_id": survey.lot_id,
@@ -62,10 +66,14 @@ def about_survey(survey: ExportedSurvey) -> dict[str, Any]:
         "position_pinned": survey.is_pinned,
         "simulated": survey.is_simulated,
         "software": survey.software,
+        "survey_kind": (SurveyKind.FLOWN if pictures is None else SurveyKind.PICTURE).value,
+        "survey_source": "" if pictures is None else pictures.words,
+        "survey_limits": "" if pictures is None else pictures.warning,
         "stalls": len(survey.stalls),
         "free": survey.count("free"),
         "taken": survey.count("taken"),
         "unknown": survey.count("unknown"),
+        "stalls_blurred": survey.blurred,
     }
 
 
@@ -112,7 +120,7 @@ def _stall(stall: ExportedStall) -> dict[str, Any]:
     return {
         "type": "Feature",
         "id": stall.id,
-        "geometry": _geometry(stall_shape(stall)),
+        "geometry": {"type": "Polygon", "coordinates": [_ring(stall)]},
         "properties": {
             "amenity": "parking_space",
             "parking_space": stall.kind or "normal",
@@ -127,6 +135,12 @@ def _stall(stall: ExportedStall) -> dict[str, Any]:
             "confirmed": stall.is_confirmed,
         },
     }
+
+
+def _ring(stall: ExportedStall) -> list[tuple[float, float]]:
+    """Return a stall's ring, closed, as `hawk.exports.shapes.stall_shape` has it: a thousand are listed at once."""
+    corners = (*stall.corners, stall.corners[0])
+    return [(round(longitude, _DEGREES), round(latitude, _DEGREES)) for latitude, longitude in corners]
 
 
 def _geometry(shape: BaseGeometry) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
+from hawk.lots.source import PictureSource
 from hawk.model.plans import Outline
 
 LatLon = tuple[float, float]
@@ -45,7 +46,9 @@ class ExportedSurvey:
     ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time server nor GNSS had set the
     clock. ``accuracy``: standard deviation of the lot's place on Earth, metres; a person's pin has none. ``outline``:
     that of the lot. ``doubt``: why the survey is not registered: its stalls are as it found them then, without ids and
-    labels of the lot. ``software``: the program and its network. ``origin``: the lot's datum.
+    labels of the lot. ``software``: the program and its network. ``origin``: the lot's datum. ``blurred``: number of
+    its stalls that only blurred pictures showed; None: not measured. ``pictures``: its source,
+    None for one that hawk flew.
     """
 
     lot: str
@@ -63,6 +66,8 @@ class ExportedSurvey:
     outline: Outline = field(repr=False)
     stalls: tuple[ExportedStall, ...] = field(repr=False)
     doubt: str = ""
+    blurred: int | None = None
+    pictures: PictureSource | None = None
 
     def count(self, state: str) -> int:
         """Return the number of stalls in a state."""

@@ -20,6 +20,7 @@ from hawk.stats.values import (
     Floats,
     Group,
     Panel,
+    summed,
 )
 
 LEAST_LOOKS = 2
@@ -86,6 +87,7 @@ def steady(panel: Panel, groups: Sequence[Group]) -> list[Steady]:
     is_seen = panel.is_there & (panel.state != UNSEEN)
     looks = is_seen.sum(axis=0)
     probability = np.clip(np.nan_to_num(panel.taken), 1e-6, 1 - 1e-6)
+    surveys = np.count_nonzero(summed(is_seen, groups), axis=0).tolist()
     ever = panel.is_there.any(axis=0)
     enough = looks >= LEAST_LOOKS
     lists, chances = [], []
@@ -93,11 +95,10 @@ def steady(panel: Panel, groups: Sequence[Group]) -> list[Steady]:
         lists.append(enough & np.all(~is_seen | (panel.state == state), axis=0))
         chances.append(np.exp(np.where(is_seen, np.log(right), np.float32(0)).sum(axis=0, dtype=np.float64)))
     found = []
-    for group in groups:
+    for group, count in zip(groups, surveys, strict=True):
         known, unknown = enough & group.members, int((ever & ~enough & group.members).sum())
-        surveys = int(is_seen[:, group.members].any(axis=1).sum())
         never, always = (
-            _counted(one & group.members, chance, known, unknown, surveys)
+            _counted(one & group.members, chance, known, unknown, count)
             for one, chance in zip(lists, chances, strict=True)
         )
         named = [_named(panel, one & group.members) for one in lists]

@@ -109,15 +109,24 @@ class Figures:
 def figures(panel: Panel, by: str = "") -> Figures:
     """Return the figures of a panel. ``by``: one of `hawk.stats.grouping.BY` parts the lot; others do not."""
     groups = [*whole(panel), *(groups_of(panel, by) if by in BY else [])]
-    counted, moves = count(panel, groups), Moves.of(panel, groups)
-    hours = flown_hours(panel, counted, Flow.of(moves, counted))
-    at = [panel.local(survey.at) for survey in (*panel.surveys[:1], *panel.surveys[-1:])]
+    hours, moves = _flown(panel, groups)
     total, *parts = _uses(panel, groups, hours, moves)
+    at = panel.local_times
     return Figures(
-        panel.lot, panel.name, panel.clock_name, at[0] if at else None, at[-1] if at else None, len(panel.surveys),
+        panel.lot, panel.name, panel.clock_name, at[0] if at else None, at[-1] if at else None, len(at),
         panel.left_out, total if at else None, by, tuple(parts), hours_of_day(hours), days_of_week(hours),
         compared(hours),
     )  # fmt: skip
+
+
+def by_hour(panel: Panel) -> Hours:
+    """Return the mean share of a whole lot over every hour with a survey."""
+    return _flown(panel, whole(panel))[0]
+
+
+def _flown(panel: Panel, groups: Sequence[Group]) -> tuple[Hours, Moves]:
+    counted, moves = count(panel, groups), Moves.of(panel, groups)
+    return flown_hours(panel, counted, Flow.of(moves, counted)), moves
 
 
 def _uses(panel: Panel, groups: Sequence[Group], hours: Hours, moves: Moves) -> list[Use]:

@@ -68,7 +68,7 @@ class Moves:
 
 def _begins(panel: Panel) -> Ints:
     """Return the numbers of the surveys that another one follows on the same day, at most `LONGEST_GAP_H` later."""
-    days = np.array([panel.local(survey.at).toordinal() for survey in panel.surveys], np.int64)
+    days = np.array([local.toordinal() for local in panel.local_times], np.int64)
     gaps = np.diff(panel.at) / 3600.0
     return np.flatnonzero((np.diff(days) == 0) & (gaps > 0) & (gaps <= LONGEST_GAP_H))
 

@@ -116,10 +116,12 @@ def flown_hours(panel: Panel, counted: Counted, flow: Flow) -> Hours:
 class _Day:
     """Surveys (n,) of one day by their numbers, and the hours (k,) in which they lie.
 
-    ``moments`` (n,), ``begins`` (k,): hours since the first of these began. ``of_hour`` (n,): hour of each survey.
+    ``since``: when the first of these hours began, UTC, Unix seconds. ``moments`` (n,), ``begins`` (k,): hours since
+    then. ``of_hour`` (n,): hour of each survey.
     """
 
     day: date
+    since: float
     surveys: list[int]
     moments: list[float]
     begins: list[float]
@@ -129,18 +131,17 @@ class _Day:
 
 def _days(panel: Panel) -> list[_Day]:
     days: dict[date, _Day] = {}
-    first: dict[date, float] = {}
-    for number, survey in enumerate(panel.surveys):
-        local = panel.local(survey.at)
+    for number, (survey, local) in enumerate(zip(panel.surveys, panel.local_times, strict=True)):
         begin = survey.at - (local.minute * 60 + local.second + local.microsecond / 1e6)
-        day = days.setdefault(local.date(), _Day(local.date(), [], [], [], [], []))
-        since = first.setdefault(day.day, begin)
-        begins = round((begin - since) / HOUR_S, 6)
+        day = days.get(local.date())
+        if day is None:
+            day = days[local.date()] = _Day(local.date(), begin, [], [], [], [], [])
+        begins = round((begin - day.since) / HOUR_S, 6)
         if begins not in day.begins:
             day.begins.append(begins)
             day.hours.append(local.hour)
         day.surveys.append(number)
-        day.moments.append((survey.at - since) / HOUR_S)
+        day.moments.append((survey.at - day.since) / HOUR_S)
         day.of_hour.append(day.begins.index(begins))
     return list(days.values())
 

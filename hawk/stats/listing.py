@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import Connection, select
 
+from hawk.lots.source import SOURCE_COLUMNS, source_json
 from hawk.lots.tables import SURVEY
 from hawk.lots.values import utc
 from hawk.stats.counting import count
@@ -14,7 +15,7 @@ from hawk.stats.reading import CODES, Period, read_panel
 from hawk.stats.shown import estimate_json
 from hawk.stats.values import LEVEL, NOTHING, Estimate, Group, Panel
 
-_SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "simulated", "program", "accuracy")
+_SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")
 
 
 def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, Any]:
@@ -26,7 +27,7 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
     panel = read_panel(connection, lot, period)
     shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
     reasons = {each.id: each.why for each in panel.left_out}
-    columns = (SURVEY.c[name] for name in (*_SHOWN, "began", "ended"))
+    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "began", "ended"))
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(SURVEY.c.seq.desc())
     return {
         "lot": lot,
@@ -35,10 +36,11 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
         "interval": LEVEL,
         "surveys": [
             {name: row[name] for name in _SHOWN}
+            | source_json(row)
             | {"began": utc(row["began"]), "ended": utc(row["ended"])}
             | {"occupancy": estimate_json(shares.get(row["id"], NOTHING))}
             | {"left_out": reasons.get(row["id"], ""), "left_out_code": CODES.get(reasons.get(row["id"], ""), "")}
-            for row in connection.execute(asked).mappings()
+            for row in connection.execute(asked).mappings().all()
         ],
     }
 

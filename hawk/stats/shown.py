@@ -104,8 +104,10 @@ def _use_json(use: Use) -> dict[str, Any]:
 
 def estimate_json(found: Estimate) -> dict[str, Any]:
     """Return a figure with its ends and the number of surveys behind it."""
-    ends = {"value": found.value, "low": found.low, "high": found.high}
-    return {name: _rounded(each) for name, each in ends.items()} | {"surveys": found.surveys}
+    return {
+        "value": _rounded(found.value), "low": _rounded(found.low), "high": _rounded(found.high),
+        "surveys": found.surveys,
+    }  # fmt: skip
 
 
 def _bracket_json(found: Bracket) -> dict[str, Any]:
@@ -207,13 +209,13 @@ def figures_text(found: Figures) -> str:
 def _use_lines(use: Use) -> Iterable[str]:
     turnover = use.turnover
     yield f"  capacity: {use.capacity} stalls"
-    yield f"  occupancy over {_counted(use.hours, 'flown hour')}: {share(use.occupancy)}"
+    yield f"  occupancy over {_counted(use.hours, 'surveyed hour')}: {share(use.occupancy)}"
     yield f"  accumulation: {amount(use.accumulation)}; load: {amount(use.load)} space-hours"
     rivals = 0 if use.peak is None else use.peak.rivals
     more = f"; {_counted(rivals, 'other hour')} may be" if rivals else ""
     yield f"  peak: {_peak(use)}{more}"
     for limit, each in zip(PRACTICAL, use.above, strict=True):
-        yield f"  flown hours at {limit:.0%} or more: {share(each)}"
+        yield f"  surveyed hours at {limit:.0%} or more: {share(each)}"
     yield f"  never taken: {amount(use.steady.never)}; always taken: {amount(use.steady.always)}"
     yield f"  arrivals in {turnover.hours:.1f} h between surveys: {bracket(turnover.arrivals)}"
     yield f"  mean stay: {bracket(turnover.stay, 1)} h"

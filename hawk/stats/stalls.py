@@ -1,19 +1,14 @@
-"""Stalls one by one: the share of surveys in which each was taken, and the last looks at one of them."""
+"""Stalls one by one: the share of surveys in which each was taken."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection
 
-from hawk.lots.tables import OBSERVATION, STALL, SURVEY
-from hawk.lots.values import NotFoundError, utc
 from hawk.stats.reading import Period, read_panel
 from hawk.stats.values import DEVIATIONS, LEVEL, TAKEN, UNSEEN, Floats
-
-LOOKS_SHOWN: Final = 30
-"""Newest looks at a stall that are listed."""
 
 
 def heat_json(connection: Connection, lot: str, period: Period) -> dict[str, Any]:
@@ -60,22 +55,3 @@ def share_bounds(taken: Floats, looks: Floats, wrong: Floats) -> tuple[Floats, F
 
 def _listed(values: Floats) -> list[float | None]:
     return [round(value, 4) if value == value else None for value in values.tolist()]
-
-
-def looks_json(connection: Connection, lot: str, stall: str, limit: int = LOOKS_SHOWN) -> dict[str, Any]:
-    """Return the newest looks at a stall of a lot, the newest first, as JSON values. Raises NotFoundError."""
-    row = connection.execute(select(STALL).where(STALL.c.id == stall, STALL.c.lot == lot)).mappings().one_or_none()
-    if row is None:
-        raise NotFoundError("stall: this lot has none with this id; reload the list")
-    asked = (
-        select(SURVEY.c.id, OBSERVATION.c.looked, OBSERVATION.c.taken, OBSERVATION.c.state, OBSERVATION.c.seen)
-        .join(SURVEY, SURVEY.c.seq == OBSERVATION.c.survey)
-        .where(OBSERVATION.c.stall == row["key"])
-        .order_by(OBSERVATION.c.looked.desc())
-        .limit(limit)
-    )
-    looks = [
-        {"survey": survey, "looked": utc(looked), "state": state, "taken_probability": round(taken, 4), "times": seen}
-        for survey, looked, taken, state, seen in connection.execute(asked)
-    ]
-    return {"stall": stall, "label": row["label"], "kind": row["kind"], "looks": looks}

@@ -63,6 +63,7 @@ class Panel:
 
     ``taken`` (S, N): probability of being taken, NaN where unseen; ``state`` (S, N): `FREE`, `TAKEN`, `UNSEEN`;
     ``is_there`` (S, N): the layout of that survey has the stall. ``clock``: the lot's time, called ``clock_name``.
+    ``local_times`` (S,): moments of the surveys on that clock.
     """
 
     lot: str
@@ -75,6 +76,11 @@ class Panel:
     taken: Floats32 = field(repr=False)
     state: States = field(repr=False)
     is_there: Bools = field(repr=False)
+    local_times: tuple[datetime, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Read the clock once a survey: every question about a panel asks for it."""
+        object.__setattr__(self, "local_times", tuple(self.local(each.at) for each in self.surveys))
 
     @property
     def at(self) -> Floats:
@@ -95,17 +101,23 @@ class Group:
 
 
 def summed(values: NDArray[Any], groups: Sequence[Group]) -> Floats:
-    """Return the sums of values (S, N) over the members of each group, (S, G): faster than a product of matrices."""
+    """Return the sums of values (S, N) over the members of each group, (S, G).
+
+    Stalls are counted by a product of matrices, which is exact in 32 bits. Fractions are added by numpy alone: their
+    product would depend on the library of matrices and its threads.
+    """
     if not values.size or not groups:
         return np.zeros((len(values), len(groups)))
+    if values.dtype == np.bool_:
+        members = np.stack([group.members for group in groups], 1)
+        return np.asarray(values.astype(np.float32) @ members.astype(np.float32), np.float64)
     columns = [np.flatnonzero(group.members) for group in groups]
     sizes = [len(each) for each in columns]
     total = np.zeros((len(values), len(groups)))
     filled = [k for k, size in enumerate(sizes) if size]
     if filled:
         starts = np.cumsum([0, *(sizes[k] for k in filled[:-1])])
-        kind = values.dtype if values.dtype.kind == "f" else np.int32
-        total[:, filled] = np.add.reduceat(values[:, np.concatenate(columns)], starts, axis=1, dtype=kind)
+        total[:, filled] = np.add.reduceat(values.T[np.concatenate(columns)], starts, axis=0).T
     return total
 
 

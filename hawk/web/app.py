@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, archive, area_file, background, downloads, exports, lots, plan_files, plans, recordings
+from hawk.web import api, area_file, background, downloads, exports, links, lots, plan_files, plans, recordings
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
 from hawk.web.access.guesses import GUESSES, TokenGuesses
@@ -98,7 +98,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
     app[GUESSES] = guesses
-    app[archive.LINK_LOG] = log
+    app[links.LINK_LOG] = log
     app[BOOK] = book
     app[OPEN] = keeper.connections
     app[KEEPER] = keeper
@@ -120,7 +120,6 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     recordings.add_routes(app)
     plans.add_routes(app)
     exports.add_routes(app)
-    archive.add_routes(app)
     plan_files.add_routes(app)
     v1.add_routes(app)
     (documentation or Documentation.load()).add_routes(app)

@@ -25,6 +25,7 @@ KINDS: Final = "csv|geojson|gpkg|kmz|png|zip"
 def add_routes(app: web.Application) -> None:
     """Add every route of this module."""
     app.router.add_get(f"/api/surveys/{ID}.{{kind:{KINDS}}}", survey_file)
+    app.router.add_get(f"/api/lots/{ID}/feeds/cds-aggregates", aggregates)
     app.router.add_get(f"/api/lots/{ID}/feeds/{{feed}}", feed)
 
 
@@ -57,7 +58,7 @@ async def feed(request: web.Request) -> web.StreamResponse:
         from hawk.lots.text import json_text
 
         if name not in FEEDS:
-            raise NotFoundError(f"feed: there is none called {name}; there are {', '.join(FEEDS)}")
+            raise NotFoundError(f"feed: there is none called {name}; there are {', '.join([*FEEDS, 'cds-aggregates'])}")
         valid_s, now = _seconds(request.query.get("valid_s", str(VALID_S))), now_of(request)
 
         def made(connection: Connection) -> str:
@@ -66,6 +67,23 @@ async def feed(request: web.Request) -> web.StreamResponse:
 
         text = await store.read(made)
         headers = {hdrs.CONTENT_TYPE: FEEDS[name].content_type, hdrs.CACHE_CONTROL: "no-store"}
+        return web.Response(body=text.encode(), headers=headers)
+
+    return await answer(request, work)
+
+
+async def aggregates(request: web.Request) -> web.StreamResponse:
+    """A lot's occupancy hour by hour in a period as CDS aggregates, a table; -1 where nobody flew."""
+    lot, query = request.match_info["id"], request.query
+
+    async def work(store: LotStore) -> web.StreamResponse:
+        from hawk.stats.aggregates import CONTENT_TYPE, cds_aggregates
+        from hawk.stats.asked import period_of
+        from hawk.stats.reading import read_panel
+
+        period = period_of(query.get("from"), query.get("to"), query.get("time_zone"))
+        text = await store.read(lambda connection: cds_aggregates(read_panel(connection, lot, period)))
+        headers = {hdrs.CONTENT_TYPE: CONTENT_TYPE, hdrs.CACHE_CONTROL: "no-store"}
         return web.Response(body=text.encode(), headers=headers)
 
     return await answer(request, work)

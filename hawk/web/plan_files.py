@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # loaded where a plan is imported
 
 READ_S: Final = 120.0
 """Real seconds in which the file must be there."""
-_PREVIEW: Final = "{token:[0-9a-f]{32}}"
+_PREVIEW: Final = "{preview:[0-9a-f]{32}}"
 
 
 @dataclass(slots=True)
@@ -51,15 +51,16 @@ def add_routes(app: web.Application) -> None:
 async def preview(request: web.Request) -> web.StreamResponse:
     """The preview of an import: the body is the file, the choices are in the query."""
     check_operator(request, FOR_OPERATORS)
+    return await answer(request, lambda store: previewed(store, request))
+
+
+async def previewed(store: LotStore, request: web.Request) -> str:
+    """Return the preview of an import as JSON text. Raises LotStoreError while another file is read."""
     imports = request.app[_IMPORTS]
-
-    async def work(store: LotStore) -> object:
-        if imports.lock.locked():
-            raise LotStoreError("import: another file is being read: send this one again in a minute")
-        async with imports.lock:
-            return await _preview(store, request)
-
-    return await answer(request, work)
+    if imports.lock.locked():
+        raise LotStoreError("import: another file is being read: send this one again in a minute")
+    async with imports.lock:
+        return await _preview(store, request)
 
 
 async def _preview(store: LotStore, request: web.Request) -> str:
@@ -103,7 +104,7 @@ async def take(store: LotStore, request: web.Request, body: Body) -> object:
     from hawk.lots.importing.taking import take as taken
     from hawk.lots.text import json_text
 
-    lot, token, now = request.match_info["id"], request.match_info["token"], now_of(request)
+    lot, token, now = request.match_info["id"], request.match_info["preview"], now_of(request)
     previews = _previews(request)
     found = previews.of(token, lot, _clock(request))
     text = await store.write(lambda connection: json_text(taken(connection, found, body, now)))
@@ -115,7 +116,7 @@ async def begin(store: LotStore, request: web.Request, body: Body) -> object:
     """Make a lot called ``name`` of a previewed plan."""
     from hawk.lots.importing.taking import begin as begun
 
-    token, now = request.match_info["token"], now_of(request)
+    token, now = request.match_info["preview"], now_of(request)
     previews = _previews(request)
     found = previews.of(token, None, _clock(request))
     who = role_of(request)

@@ -13,7 +13,7 @@ import hashlib
 import json
 import logging
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final
@@ -66,6 +66,8 @@ Read = Callable[["Connection", Request[Any]], Answer]
 """Reads what a request asks for, on the store's thread."""
 Prepare = Callable[[LotStore, Request[Any]], Awaitable[None]]
 """Does what a reading needs and may not do itself."""
+LotOf = Callable[[LotStore, web.Request], Awaitable[str]]
+"""Returns the id of the lot that a request may read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,17 +84,19 @@ def reader(
     read: Read,
     prepare: Prepare | None = None,
     bad_parameter: int = HTTPStatus.UNPROCESSABLE_ENTITY,
+    lot_of: LotOf | None = None,
 ) -> Handler:
     """Return the handler of an address that reads the store.
 
     ``bad_parameter``: status of an answer to a parameter that cannot be used; a standard may ask for another one.
+    ``lot_of``: finds the lot of an address that has no id in it.
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
-        asked = request_of(request, query)
+        given = request_of(request, query)
         known, packs = request.headers.get(hdrs.IF_NONE_MATCH, ""), accepts_gzip(request)
 
-        def work(connection: Connection) -> _Packed:
+        def work(connection: Connection, asked: Request[Q]) -> _Packed:
             from hawk.lots.database import version_of
 
             tag = f'W/"{version_of(connection)}"'
@@ -103,9 +107,12 @@ def reader(
 
         async with in_time(BUSY):
             store = await opened(request)
+            asked = given
+            if lot_of is not None:
+                asked = replace(given, path={**given.path, "id": await lot_of(store, request)})
             if prepare is not None:
                 await prepare(store, asked)
-            return _response(request, await store.read(work))
+            return _response(request, await store.read(lambda connection: work(connection, asked)))
 
     return answered(handle, bad_parameter)
 

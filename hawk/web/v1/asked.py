@@ -132,6 +132,13 @@ class Statistics(Period):
     ] = None
 
 
+class Between(Period):
+    """Two surveys of a lot."""
+
+    before: Annotated[Id, Field(description="the earlier survey")]
+    after: Annotated[Id, Field(description="the later survey")]
+
+
 Q = TypeVar("Q", bound=Query)
 M = TypeVar("M", bound=BaseModel)
 

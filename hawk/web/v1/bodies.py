@@ -112,6 +112,24 @@ class Do(InEdit):
     operation: Annotated[Operation, Field(discriminator="do")]
 
 
+class LinkDays(Given):
+    """Days for which a link to a lot opens: above 0."""
+
+    days: Annotated[float, Field(gt=0, le=366, strict=False, allow_inf_nan=False)]
+
+
+class TakePlan(InEdit):
+    """Id of the edit. `uncertain`: the plan is taken although its place is not certain."""
+
+    uncertain: bool = False
+
+
+class BeginLot(Given):
+    """Name of the lot that a plan makes."""
+
+    name: Name
+
+
 class Keep(Given):
     """Mark of a recording: it is never removed for room."""
 
@@ -219,3 +237,129 @@ class Deleted(Shown):
 
     name: str
     deleted: bool
+
+
+class SharedLink(Shown):
+    """A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`."""
+
+    id: Id
+    token: str
+    ends: Utc
+
+
+class ListedLink(Shown):
+    """A link to a lot, without its token. `open`: it opens the lot now."""
+
+    id: Id
+    made: Utc
+    ends: Utc
+    open: bool
+    taken_back: Utc | None
+
+
+class SharedLinks(Shown):
+    """All links to a lot, the newest first."""
+
+    shares: list[ListedLink]
+
+
+class TakenBack(Shown):
+    """A link that opens nothing from now on."""
+
+    id: Id
+    taken_back: bool
+
+
+class PlanPlace(Shown):
+    """Place of a file's plan on the lot: by what it was found, on what; a shift, metres, a turn, degrees."""
+
+    by: str
+    on: str
+    is_certain: bool
+    doubt: str
+    north: float
+    east: float
+    turn: float
+    residual: float
+    accuracy: float | None
+
+
+class PlanShape(Shown):
+    """A stall in the lot's frame, metres and radians."""
+
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    label: str
+
+
+class BeginningShape(PlanShape):
+    """A stall that the plan would have besides."""
+
+    kind: str
+
+
+class StayingShape(BeginningShape):
+    """A stall of the plan as the file has it; `former`: its label."""
+
+    id: Id
+    former: str
+
+
+class EndingShape(PlanShape):
+    """A stall that the plan would have no more."""
+
+    id: Id
+
+
+class LeftOutFeature(Shown):
+    """A feature of the file that is left out, or that clashes, and why."""
+
+    name: str
+    reason: str
+
+
+class Renamed(Shown):
+    """A label of the file that another stall had, and the one in its place."""
+
+    label: str
+    to: str
+
+
+class PlanLayer(Shown):
+    """A layer of a drawing."""
+
+    name: str
+    outlines: Count
+
+
+class PlanPreview(Shown):
+    """Effect of an import, which its `token` takes within minutes; nothing is written before. `same`: stalls that the
+    plan has as the file does.
+    """
+
+    token: str
+    lot: Id | None
+    file: str
+    format: str
+    crs: str
+    datum: Degrees
+    placed: PlanPlace
+    begin: list[BeginningShape]
+    stay: list[StayingShape]
+    same: int
+    end: list[EndingShape]
+    left_out: list[LeftOutFeature]
+    left_out_count: Count
+    clashes: list[LeftOutFeature]
+    clash_count: Count
+    renamed: list[Renamed]
+    layers: list[PlanLayer]
+
+
+class Begun(Done):
+    """A lot that a plan made; `stalls`: how many it has."""
+
+    stalls: Count

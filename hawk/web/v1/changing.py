@@ -31,7 +31,7 @@ def changer(model: type[Given], change: Change) -> Handler:
         check_operator(request, FOR_OPERATORS)
         body = await _checked(request, model)
         async with in_time(UNSURE):
-            return _answer(as_text(await change(await opened(request), request, body)))
+            return changed(as_text(await change(await opened(request), request, body)))
 
     return answered(handle)
 
@@ -43,7 +43,7 @@ def of_recordings(model: type[Given], change: Callable[[web.Request, Body], Awai
         check_operator(request, recordings.FOR_OPERATORS)
         body = await _checked(request, model)
         async with in_time(UNSURE):
-            return _answer(json.dumps(await change(request, body)))
+            return changed(json.dumps(await change(request, body)))
 
     return answered(handle)
 
@@ -77,5 +77,6 @@ async def _checked(request: web.Request, model: type[Given]) -> Body:
     return body
 
 
-def _answer(text: str) -> web.Response:
+def changed(text: str) -> web.Response:
+    """Return the answer to a change."""
     return web.Response(text=text, content_type=JSON, headers={hdrs.CACHE_CONTROL: "no-store"})

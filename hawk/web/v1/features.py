@@ -14,13 +14,13 @@ from hawk.web.v1.answering import JSON, ROOT, Answer
 from hawk.web.v1.asked import Query, Request
 from hawk.web.v1.features_asked import MOST_FEATURES, Items, box_of, period_of
 from hawk.web.v1.features_asked import ROOT as FEATURES
+from hawk.web.v1.reads import GEOJSON
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
 
     from hawk.exports.features import Choice, Extent, Found
 
-GEOJSON: Final = "application/geo+json"
 OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
 CRS84: Final = "http://www.opengis.net/def/crs/OGC/1.3/CRS84"
 _GREGORIAN: Final = "http://www.opengis.net/def/uom/ISO-8601/0/Gregorian"

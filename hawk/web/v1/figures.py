@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hawk.web.v1.asked import Id
-from hawk.web.v1.models import Count, Share, Shown, Utc
+from hawk.web.v1.models import BLURRED, Count, Placed, Share, Shown, Sourced, Utc
 
 Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
 Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
@@ -30,7 +30,7 @@ class Bracket(Shown):
 
 
 class Peak(Shown):
-    """The flown hour of highest occupancy. `rivals`: other hours whose interval reaches its own."""
+    """The surveyed hour of highest occupancy. `rivals`: other hours whose interval reaches its own."""
 
     begin: Local
     occupancy: Estimate
@@ -56,7 +56,7 @@ class Turnover(Shown):
 
 
 class Use(Shown):
-    """Use of a part of the lot, or of all of it. `above`: shares of the flown hours at or above an occupancy."""
+    """Use of a part of the lot, or of all of it. `above`: shares of the surveyed hours at or above an occupancy."""
 
     name: str
     capacity: Count
@@ -82,7 +82,7 @@ class Hour(Shown):
 
 
 class Day(Shown):
-    """Mean over the flown hours of a day of the week."""
+    """Mean over the surveyed hours of a day of the week."""
 
     day: Weekday
     days: Count
@@ -124,3 +124,66 @@ class Figures(Shown):
     hours: list[Hour]
     days: list[Day]
     compared: list[Compared]
+
+
+class SurveyUse(Sourced):
+    """A survey with its share of taken stalls. `left_out`: why no figure uses it; empty where figures do."""
+
+    id: Id
+    layout: int | None
+    placed: Placed
+    free: Count
+    taken: Count
+    unknown: Count
+    blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
+    simulated: bool
+    program: str
+    accuracy: Annotated[float | None, Field(description="metres, the receiver's own estimate at the landing")]
+    began: Utc
+    ended: Utc
+    occupancy: Estimate
+    left_out: str
+    left_out_code: Literal["", "unregistered", "no_time", "no_looks"]
+
+
+class SurveysUse(Shown):
+    """Surveys of a lot in a period, the newest first."""
+
+    lot: Id
+    name: str
+    clock: str
+    interval: Share
+    surveys: list[SurveyUse]
+
+
+class StallsUse(Shown):
+    """Stalls of a lot in columns: `share` of the `surveys` that saw each in which it was taken, `low` to `high`."""
+
+    lot: Id
+    interval: Share
+    surveys_in_period: Count
+    ids: list[Id]
+    labels: list[str]
+    surveys: list[Count]
+    share: list[Share | None]
+    low: list[Share | None]
+    high: list[Share | None]
+
+
+class ChangedStall(Shown):
+    """A stall whose state changed; `taken`: now. `chance`: probability that both states are right."""
+
+    id: Id
+    label: str
+    taken: bool
+    chance: Share
+
+
+class Changed(Shown):
+    """Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not."""
+
+    compared: Count
+    unknown: Count
+    came: Estimate
+    left: Estimate
+    stalls: list[ChangedStall]

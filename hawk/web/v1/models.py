@@ -6,7 +6,7 @@ Places are [north, east], metres in the lot's frame, or degrees of WGS-84, latit
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -16,10 +16,13 @@ Utc = Annotated[datetime, Field(description="UTC")]
 Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
 Metres = Annotated[list[float], Field(min_length=2, max_length=2, description="north and east, metres")]
 State = Literal["free", "taken", "unknown"]
+Source = Literal["", "photographs", "orthophoto", "film"]
+Limit = Literal["by_gps", "coarse", "partly"]
 Placed = Literal["first", "registered", "unregistered", "undecided", "nothing", "deleted"]
 Next = Annotated[str | None, Field(description="`after` of the next part; null at the end of the list")]
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=0)]
+BLURRED: Final = "stalls that only blurred pictures showed; null: not measured"
 
 
 class Shown(BaseModel):
@@ -65,7 +68,22 @@ class SurveyPlace(Shown):
     turn: float | None
 
 
-class LotSurvey(Shown):
+class Sourced(Shown):
+    """Source of a survey."""
+
+    kind: Annotated[Literal["flown", "picture"], Field(description="picture: made of pictures that others took")]
+    source: Annotated[Source, Field(description="kind of those pictures")]
+    source_name: Annotated[str, Field(description="name of their folder or file")]
+    limits: Annotated[
+        list[Limit],
+        Field(
+            description="what limits a survey by pictures: places by GPS alone, coarse ground (over 12 cm a pixel), a "
+            "part of the lot that was not seen"
+        ),
+    ]
+
+
+class LotSurvey(Sourced):
     """A survey of a lot."""
 
     id: Id
@@ -76,6 +94,7 @@ class LotSurvey(Shown):
     free: Count
     taken: Count
     unknown: Count
+    blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
     simulated: bool
     program: Annotated[str, Field(description="version of hawk-drone that flew it")]
     datum: Degrees

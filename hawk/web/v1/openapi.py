@@ -40,8 +40,12 @@ _FIELDS: Final = {
     "seq": "number of the change",
     "name": "name of the recording",
     "collection": "name of the collection",
+    "survey": "id of a survey (UUID)",
+    "token": "token of a link",
+    "preview": "token of the preview",
 }
 """Fields of paths."""
+_ANY_FILE: Final = "application/octet-stream"
 _TOKEN: Final = "token"  # noqa: S105 - the scheme's name
 _ETAG: Final = {"description": "changes with every change of the store", "schema": {"type": "string"}}
 
@@ -86,8 +90,9 @@ def _described(operation: Operation) -> Described:
         description="For operators." if operation.is_change else None,
         tags=[operation.tag],
         parameters=[*_in_path(operation), *_in_query(operation.query)] or None,
-        requestBody=None if operation.body is None else _body(operation.body),
+        requestBody=_file() if operation.takes_file else None if operation.body is None else _body(operation.body),
         responses=answers,
+        security=[{}] if operation.is_open else None,
     )
 
 
@@ -111,6 +116,10 @@ def _body(model: type[BaseModel]) -> RequestBody:
     return RequestBody(required=is_needed, content=content)
 
 
+def _file() -> RequestBody:
+    return RequestBody(required=True, content={_ANY_FILE: MediaType()}, description="the file, as it is")
+
+
 def _in_path(operation: Operation) -> Iterator[Parameter]:
     for name in operation.fields:
         values = {"type": "string", "pattern": f"^({PATTERNS[name]})$"}
@@ -121,7 +130,8 @@ def _in_path(operation: Operation) -> Iterator[Parameter]:
 def _in_query(model: type[Query]) -> Iterator[Parameter]:
     for name, values in model.model_json_schema(by_alias=True).get("properties", {}).items():
         shown = _given(values)
-        form = {"style": "form", "explode": False} if shown.get("type") == "array" else {}
+        is_again = shown.pop("x-again", False)
+        form = {"style": "form", "explode": is_again} if shown.get("type") == "array" else {}
         facts = {"name": name, "in": "query", "description": shown.pop("description", None)}
         yield Parameter.model_validate({**facts, **form, "schema": shown})
 

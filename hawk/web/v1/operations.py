@@ -18,13 +18,20 @@ PATTERNS: Final = {
     "seq": "[0-9]{1,9}",
     "name": r"[0-9TZ-]{16,24}\.mcap",
     "collection": "lots|stalls|surveys",
+    "survey": "[0-9a-f-]{36}",
+    "token": "[A-Za-z0-9_-]{8,64}",
+    "preview": "[0-9a-f]{32}",
 }
 """Patterns of the fields of paths."""
 
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An address. ``path`` begins below `hawk.web.v1.answering.ROOT`; ``tag`` is its group in the documentation."""
+    """An address. ``path`` begins below `hawk.web.v1.answering.ROOT`; ``tag`` is its group in the documentation.
+
+    ``takes_file``: the body is a file, whatever it holds. ``is_open``: a field of the path is a link's token, and no
+    login is asked for.
+    """
 
     method: str
     path: str
@@ -36,6 +43,8 @@ class Operation:
     query: type[Query] = Query
     body: type[BaseModel] | None = None
     content_type: str = JSON
+    takes_file: bool = False
+    is_open: bool = False
 
     @property
     def is_change(self) -> bool:

@@ -20,7 +20,9 @@ if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import ColumnElement, Connection
 
     from hawk.lots.paged import Asked, Part
+    from hawk.stats.reading import Period
 
+GEOJSON: Final = "application/geo+json"
 _AT_ONCE: Final = 20
 """Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""
 
@@ -43,6 +45,13 @@ def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
     if query.begin is None and query.end is None:
         return ()
     return period_of(query.begin, query.end, query.time_zone).holds(SURVEY.c.ended)
+
+
+def _period(query: forms.Period) -> Period:
+    """Return a period, which may have no end. Raises LotInputError."""
+    from hawk.stats.asked import period_of
+
+    return period_of(query.begin, query.end, query.time_zone)
 
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
@@ -152,12 +161,41 @@ def proposals(connection: Connection, asked: Request[Query]) -> Answer:
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
     from hawk.stats.answering import statistics as figures
-    from hawk.stats.asked import period_of
     from hawk.stats.shown import figures_json
 
+    return Answer(figures_json(figures(connection, asked.id, _period(asked.query), asked.query.by)))
+
+
+def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
+    """Return the surveys of a lot with the share of taken stalls of each."""
+    from hawk.stats.listing import surveys_json
+
+    return Answer(surveys_json(connection, asked.id, _period(asked.query)))
+
+
+def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
+    """Return of each stall of a lot the share of the surveys in which it was taken."""
+    from hawk.stats.stalls import heat_json
+
+    return Answer(heat_json(connection, asked.id, _period(asked.query)))
+
+
+def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
+    """Return what changed on a lot from one survey to another one."""
+    from hawk.stats.answering import changes as found
+    from hawk.stats.shown import changes_json
+
     query = asked.query
-    period = period_of(query.begin, query.end, query.time_zone)
-    return Answer(figures_json(figures(connection, asked.id, period, query.by)))
+    return Answer(changes_json(found(connection, asked.id, query.before, query.after, _period(query))))
+
+
+def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return a survey of a lot with its stalls, as GeoJSON."""
+    from hawk.exports.reading import read_survey, survey_of
+    from hawk.exports.text_files import survey_geojson
+
+    found = survey_of(connection, asked.id, asked.path["survey"])
+    return Answer(survey_geojson(read_survey(connection, found)).decode(), content_type=GEOJSON)
 
 
 async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from hawk.web.v1.asked import Id
-from hawk.web.v1.models import Count, Shown, Utc
+from hawk.web.v1.models import BLURRED, Count, Shown, Utc
 
 
 class Link(Shown):
@@ -104,3 +104,46 @@ class FeatureCollection(Shown):
     time_stamp: Annotated[Utc, Field(alias="timeStamp")]
     number_matched: Annotated[Count, Field(alias="numberMatched")]
     number_returned: Annotated[Count, Field(alias="numberReturned")]
+
+
+class AboutSurvey(Shown):
+    """The survey that features show. `doubt`: why it is not registered."""
+
+    lot: str
+    lot_id: Id
+    survey_id: Id
+    survey_began_utc: Utc
+    survey_ended_utc: Utc
+    time_is_sure: bool
+    registered: bool
+    doubt: str
+    layout_version: int | None
+    position_uncertainty_m: float | None
+    position_pinned: bool
+    simulated: bool
+    software: str
+    survey_kind: Literal["flown", "picture"]
+    survey_source: Annotated[str, Field(description="kind and name of the pictures")]
+    survey_limits: Annotated[str, Field(description="what limits a survey by pictures, in sentences")]
+    stalls: Count
+    free: Count
+    taken: Count
+    unknown: Count
+    stalls_blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
+
+
+class SurveyFeature(Shown):
+    """A lot or a stall; a stall that is not registered has the number that its survey gave it for an id."""
+
+    type: Literal["Feature"]
+    id: str
+    geometry: Geometry
+    properties: dict[str, Any]
+
+
+class SurveyStalls(Shown):
+    """A survey with its stalls, as its GeoJSON file has them."""
+
+    type: Literal["FeatureCollection"]
+    hawk: AboutSurvey
+    features: list[SurveyFeature]

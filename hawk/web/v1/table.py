@@ -7,18 +7,19 @@ from typing import Final
 
 from pydantic import BaseModel
 
-from hawk.web import lots, plans, recordings
+from hawk.web import links, lots, plan_files, plans, recordings
 from hawk.web.lot_answers import Change
-from hawk.web.v1 import asked, bodies, changing, features, figures, models, reads, shapes
+from hawk.web.v1 import asked, bodies, changing, features, figures, importing, models, reads, shapes
 from hawk.web.v1 import features_asked as forms
+from hawk.web.v1 import links as of_links
 from hawk.web.v1.answering import JSON, Prepare, Read, reader
 from hawk.web.v1.asked import Query
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changing import changer, of_recordings
-from hawk.web.v1.features import GEOJSON
 from hawk.web.v1.features_asked import ROOT as FEATURES_ROOT
 from hawk.web.v1.models import Shown
 from hawk.web.v1.operations import Operation
+from hawk.web.v1.reads import GEOJSON
 
 LOTS: Final = "Lots"
 SURVEYS: Final = "Surveys"
@@ -26,6 +27,8 @@ STATISTICS: Final = "Statistics"
 CHANGES: Final = "Changes"
 PLANS: Final = "Plans"
 RECORDINGS: Final = "Recordings"
+LINKS: Final = "Links"
+SHARED: Final = "Read by a link"
 FEATURES: Final = "OGC API Features"
 
 
@@ -42,6 +45,11 @@ def _change(
     return Operation("POST", path, name, text, tag, changer(body, change), answer, body=body)
 
 
+def _file(path: str, name: str, text: str) -> Operation:
+    return Operation("POST", path, name, text, PLANS, importing.preview, bodies.PlanPreview, importing.ImportChoices,
+                     takes_file=True)  # fmt: skip
+
+
 def _features(
     path: str, name: str, text: str, read: Read, answer: type[BaseModel], query: type[Query] = Query,
     content_type: str = JSON,
@@ -49,6 +57,34 @@ def _features(
     handler = reader(query, read, bad_parameter=HTTPStatus.BAD_REQUEST)
     return Operation("GET", f"{FEATURES_ROOT}{path}", name, text, FEATURES, handler, answer, query,
                      content_type=content_type)  # fmt: skip
+
+
+def _of_lot(by_link: bool) -> tuple[Operation, ...]:
+    """Return the reads of one lot over its surveys: by its id, or by the token of a link."""
+
+    def one(
+        path: str, name: str, text: str, tag: str, read: Read, answer: type[Shown], query: type[Query] = Query,
+        prepare: Prepare | None = None, content_type: str = JSON,
+    ) -> Operation:  # fmt: skip
+        handler = reader(query, read, prepare, lot_of=links.lot_of if by_link else None)
+        whole, called = ("/shared/{token}", f"shared_{name}") if by_link else ("/lots/{id}", name)
+        return Operation("GET", f"{whole}{path}", called, text, SHARED if by_link else tag, handler, answer, query,
+                         content_type=content_type, is_open=by_link)  # fmt: skip
+
+    return (
+        one("/observations", "observations", "Looks of all surveys at the stalls of a lot", SURVEYS,
+            reads.observations, models.ObservationList, asked.Observations),
+        one("/surveys/{survey}/stalls", "survey_stalls", "A survey of a lot with its stalls, as its GeoJSON file",
+            SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
+        one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
+            STATISTICS, reads.statistics, figures.Figures, asked.Statistics, reads.keep_missing_looks),
+        one("/statistics/surveys", "surveys_use", "Surveys of a lot, each with its share of taken stalls", STATISTICS,
+            reads.surveys_use, figures.SurveysUse, asked.Period, reads.keep_missing_looks),
+        one("/statistics/stalls", "stalls_use", "Stalls of a lot by the share of surveys that found them taken",
+            STATISTICS, reads.stalls_use, figures.StallsUse, asked.Period, reads.keep_missing_looks),
+        one("/statistics/between", "between", "Changes of a lot's stalls from one survey to another one", STATISTICS,
+            reads.between, figures.Changed, asked.Between, reads.keep_missing_looks),
+    )  # fmt: skip
 
 
 _READS: Final = (
@@ -70,10 +106,7 @@ _READS: Final = (
     _read("/surveys/{id}", "survey", "A survey", SURVEYS, reads.survey, models.Survey),
     _read("/surveys/{id}/observations", "survey_observations", "Looks of a survey at the stalls of its lot", SURVEYS,
           reads.observations_of_survey, models.ObservationList, asked.Listed),
-    _read("/lots/{id}/observations", "observations", "Looks of all surveys at the stalls of a lot", SURVEYS,
-          reads.observations, models.ObservationList, asked.Observations),
-    _read("/lots/{id}/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
-          STATISTICS, reads.statistics, figures.Figures, asked.Statistics, reads.keep_missing_looks),
+    *_of_lot(False),
 )  # fmt: skip
 
 _CHANGES: Final = (
@@ -110,6 +143,22 @@ _PLANS: Final = (
             bodies.InEdit, bodies.Stepped),
     _change("/lots/{id}/edit/close", "close_edit", "Close the edit: its version of the layout is final", PLANS,
             plans.close, bodies.CloseEdit, bodies.Closed),
+    _file("/lots/{id}/plan/import", "preview_plan", "Read a file with a plan of a lot; nothing is written"),
+    _change("/lots/{id}/plan/import/{preview}/take", "take_plan", "Take a plan that was read, within the edit", PLANS,
+            plan_files.take, bodies.TakePlan, bodies.Edited),
+    _file("/lots/import", "preview_lot", "Read a file with the plan of a new lot; nothing is written"),
+    _change("/lots/import/{preview}/take", "begin_lot", "Make a lot of a plan that was read", PLANS, plan_files.begin,
+            bodies.BeginLot, bodies.Begun),
+)  # fmt: skip
+
+_LINKS: Final = (
+    Operation("GET", "/lots/{id}/shares", "links", "Links to a lot, without their tokens", LINKS, of_links.listed,
+              bodies.SharedLinks),
+    _change("/lots/{id}/shares", "make_link", "Make a link by which others read a lot for some days", LINKS,
+            links.share, bodies.LinkDays, bodies.SharedLink),
+    _change("/shares/{id}/take-back", "take_back_link", "Take a link back: it opens nothing from now on", LINKS,
+            links.take_back, bodies.Nothing, bodies.TakenBack),
+    *_of_lot(True),
 )  # fmt: skip
 
 _RECORDINGS: Final = (
@@ -134,4 +183,6 @@ _FEATURES: Final = (
               content_type=GEOJSON),
 )  # fmt: skip
 
-OPERATIONS: Final[tuple[Operation, ...]] = (*_READS, *_CHANGES, *_PLANS, *_RECORDINGS, *_FEATURES)
+OPERATIONS: Final[tuple[Operation, ...]] = (
+    *_READS, *_CHANGES, *_PLANS, *_LINKS, *_RECORDINGS, *_FEATURES,
+)  # fmt: skip

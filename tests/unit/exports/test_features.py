@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,7 +22,7 @@ FAR = tuple((a + 1, b) for a, b in SQUARE)
 
 
 def drawn(*outlines: Outline) -> list[Mapping[str, Any] | None]:
-    return list(_grounds([outline_json(each) for each in outlines]))
+    return list(_grounds([json.loads(outline_json(each)) for each in outlines]))
 
 
 @pytest.mark.parametrize("ring", [SQUARE, SQUARE[::-1], FIVE])

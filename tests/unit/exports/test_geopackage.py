@@ -11,6 +11,8 @@ import pytest
 import shapely
 
 from hawk.exports.geopackage import surveys_gpkg
+from hawk.exports.reading import read_surveys
+from hawk.exports.values import ExportedStall
 from hawk.model.plans import Outline
 from tests.unit.exports.stored import NAME, Stored
 from tests.unit.lots.repaints import flown
@@ -56,6 +58,24 @@ def test_surveys_of_one_lot_share_it_and_are_distinguished(stored: Stored, tmp_p
         (survey.survey, 60) for survey in both
     )
     assert [row[0] for row in rows(data, file, "SELECT survey_id FROM surveys")] == [each.survey for each in both]
+
+
+def test_stalls_of_surveys_that_share_a_layout_lie_where_each_survey_has_them(stored: Stored, tmp_path: Path) -> None:
+    ids = [stored.first.survey, stored.add(flown(2)).survey, stored.first.survey]
+    with stored.store.reading() as connection:
+        surveys = read_surveys(connection, ids)
+    moved = replace(surveys[2], survey="moved", stalls=tuple(_north(stall) for stall in surveys[2].stalls))
+    asked = "SELECT survey_id, stall_id, geom FROM stalls"
+    found = rows(surveys_gpkg([*surveys[:2], moved]), tmp_path / "a.gpkg", asked)
+    wanted = [(each.survey, stall) for each in (*surveys[:2], moved) for stall in each.stalls]
+    assert len(found) == 180
+    for (survey, key, blob), (named, stall) in zip(found, wanted, strict=True):
+        assert (survey, key) == (named, stall.id)
+        assert shapely.from_wkb(blob[8:]).exterior.coords[0][::-1] == pytest.approx(stall.corners[0], abs=1e-12)
+
+
+def _north(stall: ExportedStall) -> ExportedStall:
+    return replace(stall, corners=tuple((latitude + 0.001, longitude) for latitude, longitude in stall.corners))
 
 
 def test_a_lot_without_an_outline_and_a_survey_of_nothing_are_files_too(stored: Stored, tmp_path: Path) -> None:

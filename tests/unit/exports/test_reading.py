@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.exports.reading import NEWEST, read_survey, survey_of
+from hawk.exports.reading import NEWEST, read_survey, read_surveys, survey_of
 from hawk.lots.place import about
 from hawk.lots.plan.reading import all_stalls
 from hawk.lots.registering import MAP_M, USUAL_M, datum_accuracy, datum_of
@@ -33,6 +33,18 @@ def test_a_survey_has_the_stalls_of_its_lot_with_its_own_looks(stored: Stored) -
     assert {stall.kind for stall in first.stalls[20:40]} == {"disabled"}
     assert (first.lot, first.lot_id, first.survey) == ("Lot 1", stored.lot, stored.first.survey)
     assert (first.doubt, first.software, first.count("free") + first.count("taken")) == ("", "hawk-drone 0.3.0", 60)
+
+
+def test_surveys_that_are_read_together_are_as_each_alone_and_share_their_layout(stored: Stored) -> None:
+    later = stored.add(without(flown(2), 5)), stored.add(flown(3)), stored.add(flown(4), nowhere)
+    ids = [stored.first.survey, *(each.survey for each in later)]
+    with stored.store.reading() as connection:
+        together = read_surveys(connection, ids)
+        assert together == [read_survey(connection, each) for each in ids]
+        with pytest.raises(NotFoundError, match="there is no survey 0"):
+            read_surveys(connection, [ids[0], "0"])
+    assert all(a.corners is b.corners for a, b in zip(together[1].stalls, together[2].stalls, strict=True))
+    assert together[3].doubt != ""
 
 
 def test_stalls_lie_where_the_lot_has_them(stored: Stored) -> None:

@@ -7,10 +7,11 @@ import io
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import shapely
 
-from hawk.exports.shapes import lot_shape
+from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.text_files import CSV_COLUMNS, survey_csv, survey_geojson
 from hawk.model.plans import Outline
 from tests.unit.exports.stored import NAME, Stored
@@ -29,6 +30,15 @@ def test_the_table_has_a_line_for_each_stall_with_the_survey_in_it(stored: Store
     assert row["looked_utc"].startswith("2026-02-02T02:")
     assert float(row["position_uncertainty_m"]) == pytest.approx(1.53)
     assert row["confirmed"] == row["simulated"] == "no"
+
+
+@pytest.mark.parametrize(("blurred", "shown"), [(3, "3"), (0, "0"), (None, "")])
+def test_the_number_of_stalls_that_were_seen_blurred_is_in_every_file(
+    stored: Stored, blurred: int | None, shown: str
+) -> None:
+    survey = replace(stored.read(), blurred=blurred)
+    assert next(csv.DictReader(io.StringIO(survey_csv(survey).decode())))["stalls_blurred"] == shown
+    assert json.loads(survey_geojson(survey))["hawk"]["stalls_blurred"] == blurred
 
 
 def test_a_name_is_no_formula_in_a_table_and_stays_as_it_is_in_geojson(stored: Stored) -> None:
@@ -55,6 +65,9 @@ def test_geojson_has_osm_keys_and_rings_of_rfc_7946(stored: Stored) -> None:
         for part in shapely.get_parts(shapely.geometry.shape(feature["geometry"])):
             assert part.exterior.is_ccw
             assert part.is_valid
+    for feature, stall in zip(stalls, survey.stalls, strict=True):
+        ring = shapely.get_coordinates(stall_shape(stall))
+        assert np.abs(np.array(feature["geometry"]["coordinates"][0]) - ring).max() < 1e-8
     longitude, latitude = stalls[0]["geometry"]["coordinates"][0][0]
     assert (latitude, longitude) == pytest.approx(survey.stalls[0].corners[0], abs=1e-8)
     assert found["hawk"]["survey_id"] == survey.survey

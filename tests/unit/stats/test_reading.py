@@ -4,10 +4,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from datetime import UTC
 from pathlib import Path
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
-from sqlalchemy import select, update
+from sqlalchemy import event, select, update
 
 from hawk.lots.database import Database
 from hawk.lots.plan import editing
@@ -153,3 +154,56 @@ def test_an_unknown_lot_or_division_is_refused_by_name(store: Database) -> None:
             read_panel(connection, "nobody", EVER)
         with pytest.raises(LotInputError, match="by: must be one of hour, row, zone, kind, not 'colour'"):
             statistics(connection, lot, EVER, "colour")
+
+
+def test_the_same_panel_is_read_once_until_the_store_changes(store: Database) -> None:
+    first = seen({1: StallState.TAKEN})
+    lot = lot_of(store, first)
+    with store.reading() as connection:
+        panel = read_panel(connection, lot, EVER)
+        assert read_panel(connection, lot, EVER) is panel
+        assert read_panel(connection, lot, Period(BEGAN, None, UTC, "UTC")) is not panel
+    with pytest.raises(ValueError, match="read-only"):
+        panel.taken[0, 0] = 0.5
+    lot_of(store, later(seen({2: StallState.TAKEN}), 1))
+    with store.reading() as connection:
+        assert len(read_panel(connection, lot, EVER).surveys) == 2
+
+
+@pytest.mark.parametrize("zone", ["UTC", "Asia/Kathmandu"])
+@pytest.mark.parametrize(("begin", "end"), [(1, None), (None, 2), (1, 3), (3, 9), (9, 10)])
+def test_a_part_of_what_is_kept_is_that_which_is_read_alone(
+    store: Database, begin: int | None, end: int | None, zone: str
+) -> None:
+    unknown, day = {3: StallState.UNKNOWN}, 86_400.0
+    flown = [seen({number: StallState.TAKEN, **unknown}) for number in (1, 2, 4, 5, 6)]
+    lot = lot_of(store, flown[0], *(later(each, number) for number, each in enumerate(flown[1:], 2)))
+    with store.writing() as connection:
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 3).values(time_is_sure=False))
+        connection.execute(update(STALL).where(STALL.c.label == "A 2").values(begins=2))
+        connection.execute(update(SURVEY).where(SURVEY.c.seq >= 4).values(layout=2))
+        ended = connection.execute(select(SURVEY.c.ended).order_by(SURVEY.c.seq)).scalars().first()
+    moments = [None if number is None else float(ended or 0) + (number - 0.5) * day for number in (begin, end)]
+    part = Period(moments[0], moments[1], ZoneInfo(zone), zone)
+    with store.reading() as connection:
+        alone = read_panel(connection, lot, part)
+        whole = read_panel(connection, lot, EVER)
+        found = read_panel(connection, lot, part)
+    assert len(whole.surveys) == 4
+    assert found is not alone
+    for name in ("stalls", "surveys", "left_out", "local_times", "clock", "clock_name", "lot", "name"):
+        assert getattr(found, name) == getattr(alone, name)
+    for name in ("taken", "state", "is_there"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+
+
+def test_a_wider_period_is_read_again_and_then_kept(store: Database) -> None:
+    lot = lot_of(store, seen({1: StallState.TAKEN}), later(seen({2: StallState.TAKEN}), 2))
+    statements: list[str] = []
+    with store.reading() as connection:
+        event.listen(connection, "before_cursor_execute", lambda *given: statements.append(given[2]))
+        ended = connection.execute(select(SURVEY.c.ended).order_by(SURVEY.c.seq)).scalars().all()
+        day = Period(ended[1] - 1, None, UTC, "UTC")
+        sizes = [len(read_panel(connection, lot, period).surveys) for period in (day, EVER, day, EVER)]
+    assert sizes == [1, 2, 1, 2]
+    assert sum("FROM looks" in each for each in statements) == 2

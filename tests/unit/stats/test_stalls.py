@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from hawk.lots.database import Database
-from hawk.lots.values import NotFoundError
 from hawk.model.lot_map import StallState
-from hawk.stats.stalls import LOOKS_SHOWN, heat_json, looks_json, share_bounds
+from hawk.stats.stalls import heat_json, share_bounds
 from tests.unit.stats.test_reading import EVER, later, lot_of, seen
 
 
@@ -57,23 +56,3 @@ def test_doubtful_states_widen_the_interval() -> None:
     sure, doubtful = (share_bounds(np.array([5.0]), np.array([10.0]), np.array([wrong])) for wrong in (0.0, 2.0))
     assert doubtful[0] < sure[0]
     assert sure[1] < doubtful[1]
-
-
-def test_the_newest_looks_at_a_stall_come_first_and_are_limited(store: Database) -> None:
-    flown = [later(seen({1: StallState.TAKEN} if k % 2 else {}), k + 1) for k in range(3)]
-    lot = lot_of(store, *flown)
-    with store.reading() as connection:
-        ids = heat_json(connection, lot, EVER)
-        stall = ids["ids"][ids["labels"].index("A 1")]
-        found = looks_json(connection, lot, stall, limit=2)
-    assert found["label"] == "A 1"
-    assert len(found["looks"]) == 2 < LOOKS_SHOWN
-    assert found["looks"][0]["looked"] >= found["looks"][1]["looked"]
-
-
-def test_a_stall_of_another_lot_is_not_there(store: Database) -> None:
-    lot = lot_of(store, seen({}))
-    with store.reading() as connection:
-        stall = heat_json(connection, lot, EVER)["ids"][0]
-        with pytest.raises(NotFoundError, match="this lot has none with this id"):
-            looks_json(connection, "0" * 36, stall)

@@ -107,4 +107,19 @@ async def test_a_time_that_is_no_time_is_refused(viewer: Viewer, valid_s: str) -
 
 async def test_another_feed_is_refused_with_those_that_there_are(viewer: Viewer) -> None:
     status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/datex")
-    assert (status, b"there are ngsi-ld, cds, parkapi" in data) == (404, True)
+    assert (status, b"there are ngsi-ld, cds, parkapi, cds-aggregates" in data) == (404, True)
+
+
+async def test_a_lot_is_aggregates_hour_by_hour(viewer: Viewer) -> None:
+    status, headers, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/cds-aggregates?time_zone=UTC")
+    assert (status, headers["Content-Type"]) == (200, "application/vnd.cds+csv;version=1.0")
+    lines = data.decode().splitlines()
+    assert len(lines) == 25, "the head, and the hours of the day of the survey"
+    assert sum(line.endswith(",-1") for line in lines) == 23
+
+
+@pytest.mark.parametrize(("query", "words"), [("from=x", b"from: "), ("time_zone=Mars", b"time_zone: ")])
+async def test_a_period_that_is_none_is_refused(viewer: Viewer, query: str, words: bytes) -> None:
+    status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/cds-aggregates?{query}")
+    assert status == 422
+    assert words in data or words.removesuffix(b": ") in data

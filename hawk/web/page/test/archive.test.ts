@@ -4,7 +4,7 @@ import { afterEach, beforeEach, describe, it } from "node:test";
 import { Archive } from "../src/archive/app.ts";
 import { amount, bracket, heatClass, moment, share } from "../src/archive/figures.ts";
 import { groundOf, originOf, pathOf, stallAt } from "../src/archive/ground.ts";
-import type { Feature, SurveyRow } from "../src/archive/link.ts";
+import { type Feature, LotSource, readAll, type SurveyRow } from "../src/archive/link.ts";
 import { hashOf, placeOf } from "../src/archive/place.ts";
 import { notes } from "../src/archive/surveys-view.ts";
 import { settle } from "./fakes.ts";
@@ -20,7 +20,7 @@ const NONE = { value: null, low: null, high: null, surveys: 0 };
 const HALF = { value: 0.5, low: 0.4, high: 0.6, surveys: 1 };
 
 function survey(id: string, ended: string, more: Partial<SurveyRow> = {}): SurveyRow {
-  return { id, placed: "registered", free: 1, taken: 1, unknown: 0, simulated: false, program: "0.3.0", began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
+  return { id, placed: "registered", free: 1, taken: 1, unknown: 0, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
 }
 
 /** A stall of some metres at metres east of a place. */
@@ -101,31 +101,84 @@ describe("a survey that no figure uses", () => {
   });
 });
 
+describe("a survey by pictures", () => {
+  const row = survey(ONE, "2026-05-04T10:00:00Z", { source: "orthophoto", source_name: "north.tif", limits: ["coarse", "partly"] });
+
+  it("names its source and what limits it, in French too", async () => {
+    assert.equal(notes(row), "From an orthophoto (north.tif) · Its pictures are coarse: fewer stalls are found · A part of the lot was not seen");
+    await inFrench(() => assert.equal(notes({ ...row, limits: ["by_gps"], source: "film" }), "D’après un film (north.tif) · Ses images sont là où leurs fichiers le disent\u00A0: les places peuvent être décalées de quelques mètres"));
+  });
+});
+
 describe("a survey that was flown over a long time", () => {
   it("says so, though figures use it", () => {
-    assert.equal(notes(survey(ONE, "2026-05-04T11:00:00Z", { began: "2026-05-04T10:00:00Z" })), "Flown over 60 min: cars came and went meanwhile");
+    assert.equal(notes(survey(ONE, "2026-05-04T11:00:00Z", { began: "2026-05-04T10:00:00Z" })), "It lasted 60 min: cars came and went meanwhile");
     assert.equal(notes(survey(ONE, "2026-05-04T11:00:00Z", { began: "2026-05-04T10:40:00Z" })), "");
+  });
+});
+
+describe("a survey of which only blurred pictures show some stalls", () => {
+  it("says how many", async () => {
+    const row = survey(ONE, "2026-05-04T10:00:00Z", { blurred: 1 });
+    assert.equal(notes(row), "Seen only blurred: 1 of 2 stalls");
+    assert.equal(notes({ ...row, blurred: 0 }), "");
+    await inFrench(() => assert.equal(notes(row), "Places vues floues seulement\u00a0: 1 sur 2"));
+  });
+});
+
+describe("what several parts of the page ask for", () => {
+  const before = globalThis.fetch;
+  afterEach(() => {
+    globalThis.fetch = before;
+  });
+
+  it("is asked again after half a minute, and after a failure", async () => {
+    let [now, count, works] = [0, 0, true];
+    globalThis.fetch = () => {
+      count += 1;
+      return Promise.resolve(works ? Response.json(FEATURES) : new Response("busy", { status: 503 }));
+    };
+    const source = new LotSource("lots/1", () => now);
+    await Promise.all([source.features(ONE), source.features(ONE)]);
+    assert.equal(count, 1);
+    [now, works] = [30_000, false];
+    await assert.rejects(source.features(ONE), /busy/);
+    works = true;
+    await source.features(ONE);
+    assert.equal(count, 3);
+  });
+
+  it("is a whole list, part by part", async () => {
+    const asked: string[] = [];
+    globalThis.fetch = (address) => {
+      asked.push(address as string);
+      return Promise.resolve(Response.json(asked.length === 1 ? { items: [1, 2], next: "2" } : { items: [3], next: null }));
+    };
+    assert.deepEqual(await readAll("lots"), [1, 2, 3]);
+    assert.deepEqual(asked, ["api/v1/lots?limit=1000", "api/v1/lots?limit=1000&after=2"]);
   });
 });
 
 describe("lots over time", () => {
   const before = globalThis.fetch;
   let sent: [string, unknown][];
+  let reads: string[];
   let answers: Record<string, unknown>;
   let hash: string;
   let archive: Archive;
 
   beforeEach(() => {
     sent = [];
+    reads = [];
     hash = "";
     answers = {
-      "surveys.json": { lot: LOT, name: "North", clock: "UTC", surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
-      ".geojson": FEATURES,
-      "shares.json": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
-      "recordings.json": { bytes: 2_000_000, recordings: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
-      "looks.json": { label: "A 1", looks: [{ survey: ONE, looked: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
-      "heat.json": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
-      "between.json": { compared: 2, unknown: 1, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 }, stalls: [{ id: STALL, label: "A 1", taken: true, chance: 0.98 }] },
+      "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
+      "/stalls": FEATURES,
+      "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
+      "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
+      "/observations": { next: null, items: [{ survey: ONE, label: "A 1", looked: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
+      "/statistics/stalls": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
+      "/statistics/between": { compared: 2, unknown: 1, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 }, stalls: [{ id: STALL, label: "A 1", taken: true, chance: 0.98 }] },
     };
     globalThis.fetch = (address, options) => {
       const path = (address as string).split("?")[0]!;
@@ -133,8 +186,11 @@ describe("lots over time", () => {
         sent.push([path, JSON.parse(options.body as string)]);
         return Promise.resolve(Response.json({ seq: 7, token: "secret", ends: "2026-06-03T10:00:00Z" }));
       }
-      const found = Object.entries(answers).find(([end]) => path.endsWith(end));
-      return Promise.resolve(found ? Response.json(found[1]) : Response.json({ field: "lot", reason: "is gone" }, { status: 404 }));
+      reads.push(path);
+      const found = Object.entries(answers)
+        .filter(([end]) => path.endsWith(end))
+        .sort(([one], [other]) => other.length - one.length)[0];
+      return Promise.resolve(found ? Response.json(found[1]) : Response.json({ field: "lot", detail: "is gone" }, { status: 404 }));
     };
   });
 
@@ -142,10 +198,10 @@ describe("lots over time", () => {
     globalThis.fetch = before;
   });
 
-  async function open(at = "", { token = null as string | null, operator = true } = {}): Promise<void> {
+  async function open(at = "", { token = null as string | null, operator = true, lots = [{ id: LOT, name: HTML }] } = {}): Promise<void> {
     hash = at;
     archive = new Archive();
-    archive.outside = { hash: () => hash, setHash: (next) => (hash = next), token, lots: () => Promise.resolve([{ id: LOT, name: HTML }]), isOperator: () => Promise.resolve(operator) };
+    archive.outside = { hash: () => hash, setHash: (next) => (hash = next), token, lots: () => Promise.resolve(lots), isOperator: () => Promise.resolve(operator) };
     document.body.replaceChildren(archive);
     await archive.begin();
     await drawn();
@@ -181,7 +237,7 @@ describe("lots over time", () => {
     assert.equal(archive.querySelectorAll("archive-plan path.free").length, 1);
     await press("Delete survey");
     await press("Undo");
-    assert.deepEqual(sent, [[`api/surveys/${ONE}/delete`, {}], ["api/lot-changes/7/undo", {}]]);
+    assert.deepEqual(sent, [[`api/v1/surveys/${ONE}/delete`, {}], ["api/v1/changes/7/undo", {}]]);
   });
 
   it("offer a viewer nothing that changes", async () => {
@@ -195,7 +251,7 @@ describe("lots over time", () => {
   });
 
   it("compare two surveys by list and by swipe", async () => {
-    answers["surveys.json"] = { ...(answers["surveys.json"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
     await open(`#lot=${LOT}&view=compare`);
     assert.equal(archive.querySelectorAll(".swipe archive-plan").length, 2);
     assert.match(words(archive), /Taken now: 1 \(1 to 2\)A 1/);
@@ -204,6 +260,30 @@ describe("lots over time", () => {
   it("need two surveys that count to compare", async () => {
     await open(`#lot=${LOT}&view=compare`);
     assert.match(words(archive), /Two surveys that count are needed/);
+  });
+
+  it("name the pictures of a survey in the report's method", async () => {
+    const row = survey(ONE, "2026-05-04T10:00:00Z", { source: "photographs", source_name: "yard" });
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [row] };
+    answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
+    await open(`#lot=${LOT}&view=report`);
+    assert.match(words(archive), /From photographs \(yard\), [^.]+\. A program determined/);
+    assert.doesNotMatch(words(archive), /[Ff]lown|flew|A drone photographed/);
+  });
+
+  it("print the report of every lot, a page each, where there are several", async () => {
+    answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
+    await open(`#lot=${LOT}&view=report`);
+    assert.equal(archive.querySelector("input[type=checkbox]"), null);
+    await open(`#lot=${LOT}&view=report`, { lots: [{ id: LOT, name: "North" }, { id: STALL, name: "South" }] });
+    assert.equal(archive.querySelectorAll("article").length, 1);
+    const box = archive.querySelector<HTMLInputElement>("input[type=checkbox]")!;
+    box.checked = true;
+    box.dispatchEvent(new Event("change", { bubbles: true }));
+    await drawn();
+    assert.equal(archive.querySelectorAll("article").length, 2);
+    assert.match(hash, /every=1/);
+    assert.ok(reads.includes(`api/v1/lots/${STALL}/statistics`));
   });
 
   it("show a stall's share and its last looks", async () => {
@@ -219,7 +299,7 @@ describe("lots over time", () => {
     await drawn();
     assert.match(archive.querySelector<HTMLInputElement>(".address")?.value ?? "", /\/shared#secret$/);
     await press("Take back");
-    assert.deepEqual(sent, [[`api/lots/${LOT}/shares`, { days: 30 }], [`api/shares/${ONE}/take-back`, {}]]);
+    assert.deepEqual(sent, [[`api/v1/lots/${LOT}/shares`, { days: 30 }], [`api/v1/shares/${ONE}/take-back`, {}]]);
   });
 
   it("keep a recording at a press, and delete it at the second one", async () => {
@@ -234,7 +314,7 @@ describe("lots over time", () => {
     await drawn();
     assert.equal(sent.length, 1);
     await press("Delete for good");
-    const place = "api/recordings/20260504T100000Z.mcap";
+    const place = "api/v1/recordings/20260504T100000Z.mcap";
     assert.deepEqual(sent, [[`${place}/keep`, { keep: true }], [`${place}/delete`, {}]]);
   });
 
@@ -246,8 +326,20 @@ describe("lots over time", () => {
     assert.match(hash, /^#secret&/);
   });
 
+  it("ask once for what two views need, and again after a change", async () => {
+    await open(`#lot=${LOT}&survey=${TWO}`);
+    await press("Stalls");
+    await press("Report");
+    await press("Surveys");
+    const asked = (end: string): number => reads.filter((path) => path.endsWith(end)).length;
+    assert.deepEqual([asked("/statistics/surveys"), asked(`/surveys/${TWO}/stalls`)], [1, 1]);
+    await press("Delete survey");
+    assert.equal(asked("/statistics/surveys"), 2);
+    assert.deepEqual(reads.filter((path) => !path.startsWith("api/v1/")), []);
+  });
+
   it("say in the drone's words why there is nothing", async () => {
-    delete answers["surveys.json"];
+    delete answers["/statistics/surveys"];
     await open(`#lot=${LOT}`);
     assert.equal(words(archive.querySelector("[role=alert]")!), "lot: is gone");
   });

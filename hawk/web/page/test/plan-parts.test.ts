@@ -178,6 +178,48 @@ describe("the parts of the plan's editor", () => {
     assert.deepEqual(store.steps, [{ do: "forbid", outline: [[0, 0], [0, 9], [9, 9]], name: "Island" }]);
   });
 
+  it("draw a zone by its corners, a name and a kind, and erase it", async () => {
+    await open();
+    model.plan.drawing.use("zone");
+    await stage.drawn();
+    assert.match(stage.text, /Click corners around stalls that are counted together/);
+    for (const place of [[0, 0], [0, 9], [9, 9]] as const) model.plan.drawing.add(place);
+    await stage.drawn();
+    await type("kind", "disabled");
+    assert.equal(stage.input("[name=area]").required, true);
+    await type("area", "East");
+    await submit("area");
+    await answered();
+    await stage.drawn();
+    const drawn = { do: "draw_zone", outline: [[0, 0], [0, 9], [9, 9]], name: "East", kind: "disabled" };
+    assert.deepEqual(store.steps, [drawn]);
+    assert.match(stage.find("section section").textContent, /Zones\s+East · Disabled/);
+    await press("Remove the zone East");
+    await answered();
+    await stage.drawn();
+    assert.deepEqual([store.steps[1], model.plan.plan.named.length], [{ do: "erase_zone", zone: "zone-0" }, 0]);
+  });
+
+  it("keep the corners of a zone whose name another one has", async () => {
+    await open();
+    model.plan.drawing.use("zone");
+    const draw = async (name: string): Promise<void> => {
+      for (const place of [[0, 0], [0, 9], [9, 9]] as const) model.plan.drawing.add(place);
+      await stage.drawn();
+      await type("area", name);
+      await submit("area");
+      await answered();
+      await stage.drawn();
+    };
+    await draw("East");
+    assert.equal(model.plan.drawing.places.length, 0);
+    await draw("East");
+    assert.equal(model.plan.drawing.places.length, 3);
+    await type("area", "West");
+    await submit("area");
+    assert.equal(model.plan.drawing.places.length, 0);
+  });
+
   it("undo and redo by Ctrl+Z, Ctrl+Shift+Z and Ctrl+Y, and not while somebody types", async () => {
     await open();
     model.plan.do({ do: "remove", stalls: ["A 1"] });

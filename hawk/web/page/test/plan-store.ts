@@ -1,4 +1,4 @@
-import type { Operation, PlanStall } from "../src/plan/values.ts";
+import type { Operation, PlanStall, PlanZone } from "../src/plan/values.ts";
 
 interface Edit {
   edit: string;
@@ -9,6 +9,7 @@ interface Edit {
 /** The drone's store of one lot as a page sees it through fetch: it removes, moves and confirms. */
 export class PlanStore {
   stalls = new Map<string, PlanStall>();
+  zones: PlanZone[] = [];
   revision = 0;
   open: Edit | null = null;
   /** What was asked, in its order. */
@@ -39,6 +40,8 @@ export class PlanStore {
     this.after.length = 0;
     const ids = "all" in operation ? [...this.stalls.keys()] : "stalls" in operation ? operation.stalls : [];
     for (const id of ids) this.changeOne(id, operation);
+    if (operation.do === "draw_zone") this.zones = [...this.zones, { id: `zone-${this.revision}`, name: operation.name, kind: operation.kind, outline: [...operation.outline] }];
+    if (operation.do === "erase_zone") this.zones = this.zones.filter(({ id }) => id !== operation.zone);
     this.revision += 1;
   }
 
@@ -63,7 +66,7 @@ export class PlanStore {
     }
     if (path === ".json") return Response.json({ id: "lot", name: "Lot 1", datum: [48, 11], surveys: [], newest_registered: null });
     const edit = this.open && { who: this.open.who, since: this.open.since };
-    return Response.json({ lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [] });
+    return Response.json({ lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [], named_zones: this.zones });
   }
 
   private act(path: string, body: Record<string, unknown>): Response {
@@ -111,6 +114,6 @@ export class PlanStore {
     const every = new Set([...this.stalls.keys(), ...this.before.flatMap((stalls) => [...stalls.keys()])]);
     const gone = [...every].filter((id) => !this.stalls.has(id));
     const left = { undo: this.before.length, redo: this.after.length };
-    return { edit: this.open?.edit, revision: this.revision, stalls: [...this.stalls.values()], gone, zones: [], ...left };
+    return { edit: this.open?.edit, revision: this.revision, stalls: [...this.stalls.values()], gone, zones: [], named_zones: this.zones, ...left };
   }
 }

@@ -1,6 +1,7 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
+import type { PlanView } from "../src/archive/plan-view.ts";
 import { Replay } from "../src/replay/app.ts";
 import { clockOf, type Event, lastAt, type Line, stateAt } from "../src/replay/line.ts";
 import { settle } from "./fakes.ts";
@@ -109,6 +110,18 @@ describe("a replay", () => {
     assert.match(words(replay), /0:08 \/ 0:10/);
     assert.match(words(replay), /Hover · 12\.5 m high/);
     assert.equal(words(replay.querySelector("li.on")!).includes("Hover"), true);
+  });
+
+  it("makes the ground once for a map, and moves the drone over it", async () => {
+    await open();
+    await press("0:08");
+    const plan = replay.querySelector<PlanView>("archive-plan")!;
+    const [ground, drone] = [plan.ground, replay.querySelector("circle.drone")?.getAttribute("cx")];
+    await press("Play");
+    draw?.(1.5);
+    await drawn();
+    assert.equal(plan.ground, ground);
+    assert.notEqual(replay.querySelector("circle.drone")?.getAttribute("cx"), drone);
   });
 
   it("plays at the speed that was chosen, pauses, ends at its end, and begins again", async () => {

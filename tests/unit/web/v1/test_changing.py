@@ -17,6 +17,7 @@ from hawk.store.recordings import Recordings
 from hawk.web.v1 import bodies, models
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
+from tests.unit.lots.importing.imports import drawn, geojson
 from tests.unit.lots.repaints import extra, flown
 from tests.unit.lots.surveys import later, survey
 from tests.unit.web.rig import Rig, browser
@@ -29,6 +30,7 @@ CORNERS = [[51.99985, 4.9999], [51.99985, 5.001], [51.99996, 5.001], [51.99996, 
 
 def path_of(operation: Operation, archive: Archive) -> str:
     ids = {"{id}": archive.surveys[0] if operation.path.startswith("/surveys") else archive.lot, "{seq}": "1"}
+    ids["{preview}"] = "0" * 32
     path = operation.path.replace("{name}", FIRST)
     for name, value in ids.items():
         path = path.replace(name, value)
@@ -207,6 +209,56 @@ async def test_recordings_are_listed_kept_and_deleted(rig: Rig, recordings: Path
     assert (status, problem["field"]) == (422, "after")
     status, _ = await archive.refused(f"/recordings/{SECOND}/keep", method="POST", operator=True, body={"keep": True})
     assert status == 404
+
+
+async def test_links_are_listed_made_and_taken_back(rig: Rig, archive: Archive) -> None:
+    path = f"/lots/{archive.lot}/shares"
+    made = await archive.done(path, days=7)
+    bodies.SharedLink.model_validate(made)
+    (listed,) = (await archive.shown(path, bodies.SharedLinks))["shares"]
+    assert (listed["id"], listed["open"], made["token"] in str(listed)) == (made["id"], True, False)
+    tag = (await archive.ask(path)).headers["ETag"]
+    assert (await archive.ask(path, If_None_Match=tag)).status == 304
+    rig.wall.advance(8 * 86_400)
+    response = await archive.ask(path, If_None_Match=tag)
+    assert (response.status, (await response.json())["shares"][0]["open"]) == (200, False)
+    other = await archive.done(path, days=1)
+    bodies.TakenBack.model_validate(await archive.done(f"/shares/{other['id']}/take-back"))
+    assert [each["open"] for each in (await archive.get(path))["shares"]] == [False, False]
+    for days in (0, 367, "seven"):
+        status, problem = await archive.refused(path, method="POST", operator=True, body={"days": days})
+        assert (status, problem["field"]) == (422, "days")
+
+
+@pytest.mark.slow  # the file is read by a process of its own
+async def test_a_plan_is_imported_and_makes_a_lot(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}/plan/import"
+    shown = await sent(archive, f"{path}?name=plan.geojson", geojson(drawn(40)))
+    bodies.PlanPreview.model_validate(shown)
+    assert (shown["lot"], shown["file"], shown["format"]) == (archive.lot, "plan.geojson", "GeoJSON")
+    edit = (await archive.done(f"/lots/{archive.lot}/edit", who="Ann"))["edit"]
+    taken = await archive.done(f"{path}/{shown['token']}/take", edit=edit, uncertain=True)
+    bodies.Edited.model_validate(taken)
+    assert (len(taken["stalls"]), taken["undo"]) == (len(shown["begin"]) + len(shown["stay"]), 1)
+    away = geojson(drawn(10, north=5000.0))
+    other = await sent(archive, "/lots/import", away)
+    assert other["lot"] is None
+    begun = await archive.done(f"/lots/import/{other['token']}/take", name="East")
+    bodies.Begun.model_validate(begun)
+    assert [each["name"] for each in await archive.items("/lots")][2:] == ["East"]
+
+
+async def test_a_file_that_is_no_plan_is_refused_with_the_remedy(archive: Archive) -> None:
+    for given in ("replace=perhaps", "colour=red", "pin=1,2"):
+        path = f"/lots/{archive.lot}/plan/import?{given}"
+        status, problem = await archive.refused(path, method="POST", operator=True, body={})
+        assert (status, problem["field"]) == (422, given.partition("=")[0])
+
+
+async def sent(archive: Archive, path: str, data: bytes) -> Any:
+    async with archive.operator.post(archive.address(path), data=data) as response:
+        assert response.status == 200, await response.text()
+        return await response.json()
 
 
 async def test_where_nothing_is_recorded_the_list_says_so(archive: Archive) -> None:

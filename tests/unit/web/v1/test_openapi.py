@@ -71,3 +71,4 @@ def test_every_address_says_what_it_takes_and_answers(operation: Operation) -> N
         assert each["description"], each["name"]
         assert each["schema"] != {}, each["name"]
     assert ("requestBody" in described) is operation.is_change
+    assert (described.get("security") == [{}]) is ("{token}" in operation.path)

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import delete
 
 from hawk.lots.tables import LOOKS
-from hawk.web.v1 import figures, models
+from hawk.web.v1 import figures, models, shapes
 from tests.unit.web.v1.archive import NOWHERE, Archive
 
 
@@ -196,3 +196,20 @@ async def test_a_parameter_that_cannot_be_used_is_named_with_the_remedy(
 async def test_what_is_not_there_is_said(archive: Archive, path: str) -> None:
     status, problem = await archive.refused(path.replace("ID", NOWHERE).replace("LOT", archive.lot))
     assert (status, problem["title"]) == (404, "Not Found")
+
+
+async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Archive) -> None:
+    path = f"/lots/{archive.lot}"
+    listed = await archive.shown(f"{path}/statistics/surveys", figures.SurveysUse)
+    assert [each["id"] for each in listed["surveys"]] == [*reversed(archive.surveys)]
+    assert {each["blurred"] for each in listed["surveys"]} == {None}
+    stalls = await archive.shown(f"{path}/statistics/stalls", figures.StallsUse)
+    assert (len(stalls["ids"]), stalls["surveys_in_period"]) == (40, 3)
+    before, after = archive.surveys[:2]
+    changed = await archive.shown(f"{path}/statistics/between?before={before}&after={after}", figures.Changed)
+    assert changed["compared"] + changed["unknown"] == 40
+    found = await archive.shown(f"{path}/surveys/{after}/stalls", shapes.SurveyStalls)
+    assert (found["hawk"]["survey_id"], len(found["features"])) == (after, 41)
+    status, problem = await archive.refused(f"/lots/{archive.far}/surveys/{after}/stalls")
+    assert status == 404
+    assert "surveys of this lot begin with" in problem["detail"]

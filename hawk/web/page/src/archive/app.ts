@@ -1,5 +1,6 @@
 import { html, LitElement, nothing, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
+import { repeat } from "lit/directives/repeat.js";
 import { say } from "../words/say.ts";
 import "./compare-view.ts";
 import "./figures-view.ts";
@@ -34,6 +35,7 @@ export class Archive extends LitElement {
   @state() private problem = "";
   @state() private mayChange = false;
   @state() private revision = 0;
+  private readonly kept = new Map<string, LotSource>();
   @state() private notice: { text: string; undo?: () => Promise<unknown> } | null = null;
 
   protected override createRenderRoot(): HTMLElement {
@@ -82,7 +84,7 @@ export class Archive extends LitElement {
         (view) => html`<button class=${view === this.place.view ? "on" : ""} aria-current=${view === this.place.view ? "page" : "false"} @click=${() => this.go({ view })}>${say(`archive-${view}`)}</button>`,
       )}</nav>
       <main @archive-go=${(event: CustomEvent<Partial<Place>>) => this.go(event.detail)}
-        @archive-changed=${() => (this.revision += 1)}
+        @archive-changed=${() => this.renew()}
         @archive-said=${(event: CustomEvent<{ text: string; undo?: () => Promise<unknown> }>) => (this.notice = event.detail)}>
         ${this.problem === "" ? nothing : html`<p role="alert">${this.problem}</p>`} ${this.content(isShared)}
       </main>
@@ -103,7 +105,7 @@ export class Archive extends LitElement {
     const { place, revision, mayChange } = this;
     if (!isShared && place.view === "recordings") return html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-recordings>`;
     if (!isShared && place.lot === "") return this.lots === null ? nothing : html`<p>${say("archive-no-lot")}</p>`;
-    const source = this.sourceOf(isShared);
+    const source = this.sourceOf(isShared, place.lot);
     const shared = { source, place, revision, mayChange: mayChange && !isShared };
     switch (place.view) {
       case "compare":
@@ -113,7 +115,7 @@ export class Archive extends LitElement {
       case "stalls":
         return html`<archive-stalls .source=${source} .place=${place} .revision=${revision}></archive-stalls>`;
       case "report":
-        return html`<archive-report .source=${source} .place=${place} .revision=${revision}></archive-report>`;
+        return this.reports(isShared);
       case "links":
         return isShared ? nothing : html`<archive-links .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
       default:
@@ -121,8 +123,28 @@ export class Archive extends LitElement {
     }
   }
 
-  private sourceOf(isShared: boolean): LotSource {
-    return new LotSource(isShared ? `api/shared/${this.outside.token ?? ""}` : `api/lots/${this.place.lot}`);
+  /** The report of the lot, or of every lot, a page each. */
+  private reports(isShared: boolean): TemplateResult {
+    const { place, revision, lots } = this;
+    const isChoice = !isShared && (lots ?? []).length > 1;
+    const ids = isChoice && place.every ? (lots ?? []).map(({ id }) => id) : [place.lot];
+    return html`<div class="fields no-print">
+        <button class="primary" @click=${() => print()}>${say("archive-print")}</button>
+        ${isChoice ? html`<label class="tick"><input type="checkbox" .checked=${place.every !== ""} @change=${(event: Event) => this.go({ every: (event.target as HTMLInputElement).checked ? "1" : "" })} />${say("archive-every-lot")}</label>` : nothing}
+      </div>${repeat(ids, (id) => id, (id) => html`<archive-report .source=${this.sourceOf(isShared, id)} .place=${id === place.lot ? place : { ...place, lot: id, survey: "" }} .revision=${revision}></archive-report>`)}`;
+  }
+
+  /** The same for every view of a lot. */
+  private sourceOf(isShared: boolean, lot: string): LotSource {
+    const base = isShared ? `shared/${this.outside.token ?? ""}` : `lots/${lot}`;
+    const source = this.kept.get(base) ?? new LotSource(base);
+    this.kept.set(base, source);
+    return source;
+  }
+
+  private renew(): void {
+    for (const source of this.kept.values()) source.forget();
+    this.revision += 1;
   }
 
   private saying({ text, undo }: { text: string; undo?: () => Promise<unknown> }): TemplateResult {
@@ -138,6 +160,6 @@ export class Archive extends LitElement {
     } catch (error) {
       this.notice = { text: error instanceof Error ? error.message : say("archive-unanswered") };
     }
-    this.revision += 1;
+    this.renew();
   }
 }

@@ -20,8 +20,15 @@ export interface SurveyRow {
   free: number;
   taken: number;
   unknown: number;
+  /** Stalls that only blurred pictures showed; null where that was not measured. */
+  blurred: number | null;
   simulated: boolean;
   program: string;
+  /** Kind of the pictures that it was made of; "" for a flight. */
+  source: "" | "photographs" | "orthophoto" | "film";
+  source_name: string;
+  /** What limits a survey by pictures. */
+  limits: ("by_gps" | "coarse" | "partly")[];
   /** UTC in ISO 8601. */
   began: string;
   ended: string;
@@ -84,9 +91,12 @@ export interface Between {
   stalls: { id: string; label: string; taken: boolean; chance: number }[];
 }
 
-export interface Looks {
+export interface Look {
+  survey: string;
   label: string;
-  looks: { survey: string; looked: string; state: string; taken_probability: number }[];
+  looked: string;
+  state: string;
+  taken_probability: number;
 }
 
 /** A survey as the drone's GeoJSON has it. */
@@ -133,36 +143,80 @@ export interface Period {
   to: string;
 }
 
-/** Reads of one lot: by its id, or by the token of a link that was shared. */
-export class LotSource {
-  private readonly base: string;
+/** Address of the drone's API. */
+export const API = "api/v1";
+/** An answer is shared by the parts of the page for so long, milliseconds; a survey that lands is seen then. */
+const KEPT_MS = 30_000;
+const LOOKS_SHOWN = 30;
 
-  constructor(base: string) {
-    this.base = base;
+/** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
+export class LotSource {
+  readonly base: string;
+  private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
+  private readonly now: () => number;
+
+  constructor(base: string, now: () => number = Date.now) {
+    this.base = `${API}/${base}`;
+    this.now = now;
+  }
+
+  /** Something was changed: everything is asked for again. */
+  forget(): void {
+    this.kept.clear();
   }
 
   surveys(period: Period): Promise<Listing> {
-    return read(`${this.base}/surveys.json${query({ ...period, time_zone: zone() })}`);
+    return this.once(`statistics/surveys${query({ ...period, time_zone: zone() })}`);
   }
 
   statistics(period: Period, by = ""): Promise<Statistics> {
-    return read(`${this.base}/statistics.json${query({ ...period, by, time_zone: zone() })}`);
+    return this.once(`statistics${query({ ...period, by, time_zone: zone() })}`);
   }
 
   heat(period: Period): Promise<Heat> {
-    return read(`${this.base}/heat.json${query({ ...period, time_zone: zone() })}`);
+    return this.once(`statistics/stalls${query({ ...period, time_zone: zone() })}`);
   }
 
   between(before: string, after: string): Promise<Between> {
-    return read(`${this.base}/between.json${query({ before, after })}`);
+    return this.once(`statistics/between${query({ before, after })}`);
   }
 
-  looks(stall: string): Promise<Looks> {
-    return read(`${this.base}/stalls/${stall}/looks.json`);
+  /** The newest looks at a stall. */
+  async looks(stall: string): Promise<Look[]> {
+    const { items } = await this.once<Part<Look>>(`observations${query({ stall, order: "newest", limit: String(LOOKS_SHOWN) })}`);
+    return items;
   }
 
   features(survey: string): Promise<Features> {
-    return read(`${this.base}/surveys/${survey}.geojson`);
+    return this.once(`surveys/${survey}/stalls`);
+  }
+
+  private once<T>(path: string): Promise<T> {
+    const now = this.now();
+    const found = this.kept.get(path);
+    if (found && now - found.at < KEPT_MS) return found.answer as Promise<T>;
+    const answer = read<T>(`${this.base}/${path}`);
+    this.kept.set(path, { at: now, answer });
+    answer.catch(() => this.kept.delete(path));
+    return answer;
+  }
+}
+
+/** Part of a list; `next` is where the following one begins. */
+interface Part<T> {
+  items: T[];
+  next: string | null;
+}
+
+/** Reads a whole list of the API, part by part. */
+export async function readAll<T>(name: string): Promise<T[]> {
+  const found: T[] = [];
+  let after = "";
+  for (;;) {
+    const { items, next } = await read<Part<T>>(`${API}/${name}${query({ limit: "1000", after })}`);
+    found.push(...items);
+    if (next === null) return found;
+    after = next;
   }
 }
 
@@ -189,7 +243,7 @@ export async function post<T>(address: string, body: object = {}): Promise<T> {
 async function asked(address: string, options: RequestInit): Promise<unknown> {
   let answer: Response;
   try {
-    answer = await fetch(address, { cache: "no-store", ...options });
+    answer = await fetch(address, { cache: "no-cache", ...options });
   } catch {
     throw new Refused(say("archive-unanswered"));
   }
@@ -199,8 +253,8 @@ async function asked(address: string, options: RequestInit): Promise<unknown> {
 
 function reason(text: string): string {
   try {
-    const { field, reason: words } = JSON.parse(text) as { field?: string; reason?: string };
-    return field ? `${field}: ${words ?? ""}` : (words ?? "");
+    const { field, detail = "" } = JSON.parse(text) as { field?: string; detail?: string };
+    return field ? `${field}: ${detail}` : detail;
   } catch {
     return text.startsWith("<") ? "" : text;
   }

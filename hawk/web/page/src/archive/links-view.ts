@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { day } from "../words/format.ts";
 import { say } from "../words/say.ts";
-import { post, read, type ShareRow } from "./link.ts";
+import { API, post, read, type ShareRow } from "./link.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 const STANDARD_DAYS = 30;
@@ -14,7 +14,7 @@ export class LinksView extends View {
   private readonly listed = new Asked<{ shares: ShareRow[] }>(this);
 
   override willUpdate(): void {
-    this.listed.ask(`${this.place.lot} ${this.revision}`, () => read(`api/lots/${this.place.lot}/shares.json`));
+    this.listed.ask(`${this.place.lot} ${this.revision}`, () => read(`${API}/lots/${this.place.lot}/shares`));
   }
 
   override render(): TemplateResult {
@@ -42,7 +42,7 @@ export class LinksView extends View {
     event.preventDefault();
     const field = (event.currentTarget as HTMLFormElement).elements.namedItem("days") as HTMLInputElement;
     try {
-      const { token, ends } = await post<{ token: string; ends: string }>(`api/lots/${this.place.lot}/shares`, { days: Number(field.value) });
+      const { token, ends } = await post<{ token: string; ends: string }>(`${API}/lots/${this.place.lot}/shares`, { days: Number(field.value) });
       this.made = { address: new URL(`shared#${token}`, document.baseURI).href, ends };
       this.changed();
     } catch (error) {
@@ -52,7 +52,7 @@ export class LinksView extends View {
 
   private async takeBack(row: ShareRow): Promise<void> {
     try {
-      await post(`api/shares/${row.id}/take-back`);
+      await post(`${API}/shares/${row.id}/take-back`);
       this.made = null;
       this.changed();
     } catch (error) {

@@ -1,6 +1,6 @@
 import { Archive } from "./app.ts";
 import { dressed } from "./dressed.ts";
-import { type LotName, read } from "./link.ts";
+import { type LotName, read, readAll } from "./link.ts";
 
 const isShared = location.pathname.endsWith("/shared");
 
@@ -15,7 +15,7 @@ function begin(archive: Archive): void {
       history.pushState(null, "", hash);
     },
     token: isShared ? (/^#([\w-]+)/.exec(location.hash)?.[1] ?? "none") : null,
-    lots: async () => (await read<{ lots: LotName[] }>("api/lots.json")).lots,
+    lots: () => readAll<LotName>("lots"),
     isOperator: async () => (await read<{ role: string }>("api/session").catch(() => ({ role: "viewer" }))).role === "operator",
   };
   window.addEventListener("popstate", () => archive.read());

@@ -11,9 +11,11 @@ export interface Place {
   stall: string;
   from: string;
   to: string;
+  /** "1": the report is of every lot, a page each. */
+  every: "" | "1";
 }
 
-const NOWHERE: Place = { lot: "", view: "surveys", survey: "", before: "", after: "", stall: "", from: "", to: "" };
+const NOWHERE: Place = { lot: "", view: "surveys", survey: "", before: "", after: "", stall: "", from: "", to: "", every: "" };
 const DAY = /^\d{4}-\d{2}-\d{2}$/;
 
 /** The place that an address names; what cannot be read is left out. */
@@ -28,6 +30,7 @@ export function placeOf(hash: string): Place {
     const value = given.get(name) ?? "";
     if (DAY.test(value)) place[name] = value;
   }
+  if (given.get("every") === "1") place.every = "1";
   const view = given.get("view");
   const known = VIEWS.find((name) => name === view);
   return known ? { ...place, view: known } : place;

@@ -3,28 +3,28 @@ import { customElement } from "lit/decorators.js";
 import { bytes, longDuration } from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { moment } from "./figures.ts";
-import { post, read, type RecordingRow } from "./link.ts";
+import { API, post, readAll, type RecordingRow } from "./link.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 /** The recordings on the drone's disk: size, lot, length, mark, download, delete. */
 @customElement("archive-recordings")
 export class RecordingsView extends View {
-  private readonly listed = new Asked<{ recordings: RecordingRow[]; bytes: number }>(this);
+  private readonly listed = new Asked<RecordingRow[]>(this);
   private asked = "";
 
   override willUpdate(): void {
-    this.listed.ask(String(this.revision), () => read("api/recordings.json"));
+    this.listed.ask(String(this.revision), () => readAll("recordings"));
   }
 
   override render(): TemplateResult {
     const { value, problem } = this.listed;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
-    if (value.recordings.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
-    return html`<p>${say("archive-recordings-size", { count: value.recordings.length, size: bytes(value.bytes) })}</p>
+    if (value.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
+    return html`<p>${say("archive-recordings-size", { count: value.length, size: bytes(value.reduce((sum, row) => sum + row.bytes, 0)) })}</p>
       <div class="wide" tabindex="0" role="region" aria-label=${say("archive-recordings")}><table>
         <thead><tr>${(["archive-when", "archive-lot", "archive-length", "archive-size", "archive-keep", "archive-file"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
-        <tbody>${value.recordings.toReversed().map((row) => this.row(row))}</tbody>
+        <tbody>${value.toReversed().map((row) => this.row(row))}</tbody>
       </table></div>`;
   }
 
@@ -44,7 +44,7 @@ export class RecordingsView extends View {
   }
 
   private async keep(row: RecordingRow, wanted: boolean): Promise<void> {
-    await this.change(post(`api/recordings/${row.name}/keep`, { keep: wanted }));
+    await this.change(post(`${API}/recordings/${row.name}/keep`, { keep: wanted }));
   }
 
   private async delete(row: RecordingRow): Promise<void> {
@@ -54,7 +54,7 @@ export class RecordingsView extends View {
       return;
     }
     this.asked = "";
-    await this.change(post(`api/recordings/${row.name}/delete`));
+    await this.change(post(`${API}/recordings/${row.name}/delete`));
   }
 
   private async change(asked: Promise<unknown>): Promise<void> {

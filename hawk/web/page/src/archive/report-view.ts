@@ -7,7 +7,7 @@ import { groundOf, originOf } from "./ground.ts";
 import type { Features, Listing, Statistics, SurveyRow } from "./link.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
-import { stateLegend, warning } from "./surveys-view.ts";
+import { sourceOf, stateLegend, warning } from "./surveys-view.ts";
 import { Asked, View } from "./view.ts";
 
 /** A lot on paper: map, counts with intervals, curves, zones, method and limits. */
@@ -38,14 +38,13 @@ export class ReportView extends View {
     const [found, listed] = [this.found.value, this.listed.value];
     if (found === null || listed === null) return html`<p>${say("archive-asking")}</p>`;
     const row = this.row();
-    return html`<button class="primary no-print" @click=${() => print()}>${say("archive-print")}</button>
-      <article class="report">
+    return html`<article class="report">
         <h2>${listed.name}</h2>
         <p>${behind(found)}</p>
         ${row ? this.newest(row) : nothing}
         ${found.whole === null ? html`<p>${say("archive-none-counts")}</p>` : html`${useTable(found.whole)} ${curves(found, listed)}`}
         ${found.parts.length < 2 ? nothing : html`<h3>${say("archive-by-zone")}</h3>${partsTable(found)}`}
-        <h3>${say("archive-method")}</h3><p>${say("archive-method-words")}</p>
+        <h3>${say("archive-method")}</h3><p>${method(listed.surveys)} ${say("archive-method-words")}</p>
         <h3>${say("archive-limits")}</h3><p>${say("archive-limits-words")}</p>
         <p class="sub">${row?.program ?? ""}</p>
       </article>`;
@@ -59,4 +58,11 @@ export class ReportView extends View {
       <p><b>${counts}</b> · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
       ${ground === null ? nothing : html`<archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${counts}></archive-plan>${stateLegend()}`}`;
   }
+}
+
+/** Who took the pictures: the drone, or others, with their dates. */
+function method(surveys: SurveyRow[]): string {
+  const taken = surveys.filter(({ source }) => source !== "").map((row) => say("archive-method-source", { source: sourceOf(row), when: moment(row.ended) }));
+  const flown = surveys.some(({ source }) => source === "") ? [say("archive-method-flown")] : [];
+  return [...flown, ...taken].join(" ");
 }

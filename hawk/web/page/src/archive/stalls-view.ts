@@ -3,7 +3,7 @@ import { customElement } from "lit/decorators.js";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features, Heat, Listing, Looks } from "./link.ts";
+import type { Features, Heat, Listing, Look } from "./link.ts";
 import type { Shade } from "./plan-view.ts";
 import "./plan-view.ts";
 import { Asked, View } from "./view.ts";
@@ -14,7 +14,7 @@ export class StallsView extends View {
   private readonly heat = new Asked<Heat>(this);
   private readonly listed = new Asked<Listing>(this);
   private readonly shown = new Asked<Features>(this);
-  private readonly looks = new Asked<Looks>(this);
+  private readonly looks = new Asked<Look[]>(this);
 
   override willUpdate(): void {
     const { from, to, lot, stall } = this.place;
@@ -54,10 +54,10 @@ export class StallsView extends View {
     const at = heat.ids.indexOf(this.place.stall);
     const { value, problem } = this.looks;
     const found = { value: heat.share[at] ?? null, low: heat.low[at] ?? null, high: heat.high[at] ?? null, surveys: heat.surveys[at] ?? 0 };
-    return html`<section class="card" aria-live="polite"><h2>${say("archive-stall-of", { label: value?.label ?? heat.labels[at] ?? "" })}</h2>
+    return html`<section class="card" aria-live="polite"><h2>${say("archive-stall-of", { label: heat.labels[at] ?? value?.[0]?.label ?? "" })}</h2>
       <p>${say("archive-stall-share", { surveys: found.surveys })} ${share(found)}</p>
       ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
-      <ol class="looks">${(value?.looks ?? []).map(
+      <ol class="looks">${(value ?? []).map(
         (look) => html`<li><i class="key ${look.state}"></i>${moment(look.looked)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
       )}</ol></section>`;
   }

@@ -4,7 +4,7 @@ import { SURVEY_FILES } from "../link/lots.ts";
 import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
 import { groundOf, originOf } from "./ground.ts";
-import { type Features, type Listing, post, type SurveyRow } from "./link.ts";
+import { API, type Features, type Listing, post, type SurveyRow } from "./link.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { Asked, View, wordsOf } from "./view.ts";
@@ -52,7 +52,7 @@ export class SurveysView extends View {
       <p><b>${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}</b> · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
       ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
       ${value === null ? nothing : drawn(value, row)}
-      <p class="sub">${row.program}</p>
+      <p class="sub">${[sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
       ${this.mayChange ? this.actions(row) : nothing}
     </section>`;
   }
@@ -66,10 +66,10 @@ export class SurveysView extends View {
 
   private async delete(row: SurveyRow): Promise<void> {
     try {
-      const { seq } = await post<{ seq: number }>(`api/surveys/${row.id}/delete`);
+      const { seq } = await post<{ seq: number }>(`${API}/surveys/${row.id}/delete`);
       this.go({ survey: "" });
       this.changed();
-      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`api/lot-changes/${seq}/undo`));
+      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`${API}/changes/${seq}/undo`));
     } catch (error) {
       this.said(wordsOf(error));
     }
@@ -92,17 +92,23 @@ export function stateLegend(): TemplateResult {
 /** A survey that took longer than this, minutes, shows no moment: cars came and went meanwhile. */
 const LONG_MIN = 30;
 
-/** Why no figure uses a survey, that it was flown over a long time, and that it was a simulation. */
+/** The pictures that a survey was made of, "" for a flight. */
+export function sourceOf(row: SurveyRow): string {
+  return row.source === "" ? "" : say(`archive-of-${row.source}`, { name: row.source_name });
+}
+
+/** The source of a survey and what limits it, why no figure uses it, that it took a long time or was seen blurred, and that it was a simulation. */
 export function notes(row: SurveyRow): string {
   const why = row.left_out_code === "" ? "" : say(`archive-why-${row.left_out_code === "no_time" ? "time" : row.left_out_code === "no_looks" ? "looks" : "unregistered"}`);
   const minutes = (Date.parse(row.ended) - Date.parse(row.began)) / 60_000;
   const long = minutes > LONG_MIN ? say("archive-long", { minutes: number(minutes) }) : "";
-  return [row.simulated ? say("archive-simulated") : "", long, why].filter((each) => each !== "").join(" · ");
+  const blurred = row.blurred ? say("archive-blurred", { blurred: row.blurred, stalls: row.free + row.taken + row.unknown }) : "";
+  return [row.simulated ? say("archive-simulated") : "", sourceOf(row), ...row.limits.map((each) => say(each === "by_gps" ? "archive-limit-by-gps" : `archive-limit-${each}`)), long, blurred, why].filter((each) => each !== "").join(" · ");
 }
 
 /** The same as a line that nobody overlooks. */
 export function warning(row: SurveyRow): TemplateResult | typeof nothing {
-  const words = notes({ ...row, simulated: false });
+  const words = notes({ ...row, simulated: false, source: "" });
   if (words === "") return nothing;
   return html`<p class="warning">${row.left_out_code === "" ? words : say("archive-left-out", { why: words })}</p>`;
 }

@@ -16,6 +16,7 @@ export interface PlanChange {
   stalls: PlanStall[];
   gone: string[];
   zones: PlanZone[];
+  named_zones: PlanZone[];
   edit: Editor | null;
 }
 
@@ -45,6 +46,7 @@ export interface Done {
   stalls: PlanStall[];
   gone: string[];
   zones: PlanZone[];
+  named_zones: PlanZone[];
   undo: number;
   redo: number;
 }

@@ -57,20 +57,35 @@ export function drawSeen(context: CanvasRenderingContext2D, found: readonly Rect
   drawLook(context, found, on(sight), { colour: palette.planCase, casing: palette.fence, dash: SEEN_DASH, width: 1.5 });
 }
 
-/** Draws an area without stalls. */
-export function drawArea(context: CanvasRenderingContext2D, ring: readonly Coordinate[], sight: Sight, palette: Palette): void {
+/** A ring on the map: an area without stalls, or a zone with its name. */
+export interface Area {
+  ring: readonly Coordinate[];
+  name: string | null;
+}
+
+/** Draws an area without stalls, or a zone. */
+export function drawArea(context: CanvasRenderingContext2D, { ring, name }: Area, sight: Sight, palette: Palette): void {
   if (ring.length < 2) return;
-  path(context, ring.map((place) => toPixel(sight, place)), true);
-  context.fillStyle = `${palette.zone}33`;
+  const pixels = ring.map((place) => toPixel(sight, place));
+  const colour = name === null ? palette.zone : palette.plan;
+  path(context, pixels, true);
+  context.fillStyle = `${colour}${name === null ? "33" : "1f"}`;
   context.fill();
-  strokeCased(context, palette.zone, palette.planCase, 2, [8, 4]);
+  strokeCased(context, colour, palette.planCase, 2, [8, 4]);
+}
+
+/** Writes the name of a zone into its middle. */
+export function drawAreaName(context: CanvasRenderingContext2D, { ring, name }: Area, sight: Sight, palette: Palette): void {
+  if (name === null) return;
+  const middle = (axis: 0 | 1): number => ring.reduce((sum, place) => sum + place[axis], 0) / ring.length;
+  drawText(context, name, ...toPixel(sight, [middle(0), middle(1)]), palette.plan, palette.planCase);
 }
 
 export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
   const { shapes, places, isArea, box, isPreview } = sketch;
   drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: isPreview === true ? FOUND_DASH : [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
-  if (isArea) drawArea(context, places, sight, palette);
+  if (isArea) drawArea(context, { ring: places, name: null }, sight, palette);
   else if (pixels.length > 1) {
     path(context, pixels.slice(0, 2));
     strokeCased(context, palette.plan, palette.planCase, 3, []);
@@ -161,12 +176,17 @@ function drawWords(context: CanvasRenderingContext2D, stall: PlanShape, sight: S
     context.fillText(mark, x, y + 0.5);
   }
   if (!isLabelled) return;
-  const below = mark === "" ? y : y + 20;
+  drawText(context, stall.label, x, mark === "" ? y : y + 20, stall.confirmed && !stall.chosen ? palette.confirmed : palette.plan, palette.planCase);
+}
+
+function drawText(context: CanvasRenderingContext2D, text: string, x: number, y: number, colour: string, casing: string): void {
+  context.textAlign = "center";
+  context.textBaseline = "middle";
   context.font = `600 12px ${FONT_FAMILY}`;
-  context.strokeStyle = palette.planCase;
+  context.strokeStyle = casing;
   context.lineWidth = 3;
   context.lineJoin = "round";
-  context.strokeText(stall.label, x, below);
-  context.fillStyle = stall.confirmed && !stall.chosen ? palette.confirmed : palette.plan;
-  context.fillText(stall.label, x, below);
+  context.strokeText(text, x, y);
+  context.fillStyle = colour;
+  context.fillText(text, x, y);
 }

@@ -1,27 +1,28 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
-import { drawArea, drawPlan, drawPlanWords, drawSeen, drawSketch, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
+import { type Area, drawArea, drawAreaName, drawPlan, drawPlanWords, drawSeen, drawSketch, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
 import { type Coordinate, type Extent, type Rectangle } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import { SquarePictures } from "./square-pictures.ts";
 import { StallIndex } from "./stall-index.ts";
 import { WideCanvas } from "./wide-canvas.ts";
 
-/** A plan on the map: its stalls, areas without stalls, and what vision saw besides; over them what is being drawn. */
+/** A plan on the map: its stalls, areas, and what vision saw besides; over them what is being drawn. */
 export class PlanLayer extends Layer {
   palette: Palette;
   private readonly index = new StallIndex<string, PlanShape>(
     (one, other) => one.chosen === other.chosen && one.confirmed === other.confirmed && one.kind === other.kind && one.label === other.label,
   );
   private readonly pictures = new SquarePictures(this.index, (context, stalls, frame) => drawPlan(context, stalls, frame, this.palette));
-  private areas: readonly (readonly Coordinate[])[] = [];
+  private areas: readonly Area[] = [];
   private seen: readonly Rectangle[] = [];
   private sketch = NO_SKETCH;
   private readonly holder = document.createElement("div");
   private readonly wide = new WideCanvas("plan", (context, sight, frame) => {
     drawSeen(context, this.seen, sight, this.palette);
-    for (const ring of this.areas) drawArea(context, ring, sight, this.palette);
+    for (const area of this.areas) drawArea(context, area, sight, this.palette);
     for (const { stalls } of this.pictures.paint(context, sight, frame)) drawPlanWords(context, stalls.values(), sight, this.palette);
+    for (const area of this.areas) drawAreaName(context, area, sight, this.palette);
   });
   private readonly over = new WideCanvas("plan", (context, sight) => drawSketch(context, this.sketch, sight, this.palette));
 
@@ -49,7 +50,7 @@ export class PlanLayer extends Layer {
     if (changed) this.touch();
   }
 
-  showAreas(areas: readonly (readonly Coordinate[])[], seen: readonly Rectangle[]): void {
+  showAreas(areas: readonly Area[], seen: readonly Rectangle[]): void {
     this.areas = areas;
     this.seen = seen;
     this.touch();

@@ -126,7 +126,7 @@ export class PlanOnMap {
       layer.remove([...redrawn].filter((id) => !plan.get(id)));
       layer.put([...redrawn].flatMap((id) => plan.get(id) ?? []).map((stall) => this.onMap(stall)));
     }
-    const areas = plan.zones.map(({ outline }) => outline.map((corner) => this.toMap(corner)));
+    const areas = [...plan.zones, ...plan.named].map(({ outline, name, kind }) => ({ ring: outline.map((corner) => this.toMap(corner)), name: kind === "no_stalls" ? null : name }));
     layer.showAreas(areas, lot.found.map((each) => shiftedShape(this.frame.toMap, each)));
     this.sketched = "";
   }
@@ -154,12 +154,12 @@ export class PlanOnMap {
       const { begin, stay } = incoming.preview;
       return { ...NO_SKETCH, shapes: [...begin, ...stay].map((each) => shiftedShape(this.frame.toMap, each)), isPreview: true };
     }
-    const places = drawing.tool === "area" && drawing.pointer && drawing.places.length > 0 ? [...drawing.places, drawing.pointer] : drawing.places;
+    const places = drawing.isRing && drawing.pointer && drawing.places.length > 0 ? [...drawing.places, drawing.pointer] : drawing.places;
     const shapes = drawing.tool === "row" ? drawing.rowStalls : drawing.tool === "stall" && drawing.pointer ? [this.newStall(drawing.pointer, false)] : [];
     if (drawing.tool === "choose" || drawing.tool === "box") return NO_SKETCH;
     const row = drawing.row;
     const ends = drawing.tool === "row" && row && drawing.places.length > 0 ? [...row.front, ...drawing.places.slice(2)] : places;
-    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), isArea: drawing.tool === "area", box: [] };
+    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), isArea: drawing.isRing, box: [] };
   }
 
   private clicked(place: Coordinate, id: string | null, how: Touching): void {
@@ -211,7 +211,7 @@ export class PlanOnMap {
     if (free) return place;
     const near = this.around([place]);
     const [start, end] = drawing.places;
-    if (drawing.tool === "area" || !start) return drawing.tool === "area" ? place : snapPlace(place, near);
+    if (drawing.isRing || !start) return drawing.isRing ? place : snapPlace(place, near);
     const { usual } = plan.summary;
     const isParallel = drawing.style === "parallel";
     const pitch = isParallel ? usual.length : usual.width / Math.cos(drawing.leanAngle);

@@ -626,6 +626,7 @@ plan-tool-stall = Add stall
 plan-tool-row = Add row
 plan-tool-area = No stalls
 plan-tool-area-aloud = No stalls: an area without stalls
+plan-tool-zone = Zone
 plan-redo = Redo
 plan-choose-line =
     { $pointer ->
@@ -659,6 +660,11 @@ plan-area-line =
     { $pointer ->
         [finger] Tap the corners of an area that has no stalls. Stalls in it go.
        *[mouse] Click the corners of an area that has no stalls. Stalls in it go.
+    }
+plan-zone-line =
+    { $pointer ->
+        [finger] Tap corners around stalls that are counted together.
+       *[mouse] Click corners around stalls that are counted together.
     }
 plan-chosen =
     { $stalls ->
@@ -719,6 +725,10 @@ plan-areas = Areas without stalls
 plan-area-nameless = Area { $number }
 plan-allow = Allow stalls
 plan-allow-in = Allow stalls in { $name }
+plan-zone-name = Name of the zone
+plan-zone-add = Add the zone
+plan-zones = Zones
+plan-zone-erase-of = Remove the zone { $name }
 plan-import = Import a plan
 plan-import-reads = Reads the file…
 plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
@@ -1265,7 +1275,14 @@ archive-delete-survey = Delete survey
 archive-survey-deleted = The survey of { $when } is deleted.
 archive-undo = Undo
 archive-simulated = Simulated
-archive-long = Flown over { $minutes } min: cars came and went meanwhile
+archive-blurred = Seen only blurred: { $blurred } of { $stalls } stalls
+archive-of-photographs = From photographs ({ $name })
+archive-of-orthophoto = From an orthophoto ({ $name })
+archive-of-film = From a film ({ $name })
+archive-limit-by-gps = Its pictures lie where their files say: stalls may be metres off
+archive-limit-coarse = Its pictures are coarse: fewer stalls are found
+archive-limit-partly = A part of the lot was not seen
+archive-long = It lasted { $minutes } min: cars came and went meanwhile
 archive-why-unregistered = Its place on the lot is not certain
 archive-why-time = Its time is not certain
 archive-why-looks = It looked at no stall of the lot
@@ -1308,7 +1325,7 @@ archive-rivals =
         [one] { $hours } other hour may be the peak
        *[other] { $hours } other hours may be the peak
     }
-archive-above = Flown hours at { $limit } % or more
+archive-above = Surveyed hours at { $limit } % or more
 archive-never = Stalls that were never taken
 archive-always = Stalls that were always taken
 archive-arrivals = Arrivals in { $hours } h between surveys
@@ -1341,10 +1358,13 @@ archive-no-zone = In no zone
 archive-chance-taken = probability of taken { $value } %
 archive-unseen = Not seen
 archive-print = Print
+archive-every-lot = Every lot, a page each
 archive-method = Method
-archive-method-words = A drone photographed the lot, and a program determined the state of each stall from the pictures. Each survey shows one moment. The interval behind a figure holds the true value in 9 of 10 cases: it comes from the probability of each state, from stalls that were not seen, and from the number of surveys. Nobody's car was compared, identified or kept.
+archive-method-flown = A drone photographed the lot.
+archive-method-source = { $source }, { $when }.
+archive-method-words = A program determined the state of each stall from the pictures. Each survey shows one moment. The interval behind a figure holds the true value in 9 of 10 cases: it comes from the probability of each state, from stalls that were not seen, and from the number of surveys. Nobody's car was compared, identified or kept.
 archive-limits = Limits
-archive-limits-words = Hours that nobody flew are empty. Arrivals and stays lie between the two ends given; what happened between two surveys was not seen. Stalls under trees and roofs may be unclear.
+archive-limits-words = Hours that nobody surveyed are empty. Arrivals and stays lie between the two ends given; what happened between two surveys was not seen. Stalls under trees and roofs may be unclear.
 archive-no-recording = There is no recording on the drone's disk.
 archive-recordings-size =
     { $count ->

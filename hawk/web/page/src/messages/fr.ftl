@@ -620,6 +620,7 @@ plan-tool-stall = Place
 plan-tool-row = Rangée
 plan-tool-area = Sans places
 plan-tool-area-aloud = Sans places : une zone sans places
+plan-tool-zone = Zone
 plan-redo = Rétablir
 plan-choose-line =
     { $pointer ->
@@ -653,6 +654,11 @@ plan-area-line =
     { $pointer ->
         [finger] Touchez les sommets d'une zone sans places. Ses places disparaissent.
        *[mouse] Cliquez sur les sommets d'une zone sans places. Ses places disparaissent.
+    }
+plan-zone-line =
+    { $pointer ->
+        [finger] Touchez les sommets autour de places à compter ensemble.
+       *[mouse] Cliquez sur les sommets autour de places à compter ensemble.
     }
 plan-chosen =
     { $stalls ->
@@ -713,6 +719,10 @@ plan-areas = Zones sans places
 plan-area-nameless = Zone { $number }
 plan-allow = Permettre
 plan-allow-in = Permettre des places : { $name }
+plan-zone-name = Nom de la zone
+plan-zone-add = Ajouter la zone
+plan-zones = Zones
+plan-zone-erase-of = Enlever la zone { $name }
 plan-import = Importer un plan
 plan-import-reads = Lit le fichier…
 plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
@@ -1248,7 +1258,14 @@ archive-delete-survey = Supprimer le relevé
 archive-survey-deleted = Le relevé du { $when } est supprimé.
 archive-undo = Annuler
 archive-simulated = Simulé
-archive-long = Volé pendant { $minutes } min : des voitures sont arrivées et parties entre-temps
+archive-blurred = Places vues floues seulement : { $blurred } sur { $stalls }
+archive-of-photographs = D'après des photographies ({ $name })
+archive-of-orthophoto = D'après une orthophoto ({ $name })
+archive-of-film = D'après un film ({ $name })
+archive-limit-by-gps = Ses images sont là où leurs fichiers le disent : les places peuvent être décalées de quelques mètres
+archive-limit-coarse = Ses images sont grossières : moins de places sont trouvées
+archive-limit-partly = Une partie du parking n'a pas été vue
+archive-long = Il a duré { $minutes } min : des voitures sont arrivées et parties entre-temps
 archive-why-unregistered = Sa position sur le parking n'est pas certaine
 archive-why-time = Son heure n'est pas certaine
 archive-why-looks = Il n'a regardé aucune place du parking
@@ -1290,7 +1307,7 @@ archive-rivals =
         [one] { $hours } autre heure peut être la pointe
        *[other] { $hours } autres heures peuvent être la pointe
     }
-archive-above = Heures survolées à { $limit } % ou plus
+archive-above = Heures relevées à { $limit } % ou plus
 archive-never = Places jamais occupées
 archive-always = Places toujours occupées
 archive-arrivals = Arrivées en { $hours } h entre relevés
@@ -1323,10 +1340,13 @@ archive-no-zone = Dans aucune zone
 archive-chance-taken = probabilité d'occupée { $value } %
 archive-unseen = Pas vue
 archive-print = Imprimer
+archive-every-lot = Tous les parkings, une page chacun
 archive-method = Méthode
-archive-method-words = Un drone a photographié le parking, et un programme a déterminé l'état de chaque place d'après les images. Chaque relevé montre un moment. L'intervalle derrière un chiffre contient la vraie valeur dans 9 cas sur 10 : il vient de la probabilité de chaque état, des places qui n'ont pas été vues et du nombre de relevés. Aucune voiture n'a été comparée, identifiée ni conservée.
+archive-method-flown = Un drone a photographié le parking.
+archive-method-source = { $source }, { $when }.
+archive-method-words = Un programme a déterminé l'état de chaque place d'après les images. Chaque relevé montre un moment. L'intervalle derrière un chiffre contient la vraie valeur dans 9 cas sur 10 : il vient de la probabilité de chaque état, des places qui n'ont pas été vues et du nombre de relevés. Aucune voiture n'a été comparée, identifiée ni conservée.
 archive-limits = Limites
-archive-limits-words = Les heures que personne n'a survolées sont vides. Arrivées et durées se trouvent entre les deux bouts donnés ; ce qui s'est passé entre deux relevés n'a pas été vu. Des places sous des arbres ou des toits peuvent être incertaines.
+archive-limits-words = Les heures que personne n'a relevées sont vides. Arrivées et durées se trouvent entre les deux bouts donnés ; ce qui s'est passé entre deux relevés n'a pas été vu. Des places sous des arbres ou des toits peuvent être incertaines.
 archive-no-recording = Il n'y a aucun enregistrement sur le disque du drone.
 archive-recordings-size =
     { $count ->

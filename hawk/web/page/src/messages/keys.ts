@@ -391,6 +391,7 @@ export interface Messages {
   "plan-tool-row": Record<string, never>;
   "plan-tool-area": Record<string, never>;
   "plan-tool-area-aloud": Record<string, never>;
+  "plan-tool-zone": Record<string, never>;
   "plan-redo": Record<string, never>;
   "plan-choose-line": { pointer: "finger" | "mouse" };
   "plan-box-line": Record<string, never>;
@@ -401,6 +402,7 @@ export interface Messages {
   "plan-row-whole": Record<string, never>;
   "plan-row-no-room": Record<string, never>;
   "plan-area-line": { pointer: "finger" | "mouse" };
+  "plan-zone-line": { pointer: "finger" | "mouse" };
   "plan-chosen": { stalls: number; label: string | number };
   "plan-row-choice": Record<string, never>;
   "plan-row-none": Record<string, never>;
@@ -451,6 +453,10 @@ export interface Messages {
   "plan-area-nameless": { number: string | number };
   "plan-allow": Record<string, never>;
   "plan-allow-in": { name: string | number };
+  "plan-zone-name": Record<string, never>;
+  "plan-zone-add": Record<string, never>;
+  "plan-zones": Record<string, never>;
+  "plan-zone-erase-of": { name: string | number };
   "plan-import": Record<string, never>;
   "plan-import-reads": Record<string, never>;
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
@@ -815,6 +821,13 @@ export interface Messages {
   "archive-survey-deleted": { when: string | number };
   "archive-undo": Record<string, never>;
   "archive-simulated": Record<string, never>;
+  "archive-blurred": { blurred: string | number; stalls: string | number };
+  "archive-of-photographs": { name: string | number };
+  "archive-of-orthophoto": { name: string | number };
+  "archive-of-film": { name: string | number };
+  "archive-limit-by-gps": Record<string, never>;
+  "archive-limit-coarse": Record<string, never>;
+  "archive-limit-partly": Record<string, never>;
   "archive-long": { minutes: string | number };
   "archive-why-unregistered": Record<string, never>;
   "archive-why-time": Record<string, never>;
@@ -870,7 +883,10 @@ export interface Messages {
   "archive-chance-taken": { value: string | number };
   "archive-unseen": Record<string, never>;
   "archive-print": Record<string, never>;
+  "archive-every-lot": Record<string, never>;
   "archive-method": Record<string, never>;
+  "archive-method-flown": Record<string, never>;
+  "archive-method-source": { source: string | number; when: string | number };
   "archive-method-words": Record<string, never>;
   "archive-limits": Record<string, never>;
   "archive-limits-words": Record<string, never>;

@@ -13,7 +13,10 @@ export interface Summary {
 export class ShownPlan {
   /** By id. */
   readonly stalls = new Map<string, PlanStall>();
+  /** Areas without stalls. */
   zones: readonly PlanZone[] = [];
+  /** Zones whose stalls are counted together. */
+  named: readonly PlanZone[] = [];
   revision = 0;
   private readonly known = new Map<string, PlanStall>();
   private sum: Summary | null = null;
@@ -49,10 +52,11 @@ export class ShownPlan {
     return changed;
   }
 
-  private put(gone: Iterable<string>, { revision, stalls, zones }: PlanChange | Done, waiting: readonly Operation[]): Set<string> {
+  private put(gone: Iterable<string>, { revision, stalls, zones, named_zones }: PlanChange | Done, waiting: readonly Operation[]): Set<string> {
     const changed = new Set<string>();
     this.revision = revision;
     this.zones = zones;
+    this.named = named_zones;
     for (const id of gone) this.known.delete(id);
     for (const stall of stalls) this.known.set(stall.id, stall);
     for (const id of gone) this.show(id, waiting, changed);

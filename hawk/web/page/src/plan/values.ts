@@ -12,10 +12,12 @@ export interface PlanStall extends Rectangle {
 /** North, east: metres in the lot's frame. */
 export type Spot = readonly [number, number];
 
-/** An area without stalls. */
+/** An area without stalls, or a zone whose stalls are counted together. */
 export interface PlanZone {
   id: string;
   name: string;
+  /** Whom the stalls of a zone are for. */
+  kind: Kind | "no_stalls";
   outline: Spot[];
 }
 
@@ -60,7 +62,8 @@ export type Operation =
   | { do: "add_stall"; north: number; east: number; angle: number; width: number; length: number; kind: Kind }
   | { do: "add_row"; front: readonly [Spot, Spot]; far: Spot; count: number; lean?: number; parallel?: boolean; double?: boolean; kind: Kind }
   | { do: "forbid"; outline: readonly Spot[]; name: string }
-  | { do: "allow"; zone: string };
+  | { do: "draw_zone"; outline: readonly Spot[]; name: string; kind: Kind }
+  | { do: "allow" | "erase_zone"; zone: string };
 
 /** Stalls by their ids, or all of them. */
 export type Chosen = { stalls: string[] } | { all: true };

@@ -1,8 +1,8 @@
 import { html, LitElement, nothing, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import { type Ground, groundOf, type Origin, originOf } from "../archive/ground.ts";
+import { type Ground, groundOf, originOf, type Point } from "../archive/ground.ts";
 import { type Feature, read } from "../archive/link.ts";
-import { byState } from "../archive/plan-view.ts";
+import { byState, type Shade } from "../archive/plan-view.ts";
 import "../archive/plan-view.ts";
 import { stateLegend } from "../archive/surveys-view.ts";
 import { wordsOf } from "../archive/view.ts";
@@ -21,6 +21,7 @@ export class Replay extends LitElement {
   @state() private stop: (() => void) | null = null;
   @state() private map: { number: number; features: Feature[] } | null = null;
   private asked = -1;
+  private drawn: Drawn | null = null;
   /** Times of the track and of the events, listed once: they are searched at every frame. */
   private times: { track: number[]; events: number[] } = { track: [], events: [] };
 
@@ -98,12 +99,26 @@ export class Replay extends LitElement {
   }
 
   private plan(line: Line): TemplateResult {
-    const place = line.track[lastAt(this.times.track, this.at)];
-    const origin = originOf(this.map?.features ?? []) ?? (place ? { latitude: place[1], longitude: place[2] } : null);
-    if (origin === null) return html`<p class="none">${say("archive-replay-no-map")}</p>`;
-    const ground = withTrack(groundOf(this.map?.features ?? [], origin), line, origin);
+    const flown = lastAt(this.times.track, this.at) + 1;
+    const drawn = this.map === null && flown === 0 ? null : this.drawnOf(line);
+    if (drawn === null) return html`<p class="none">${say("archive-replay-no-map")}</p>`;
+    const { ground, shades, places } = drawn;
     const label = say("archive-replay-map", { stalls: ground.stalls.length });
-    return html`<div class="map"><archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${label} .over=${track(line.track.slice(0, lastAt(this.times.track, this.at) + 1), origin)}></archive-plan>${stateLegend()}</div>`;
+    return html`<div class="map"><archive-plan .ground=${ground} .shades=${shades} .label=${label} .over=${track(places.slice(0, flown))}></archive-plan>${stateLegend()}</div>`;
+  }
+
+  /** Once for each map: a frame of the replay only moves the drone. */
+  private drawnOf(line: Line): Drawn | null {
+    const { map } = this;
+    if (this.drawn?.map === map) return this.drawn;
+    const [first] = line.track;
+    const origin = originOf(map?.features ?? []) ?? (first ? { latitude: first[1], longitude: first[2] } : null);
+    if (origin === null) return null;
+    const marks = line.track.map(([, latitude, longitude]): Feature => ({ id: "", geometry: { type: "Polygon", coordinates: [[[longitude, latitude], [longitude, latitude]]] }, properties: {} }));
+    const flight = groundOf(marks, origin);
+    const ground = withBox(groundOf(map?.features ?? [], origin), flight.box);
+    this.drawn = { map, ground, shades: byState(ground.stalls), places: flight.stalls.flatMap(({ corners }) => corners.slice(0, 1)) };
+    return this.drawn;
   }
 
   private events(line: Line): TemplateResult {
@@ -139,19 +154,22 @@ export class Replay extends LitElement {
   }
 }
 
-/** The ground with the whole track in its box: a map that does not move while it plays. */
-function withTrack(ground: Ground, line: Line, origin: Origin): Ground {
-  const marks = line.track.map(([, latitude, longitude]): Feature => ({ id: "", geometry: { type: "Polygon", coordinates: [[[longitude, latitude], [longitude, latitude]]] }, properties: { amenity: "parking" } }));
-  const { box } = groundOf(marks, origin);
+/** A map with the whole track in its box, which does not move while it plays, and the places of the track. */
+interface Drawn {
+  map: { features: Feature[] } | null;
+  ground: Ground;
+  shades: readonly Shade[];
+  places: readonly Point[];
+}
+
+function withBox(ground: Ground, box: Ground["box"]): Ground {
   const [left, top] = [Math.min(ground.box.left, box.left), Math.min(ground.box.top, box.top)];
   const [right, bottom] = [Math.max(ground.box.left + ground.box.width, box.left + box.width), Math.max(ground.box.top + ground.box.height, box.top + box.height)];
   return { ...ground, box: { left, top, width: right - left, height: bottom - top } };
 }
 
 /** The path that was flown so far, and the drone at its end. */
-function track(flown: Line["track"], origin: Origin): TemplateResult | typeof nothing {
-  const points = flown.map(([, latitude, longitude]): Feature => ({ id: "", geometry: { type: "Polygon", coordinates: [[[longitude, latitude], [longitude, latitude]]] }, properties: { amenity: "parking_space" } }));
-  const places = groundOf(points, origin).stalls.map(({ corners }) => corners[0] ?? [0, 0]);
+function track(places: readonly Point[]): TemplateResult | typeof nothing {
   const last = places.at(-1);
   if (last === undefined) return nothing;
   return svg`<path class="track" d=${`M${places.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}`}></path><circle class="drone" cx=${last[0]} cy=${last[1]} r="1.2"></circle>`;

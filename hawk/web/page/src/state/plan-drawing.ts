@@ -3,7 +3,7 @@ import { type Kind, type Operation, type RowSketch, type Spot } from "../plan/va
 import type { Rectangle } from "../map/geometry.ts";
 
 /** What a click on the map means. */
-export type PlanTool = "choose" | "box" | "stall" | "row" | "area";
+export type PlanTool = "choose" | "box" | "stall" | "row" | "area" | "zone";
 
 export type RowStyle = "square" | "angled" | "parallel";
 const USUAL_LEAN = 45;
@@ -11,13 +11,13 @@ const LEAST_AREA = 3;
 
 /** The edit of a plan that is drawn on. */
 export interface DrawnOn {
-  readonly plan: { readonly summary: { readonly usual: { readonly width: number; readonly length: number } } };
+  readonly plan: { readonly summary: { readonly usual: { readonly width: number; readonly length: number } }; readonly named: readonly { readonly name: string }[] };
   readonly selection: { clear(): void };
   do(operation: Operation): void;
   drawAgain(): void;
 }
 
-/** What is being drawn on a plan: a row by three places, or the corners of an area without stalls. Lengths in metres. */
+/** What is being drawn on a plan: a row by three places, or the corners of an area without stalls or of a zone. Lengths in metres. */
 export class PlanDrawing {
   tool: PlanTool = "choose";
   style: RowStyle = "square";
@@ -27,7 +27,7 @@ export class PlanDrawing {
   lean = String(USUAL_LEAN);
   double = false;
   kind: Kind = "";
-  /** Places of a row, or corners of an area. */
+  /** Places of a row, or corners of a ring. */
   places: readonly Spot[] = [];
   /** Where the pointer is. */
   pointer: Spot | null = null;
@@ -56,7 +56,7 @@ export class PlanDrawing {
     this.editing.drawAgain();
   }
 
-  /** A place of the row or the area; a fourth one of a row begins another row. */
+  /** A place of the row or the ring; a fourth one of a row begins another row. */
   add(place: Spot): void {
     this.places = this.tool === "row" && this.places.length >= 3 ? [place] : [...this.places, place];
     this.editing.drawAgain();
@@ -100,22 +100,30 @@ export class PlanDrawing {
     return this.row ? rowShapes(this.row) : [];
   }
 
+  /** Whether a ring is drawn: an area without stalls, or a zone. */
+  get isRing(): boolean {
+    return this.tool === "area" || this.tool === "zone";
+  }
+
   /** Whether what is drawn can be added. */
   get isWhole(): boolean {
-    if (this.tool === "area") return this.places.length >= LEAST_AREA;
+    if (this.isRing) return this.places.length >= LEAST_AREA;
     return this.tool === "row" && this.places.length === 3 && this.rowStalls.length > 0;
   }
 
-  /** Adds the row, or the area with a name, to the plan. */
+  /** Adds the row, or the ring with a name, to the plan. A zone whose name another one has keeps its corners: it is refused. */
   finish(name = ""): void {
     const { row } = this;
+    const isTaken = this.tool === "zone" && this.editing.plan.named.some((zone) => zone.name === name);
     if (!this.isWhole) return;
-    if (this.tool === "area") this.editing.do({ do: "forbid", outline: this.places, name });
+    if (this.tool === "zone") this.editing.do({ do: "draw_zone", outline: this.places, name, kind: this.kind });
+    else if (this.tool === "area") this.editing.do({ do: "forbid", outline: this.places, name });
     else if (row) {
       const { front, far, count, lean } = row;
       const how = { ...(lean === 0 ? {} : { lean }), ...(this.style === "parallel" ? { parallel: true } : {}), ...(this.double ? { double: true } : {}) };
       this.editing.do({ do: "add_row", front, far, count, ...how, kind: this.kind });
     }
+    if (isTaken) return;
     this.places = [];
     this.pointer = null;
     this.count = "";

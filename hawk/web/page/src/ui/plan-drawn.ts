@@ -8,20 +8,14 @@ import { Part } from "./element.ts";
 
 const STYLES: readonly RowStyle[] = ["square", "angled", "parallel"];
 
-/** How the row, the stall or the area that is being drawn is to be. */
+/** How the row, the stall, the area or the zone that is being drawn is to be. */
 @customElement("hawk-plan-drawn")
 export class PlanDrawn extends Part {
   override render(): TemplateResult {
     const { drawing } = this.model.plan;
-    if (drawing.tool === "area") return this.area(drawing);
+    if (drawing.isRing) return this.ring(drawing);
     return html`<div class="drawn">
-      ${drawing.tool === "row" ? this.row(drawing) : nothing}
-      <label><span class="sub">${say("plan-kind")}</span>
-        <select name="kind" .value=${drawing.kind} @change=${(event: Event) => drawing.set({ kind: valueOf(event) as Kind })}>
-          ${KINDS.map((kind) => html`<option value=${kind} ?selected=${kind === drawing.kind}>${kindWords(kind)}</option>`)}
-        </select>
-      </label>
-      ${drawing.tool === "row" ? this.ending(drawing) : nothing}
+      ${drawing.tool === "row" ? this.row(drawing) : nothing} ${kinds(drawing)} ${drawing.tool === "row" ? this.ending(drawing) : nothing}
     </div>`;
   }
 
@@ -55,35 +49,48 @@ export class PlanDrawn extends Part {
     </div>`;
   }
 
-  private area(drawing: PlanDrawing): TemplateResult {
-    const { plan } = this.model.plan;
-    return html`<form class="drawn" @submit=${this.addArea}>
-        <label class="wide"><span class="sub">${say("plan-area-name")}</span><input name="area" type="text" maxlength="80" autocomplete="off" /></label>
+  private ring(drawing: PlanDrawing): TemplateResult {
+    const isZone = drawing.tool === "zone";
+    return html`<form class="drawn" @submit=${this.addRing}>
+        <label class="wide"><span class="sub">${say(isZone ? "plan-zone-name" : "plan-area-name")}</span><input name="area" type="text" maxlength="80" autocomplete="off" ?required=${isZone} /></label>
+        ${isZone ? kinds(drawing) : nothing}
         <div class="does">
-          <button type="submit" class="primary" ?disabled=${!drawing.isWhole}>${say("plan-area-add")}</button>
+          <button type="submit" class="primary" ?disabled=${!drawing.isWhole}>${say(isZone ? "plan-zone-add" : "plan-area-add")}</button>
           <button type="button" ?disabled=${drawing.places.length === 0} @click=${() => drawing.back()}>${say("plan-back")}</button>
         </div>
       </form>
-      ${plan.zones.length === 0 ? nothing : this.areas()}`;
+      ${this.rings(isZone)}`;
   }
 
-  private areas(): TemplateResult {
+  private rings(isZone: boolean): TemplateResult | typeof nothing {
     const editing = this.model.plan;
-    const rows = editing.plan.zones.map(({ id, name }, index) => ({ id, name: name === "" ? say("plan-area-nameless", { number: index + 1 }) : name }));
-    return html`<section aria-label=${say("plan-areas")}>
-      <b>${say("plan-areas")}</b>
+    const { zones, named } = editing.plan;
+    const title = say(isZone ? "plan-zones" : "plan-areas");
+    const rows = (isZone ? named : zones).map(({ id, name, kind }, index) => ({ id, kind, name: name === "" ? say("plan-area-nameless", { number: index + 1 }) : name }));
+    if (rows.length === 0) return nothing;
+    return html`<section aria-label=${title}>
+      <b>${title}</b>
       <ul>
-        ${rows.map(({ id, name }) => html`<li><span>${name}</span><button aria-label=${say("plan-allow-in", { name })} @click=${() => editing.do({ do: "allow", zone: id })}>${say("plan-allow")}</button></li>`)}
+        ${rows.map(({ id, name, kind }) => html`<li><span>${name}${kind === "" || kind === "no_stalls" ? nothing : html` · ${kindWords(kind)}`}</span><button aria-label=${say(isZone ? "plan-zone-erase-of" : "plan-allow-in", { name })} @click=${() => editing.do({ do: isZone ? "erase_zone" : "allow", zone: id })}>${say(isZone ? "plan-remove" : "plan-allow")}</button></li>`)}
       </ul>
     </section>`;
   }
 
-  private readonly addArea = (event: Event): void => {
+  private readonly addRing = (event: Event): void => {
     event.preventDefault();
     const form = event.currentTarget as HTMLFormElement;
     this.model.plan.drawing.finish((form.elements.namedItem("area") as HTMLInputElement).value);
-    form.reset();
+    if (this.model.plan.drawing.places.length === 0) form.reset();
   };
+}
+
+/** The kind of the stalls that are drawn, or of a zone. */
+function kinds(drawing: PlanDrawing): TemplateResult {
+  return html`<label><span class="sub">${say("plan-kind")}</span>
+    <select name="kind" .value=${drawing.kind} @change=${(event: Event) => drawing.set({ kind: valueOf(event) as Kind })}>
+      ${KINDS.map((kind) => html`<option value=${kind} ?selected=${kind === drawing.kind}>${kindWords(kind)}</option>`)}
+    </select>
+  </label>`;
 }
 
 function valueOf(event: Event): string {

@@ -22,7 +22,7 @@ export class PlanPanel extends Part {
     const { plan } = this.model;
     if (!plan.open) return nothing;
     const words = planWords(plan, this.placed, isTouch());
-    const isDrawn = plan.drawing.tool === "row" || plan.drawing.tool === "stall" || plan.drawing.tool === "area";
+    const isDrawn = plan.drawing.tool !== "choose" && plan.drawing.tool !== "box";
     return html`<section class="card plan" aria-label=${words.title}>
       <header>
         <div><b>${words.title}</b><span class="sub">${words.counts}</span></div>

@@ -55,6 +55,8 @@ function hintOf(drawing: PlanDrawing, touch: boolean): string {
       return say("plan-stall-line", by);
     case "area":
       return say("plan-area-line", by);
+    case "zone":
+      return say("plan-zone-line", by);
     case "row":
       return rowHint(drawing, by);
   }

@@ -64,12 +64,13 @@ async def archive(tmp_path: Path, rig: Rig) -> AsyncIterator[Archive]:
     await store.close()
 
 
-READS = ("surveys.json", "statistics.json?by=row", "heat.json", "surveys/{survey}.geojson", "stalls/{stall}/looks.json",
-         "between.json?before={before}&after={survey}")  # fmt: skip
+SURVEYS, FIGURES, STALLS = "statistics/surveys", "statistics?by=row", "statistics/stalls"
+BETWEEN, LOOKS = "statistics/between?before={before}&after={survey}", "observations?stall={stall}&order=newest"
+READS = (SURVEYS, FIGURES, STALLS, "surveys/{survey}/stalls", LOOKS, BETWEEN)
 
 
 async def read_all(archive: Archive, session: aiohttp.ClientSession, place: str) -> dict[str, Any]:
-    _, heat = await archive.get(session, f"{place}/heat.json")
+    _, heat = await archive.get(session, f"{place}/{STALLS}")
     names = {"survey": archive.surveys[1], "before": archive.surveys[0], "stall": heat["ids"][0]}
     found = {}
     for path in READS:
@@ -80,86 +81,88 @@ async def read_all(archive: Archive, session: aiohttp.ClientSession, place: str)
 
 async def test_a_viewer_reads_the_lot_over_its_surveys(archive: Archive) -> None:
     session = await archive.stand.tool(Role.VIEWER)
-    found = await read_all(archive, session, f"/api/lots/{archive.lot}")
-    assert [each["taken"] for each in found["surveys.json"]["surveys"]] == [2, 0]
-    assert found["statistics.json?by=row"]["whole"]["capacity"] == 20
-    between = found["between.json?before={before}&after={survey}"]
+    found = await read_all(archive, session, f"/api/v1/lots/{archive.lot}")
+    assert [each["taken"] for each in found[SURVEYS]["surveys"]] == [2, 0]
+    assert found[FIGURES]["whole"]["capacity"] == 20
+    between = found[BETWEEN]
     assert [(each["label"], each["taken"]) for each in between["stalls"]] == [("A 1", True), ("A 2", True)]
     assert (between["came"]["value"], between["left"]["value"], between["compared"]) == (2, 0, 20)
-    assert found["stalls/{stall}/looks.json"]["looks"][0]["state"] == "taken"
+    assert found[LOOKS]["items"][0]["state"] == "taken"
 
 
 async def test_a_question_that_cannot_be_used_names_its_field(archive: Archive) -> None:
-    session, place = await archive.stand.tool(Role.VIEWER), f"/api/lots/{archive.lot}"
+    session, place = await archive.stand.tool(Role.VIEWER), f"/api/v1/lots/{archive.lot}"
     for path, status, field in (
-        ("statistics.json?by=colour", 422, "by"), ("surveys.json?from=yesterday", 422, "from"),
-        ("heat.json?time_zone=Nowhere", 422, "time_zone"), ("between.json?before=x", 422, "before"),
-        (f"stalls/{NOWHERE}/looks.json", 404, "stall"), (f"surveys/{NOWHERE}.geojson", 404, ""),
+        ("statistics?by=colour", 422, "by"), ("statistics/surveys?from=yesterday", 422, "from"),
+        ("statistics/stalls?time_zone=Nowhere", 422, "time_zone"), ("statistics/between?before=x", 422, "before"),
+        (f"statistics/between?before={NOWHERE}&after={NOWHERE}", 422, "before"),
+        (f"observations?stall={NOWHERE}", 404, "stall"), (f"surveys/{NOWHERE}/stalls", 404, ""),
     ):  # fmt: skip
         found = await archive.get(session, f"{place}/{path}")
         assert (found[0], found[1]["field"]) == (status, field), (path, found)
-    assert (await archive.get(session, f"/api/lots/{NOWHERE}/surveys.json"))[0] == 404
+    assert (await archive.get(session, f"/api/v1/lots/{NOWHERE}/{SURVEYS}"))[0] == 404
 
 
 async def test_a_survey_is_deleted_by_an_operator_alone_and_comes_back(archive: Archive) -> None:
     operator, viewer = await archive.stand.tool(Role.OPERATOR), await archive.stand.tool(Role.VIEWER)
-    path = f"/api/surveys/{archive.surveys[1]}/delete"
+    path = f"/api/v1/surveys/{archive.surveys[1]}/delete"
     assert (await archive.post(viewer, path))[0] == 403
     status, done = await archive.post(operator, path)
     assert status == 200
-    _, left = await archive.get(operator, f"/api/lots/{archive.lot}/surveys.json")
+    _, left = await archive.get(operator, f"/api/v1/lots/{archive.lot}/{SURVEYS}")
     assert [each["id"] for each in left["surveys"]] == [archive.surveys[0]]
     assert (await archive.post(operator, path))[0] == 409
-    assert (await archive.post(operator, f"/api/lot-changes/{done['seq']}/undo"))[0] == 200
-    assert (await archive.post(operator, f"/api/surveys/{NOWHERE}/delete"))[0] == 404
+    assert (await archive.post(operator, f"/api/v1/changes/{done['seq']}/undo"))[0] == 200
+    assert (await archive.post(operator, f"/api/v1/surveys/{NOWHERE}/delete"))[0] == 404
 
 
 async def test_a_link_opens_its_lot_to_one_without_a_login_and_nothing_else(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
-    status, made = await archive.post(operator, f"/api/lots/{archive.lot}/shares", days=7)
+    status, made = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)
     assert status == 200
-    found = await read_all(archive, nobody, f"/api/shared/{made['token']}")
-    assert found["surveys.json"]["lot"] == archive.lot
-    for path in ("/api/lots.json", f"/api/lots/{archive.lot}/surveys.json", "/api/recordings.json", "/archive",
-                 f"/api/lots/{archive.lot}/shares.json", f"/api/surveys/{archive.surveys[0]}.csv",
+    found = await read_all(archive, nobody, f"/api/v1/shared/{made['token']}")
+    assert found[SURVEYS]["lot"] == archive.lot
+    for path in ("/api/lots.json", f"/api/v1/lots/{archive.lot}/{SURVEYS}", "/api/v1/recordings", "/archive",
+                 f"/api/v1/lots/{archive.lot}/shares", f"/api/v1/lots/{archive.lot}",
+                 f"/api/surveys/{archive.surveys[0]}.csv",
         f"/api/surveys/{archive.surveys[0]}.png"):  # fmt: skip
         assert (await archive.get(nobody, path))[0] == 401, path
-    assert (await archive.get(nobody, f"/api/shared/{made['token']}/recordings.json"))[0] == 404
-    assert (await archive.post(nobody, f"/api/shared/{made['token']}/surveys.json"))[0] == 401
+    assert (await archive.get(nobody, f"/api/v1/shared/{made['token']}/recordings"))[0] == 404
+    assert (await archive.post(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 401
 
 
 async def test_a_link_that_was_taken_back_or_has_ended_opens_nothing(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
-    _, one = await archive.post(operator, f"/api/lots/{archive.lot}/shares", days=7)
-    _, other = await archive.post(operator, f"/api/lots/{archive.lot}/shares", days=1)
-    assert (await archive.post(operator, f"/api/shares/{one['id']}/take-back"))[0] == 200
+    _, one = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)
+    _, other = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=1)
+    assert (await archive.post(operator, f"/api/v1/shares/{one['id']}/take-back"))[0] == 200
     archive.stand.rig.wall.advance(86_401)
     for made in (one, other):
-        status, found = await archive.get(nobody, f"/api/shared/{made['token']}/surveys.json")
+        status, found = await archive.get(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}")
         assert (status, found["field"]) == (404, "share")
-    _, listed = await archive.get(operator, f"/api/lots/{archive.lot}/shares.json")
+    _, listed = await archive.get(operator, f"/api/v1/lots/{archive.lot}/shares")
     assert [each["open"] for each in listed["shares"]] == [False, False]
     assert made["token"] not in str(listed)
 
 
 async def test_links_are_made_and_taken_back_by_operators(archive: Archive) -> None:
     viewer, operator = await archive.stand.tool(Role.VIEWER), await archive.stand.tool(Role.OPERATOR)
-    assert (await archive.post(viewer, f"/api/lots/{archive.lot}/shares", days=7))[0] == 403
-    assert (await archive.post(viewer, f"/api/shares/{NOWHERE}/take-back"))[0] == 403
-    status, found = await archive.post(operator, f"/api/lots/{archive.lot}/shares", days="for ever")
+    assert (await archive.post(viewer, f"/api/v1/lots/{archive.lot}/shares", days=7))[0] == 403
+    assert (await archive.post(viewer, f"/api/v1/shares/{NOWHERE}/take-back"))[0] == 403
+    status, found = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days="for ever")
     assert (status, found["field"]) == (422, "days")
 
 
 @pytest.mark.slow
 async def test_guesses_of_links_are_slowed_and_logged(archive: Archive, caplog: pytest.LogCaptureFixture) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
-    _, made = await archive.post(operator, f"/api/lots/{archive.lot}/shares", days=7)
+    _, made = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)
     statuses = [
-        (await archive.get(nobody, f"/api/shared/guess-{k:06d}/surveys.json"))[0] for k in range(FREE_GUESSES + 2)
+        (await archive.get(nobody, f"/api/v1/shared/guess-{k:06d}/{SURVEYS}"))[0] for k in range(FREE_GUESSES + 2)
     ]
     assert statuses == [404] * (FREE_GUESSES + 1) + [429]
-    assert (await archive.get(nobody, f"/api/shared/{made['token']}/surveys.json"))[0] == 429
+    assert (await archive.get(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 429
     assert any("wrong link to a lot from 127.0.0.1" in line for line in caplog.messages)
     assert "guess-000001" not in caplog.text
     archive.stand.rig.real.advance(3600)
-    assert (await archive.get(nobody, f"/api/shared/{made['token']}/surveys.json"))[0] == 200
+    assert (await archive.get(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 200

@@ -1,0 +1,70 @@
+"""Links by which others read one lot, without a login: the token opens the addresses below `SHARED` alone.
+
+No picture, no recording, no person, no drone. Wrong tokens are slowed and logged as those of a login are.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import re
+from typing import Final
+
+from aiohttp import hdrs, web
+
+from hawk.lots.store import LotStore
+from hawk.lots.values import NotFoundError
+from hawk.web.access.guesses import GUESSES, network_of
+from hawk.web.access.paced_log import PacedLog
+from hawk.web.lot_answers import now_of
+from hawk.web.refusals import Body
+
+LINK_LOG = web.AppKey("link_log", PacedLog)
+"""Log of wrong links."""
+SHARED: Final = "/api/v1/shared/"
+"""Beginning of the addresses that need no login."""
+WRONG_TOKEN_S: Final = 0.5
+"""Real seconds that the answer to a wrong token takes."""
+NO_SUCH_LINK: Final = "share: this link has ended, or was taken back; ask for another one"
+_OPEN: Final = re.compile(rf"/shared|{SHARED}.+|/archive(-[\w-]+)?\.(js|css|ftl)|/[\w-]+\.woff2|/icon\.svg")
+
+
+def is_for_links(request: web.BaseRequest) -> bool:
+    """Return True for what a shared link needs: its page, which holds nothing, and the reads by its token."""
+    return request.method in (hdrs.METH_GET, hdrs.METH_HEAD) and _OPEN.fullmatch(request.path) is not None
+
+
+async def lot_of(store: LotStore, request: web.Request) -> str:
+    """Return the lot that the link in the address opens. Raises NotFoundError and 429."""
+    from hawk.lots import sharing
+
+    token = request.match_info["token"]
+    guesses, address, now = request.app[GUESSES], network_of(request.remote), now_of(request)
+    wait = guesses.wait_s(address)
+    if wait > 0:
+        raise web.HTTPTooManyRequests(
+            text=f"Too many wrong links came from your address: wait {math.ceil(wait)} s.",
+            headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
+        )
+    lot = await store.read(lambda c: sharing.lot_of(c, token, now))
+    if lot is None:
+        request.app[LINK_LOG].warning("wrong link to a lot from %s, its %d.", address, guesses.wrong(address))
+        await asyncio.sleep(WRONG_TOKEN_S)
+        raise NotFoundError(NO_SUCH_LINK)
+    return lot
+
+
+async def share(store: LotStore, request: web.Request, body: Body) -> object:
+    """Make a link to a lot for ``days``; the answer alone holds its ``token``."""
+    from hawk.lots import sharing
+
+    lot, now = request.match_info["id"], now_of(request)
+    return await store.write(lambda c: sharing.share(c, lot, body, now))
+
+
+async def take_back(store: LotStore, request: web.Request, _: Body) -> object:
+    """Let a link open nothing from now on."""
+    from hawk.lots import sharing
+
+    share_id, now = request.match_info["id"], now_of(request)
+    return await store.write(lambda c: sharing.take_back(c, share_id, now))
