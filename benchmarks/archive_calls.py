@@ -18,14 +18,14 @@ from sqlalchemy import Connection, insert, select, update
 
 from benchmarks.archive_files import FileTimes, measure_files
 from hawk.lots.database import Database
-from hawk.lots.looks import keep_looks
+from hawk.lots.looks import keep_looks, missing_looks
 from hawk.lots.saving import save
-from hawk.lots.tables import OBSERVATION, STALL, SURVEY
+from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.values import FinishedSurvey
 from hawk.stats.answering import ALL_BY, changes, statistics
 from hawk.stats.listing import surveys_json
 from hawk.stats.reading import Period
-from hawk.stats.stalls import heat_json, looks_json
+from hawk.stats.stalls import heat_json
 from hawk.web.v1 import asked as forms
 from hawk.web.v1 import features, reads
 from hawk.web.v1.answering import Read, encoded
@@ -41,6 +41,9 @@ _BEGIN: Final = datetime(2026, 1, 5, tzinfo=UTC)
 _TAKEN: Final = 0.55
 _MOVED: Final = 0.35
 """Share of the stalls whose state is drawn again between two surveys."""
+
+
+_BY_LOOKS: Final = (reads.statistics, reads.surveys_use, reads.stalls_use)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +124,9 @@ def api_calls(connection: Connection, lot: str) -> Iterator[tuple[str, Callable[
         ("observations of a stall", reads.observations, {"id": lot}, forms.Observations(stall=stall, **most)),
         ("observations of a survey", reads.observations_of_survey, {"id": surveys[middle]}, forms.Listed(**most)),
         ("statistics", reads.statistics, {"id": lot}, forms.Statistics(by="row")),
+        ("surveys with their shares", reads.surveys_use, {"id": lot}, forms.Period()),
+        ("stalls with their shares", reads.stalls_use, {"id": lot}, forms.Period()),
+        ("survey with its stalls", reads.survey_stalls, {"id": lot, "survey": surveys[middle]}, Query()),
         ("changes", reads.changes, {}, forms.Listed(**most)),
         ("collections", features.collections, {}, Query()),
         *((f"features: {name}", features.items, {"collection": name}, Items(**most)) for name in COLLECTIONS),
@@ -129,7 +135,14 @@ def api_calls(connection: Connection, lot: str) -> Iterator[tuple[str, Callable[
     ]
     for name, read, path, query in asked:
         given: Request[Query] = Request(path, query, "http://drone", 0.0)
-        yield f"api: {name}", lambda c, read=read, given=given: encoded(read(c, given), packs=True)  # type: ignore[misc]
+        yield f"api: {name}", lambda c, read=read, given=given: _answer(c, read, given)  # type: ignore[misc]
+
+
+def _answer(connection: Connection, read: Read, given: Request[Query]) -> object:
+    """Read and pack an answer; before one by the looks of a lot, the daemon asks whether any are not in one piece."""
+    if read in _BY_LOOKS:
+        missing_looks(connection, given.id)
+    return encoded(read(connection, given), packs=True)
 
 
 def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
@@ -144,12 +157,7 @@ def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
     ever = Period(None, None, UTC, "UTC")
     yield "surveys, all", lambda connection: surveys_json(connection, lot, ever)
     yield "heat, all", lambda connection: heat_json(connection, lot, ever)
-    yield "looks at a stall", lambda connection: looks_json(connection, lot, _a_stall(connection, lot))
     yield "changes, day", lambda connection: changes(connection, lot, before, after, day)
-
-
-def _a_stall(connection: Connection, lot: str) -> str:
-    return str(connection.execute(select(STALL.c.id).where(STALL.c.lot == lot).limit(1)).scalar_one())
 
 
 def _moment(day: int | None) -> float | None:
@@ -157,7 +165,11 @@ def _moment(day: int | None) -> float | None:
 
 
 def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, repeats: int = REPEATS) -> Calls:
-    """Fill a store and time every call of a process that has begun, a transaction each."""
+    """Fill a store and time every call of a process that has begun, a transaction each.
+
+    The store changes before each round, as by a flight that has landed: nothing that was kept of an earlier round is
+    of use. Within a round, a call finds what the one before has left, as in the daemon.
+    """
     store = Database(path, {"synchronous": 0})
     try:
         lot = fill(store, first, surveys)
@@ -165,6 +177,8 @@ def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, rep
         with store.reading() as connection:
             every = [*calls(lot), *api_calls(connection, lot)]
         for repeat in range(repeats + 1):
+            with store.writing() as connection:
+                connection.execute(update(LOT).where(LOT.c.id == lot).values(name=f"Lot {repeat}"))
             for name, call in every:
                 began = time.perf_counter()
                 with store.reading() as connection:

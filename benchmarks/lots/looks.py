@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.chain_flight.flight import Errors, Flown, fly, lot_of
 from benchmarks.lots.visits import APART_M, Visit
-from benchmarks.perception.eyes import GROUND_M, boxes_of_maps
+from benchmarks.perception.eyes import boxes_of_maps
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode
 from hawk.algo.vision.network import StallNetwork
@@ -29,6 +29,7 @@ from hawk.model.lot_map import StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, Outline
 from hawk.model.poses import GlobalPose
+from hawk.picture.nadir import GROUND_M
 from hawk.results.survey_map import to_global
 from hawk.survey.truth import parse_truth
 from hawk.worlds.camera import WorldCamera

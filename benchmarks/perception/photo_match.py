@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from benchmarks.perception.eyes import GROUND_M
 from benchmarks.perception.photo_shots import Shot
+from hawk.picture.nadir import GROUND_M
 from hawk.survey.scoring import FloatArray
 
 FEATURES: Final = 8000

@@ -22,13 +22,14 @@ import shapely
 from numpy.typing import NDArray
 
 from benchmarks.figures import Figure, Section
-from benchmarks.perception.eyes import GROUND_M, Eye
+from benchmarks.perception.eyes import Eye
 from benchmarks.perception.measures import Looked, line, look, pooled
 from benchmarks.perception.photo_labels import PhotoLabels
 from benchmarks.perception.photo_match import Carried, Features, Levelled, features, level, place
 from benchmarks.perception.photo_shots import Shot, photographs, read_shot
 from benchmarks.perception.places import Place
 from hawk.model.lot_map import StallState
+from hawk.picture.nadir import GROUND_M
 from hawk.survey.scoring import FloatArray, LabelledPlace, match
 
 AROUND_M: Final = 8.0

@@ -18,7 +18,7 @@ import shapely
 from numpy.typing import NDArray
 
 from benchmarks.figures import Figure, Limit, Section, share
-from benchmarks.perception.eyes import CELL_M, GROUND_M, NetworkEye, boxes_of_maps
+from benchmarks.perception.eyes import NetworkEye, boxes_of_maps
 from benchmarks.perception.places import Place
 from benchmarks.perception.stall_rows import Boxes
 from hawk.algo.registration.likelihood import Placement, StallMap
@@ -27,6 +27,7 @@ from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import FloatArray
 from hawk.model.lot_map import StallState
+from hawk.picture.nadir import CELL_M, GROUND_M
 from hawk.survey.scoring import NEAR_M
 
 SHIFT_M: Final = 1.5

@@ -22,10 +22,10 @@ from proving.api.served import Served, served
 
 RULES: Final = """
 [checks]
-positive_data_acceptance.expected-statuses = ["2XX", 400, 401, 403, 404, 409, 422]
+positive_data_acceptance.expected-statuses = ["2XX", 400, 401, 403, 404, 409, 422, 429]
 """
 """Rules that no schema can say are refused with 422, or 400 as OGC API Features asks: a period that ends before it
-begins, a name of spaces alone, an outline without a stall."""
+begins, a name of spaces alone, an outline without a stall. Links that are guessed are slowed with 429."""
 DEFINITION: Final = "openapi.json"
 MOST_FAILURES: Final = 20
 

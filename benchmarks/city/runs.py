@@ -1,0 +1,85 @@
+"""Runs over a city as programs of their own, as a person would start them."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from benchmarks.figures import BenchmarkError
+
+_RUN_S: Final = 1800.0
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run that ended well: seconds from its start to its end, and what it printed (`benchmarks.city.once`).
+
+    ``processor_s``: seconds of processors that it and all that it started used.
+    """
+
+    wall_s: float
+    found: dict[str, Any]
+    processor_s: float = 0.0
+
+
+def once(picture: Path, out: Path, core_m: float, workers: int = 1) -> Run:
+    """Map a picture. Raises BenchmarkError."""
+    began, used = time.monotonic(), processor_s()
+    run = finished(started(picture, out, core_m, workers=workers))
+    return Run(time.monotonic() - began, run.found, processor_s() - used)
+
+
+def processor_s() -> float:
+    """Return the processor time of this process, and of those that it started and that have ended."""
+    used = [resource.getrusage(which) for which in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
+def started(
+    picture: Path, out: Path, core_m: float, *, workers: int = 1, scheduler: str | None = None
+) -> subprocess.Popen[str]:
+    """Start a run."""
+    words = [str(picture), str(out), "--core", str(core_m), "--workers", str(workers)]
+    if scheduler is not None:
+        words += ["--scheduler", scheduler]
+    return subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.city.once", *words],
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+
+
+def finished(process: subprocess.Popen[str]) -> Run:
+    """Wait for a run. Raises BenchmarkError."""
+    began = time.monotonic()
+    said, problem = process.communicate(timeout=_RUN_S)
+    if process.returncode:
+        raise BenchmarkError(f"a run over the city failed: {problem[-600:]}")
+    return Run(time.monotonic() - began, json.loads(said.splitlines()[-1]))
+
+
+def by_xargs(picture: Path, out: Path, core_m: float, windows: int, chunk: int) -> Run:
+    """Look at all windows by two plain processes at a time, ``chunk`` windows each, then merge. Raises BenchmarkError.
+
+    The program of a chunk opens the picture and loads the eye once.
+    """
+    words = [sys.executable, "-m", "benchmarks.city.plain", str(picture), str(out), str(core_m)]
+    numbers = "\n".join(map(str, range(windows)))
+    began, used = time.monotonic(), processor_s()
+    done = subprocess.run(
+        ["xargs", "-P", "2", "-n", str(chunk), *words],
+        input=numbers, text=True, capture_output=True, timeout=_RUN_S, check=False,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    if done.returncode:
+        raise BenchmarkError(f"xargs failed: {done.stderr[-600:]}")
+    merge = once(picture, out, core_m)
+    if merge.found["reused"] != windows:
+        raise BenchmarkError(f"xargs left {windows - merge.found['reused']} windows")
+    return Run(time.monotonic() - began, merge.found, processor_s() - used)

@@ -1,0 +1,1 @@
+"""Surveys by pictures of others: photographs, orthophotos and films."""

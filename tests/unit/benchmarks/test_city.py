@@ -1,0 +1,61 @@
+"""The benchmark of a city: its mosaic, its baseline, and what it calls different."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.city import once
+from benchmarks.city.__main__ import _same
+from benchmarks.city.eyes import LOOKS, CountedEye
+from benchmarks.city.picture import PIECE, write_mosaic
+from benchmarks.city.plain import main as plain
+from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.windows import windows_of
+
+CORE_M = 20.0
+
+
+def mosaic(folder: Path) -> Path:
+    """Write a small mosaic of two grey pieces."""
+    parts = [np.full((*PIECE, 3), grey, np.uint8) for grey in (90, 140)]
+    return write_mosaic(folder / "mosaic.tif", parts, 56.0)
+
+
+def test_a_mosaic_has_the_windows_that_its_side_says(tmp_path: Path) -> None:
+    picture = open_orthophoto(mosaic(tmp_path))
+    assert (picture.grid.columns, picture.grid.rows) == (560, 560)
+    assert len(windows_of(picture, core_m=CORE_M)) == 4
+
+
+@pytest.mark.slow
+def test_plain_processes_and_a_run_have_the_same_results(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    picture, looks = mosaic(tmp_path), tmp_path / "looks"
+    monkeypatch.setenv(LOOKS, str(looks))
+    plain(str(picture), str(tmp_path / "plain"), str(CORE_M), "0", "1", "3")
+    assert once.main([str(picture), str(tmp_path / "run"), "--core", str(CORE_M)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["windows"], found["reused"], found["failed"]) == (4, 0, 0)
+    assert found["mib_client"] > 50
+    assert len(looks.read_text().splitlines()) == 4
+    assert not _same(tmp_path / "plain", tmp_path / "run")
+    plain(str(picture), str(tmp_path / "plain"), str(CORE_M), "2")
+    assert _same(tmp_path / "plain", tmp_path / "run")
+    assert once.main([str(tmp_path / "gone.tif"), str(tmp_path / "none")]) == 1
+
+
+def test_a_look_counts_before_it_ends(tmp_path: Path) -> None:
+    class Cut(CountedEye):
+        """Has no eye behind it."""
+
+        def __init__(self) -> None:
+            self._looks = tmp_path / "looks"
+
+    with pytest.raises(AttributeError):
+        Cut().look(np.zeros((4, 4, 3), np.uint8), 0.1)
+    assert len((tmp_path / "looks").read_text().splitlines()) == 1
