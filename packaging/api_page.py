@@ -74,7 +74,7 @@ def _operation(method: str, path: str, operation: Mapping[str, Any]) -> Iterator
     body = operation.get("requestBody")
     if body is not None:
         (content,) = body["content"].values()
-        lines[0] += f"; takes {_type(content['schema'])}"
+        lines[0] += f"; takes {_type(content['schema']) if 'schema' in content else 'the file'}"
     lines[0] += ".\n"
     lines += [
         f"- `{each['name']}`: {_type(each['schema'])}. {_sentence(each['description'])}"

@@ -28,7 +28,8 @@ PURPOSE: Final = {
 STATUS: Final = {
     "hawk-drone": "0: success. 1: something failed; the reason is printed. 2: wrong options or settings. "
     "survey: 3: no lot was found, 4: the lot was not seen whole, 130: interrupted, the drone came home first.",
-    "hawk-sim": "0: ended by a signal or with its parent. 1: an address is not free. 2: wrong options.",
+    "hawk-sim": "0: ended by a signal or with its parent, or the photographs are written. "
+    "1: an address is not free, or a folder cannot be written. 2: wrong options.",
 }
 OTHER: Final = {"hawk-drone": "hawk-sim", "hawk-sim": "hawk-drone"}
 COMPLETED: Final = {"FILE": shtab.FILE, "RECORDING": shtab.FILE, "FILM": shtab.FILE, "DIR": shtab.DIRECTORY}

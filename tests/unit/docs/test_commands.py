@@ -69,6 +69,8 @@ def parser_of(program: str, words: list[str]) -> argparse.ArgumentParser | None:
     below = next((each for each in parser._actions if isinstance(each, argparse._SubParsersAction)), None)
     if below is None or not words or words[0] in ("--version", "--help"):
         return parser
+    if words[0].startswith("-") and program == "hawk-sim":
+        return parser
     found = below.choices.get("run" if words[0].startswith("-") else words[0])
     assert found is None or isinstance(found, argparse.ArgumentParser)
     return found
@@ -106,6 +108,7 @@ def test_the_start_pages_have_commands_of_each_program() -> None:
         ("    .venv/bin/hawk-drone survey --sim \\\n        --out a", ["hawk-drone", "survey", "--sim", "--out", "a"]),
         ("    ./waf configure && make docs  # comment", ["make", "docs"]),
         ("Press `hawk-sim --seed 2`.", ["hawk-sim", "--seed", "2"]),
+        ("    hawk-sim photos --out new", ["hawk-sim", "photos", "--out", "new"]),
     ],
 )
 def test_commands_are_found(line: str, words: list[str]) -> None:

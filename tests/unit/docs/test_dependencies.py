@@ -50,18 +50,20 @@ def distributions(modules: set[str]) -> dict[str, set[str]]:
 
 
 RUN_TIME = declared(PROJECT["dependencies"])
-EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependencies"].items()}
+EXTRAS = {name: declared(values) - {"hawk-drone"} for name, values in PROJECT["optional-dependencies"].items()}
+_OF_HAWK = ("sim", "background", "onnxruntime", "pictures", "cluster", "plans")
+TO_RUN = RUN_TIME.union(*(EXTRAS[name] for name in _OF_HAWK))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "allowed"),
     [
-        ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | EXTRAS["plans"]),
+        ("hawk", TO_RUN),
         ("training", RUN_TIME | EXTRAS["training"]),
-        ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
+        ("benchmarks", TO_RUN | EXTRAS["dev"]),
         ("proving", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | {"coverage"}),
-        ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["plans"]),
+        ("tests", TO_RUN | EXTRAS["dev"]),
     ],
 )
 def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
@@ -72,17 +74,18 @@ def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
 @pytest.mark.slow
 def test_every_dependency_to_run_is_imported() -> None:
     used = {name for names in distributions(imported("hawk")).values() for name in names}
-    assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | EXTRAS["plans"]) - used
+    assert not TO_RUN - used
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "only"),
     [
-        ("pymavlink", ["sim"]),
-        ("rasterio", ["background", "exports"]),
+        ("pymavlink", ["picture", "sim"]),
+        ("PIL", ["picture", "sim"]),
+        ("rasterio", ["background", "exports", "picture"]),
         ("ezdxf", ["lots"]),
-        ("pyproj", ["lots"]),
+        ("pyproj", ["lots", "picture"]),
     ],
 )
 def test_only_these_rooms_import_what_an_extra_brings(module: str, only: list[str]) -> None:
@@ -90,7 +93,7 @@ def test_only_these_rooms_import_what_an_extra_brings(module: str, only: list[st
     assert sorted(room for room in rooms if module in imported(f"hawk/{room}")) == only
 
 
-@pytest.mark.parametrize("extra", ["sim", "background", "docs", "plans"])
+@pytest.mark.parametrize("extra", ["sim", "background", "docs", "pictures", "plans"])
 def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
     assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
@@ -103,4 +106,4 @@ def test_every_dependency_is_defended(name: str) -> None:
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
     build = declared(SETTINGS["build-system"]["requires"])
-    assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | EXTRAS["plans"] | build
+    assert rows == TO_RUN | EXTRAS["cluster"] | build
