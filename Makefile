@@ -22,7 +22,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-small study newcomer faults ardupilot api-fuzz lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -123,6 +123,10 @@ faults: setup
 api-fuzz: setup
 	$(BIN)/python -m proving.api $(ARGS)
 
+# Fifty kills of the daemon and of a receiver of its reports, in turn: nothing is lost. Some minutes.
+webhook-kills: setup
+	WEBHOOK_KILLS=50 $(BIN)/python -m pytest -q tests/integration/test_webhook_kills.py $(ARGS)
+
 # A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. Half an hour, in real time:
 # make ardupilot ARDUPILOT=/path/to/arducopter [DEFAULTS=/path/to/copter.parm] [INSTANCE=N] [ARGS='"words"']
 # LOT=PICTURE SCALE=METRES_PER_PIXEL [TRUTH=JSON] [PLACE=X,Y]: over a picture, in place of a drawn lot.
@@ -168,6 +172,10 @@ bench-archive: setup
 # Twenty drawn lots, six surveys each, through the daemon's registration: half an hour.
 bench-lots: setup
 	$(BIN)/python -m benchmarks.lots $(ARGS)
+
+# Photographs of simulated flights over ten drawn worlds, mapped as strangers' are: a quarter of an hour.
+bench-pictures: setup
+	$(BIN)/python -m benchmarks.pictures --photos $(ARGS)
 
 # Three drawn lots, eighteen surveys each, against the simulator's history: a quarter of an hour.
 study: setup

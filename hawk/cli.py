@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import json
 import sys
 from collections.abc import Sequence
 from dataclasses import fields
@@ -25,9 +26,12 @@ from hawk.erasing.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
 from hawk.exports.commands import add_export_command
 from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
+from hawk.picture.commands import COMMAND as MAP
+from hawk.picture.commands import add_map_command
 from hawk.replay.commands import COMMAND as REPLAY
 from hawk.replay.commands import add_replay_command
 from hawk.runtime.process import end_within
+from hawk.runtime.reader import READER_GONE, lose_readers, readers_are_gone
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
 from hawk.sim.launch import (
@@ -45,7 +49,7 @@ from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", REPLAY, MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE}
+    {"run", "survey", "desk", "film", REPLAY, MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE, MAP}
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -62,7 +66,21 @@ EXIT_S = 5.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return the exit status."""
+    """Run the command; return the exit status: `READER_GONE` where who read the output has ended, as ``head`` does."""
+    try:
+        try:
+            status = _run_command(arguments)
+        finally:  # argparse leaves by SystemExit
+            sys.stdout.flush()
+    except BrokenPipeError:  # of the output, or of a socket
+        if not readers_are_gone():
+            raise
+        lose_readers()
+        return READER_GONE
+    return status
+
+
+def _run_command(arguments: Sequence[str] | None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not given or given[0] not in COMMANDS | {"-h", "--help", "--version"}:
         given.insert(0, "run")
@@ -70,7 +88,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = make_parser().parse_args(given)
         return int(options.action(options))
     except (ConfigError, SimulationError) as error:
-        print(f"hawk-drone: {plain_lines(str(error))}", file=sys.stderr)
+        words = plain_lines(str(error))
+        if given[0] == MAP and "--json" in given:  # the parser may not have read it
+            print(json.dumps({"event": "error", "text": words}), flush=True)
+        print(f"hawk-drone: {words}", file=sys.stderr)
         return EXIT_USAGE if isinstance(error, ConfigError | SimulatorOptionError) else EXIT_FAILED
 
 
@@ -112,6 +133,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     film.add_argument("film", type=values.new(".avi"), metavar="FILM", help="the file to write (.avi)")
     add_replay_command(commands)
+    add_map_command(commands)
     add_access_commands(commands)
     add_check_commands(commands)
     add_calibrate_command(commands)

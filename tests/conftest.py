@@ -14,7 +14,7 @@ settings.register_profile("repeatable", UNTIMED, derandomize=True)
 settings.register_profile("search", UNTIMED)
 settings.load_profile("repeatable")
 
-LIMITS_S = {"flight": 600, "integration": 600, "contract": 600, "e2e": 900}
+LIMITS_S = {"flight": 600, "integration": 600, "contract": 600, "e2e": 900, "slow": 300}
 """Seconds for one test with its fixtures, by kind; the limit of all others stands in pyproject.toml."""
 
 LOG_TAIL = 4_000

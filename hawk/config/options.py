@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 from hawk.config.addresses import usable_path
@@ -110,6 +112,20 @@ def whole(low: int = 0, high: int | None = None) -> Callable[[str], int]:
         return value
 
     return read
+
+
+def past(text: str) -> float:
+    """Return a moment that has been, Unix seconds, of ISO 8601 with an offset from UTC."""
+    moment = None
+    with contextlib.suppress(ValueError):
+        moment = datetime.fromisoformat(text.strip())
+    if moment is None or moment.utcoffset() is None:
+        raise argparse.ArgumentTypeError(
+            f"must be a date and time with its offset, 2026-05-04T10:30+02:00, not {text!r}"
+        )
+    if moment > datetime.now(UTC):
+        raise argparse.ArgumentTypeError(f"{text} has not been yet: give the time of the last picture")
+    return moment.timestamp()
 
 
 def pid(text: str) -> int:

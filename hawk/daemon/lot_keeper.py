@@ -109,6 +109,7 @@ class LotKeeper:
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(self._times.retry_s):
                         await self._due.wait()
+                        self._due.clear()  # one that stays set would never let another task run
 
     async def keep(self) -> bool:
         """Save the survey as it is now, unless it was saved or is flown; return False when that failed."""

@@ -370,7 +370,7 @@ class Daemon:
         before = self.manager.ticks
         self.manager.process()
         if self.manager.ticks > before:
-            self._watchdog.progress()
+            self._watchdog.progress(may_fly=self._may_fly())
         if self._first_tick_s is None:
             self._first_tick_s = seconds_since_process_start()
 

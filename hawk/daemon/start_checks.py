@@ -48,12 +48,7 @@ def check_access(config: Config) -> None:
         check_binding(web, with_configured(kept, web.token, b""), folder.resolve())
     except (InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error
-    try:
-        found = socket.getaddrinfo(web.host, web.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        for family, _, _, _, address in dict.fromkeys(found):
-            socket.create_server(address, family=family).close()
-    except OSError as error:
-        raise ConfigError(listening_problem(error, web)) from error
+    check_port(web)
 
 
 def check_background(web: WebSettings) -> None:
@@ -89,6 +84,16 @@ def check_model(settings: VisionSettings) -> None:
         StallNetwork.load(settings.model, settings.engine, settings.threads)
     except VisionModelError as error:
         raise ConfigError(str(error)) from error
+
+
+def check_port(web: WebSettings) -> None:
+    """Listen for a moment where the page is to be served. Raises ConfigError as `listening_problem`."""
+    try:
+        found = socket.getaddrinfo(web.host, web.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        for family, _, _, _, address in dict.fromkeys(found):
+            socket.create_server(address, family=family).close()
+    except OSError as error:
+        raise ConfigError(listening_problem(error, web)) from error
 
 
 def listening_problem(error: OSError, web: WebSettings) -> str:

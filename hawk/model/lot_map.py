@@ -39,7 +39,8 @@ class Stall:
     ``version`` rises when its shown content changes. ``known`` is the UUID of that stall in the lot's plan, where a
     person has confirmed it, ``label`` its name there: then ``score`` is only what the flight saw of it. ``extra`` is
     the state of a stall found beside confirmed ones, where the plan has none: ``state`` is SUGGESTED then, as for a
-    car that stood there.
+    car that stood there. ``is_blurred``: only blurred pictures showed it; None: not
+    measured.
     """
 
     id: int
@@ -57,6 +58,7 @@ class Stall:
     known: str = ""
     extra: StallState | None = None
     label: str = ""
+    is_blurred: bool | None = None
 
     @property
     def existence(self) -> float:
@@ -162,6 +164,14 @@ def free_interval(counts: Counts, explore: ExploreStatus | None) -> tuple[int, i
     """
     if explore is None or not explore.is_whole:
         return None
-    off = SPREADS * math.sqrt(counts.free_variance)
     unseen = counts.total * (1 / min(explore.seen_share, 1.0) - 1)
-    return max(math.floor(counts.free - off), 0), math.ceil(counts.free + off + unseen)
+    return interval_of(counts.free, counts.free_variance, unseen)
+
+
+def interval_of(free: int, variance: float, unseen: float = 0.0) -> tuple[int, int]:
+    """Return the least and the greatest number of free stalls about a count; `HELD_SHARE` of these hold the truth.
+
+    ``unseen``: stalls that are expected on ground that was not seen; each may be free or not.
+    """
+    off = SPREADS * math.sqrt(variance)
+    return max(math.floor(free - off), 0), math.ceil(free + off + unseen)

@@ -91,7 +91,7 @@ class _Shots:
             return False
         try:
             frame, jpeg = values_of(message.data), picture_of(message.data)
-            pose, camera = _pose_of(frame), _camera_of(frame)
+            pose, camera = pose_of(frame), camera_of(frame)
         except (FrameFormatError, LookupError, TypeError, ValueError) as error:
             raise ReplayError(f"the picture at {message.time:.2f} s cannot be read: {error!r}") from error
         optics = replace(camera, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0)
@@ -124,8 +124,11 @@ def _is_whole(jpeg: bytes, camera: CameraModel) -> bool:
         return False
 
 
-def _pose_of(frame: dict[str, Any]) -> MapPose | None:
-    """Return the pose of a frame that shows the ground from above, else None."""
+def pose_of(frame: dict[str, Any]) -> MapPose | None:
+    """Return the pose of a frame that shows the ground from above, else None.
+
+    Raises LookupError, TypeError, ValueError.
+    """
     if frame["pose"] is None or frame.get("map_problem") or frame["state"] in GROUND_STATES:
         return None
     pose = MapPose(**{name: float(value) for name, value in frame["pose"].items()})
@@ -133,7 +136,8 @@ def _pose_of(frame: dict[str, Any]) -> MapPose | None:
     return pose if pose.is_finite() and height >= _LEAST_HEIGHT_M else None
 
 
-def _camera_of(frame: dict[str, Any]) -> CameraModel:
+def camera_of(frame: dict[str, Any]) -> CameraModel:
+    """Return the camera of a frame. Raises LookupError, TypeError, ValueError."""
     values = dict(frame["camera"])
     distortion = tuple(float(each) for each in values.pop("distortion", ()))
     return CameraModel(**values, distortion=distortion)

@@ -17,7 +17,9 @@ from hawk.lots.database import Database
 from hawk.lots.saving import save
 from hawk.lots.store import FILE
 from hawk.model.lot_map import StallState
+from tests.e2e.hands import press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.test_plan_by_clicks import Store, at, done
 from tests.e2e.watching import watch
 from tests.unit.stats.test_reading import register, seen
 
@@ -110,6 +112,56 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await expect(guest.get_by_role("alert")).to_contain_text("this link has ended, or was taken back")
     assert not errors
     assert [error for error in guests_errors if "404" not in error] == []
+
+
+async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
+    browser: Browser, address: str, screenshots: Path
+) -> None:
+    page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
+    await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
+    await page.reload()
+    await press(page, "Correct the plan", 30)
+    await shows(page, "You edit since", 30)
+    stalls = await Store(address).stalls()
+    five = [stalls[f"A {number}"] for number in range(1, 6)]
+    south, north = min(s["north"] for s in five) - 4, max(s["north"] for s in five) + 4
+    west, east = min(s["east"] for s in five) - 1.2, max(s["east"] for s in five) + 1.2
+    await press(page, "Zone", 5)
+    for corner in ((south, west), (south, east), (north, east), (north, west)):
+        await page.mouse.click(*await at(page, corner))
+    panel = page.locator("hawk-plan-drawn")
+    await panel.get_by_label("Name of the zone").fill("West")
+    await panel.get_by_label("Kind").select_option("disabled")
+    await press(page, "Add the zone", 5)
+    await done(page)
+    await expect(panel).to_contain_text("West")
+    await page.screenshot(path=screenshots / "zone-drawn.png")
+
+    await page.locator(".ol").focus()
+    for arrows in ("ArrowRight", "ArrowDown", "ArrowLeft"):
+        await page.keyboard.press("Enter")
+        await page.keyboard.press(arrows)
+        await page.wait_for_timeout(400)  # the map glides
+    await panel.get_by_label("Name of the zone").fill("Middle")
+    await page.keyboard.press("Enter")
+    await done(page)
+    assert {each["name"]: each["kind"] for each in (await Store(address).lot())["named_zones"]} == {
+        "West": "disabled", "Middle": "disabled",
+    }  # fmt: skip
+    await page.get_by_role("button", name="Remove the zone Middle").click()
+    await done(page)
+    await page.get_by_role("button", name="Undo", exact=True).click()
+    await page.get_by_role("button", name="Redo", exact=True).click()
+    await done(page)
+    await press(page, "Close the edit", 5)
+    await shows(page, "The plan is closed as version")
+
+    await page.goto(f"{address}archive#view=figures")
+    await page.reload()
+    row = page.get_by_role("row").filter(has=page.get_by_role("rowheader", name="West", exact=True))
+    await expect(row.get_by_role("cell").first).to_have_text("5", timeout=20_000)
+    await page.screenshot(path=screenshots / "zone-figures.png", full_page=True)
+    assert not errors
 
 
 async def test_a_report_is_printed_on_paper(browser: Browser, address: str, screenshots: Path) -> None:

@@ -202,7 +202,7 @@ async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> No
     await press(page, "Cancel", 5)
     await press(page, "Cut motors", 10)
     await expect(cut).to_be_enabled()
-    await keep_pressed(page, cut, 1300)
+    await keep_pressed(page, cut, 3000)  # a page that draws slowly hears of the press late
     fallen = await eventually(scene.stack.status, lambda s: s["disarmed"] and s["landed"], 20)
     assert fallen["crashed"]
     await state_is(page, "Motors cut")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 from collections.abc import Mapping
@@ -11,7 +12,7 @@ from typing import Any
 
 import aiohttp
 import pytest
-from playwright.async_api import Browser, Locator, Page, expect
+from playwright.async_api import Browser, FileChooser, Locator, Page, expect
 
 from hawk.lots.database import Database
 from hawk.lots.saving import save
@@ -305,7 +306,7 @@ async def test_axe_finds_nothing_while_a_plan_is_corrected(
         for theme in ("dark", "outdoor", "light"):
             await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ theme: '{theme}' }})")
             found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{theme}.png")
-        for tool in ("row", "stall", "area"):
+        for tool in ("row", "stall", "area", "zone"):
             await page.locator(f".plantools .{tool}").click()
             found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{tool}.png")
     assert not found, "\n".join(found)
@@ -320,6 +321,9 @@ async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_pat
     """The lot's own export, its stalls with the owner's numbers."""
     _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
     store, page = Store(address), await opened(browser, address)
+    chooser: asyncio.Future[FileChooser] = asyncio.get_running_loop().create_future()
+    # the browser takes some time until it hands a chooser over
+    page.once("filechooser", lambda given: chooser.set_result(given))
     errors = watch(page)
     lot = await store.lot()
     for number, stall in enumerate(lot["stalls"], 1):
@@ -329,10 +333,11 @@ async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_pat
     file.write_text(json.dumps({**lot, "stalls": [*lot["stalls"], {"label": "no place"}]}), "utf-8")
     await correct(page)
     opener = page.locator("hawk-plan-import").get_by_role("button", name="Import a plan")
+    await expect(opener).to_be_enabled(timeout=30_000)  # a disabled one takes no focus
     await opener.focus()
-    async with page.expect_file_chooser() as chooser:
-        await page.keyboard.press("Enter")
-    await (await chooser.value).set_files(file)
+    await page.keyboard.press("Enter")
+    async with asyncio.timeout(30):
+        await (await chooser).set_files(file)
     shown = page.locator("hawk-plan-import")
     await expect(shown).to_contain_text(f"0 begin, {len(owners)} change, 0 are so already, 0 end.", timeout=60_000)
     await expect(shown).to_contain_text("1 feature is left out")

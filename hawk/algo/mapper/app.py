@@ -69,6 +69,11 @@ class MapperApp:
         self._health = Health()
         return self._fused()
 
+    def finish(self) -> OccupancyMap:
+        """Do at once all the work that frames do piece by piece; return the map. For maps without a flight."""
+        self._core.finish()
+        return self._core.index
+
     def fail(self, reason: str) -> Fused:
         """Return the map as it is, with the reason as health."""
         self._health = Health.bad(reason)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.ground import Window
+from hawk.algo.ground import Window, tile_window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.after_swap import REACH_M, SAME_CARS_S, AfterSwap, Stalls, TooFewError
 from hawk.algo.mapper.evidence import (
@@ -60,8 +60,12 @@ class MapperSettings:
     """Distance flown since a stall was first found after which it holds the map in place: several passes show it."""
     max_shift_m: float = 2.0
     """Largest position error that registration takes out at once, about the last known error."""
+    registers: bool = True
+    """False: poses are taken as they are, because they were adjusted together already."""
     tiles_per_frame: int = 3
     """Tiles encoded at most in one frame."""
+    slow_pieces: int = 1
+    """Pieces of outline, mosaic, eviction and suggestions done at most in one frame."""
     mosaic_tiles_per_frame: int = 1
     """Mosaic tiles encoded at most in one frame."""
     mosaic_blended_tiles: int = 6
@@ -88,6 +92,9 @@ class MapperSettings:
 
 _REACH_M = 12.0  # stalls this far outside the picture still matter to the outline
 _LOT_NEAR_M = 0.5
+_SAME = np.eye(2, 3)
+_MANY_TILES = 16
+_ROWS_STEP_M, _ROWS_RUNS = 16.0, 3  # a row counts once runs about several places imply it
 _REGISTER_M = 60.0
 _WHOLE_M = 3.0  # a stall this far from the picture's edge is in it as a whole
 _BREAK_S = 60.0  # without a frame: the drone was on the ground, or its position was not trusted
@@ -145,9 +152,11 @@ class MapCore:
         self._version += 1
         self._fly_on(seen.pose)
         weight = self._novelty.of(seen.pose)
-        correction = self._register(found, seen)
-        found = found.with_leans(self.registration.slip.leans)
-        seen = _corrected(seen, correction)
+        correction = _SAME
+        if self._settings.registers:
+            correction = self._register(found, seen)
+            found = found.with_leans(self.registration.slip.leans)
+            seen = _corrected(seen, correction)
         evidence = cell_evidence(seen, self._settings.edge_m, self._settings.good_share)
         if evidence is None:
             return
@@ -156,14 +165,37 @@ class MapCore:
         self._frame += 1
         self._is_spent = False
         self._note_picture(seen)
-        for step in self._slow_steps:
-            if step(evidence, seen):
-                self._slow_steps.remove(step)
-                self._slow_steps.append(step)
+        for _ in range(self._settings.slow_pieces):
+            step = next((step for step in self._slow_steps if step(evidence, seen)), None)
+            if step is None:
                 break
+            self._slow_steps.remove(step)
+            self._slow_steps.append(step)
         self._complete_rows(seen)
         self._place_plan(seen.captured)
         self._show_stalls()
+
+    def finish(self) -> None:
+        """Do all the work that waits, at once: rows everywhere, outline, mosaic, encoding. No frame may follow soon."""
+        confirmed = self.tracker.confirmed
+        places = {(round(n / _ROWS_STEP_M), round(e / _ROWS_STEP_M)) for n, e in confirmed[["north", "east"]].tolist()}
+        for north, east in sorted(places) * _ROWS_RUNS:
+            self._version += 1
+            middle = north * _ROWS_STEP_M, east * _ROWS_STEP_M
+            self.tracker.attend(*middle, self._settings.rows_reach_m + _DRAWN_M)
+            self._rows.begin(self.tracker, self.grid, middle)
+            while self._rows.is_under_way:
+                self._rows.go_on(self.tracker, self._version)
+            self._show_stalls()
+        self._version += 1
+        for key in sorted(self.grid.tiles):
+            self._outline_about(tile_window(key, EVIDENCE_M))
+            self.grid.evict(_MANY_TILES)
+        while self._picture():
+            pass
+        while self._encode_tiles(_MANY_TILES, (0.0, 0.0)) or self._mosaic.encode(_MANY_TILES, self._version):
+            self.grid.evict(_MANY_TILES)
+        self._renew_index()
 
     def know(self, lot: KnownLot | None) -> None:
         """Take the plan of the lot that is flown over: its place is looked for, then confirmed stalls are given.
@@ -176,7 +208,11 @@ class MapCore:
         """Encode a bounded number of changed tiles and renew the index; only one tile after the costliest step."""
         settings = self._settings
         near = (0.0, 0.0) if pose is None else (pose.north, pose.east)
-        most = 1 if self._is_spent else settings.tiles_per_frame
+        self._encode_tiles(1 if self._is_spent else settings.tiles_per_frame, near)
+        self._mosaic.encode(0 if self._is_spent else settings.mosaic_tiles_per_frame, self._version)
+        self._renew_index()
+
+    def _encode_tiles(self, most: int, near: tuple[float, float]) -> bool:
         parts = [
             self.tracker.about(-(row + 0.5) * TILE_M, (column + 0.5) * TILE_M, _TILE_REACH_M)
             for row, column in self._encoder.next_tiles(most, near)
@@ -185,7 +221,9 @@ class MapCore:
             rows = np.concatenate(parts)
             _, once = np.unique(rows["id"], return_index=True)  # drawn twice is not drawn: polygons fill even-odd
             self._encoder.encode(self.grid, rows[once], most, self._version, near)
-        self._mosaic.encode(0 if self._is_spent else settings.mosaic_tiles_per_frame, self._version)
+        return bool(parts)
+
+    def _renew_index(self) -> None:
         self.index = OccupancyMap(
             tiles=self._encoder.encoded,
             mosaic=self._mosaic.encoded,
@@ -360,7 +398,8 @@ class MapCore:
         still = self._settings.still_weight
         local = self.tracker.near(*middle, radius + _REACH_M)
         given = given_look(self.tracker.rows, local, seen)
-        look = Look(found, weight, seen.captured, evidence.in_picture, self._version, self._flown_m, still, given)
+        look = Look(found, weight, seen.captured, evidence.in_picture, self._version, self._flown_m, still, given,
+                    seen.is_blurred)  # fmt: skip
         self.tracker.fuse(look, local)
 
     def _show_stalls(self) -> None:
@@ -421,14 +460,17 @@ class MapCore:
         if not is_due and not _is_farther(self._outlined, seen.pose, settings.outline_step_m):
             return False
         self._outlined, self._outlined_at = seen.pose, self._frame
-        reach = round(settings.outline_reach_m / EVIDENCE_M)
+        self._outline_about(window)
+        return True
+
+    def _outline_about(self, window: Window) -> None:
+        reach = round(self._settings.outline_reach_m / EVIDENCE_M)
         wide = window.grown(reach).aligned(2)
         rows = self.tracker.rows[self.tracker.near(*wide.middle, math.hypot(*wide.shape) * EVIDENCE_M / 2)]
         shown = classify(self.grid, wide, corners_of(rows[rows["confirmed"]]))
         # gaps at the window's edge cannot be closed
         inner = window.grown(reach - round(CLOSE_M / EVIDENCE_M))
         self._show(inner, shown[wide.part(inner)])
-        return True
 
     def _show(self, window: Window, shown: NDArray[np.uint8]) -> None:
         for key, in_tile, in_window in window.tiles():

@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window, shard_of_tile, tile_window
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, probability, published_geometry, shown_state, to_stall
+from hawk.algo.mapper.table import (
+    FREE,
+    STATES,
+    TAKEN,
+    Rows,
+    probability,
+    published_geometry,
+    seen_blurred,
+    shown_state,
+    to_stall,
+)
 from hawk.algo.vision import quads
 from hawk.model.lot_map import (
     CELL_M,
@@ -207,17 +217,19 @@ def _shown(rows: Rows) -> list[tuple[float, ...]]:
         shown_state(rows),
         rows["last_seen"],
         probability(rows["exists"]),
+        seen_blurred(rows),
     )
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _differs(known: Stall, values: tuple[float, ...]) -> bool:
-    taken, _, last_seen, score = values[5:]
+    taken, _, last_seen, score, is_blurred = values[5:]
     return (
         _is_redrawn(known, values)
         or abs(taken - known.taken) > _PROBABILITY
         or abs(score - known.score) > _SCORE
         or last_seen - known.last_seen > _AGED_S
+        or is_blurred != known.is_blurred
     )
 
 

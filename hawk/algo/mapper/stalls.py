@@ -68,8 +68,8 @@ _NOTHING_GIVEN = GivenLook(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))
 @dataclass(frozen=True, slots=True)
 class Look:
     """One frame as the tracker sees it: stalls, weight as an independent look, time, what lies in the picture, the
-    map's version, the metres flown so far, the weight of a car that came or left while nothing else was new, and the
-    states of given stalls.
+    map's version, the metres flown so far, the weight of a car that came or left while nothing else was new, the
+    states of given stalls, and whether the picture is blurred.
     """
 
     found: table.Detections
@@ -80,6 +80,7 @@ class Look:
     flown_m: float = 0.0
     change: float = 0.0
     given: GivenLook = _NOTHING_GIVEN
+    is_blurred: bool = False
 
 
 class StallTracker:
@@ -261,6 +262,7 @@ class StallTracker:
         rows["exists"] = _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["taken"] = np.clip(found.visible, 0, 1) * _taken_log_odds(found.taken)
         rows["looks"], rows["seen"], rows["last_seen"], rows["born"] = 1, 1, look.time, look.flown_m
+        rows["blurred"] = look.is_blurred
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
         self.add(rows)
@@ -323,6 +325,7 @@ def _vote(rows: table.Rows, taken: Floats, visible: Floats, weight: Floats, look
     rows["taken"] = np.clip(rows["taken"] + votes * _taken_log_odds(taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
     rows["looks"] += weight
     rows["seen"] += 1
+    rows["blurred"] += look.is_blurred
     rows["last_seen"] = look.time
     rows["state"] = call_state(rows["taken"], rows["state"])
     rows["touched"] = look.version

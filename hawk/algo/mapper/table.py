@@ -51,6 +51,7 @@ STALL_DTYPE = np.dtype(
         ("taken", "f8"),  # log-odds of being taken
         ("looks", "f8"),  # independent looks
         ("seen", "i8"),  # frames in which it was found
+        ("blurred", "i8"),  # of these, the blurred ones
         ("last_seen", "f8"),
         ("born", "f8"),  # metres that the drone had flown when it was first found
         ("state", "i8"),
@@ -69,7 +70,7 @@ STALL_DTYPE = np.dtype(
 )
 
 
-_LATER = ("raised", "lean", "lean_looks", "plan", "given", "extra")
+_LATER = ("blurred", "raised", "lean", "lean_looks", "plan", "given", "extra")
 """Columns that older journals lack: nothing was known of them."""
 
 
@@ -119,6 +120,11 @@ def shown_state(rows: Rows) -> NDArray[np.int64]:
     return np.where(rows["extra"], SUGGESTED, rows["state"])
 
 
+def seen_blurred(rows: Rows) -> NDArray[np.bool_]:
+    """Return True for the stalls that only blurred pictures showed."""
+    return np.asarray((rows["seen"] > 0) & (rows["blurred"] >= rows["seen"]))
+
+
 def probability(log_odds: Floats) -> Floats:
     """Return the probability of log-odds."""
     return np.asarray(1 / (1 + np.exp(-log_odds)))
@@ -143,6 +149,7 @@ def to_stall(row: Any, known: str = "", label: str = "") -> Stall:
         known=known,
         extra=STATES[int(row["state"])] if row["extra"] else None,
         label=label,
+        is_blurred=bool(seen_blurred(row)),
     )
 
 

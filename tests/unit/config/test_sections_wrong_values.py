@@ -255,6 +255,23 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--out": (("--process", __file__), (*NO_PATH, "/", __file__)),
         "--to-odm": ((__file__,), (*NO_PATH, "/", __file__)),
     },
+    "map": {
+        "SOURCE": (("--out", "o"), (*NO_PATH, "/nowhere/a.tif")),
+        "--out": ((__file__,), NO_PATH),
+        **dict.fromkeys(
+            ("--model", "--outline", "--lenses", "--calibration", "--log"), ((__file__, "--out", "o"), NOT_THERE)
+        ),
+        **dict.fromkeys(("--crs", "--scheduler", "--name"), ((__file__, "--out", "o"), EMPTY)),
+        "--taken": ((__file__, "--out", "o"), ("2026-05-04", "2026-05-04T10:30", "3026-05-04T10:30Z", "x", "")),
+        "--workers": ((__file__, "--out", "o"), ("0", "257", "1.5", "x", "")),
+        "--height": ((__file__, "--out", "o"), ("2", "501", "nan", "x", "")),
+        "--group": ((__file__, "--out", "o"), ("0", "1.5", "x", "")),
+        "--log-offset": ((__file__, "--out", "o"), ("nan", "inf", "86401", "x", "")),
+        "--hfov": ((__file__, "--out", "o"), ("4", "161", "nan", "x", "")),
+        "--focal35": ((__file__, "--out", "o"), ("7", "501", "nan", "x", "")),
+        "--store": ((__file__, "--out", "o"), NO_PATH),
+        "--port": ((__file__, "--out", "o", "--page"), NOT_PORT),
+    },
     "film": {"RECORDING": ((), NOT_THERE), "FILM": ((), (*NO_PATH, "film.mp4", "/nowhere/film.avi", "/"))},
     "tokens": {**STORE, "work": ((), ("make",)), "role": ((), ("pilot", ""))},
     "make-certificate": {
@@ -327,7 +344,9 @@ def subparsers(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPa
 
 
 def options_of(parser: argparse.ArgumentParser) -> set[str]:
-    with_value = (each for each in parser._actions if each.nargs != 0)
+    with_value = (
+        each for each in parser._actions if each.nargs != 0 and not isinstance(each, argparse._SubParsersAction)
+    )
     return {each.option_strings[-1] if each.option_strings else str(each.metavar or each.dest) for each in with_value}
 
 
@@ -336,6 +355,7 @@ def test_every_option_with_a_value_is_tried() -> None:
         untried = options_of(parser) - OPTIONS[command].keys()
         assert {(command, name) for name in untried} <= NOT_TRIED
     assert options_of(hawk.sim.cli.make_parser()) == set(SIMULATOR)
+    assert options_of(subparsers(hawk.sim.cli.make_parser())["photos"]) == set(PHOTOS)
 
 
 def cases() -> Iterator[tuple[str, str, tuple[str, ...], str]]:
@@ -422,6 +442,38 @@ SIMULATOR: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "--camera-rate": ((), ("0", "0.9", "61", "nan", "")),
     "--parent-pid": ((), NOT_PID),
 }
+
+
+PHOTOS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    **{
+        name: SIMULATOR[name]
+        for name in ("--seed", "--condition", "--at", "--repaint", "--world", "--metres-per-pixel")
+    },
+    **{name: SIMULATOR[name] for name in ("--truth", "--cars", "--latitude", "--longitude", "--noise-seed")},
+    "--out": ((), (*NO_PATH, "/")),
+    "--height": ((), ("4", "501", "nan", "")),
+    "--overlap": ((), ("", "70", "70/96", "-1/60", "a/b", "nan/60", "70/60/50")),
+    "--camera": ((), ("", "fc6310", "FC1")),
+    "--width": ((), ("319", "8193", "1e3", "")),
+    "--gps-sigma": ((), ("-1", "51", "nan", "")),
+    "--gps-bias": ((), ("-1", "51", "nan", "")),
+    "--yaw-error": ((), ("-1", "46", "nan", "")),
+    "--height-error": ((), ("-1", "51", "nan", "")),
+    "--lens-error": ((), ("-1", "21", "nan", "")),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "value"),
+    [(name, beside, value) for name, (beside, wrong) in PHOTOS.items() for value in wrong],
+)
+def test_hawk_sim_photos_refuses_them_before_it_draws(
+    name: str, beside: tuple[str, ...], value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = [] if name == "--out" else [f"--out={tmp_path / 'new'}"]
+    assert status(hawk.sim.cli.main, ["photos", *out, *beside, f"{name}={value}"]) == 2
+    assert name in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize(

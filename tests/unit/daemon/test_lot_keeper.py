@@ -33,7 +33,12 @@ class Flown:
         self.survey: LandedSurvey | None = landed(lot_map({1: STALL}))
         self.messages: list[tuple[str, str, str]] = []
         self.store = LotStore(path)
-        self.keeper = LotKeeper(self.store, lambda: self.survey, self.add, TIMES, is_restored=is_restored)
+        self.asked = 0
+        self.keeper = LotKeeper(self.store, self.landed, self.add, TIMES, is_restored=is_restored)
+
+    def landed(self) -> LandedSurvey | None:
+        self.asked += 1
+        return self.survey
 
     def add(self, level: str, text: str, details: str) -> None:
         self.messages.append((level, text, details))
@@ -103,6 +108,23 @@ async def test_a_message_says_how_many_stalls_are_known_ones_or_what_is_in_doubt
             "Not certain where it lies on Lot 1: too few stalls are on ground that both saw.",
         ),
     ]
+
+
+@pytest.mark.timeout(60)
+async def test_a_second_landing_before_the_map_is_back_stops_no_other_task(tmp_path: Path) -> None:
+    def has_no_map(drone: Flown) -> None:
+        drone.survey = None
+
+    async with flown(tmp_path / "lots.db", has_no_map, is_restored=True) as drone:
+        drone.keeper.note(armed=False)
+        await until(lambda: drone.asked > 0)
+        drone.keeper.note(armed=True)
+        drone.keeper.note(armed=False)
+        seen = drone.asked
+        await until(lambda: drone.asked > seen)
+        drone.survey = landed(lot_map({1: STALL}))
+        await until(lambda: len(drone.messages) == 1)
+        assert len(await drone.stored()) == 1
 
 
 async def test_nothing_is_saved_in_flight_and_no_backup_is_restored_then(tmp_path: Path) -> None:

@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hawk.algo.mapper.published import StallIndex
 from hawk.algo.mapper.stalls import InPicture, Look, StallTracker, call_state
-from hawk.algo.mapper.table import FREE, TAKEN, UNKNOWN, Detections, corners_of
+from hawk.algo.mapper.table import (
+    FREE,
+    TAKEN,
+    UNKNOWN,
+    Detections,
+    corners_of,
+    from_bytes,
+    seen_blurred,
+    to_bytes,
+    to_stall,
+)
 from hawk.algo.vision.seen import StallSeen
 
 
@@ -32,10 +43,18 @@ class Flight:
         self.version = 0
 
     def frame(
-        self, *stalls: StallSeen, weight: float = 0.5, change: float = 0.0, in_picture: InPicture = everywhere
+        self,
+        *stalls: StallSeen,
+        weight: float = 0.5,
+        change: float = 0.0,
+        in_picture: InPicture = everywhere,
+        is_blurred: bool = False,
     ) -> None:
         self.version += 1
-        look = Look(Detections.of(stalls), weight, self.version * 0.1, in_picture, self.version, change=change)
+        look = Look(
+            Detections.of(stalls), weight, self.version * 0.1, in_picture, self.version, change=change,
+            is_blurred=is_blurred,
+        )  # fmt: skip
         self.tracker.fuse(look, np.arange(len(self.tracker.rows)))
 
     @property
@@ -49,6 +68,33 @@ def test_a_find_of_one_frame_does_not_count_yet() -> None:
     assert flight.ids == []
     flight.frame(seen())
     assert flight.ids == [1]
+
+
+def test_a_stall_is_seen_blurred_until_one_sharp_picture_shows_it() -> None:
+    flight = Flight()
+    for _ in range(3):
+        flight.frame(seen(), is_blurred=True)
+    assert seen_blurred(flight.tracker.rows).tolist() == [True]
+    assert to_stall(flight.tracker.rows[0]).is_blurred is True
+    assert to_stall(from_bytes(to_bytes(flight.tracker.rows[0]))[0]).is_blurred is True
+    flight.frame(seen())
+    assert to_stall(flight.tracker.rows[0]).is_blurred is False
+
+
+def test_a_stall_that_is_seen_sharp_at_last_is_shown_so() -> None:
+    flight, index = Flight(), StallIndex()
+
+    def show() -> int:
+        index.update(flight.tracker.rows, np.array([0]), [], flight.version)
+        return index.stalls[1].version
+
+    for _ in range(40):
+        flight.frame(seen(), is_blurred=True)
+    before = show()
+    flight.frame(seen(), is_blurred=True)
+    assert (show(), index.stalls[1].is_blurred) == (before, True)
+    flight.frame(seen())
+    assert (show(), index.stalls[1].is_blurred) == (flight.version, False)
 
 
 def test_a_false_alarm_of_one_frame_never_counts_and_goes() -> None:
