@@ -2,7 +2,7 @@
 
 A stall that a person has confirmed is given: the map takes its state from the pictures, and keeps all else. The other
 stalls of the plan are as if found before: flights may move and lose them. What is found beside given stalls, and is not
-in the plan, is extra: proposed to a person, and not counted.
+in the plan, is extra: proposed to a person, and not counted. So is a find beyond them that has no company.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from hawk.algo.vision import quads
 
 EXTRA_M: Final = 15.0
 """Ground this near to a stall of the plan is known ground: two rows and an aisle."""
+_PART: Final = 4
+"""From this number of finds within `EXTRA_M` of each other on, ground beyond the plan is a part of the lot that nobody
+knew. Fewer are cars in a street, or what looks like them."""
 _BEFORE_M: Final = -1e6
 """``born`` of a stall that earlier flights knew."""
 _PRIOR: Final = 2.5
@@ -56,17 +59,37 @@ def with_plan(
     return np.concatenate([rows[~gone], added]), lost
 
 
-def is_extra(rows: Rows, index: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Return which of the rows ``index`` are extra: not in the plan, but near a given stall of it."""
-    extra = np.zeros(len(index), np.bool_)
+def mark_extra(rows: Rows, index: NDArray[np.intp], version: int) -> None:
+    """Mark which of the rows ``index``, and of the valid ones about them, are extra; touch those that changed.
+
+    Extra is what the plan has not, where the nearest stall of the plan is given: on known ground, or alone beyond it.
+    """
     planned = np.flatnonzero(rows["plan"] > 0)
-    beside = np.flatnonzero(rows["plan"][index] == 0)
-    if len(planned) and len(beside):
-        known = cKDTree(np.column_stack([rows["north"][planned], rows["east"][planned]]))
-        asked = index[beside]
-        away, nearest = known.query(np.column_stack([rows["north"][asked], rows["east"][asked]]))
-        extra[beside] = (away < EXTRA_M) & rows["given"][planned[nearest]]
-    return extra
+    if len(planned) == 0:
+        rows["extra"][index] = False
+        return
+    beside = np.flatnonzero((rows["plan"] == 0) & (rows["confirmed"] | np.isin(np.arange(len(rows)), index)))
+    if len(beside) == 0:
+        return
+    places = np.column_stack([rows["north"], rows["east"]])
+    away, nearest = cKDTree(places[planned]).query(places[beside])
+    is_beyond = away >= EXTRA_M
+    extra = rows["given"][planned[nearest]] & (~is_beyond | _is_alone(rows, places, beside, is_beyond))
+    of_index = cKDTree(places[index]).query(places[beside])[0] < EXTRA_M if len(index) else is_beyond & False
+    changed = of_index & (rows["extra"][beside] != extra)
+    rows["extra"][beside[changed]] = extra[changed]
+    rows["touched"][beside[changed]] = version
+
+
+def _is_alone(
+    rows: Rows, places: NDArray[np.float64], beside: NDArray[np.intp], is_beyond: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return which of the rows ``beside`` have too few finds beyond the known ground about them to be a lot's part."""
+    found = beside[is_beyond & rows["confirmed"][beside] & ~rows["inferred"][beside]]
+    if len(found) < _PART:
+        return np.ones(len(beside), np.bool_)
+    about = cKDTree(places[found]).query_ball_point(places[beside], EXTRA_M, return_length=True)
+    return np.asarray(about < _PART)
 
 
 def _shape(rows: Rows, index: NDArray[np.intp], plan: Rectangles, ours: NDArray[np.intp]) -> None:

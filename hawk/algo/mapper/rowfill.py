@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.plan_rows import is_extra
+from hawk.algo.mapper.plan_rows import mark_extra
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
 from hawk.algo.rows.chosen import RowOptions
@@ -198,7 +198,7 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
     rows["exists"][gains] = np.minimum(rows["exists"][gains] + _IMPLIED, _MOST)
     rows["exists"][loses] += _NOT_IMPLIED
     rows["confirmed"][gains] |= rows["inferred"][gains] & (rows["exists"][gains] >= _COUNTS)
-    rows["extra"][gains] = is_extra(rows, gains)
+    mark_extra(rows, gains, version)
     rows["touched"][gains] = rows["touched"][loses] = version
     tracker.remove(loses[rows["exists"][loses] <= 0], version)
 

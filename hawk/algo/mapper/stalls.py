@@ -165,7 +165,7 @@ class StallTracker:
         for stall_id in rows["id"][~rows["confirmed"] & counts].tolist():
             self.gone.forget(stall_id)
         self.rows["confirmed"][index] = counts
-        self.rows["extra"][index] = plan_rows.is_extra(self.rows, index)
+        plan_rows.mark_extra(self.rows, index, version)
 
     def put_plan(self, plan: Rectangles, is_confirmed: Mask, version: int) -> NDArray[np.intp]:
         """Put the stalls of the lot's plan (N,) into the table, in place of an earlier plan; see `plan_rows.with_plan`.
@@ -181,7 +181,7 @@ class StallTracker:
         self._part_with(lost, version)
         self.settle(version)
         beside = np.flatnonzero(self.rows["confirmed"] & (self.rows["plan"] == 0))
-        self.rows["extra"][beside] = plan_rows.is_extra(self.rows, beside)
+        plan_rows.mark_extra(self.rows, beside, version)
         self.rows["touched"][beside] = version
         return np.flatnonzero(self.rows["touched"] == version)
 

@@ -122,6 +122,24 @@ def test_what_is_found_beside_confirmed_stalls_is_proposed_and_not_counted() -> 
     assert {stall.extra for stall in shown.stalls.values() if stall.known} == {None}
 
 
+BEYOND = np.array([[27.0, east, 0.0, 2.6, 5.2] for east in (-3.9, -1.3, 1.3, 3.9)])
+"""Places beside each other, more than 15 m from the rows."""
+
+
+@pytest.mark.parametrize("count", [1, 3, 4])
+def test_a_find_alone_beyond_the_plan_is_proposed_and_a_new_part_of_the_lot_counts(count: int) -> None:
+    truth = rows_lot()
+    assert np.abs(truth.stalls[:, 0] - BEYOND[0, 0]).min() > 15.0
+    stalls = np.vstack([truth.stalls, BEYOND[:count]])
+    taken = np.concatenate([truth.taken, np.ones(count, np.bool_)])
+    flight = Flight(Truth(truth.lot, stalls, taken), plan_of(truth.stalls))
+    flight.fly()
+    shown = flight.fly(PASS[::-1])
+    beyond = [stall for stall in shown.stalls.values() if not stall.known and stall.north > 20.0]
+    assert shown.counts.total == len(truth.stalls) + (count if count > 3 else 0)
+    assert [stall.state is StallState.SUGGESTED for stall in beyond] == [count <= 3] * len(beyond)
+
+
 def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
     known = np.vstack([TRUTH.stalls, TRUTH.stalls[5:6] + np.array([-7.5, 0, 0, 0, 0])])
     flight = Flight(TRUTH, plan_of(known, confirmed=False), **NOISE)
