@@ -113,7 +113,7 @@ def zones(connection: Connection, lot_id: str, asked: Asked) -> Part:
 
 
 def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> Part:
-    """Return surveys in the order of their landings; None: those of every lot, and of none.
+    """Return surveys in the order in which they were stored; None: those of every lot, and of none.
 
     Raises NotFoundError, LotInputError.
     """

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import Connection, select
 
+from hawk.lots.newest import newest_first
 from hawk.lots.source import SOURCE_COLUMNS, source_json
 from hawk.lots.tables import SURVEY
 from hawk.lots.values import utc
@@ -28,7 +29,7 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
     shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
     reasons = {each.id: each.why for each in panel.left_out}
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "began", "ended"))
-    asked = select(*columns).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(SURVEY.c.seq.desc())
+    asked = select(*columns).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(*newest_first())
     return {
         "lot": lot,
         "name": panel.name,

@@ -9,6 +9,7 @@ from sqlalchemy import update
 
 from hawk.lots import reading
 from hawk.lots.database import Database
+from hawk.lots.source import PictureSource, SourceKind
 from hawk.lots.tables import SURVEY
 from hawk.lots.values import NotFoundError
 from hawk.model.lot_map import StallState
@@ -34,6 +35,15 @@ def test_surveys_are_listed_with_their_share_the_newest_first(store: Database) -
     assert newest["occupancy"]["low"] < 0.5 < newest["occupancy"]["high"]
     assert first["occupancy"]["value"] == 0.0
     assert first["ended"] < newest["ended"]
+
+
+def test_pictures_of_an_earlier_day_are_listed_at_their_date(store: Database) -> None:
+    source = PictureSource(SourceKind.PHOTOGRAPHS, "flight", ())
+    lot = lot_of(store, later(seen({}), 2), replace(seen({}), pictures=source))
+    with store.reading() as connection:
+        listed = surveys_json(connection, lot, EVER)["surveys"]
+    assert [each["kind"] for each in listed] == ["flown", "picture"]
+    assert listed[0]["ended"] > listed[1]["ended"]
 
 
 def test_a_survey_that_no_figure_uses_says_why_and_has_no_share(store: Database) -> None:
