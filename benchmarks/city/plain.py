@@ -11,9 +11,10 @@ from pathlib import Path
 
 import cv2
 
-from hawk.picture.city.tasks import Results, look, tasks_of
+from hawk.picture.city.results import Results
 from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.steps import look, tasks_of
 from hawk.picture.orthophoto.windows import windows_of
 
 

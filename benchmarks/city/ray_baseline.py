@@ -18,9 +18,10 @@ from typing import Any
 import cv2
 
 from benchmarks.city.once import peak_mib
-from hawk.picture.city.tasks import Results, Task, look, tasks_of
+from hawk.picture.city.results import Results
 from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.steps import Task, look, tasks_of
 from hawk.picture.orthophoto.windows import windows_of
 
 

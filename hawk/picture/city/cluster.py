@@ -15,8 +15,9 @@ import dask
 from distributed import CancelledError, Client, KilledWorker, LocalCluster, as_completed
 
 from hawk.picture.city.job import Job
-from hawk.picture.city.tasks import ResultError, Task
+from hawk.picture.city.results import ResultError
 from hawk.picture.city.worker import CityWorker, look_here
+from hawk.picture.orthophoto.steps import Task
 from hawk.picture.values import PictureError
 
 MEMORY: Final = "2GiB"

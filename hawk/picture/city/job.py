@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hawk.algo.vision.network import Engine, EngineChoice
-from hawk.picture.city.tasks import Results
+from hawk.picture.city.results import Results
 from hawk.picture.nadir import Eye, program_name
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.values import PictureError

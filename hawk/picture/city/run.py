@@ -16,21 +16,18 @@ from typing import Final
 from urllib.parse import urlsplit
 
 import cv2
-import numpy as np
 
 from hawk.algo.vision.network import EngineChoice
 from hawk.picture.city.job import Job, LoadEye
-from hawk.picture.city.tasks import ResultError, Results, Task, look, tasks_of
+from hawk.picture.city.results import ResultError, Results
 from hawk.picture.nadir import Eye, program_name
-from hawk.picture.orthophoto.outline import LotOutline, read_outline
-from hawk.picture.orthophoto.source import open_orthophoto
-from hawk.picture.orthophoto.survey import check_ground, to_survey
-from hawk.picture.orthophoto.windows import CORE_M, WindowStalls, windows_of
-from hawk.picture.values import LeftOut, Mapped, PictureError
+from hawk.picture.orthophoto.outline import LotOutline
+from hawk.picture.orthophoto.steps import Task, looked, settle, start
+from hawk.picture.orthophoto.windows import CORE_M
+from hawk.picture.values import Mapped, PictureError
 from hawk.runtime.programs import remedy
 
 _REACH_S: Final = 5.0
-_GONE: Final = "its result is gone; go on by --resume"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,39 +102,15 @@ def map_city(
         raise PictureError(f"--workers: {workers} is no number of processes; give 1 or more")
     if scheduler is not None:
         _check_reached(scheduler)
-    source = open_orthophoto(path.resolve(), crs)
-    lots = read_outline(outline) if isinstance(outline, Path) else outline
-    if lots is not None:
-        lots = lots.near(source.grid)
-    eye = load(model, engine)
-    results = Results(out.resolve())
+    started = start(path.resolve(), outline=outline, crs=crs, load=lambda: load(model, engine), core_m=core_m)
+    eye, results = started.eye, Results(out.resolve())
     results.prepare()
-    tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), eye.model, eye.engine)
-    missing = [task for task in tasks if results.find(task) is None]
-    pace = _Pace(len(tasks), len(tasks) - len(missing), progress)
+    missing, count = started.missing(results), len(started.tasks)
     named = None if model is None else model.resolve()
-    job = Job(source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
-    failures: dict[str, str] = {}
-    with contextlib.closing(_ended(job, eye, missing, workers, scheduler)) as ended:
-        for dashboard, task, reason in ended:
-            if task is not None and reason:
-                failures[task.name] = reason
-            pace.step(0 if task is None else 1, bool(reason), dashboard)
-    found = [(task, _slim(results.find(task), lots is not None)) for task in tasks]
-    left_out = [
-        LeftOut(task.window.name(source.grid), failures.get(task.name, _GONE)) for task, part in found if part is None
-    ]
-    if len(left_out) == len(tasks) > 0:
-        raise PictureError(left_out[0].reason)
-    mapped = to_survey(
-        source, [part for _, part in found if part is not None], outline=lots, model=eye.model, left_out=left_out
-    )
-    try:
-        check_ground(mapped, source, has_lots=lots is not None)
-    except PictureError:
-        results.clear(tasks)
-        raise
-    return CityRun(mapped, len(tasks), len(tasks) - len(missing), pace.seconds)
+    job = Job(started.source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
+    pace = _Pace(count, count - len(missing), progress)
+    failures = _failures(_ended(job, eye, missing, workers, scheduler), pace)
+    return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)
 
 
 def _check_reached(scheduler: str) -> None:
@@ -152,18 +125,15 @@ def _check_reached(scheduler: str) -> None:
         ) from error
 
 
-def _slim(part: WindowStalls | None, is_on_lots: bool) -> WindowStalls | None:
-    """Return a result with masks that need no memory where they say the same everywhere: a city has thousands.
-
-    ``is_on_lots``: outlines say where the lots are, so that the lot which was found is not asked for.
-    """
-    if part is None:
-        return None
-    seen = part.seen
-    if seen.all() or not seen.any():
-        seen = np.broadcast_to(seen[0, 0], seen.shape)
-    lot = np.broadcast_to(np.False_, seen.shape) if is_on_lots or not part.lot.any() else part.lot
-    return replace(part, lot=lot, seen=seen)
+def _failures(ended: Generator[tuple[str, Task | None, str]], pace: _Pace) -> dict[str, str]:
+    """Take all tasks of `_ended`; return, by their names, why some failed."""
+    failures = {}
+    with contextlib.closing(ended):
+        for dashboard, task, reason in ended:
+            if task is not None and reason:
+                failures[task.name] = reason
+            pace.step(0 if task is None else 1, bool(reason), dashboard)
+    return failures
 
 
 class _Pace:
@@ -202,8 +172,8 @@ def _ended(
     if not tasks or (workers == 1 and scheduler is None):
         yield "", None, ""
         with _one_thread():
-            for task in tasks:
-                yield "", task, look(task, job.source, eye, Results(job.folder))
+            for task, reason in looked(tasks, job.source, eye, Results(job.folder)):
+                yield "", task, reason
         return
     try:
         from hawk.picture.city.cluster import run_on, workers_of

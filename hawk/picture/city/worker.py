@@ -13,8 +13,9 @@ import cv2
 from distributed import Worker, WorkerPlugin, get_worker
 
 from hawk.picture.city.job import Job, fitting_eye
-from hawk.picture.city.tasks import Results, Task, look
+from hawk.picture.city.results import Results
 from hawk.picture.nadir import Eye
+from hawk.picture.orthophoto.steps import Task, look
 from hawk.picture.values import PictureError
 
 _PLUGIN: Final = "hawk-city"
@@ -43,13 +44,13 @@ class CityWorker(WorkerPlugin):
             raise PictureError(f"the worker {worker.address} on {socket.gethostname()}: {error}") from error
 
     def look(self, task: Task) -> str:
-        """Look at one window; return as `hawk.picture.city.tasks.look`."""
+        """Look at one window; return as `hawk.picture.orthophoto.steps.look`."""
         if self._eye is None:
             raise PictureError("the worker has no eye; start it again")
         return look(task, self._job.source, self._eye, Results(self._job.folder))
 
 
 def look_here(task: Task, mark: str) -> str:
-    """Look at one window on the worker that runs this; return as `hawk.picture.city.tasks.look`."""
+    """Look at one window on the worker that runs this; return as `hawk.picture.orthophoto.steps.look`."""
     plugin: Any = get_worker().plugins[f"{_PLUGIN}-{mark}"]
     return str(plugin.look(task))

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hawk.picture.nadir import Eye
-from hawk.picture.orthophoto.outline import LotOutline, read_outline
-from hawk.picture.orthophoto.source import open_orthophoto
-from hawk.picture.orthophoto.survey import check_ground, to_survey
-from hawk.picture.orthophoto.windows import WindowStalls, map_window, windows_of
-from hawk.picture.values import LeftOut, Mapped, PictureError
+from hawk.picture.orthophoto.outline import LotOutline
+from hawk.picture.orthophoto.steps import InMemory, looked, settle, start
+from hawk.picture.values import Mapped
 
 Progress = Callable[[int, int], None]
 """Takes the number of windows that are done, and of all."""
@@ -39,25 +37,13 @@ def map_orthophoto(
     Raises:
         PictureError: The picture or the outlines cannot be used, or no window can be read; the text has the remedy.
     """
-    source = open_orthophoto(path, crs)
-    lots = read_outline(outline) if isinstance(outline, Path) else outline
-    if lots is not None:
-        lots = lots.near(source.grid)
-    windows = windows_of(source, lots)
-    eye = Eye.load(model)
-    results: list[WindowStalls] = []
-    left_out: list[LeftOut] = []
-    for done, window in enumerate(windows):
-        if progress is not None:
-            progress(done, len(windows))
-        try:
-            results.append(map_window(source, window, eye))
-        except PictureError as error:
-            left_out.append(LeftOut(window.name(source.grid), str(error)))
-    if left_out and not results:
-        raise PictureError(left_out[0].reason)
+    started = start(path, outline=outline, crs=crs, load=lambda: Eye.load(model))
+    results, failures, count = InMemory(), dict[str, str](), len(started.tasks)
     if progress is not None:
-        progress(len(windows), len(windows))
-    mapped = to_survey(source, results, outline=lots, model=eye.model, left_out=left_out)
-    check_ground(mapped, source, has_lots=lots is not None)
-    return mapped
+        progress(0, count)
+    for done, (task, reason) in enumerate(looked(started.tasks, started.source, started.eye, results), 1):
+        if reason:
+            failures[task.name] = reason
+        if progress is not None:
+            progress(done, count)
+    return settle(started, results, failures)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision.network import Engine, EngineChoice
 from hawk.picture.city.job import Job
-from hawk.picture.city.tasks import Task, tasks_of
 from hawk.picture.nadir import LOT_M, Eye, Found, program_name
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
+from hawk.picture.orthophoto.steps import Task, tasks_of
 from hawk.picture.orthophoto.windows import windows_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import UTM, placed, write

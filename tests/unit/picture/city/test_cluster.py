@@ -14,8 +14,8 @@ from distributed.config import config
 
 from hawk.picture.city import cluster
 from hawk.picture.city.cluster import run_on
+from hawk.picture.city.results import ResultError, Results
 from hawk.picture.city.run import CityProgress, map_city
-from hawk.picture.city.tasks import ResultError, Results
 from hawk.picture.values import PictureError
 from tests.unit.picture.city import fakes
 from tests.unit.picture.city.fakes import CORE_M, LOOKS, WINDOWS, job_of, kill_once, load_fake, looks, windows

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import shapely
 
+from hawk.picture.city.results import Results
 from hawk.picture.city.run import CityProgress, CityRun, map_city
-from hawk.picture.city.tasks import Results, look
 from hawk.picture.orthophoto.app import map_orthophoto
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.steps import look
 from hawk.picture.values import Mapped, PictureError
 from hawk.picture.work_folder import WINDOWS as FOLDER
 from tests.unit.picture.city import fakes

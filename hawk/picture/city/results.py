@@ -1,24 +1,19 @@
 """Results of a city's windows: a file each, whole or not there; failed windows with their reasons.
 
-A result is named by everything that makes it, so that one that is there is never computed again, on any computer that
-shares the folder.
+One that is there is never computed again, on any computer that shares the folder.
 """
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hawk.algo.vision.network import Engine
-from hawk.picture.nadir import Eye
-from hawk.picture.orthophoto.source import Orthophoto
-from hawk.picture.orthophoto.windows import Window, WindowStalls, map_window, task_name
+from hawk.picture.orthophoto.steps import Task
+from hawk.picture.orthophoto.windows import WindowStalls
 from hawk.picture.values import PictureError, cannot_write
 from hawk.picture.work_folder import FAILURES, WINDOWS
 
@@ -33,28 +28,6 @@ class ResultError(PictureError):
 
     def __reduce__(self) -> tuple[type[ResultError], tuple[Path, OSError]]:
         return type(self), self._arguments
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A window to look at. ``name``: that of its result."""
-
-    name: str
-    window: Window
-
-
-def tasks_of(source: Orthophoto, windows: Iterable[Window], model: str, engine: Engine) -> tuple[Task, ...]:
-    """Return the tasks of a picture's windows, in their order.
-
-    Args:
-        source: The picture.
-        windows: Its windows.
-        model: SHA-256 of the network's file.
-        engine: Runs the network; engines differ in the last digits, so that the result's name has it.
-    """
-    # a mosaic of thousands of files has a long identity, which would be hashed for each window
-    short = replace(source, identity=hashlib.sha256(source.identity.encode()).hexdigest())
-    return tuple(Task(f"{task_name(short, window, model)}-{engine}", window) for window in windows)
 
 
 class Results:
@@ -134,26 +107,6 @@ class Results:
             if temporary:
                 Path(temporary).unlink(missing_ok=True)
             raise ResultError(path, error) from error
-
-
-def look(task: Task, source: Orthophoto, eye: Eye, results: Results) -> str:
-    """Look at a task's window unless its result is there.
-
-    Returns:
-        The reason why it could not be looked at, which is written too; "" when the result is there.
-
-    Raises:
-        ResultError: The result cannot be written.
-    """
-    if results.find(task) is not None:
-        return ""
-    try:
-        found = map_window(source, task.window, eye)
-    except PictureError as error:
-        results.fail(task, task.window.name(source.grid), str(error))
-        return str(error)
-    results.keep(task, found)
-    return ""
 
 
 def _head(task: Task) -> bytes:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from hawk.picture.city.tasks import ResultError, Results, Task, look, tasks_of
+from hawk.picture.city.results import ResultError, Results
 from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import Orthophoto
+from hawk.picture.orthophoto.steps import Task, look, tasks_of
 from hawk.picture.values import PictureError
 from hawk.picture.work_folder import FAILURES, WINDOWS
 from tests.unit.picture.city.fakes import SHA, break_bright, load_fake, looks, windows

@@ -1,0 +1,201 @@
+"""The three steps of mapping an orthophoto: start names its windows, look fills a store, settle makes the survey.
+
+A window's result is named by everything that makes it, so that a store which keeps results never asks for one again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+
+from hawk.algo.vision.network import Engine
+from hawk.picture.nadir import Eye
+from hawk.picture.orthophoto.outline import LotOutline, read_outline
+from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
+from hawk.picture.orthophoto.survey import check_ground, to_survey
+from hawk.picture.orthophoto.windows import CORE_M, Window, WindowStalls, map_window, task_name, windows_of
+from hawk.picture.values import LeftOut, Mapped, PictureError
+
+_GONE: Final = "its result is gone; go on by --resume"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A window to look at. ``name``: that of its result."""
+
+    name: str
+    window: Window
+
+
+class Store(Protocol):
+    """Results of windows. Those on disk raise PictureError where they cannot be written."""
+
+    def find(self, task: Task) -> WindowStalls | None:
+        """Return a task's result; None when there is none."""
+        ...
+
+    def keep(self, task: Task, found: WindowStalls) -> None:
+        """Take a task's result, and forget that it failed."""
+        ...
+
+    def fail(self, task: Task, window: str, reason: str) -> None:
+        """Take why a task has no result. ``window``: its name for a person."""
+        ...
+
+    def clear(self, tasks: Iterable[Task]) -> None:
+        """Remove the results of tasks."""
+        ...
+
+
+class InMemory:
+    """Results of one run, in its memory."""
+
+    def __init__(self) -> None:
+        """Begin without a result."""
+        self._found: dict[str, WindowStalls] = {}
+
+    def find(self, task: Task) -> WindowStalls | None:
+        """Return as `Store.find`."""
+        return self._found.get(task.name)
+
+    def keep(self, task: Task, found: WindowStalls) -> None:
+        """Take a task's result."""
+        self._found[task.name] = found
+
+    def fail(self, task: Task, window: str, reason: str) -> None:
+        """Take nothing: nobody reads the reason after the run, which has it from `look`."""
+
+    def clear(self, tasks: Iterable[Task]) -> None:
+        """Remove the results of tasks."""
+        for task in tasks:
+            self._found.pop(task.name, None)
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """A picture that is ready to be looked at: ``lots`` near it (None: all ground counts), the eye, all its tasks."""
+
+    source: Orthophoto
+    lots: LotOutline | None = field(repr=False)
+    eye: Eye = field(repr=False)
+    tasks: tuple[Task, ...] = field(repr=False)
+
+    def missing(self, store: Store) -> tuple[Task, ...]:
+        """Return the tasks that have no result yet."""
+        return tuple(task for task in self.tasks if store.find(task) is None)
+
+
+def start(
+    path: Path,
+    *,
+    outline: Path | LotOutline | None,
+    crs: str | None,
+    load: Callable[[], Eye],
+    core_m: float = CORE_M,
+) -> Started:
+    """Open a picture and name its windows.
+
+    Args:
+        path: The picture.
+        outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
+        crs: The picture's system of coordinates, where its file does not say it.
+        load: Loads the eye.
+        core_m: Side of a window's core, metres.
+
+    Raises:
+        PictureError: The picture, the outlines or the network cannot be used; the text has the remedy.
+    """
+    source = open_orthophoto(path, crs)
+    lots = read_outline(outline) if isinstance(outline, Path) else outline
+    if lots is not None:
+        lots = lots.near(source.grid)
+    eye = load()
+    tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), eye.model, eye.engine)
+    return Started(source, lots, eye, tasks)
+
+
+def tasks_of(source: Orthophoto, windows: Iterable[Window], model: str, engine: Engine) -> tuple[Task, ...]:
+    """Return the tasks of a picture's windows, in their order.
+
+    Args:
+        source: The picture.
+        windows: Its windows.
+        model: SHA-256 of the network's file.
+        engine: Runs the network; engines differ in the last digits, so that the result's name has it.
+    """
+    # a mosaic of thousands of files has a long identity, which would be hashed for each window
+    short = replace(source, identity=hashlib.sha256(source.identity.encode()).hexdigest())
+    return tuple(Task(f"{task_name(short, window, model)}-{engine}", window) for window in windows)
+
+
+def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
+    """Look at a task's window unless its result is there.
+
+    Returns:
+        The reason why it could not be looked at, which the store takes too; "" when the result is there.
+
+    Raises:
+        PictureError: The store cannot be written.
+    """
+    if store.find(task) is not None:
+        return ""
+    try:
+        found = map_window(source, task.window, eye)
+    except PictureError as error:
+        store.fail(task, task.window.name(source.grid), str(error))
+        return str(error)
+    store.keep(task, found)
+    return ""
+
+
+def looked(tasks: Sequence[Task], source: Orthophoto, eye: Eye, store: Store) -> Iterator[tuple[Task, str]]:
+    """Yield each task after `look` at it in this process, with the reason that this returned."""
+    for task in tasks:
+        yield task, look(task, source, eye, store)
+
+
+def settle(started: Started, store: Store, failures: Mapping[str, str]) -> Mapped:
+    """Return the survey of the results in a store. Windows without one are named in its ``left_out``.
+
+    Args:
+        started: The picture.
+        store: Its results.
+        failures: By the names of tasks, why they failed.
+
+    Raises:
+        PictureError: No window has a result, or none shows ground; the results are removed then.
+    """
+    source, has_lots = started.source, started.lots is not None
+    found = [(task, _slim(store.find(task), has_lots)) for task in started.tasks]
+    left_out = [
+        LeftOut(task.window.name(source.grid), failures.get(task.name, _GONE)) for task, part in found if part is None
+    ]
+    if len(left_out) == len(found) > 0:
+        raise PictureError(left_out[0].reason)
+    parts = [part for _, part in found if part is not None]
+    mapped = to_survey(source, parts, outline=started.lots, model=started.eye.model, left_out=left_out)
+    try:
+        check_ground(mapped, source, has_lots=has_lots)
+    except PictureError:
+        store.clear(started.tasks)
+        raise
+    return mapped
+
+
+def _slim(part: WindowStalls | None, is_on_lots: bool) -> WindowStalls | None:
+    """Return a result with masks that need no memory where they say the same everywhere: a city has thousands.
+
+    ``is_on_lots``: outlines say where the lots are, so that the lot which was found is not asked for.
+    """
+    if part is None:
+        return None
+    seen = part.seen
+    if seen.all() or not seen.any():
+        seen = np.broadcast_to(seen[0, 0], seen.shape)
+    lot = np.broadcast_to(np.False_, seen.shape) if is_on_lots or not part.lot.any() else part.lot
+    return replace(part, lot=lot, seen=seen)

@@ -1,0 +1,62 @@
+"""The steps of mapping: the store in which results are kept changes nothing of the survey."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hawk.picture.city.results import Results
+from hawk.picture.orthophoto.steps import InMemory, Started, Store, looked, settle, start
+from hawk.picture.values import PictureError
+from hawk.picture.work_folder import WINDOWS as FOLDER
+from tests.unit.picture.city.fakes import CORE_M, WINDOWS, city, load_fake, looks
+from tests.unit.picture.orthophoto.drawn import write
+
+
+def started(folder: Path, path: Path) -> Started:
+    return start(path, outline=None, crs=None, load=lambda: load_fake(folder / "model", "opencv"), core_m=CORE_M)
+
+
+def on_disk(folder: Path) -> Results:
+    results = Results(folder / "out")
+    results.prepare()
+    return results
+
+
+def fill(picture: Started, store: Store) -> dict[str, str]:
+    return {task.name: reason for task, reason in looked(picture.missing(store), picture.source, picture.eye, store)}
+
+
+def test_results_in_memory_and_on_disk_make_one_survey(tmp_path: Path) -> None:
+    picture = started(tmp_path, city(tmp_path))
+    memory, disk = InMemory(), on_disk(tmp_path)
+    failures = [fill(picture, store) for store in (memory, disk)]
+    assert failures == [dict.fromkeys((task.name for task in picture.tasks), "")] * 2
+    one, other = (settle(picture, store, {}) for store in (memory, disk))
+    assert len(one.survey.stalls) > 4
+    assert (one.survey, one.area_m2, one.scores, one.notes) == (other.survey, other.area_m2, other.scores, other.notes)
+    assert (fill(picture, memory), looks(tmp_path)) == ({}, 2 * WINDOWS)
+
+
+def test_a_result_that_is_gone_when_all_is_settled_is_named(tmp_path: Path) -> None:
+    picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
+    fill(picture, disk)
+    (tmp_path / "out" / FOLDER / f"{picture.tasks[3].name}.json").unlink()
+    mapped = settle(picture, disk, {})
+    name = picture.tasks[3].window.name(picture.source.grid)
+    assert [(each.name, each.reason) for each in mapped.left_out] == [(name, "its result is gone; go on by --resume")]
+    with pytest.raises(PictureError, match="it is gone"):
+        settle(picture, InMemory(), dict.fromkeys((task.name for task in picture.tasks), "it is gone"))
+
+
+@pytest.mark.parametrize("is_kept", [False, True])
+def test_a_picture_without_ground_leaves_no_result(tmp_path: Path, is_kept: bool) -> None:
+    picture = started(tmp_path, write(tmp_path / "black.tif", np.zeros((3, 300, 300), np.uint8)))
+    store = on_disk(tmp_path) if is_kept else InMemory()
+    fill(picture, store)
+    assert picture.missing(store) == ()
+    with pytest.raises(PictureError, match="shows no ground"):
+        settle(picture, store, {})
+    assert picture.missing(store) == picture.tasks
