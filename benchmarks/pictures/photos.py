@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from benchmarks.figures import Figure, Limit, Reference, share
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.posed import FloatArray
+from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, survey_folder
 from hawk.picture.report import free_range
 from hawk.results.survey_map import SurveyMap
@@ -173,7 +174,7 @@ def _judge(name: str, world: World, options: PhotoOptions) -> Judged:
         folder = Path(path) / "photographs"
         write_photos(world, options, folder)
         began = time.perf_counter()
-        survey = survey_folder(folder)
+        survey = survey_folder(read_folder(folder))
         took = time.perf_counter() - began
         truth: dict[str, Any] = json.loads((folder / TRUTH).read_text())
     truth["origin"] = truth["photos"]["origin"]

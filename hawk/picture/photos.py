@@ -36,7 +36,7 @@ from hawk.picture.cars import with_lone_cars_suggested
 from hawk.picture.kept import Work
 from hawk.picture.limits import fit_error, limits_of, source_of
 from hawk.picture.looked import Files, Looked, Pictures
-from hawk.picture.photographs.folder import read_folder
+from hawk.picture.photographs.folder import Folder, read_folder
 from hawk.picture.values import COARSE_M, COARSEST_M, LeftOut, Mapped, PictureError, Progress, Shot, named
 from hawk.results.survey_map import SurveyMap
 
@@ -122,33 +122,18 @@ def map_photos(
     Raises:
         PictureError: Nothing can be mapped; the text has the remedy.
     """
-    found = survey_folder(
-        folder,
-        height_m=height_m,
-        lenses=lenses,
-        calibration=calibration,
-        group=group,
-        model=model,
-        work=work,
-        progress=progress,
-    )
-    return found.mapped
+    read = read_folder(folder, lenses=lenses, calibration=calibration, height_m=height_m, group=group)
+    return survey_folder(read, model=model, work=work, progress=progress).mapped
 
 
 def survey_folder(
-    folder: Path,
-    *,
-    height_m: float | None = None,
-    lenses: Path | None = None,
-    calibration: CameraModel | None = None,
-    group: int | None = None,
-    model: Path | None = None,
-    work: Path | None = None,
-    progress: Progress = lambda *_: None,
+    read: Folder, *, model: Path | None = None, work: Path | None = None, progress: Progress = lambda *_: None
 ) -> PhotoSurvey:
-    """Return the survey of `map_photos` with the poses, and as the store takes it. Arguments and errors as there."""
-    read = read_folder(folder, lenses=lenses, calibration=calibration, height_m=height_m, group=group)
-    taken = Taken(folder.resolve().name, SourceKind.PHOTOGRAPHS, read.time_is_sure)
+    """Return the survey of a folder that was read, with the poses, and as the store takes it.
+
+    Arguments and errors are those of `map_photos`.
+    """
+    taken = Taken(read.name, SourceKind.PHOTOGRAPHS, read.time_is_sure)
     survey = survey_shots(taken, read.shots, Files(), model=model, work=work, progress=progress)
     return survey.beside(read.left_out, read.notes)
 

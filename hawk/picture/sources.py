@@ -20,6 +20,7 @@ from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
 from hawk.picture.limits import source_of
 from hawk.picture.looked import Files
+from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, Taken, survey_folder, survey_shots
 from hawk.picture.stored import landed_of
 from hawk.picture.values import Mapped, PictureError, Progress
@@ -138,17 +139,9 @@ def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
 
 def _photographs(asked: Asked, progress: Progress) -> Surveyed:
     _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
-    survey = survey_folder(
-        asked.source,
-        height_m=asked.height_m,
-        lenses=asked.lenses,
-        calibration=_calibration(asked.calibration),
-        group=asked.group,
-        model=asked.model,
-        work=asked.out / WORK,
-        progress=progress,
-    )
-    return _surveyed(survey)
+    lens = _calibration(asked.calibration)
+    read = read_folder(asked.source, lenses=asked.lenses, calibration=lens, height_m=asked.height_m, group=asked.group)
+    return _surveyed(survey_folder(read, model=asked.model, work=asked.out / WORK, progress=progress))
 
 
 def _film(asked: Asked, progress: Progress) -> Surveyed:

@@ -31,10 +31,11 @@ _FEW: Final = 4
 class Folder:
     """Shots of one flight, by time and then by name, each with a height.
 
-    ``left_out`` is in the order of the names. ``notes``: sentences on what a person must know. ``time_is_sure``: all
-    times are GNSS's, or of clocks whose zone the files say.
+    ``name``: that of the folder. ``left_out`` is in the order of the names. ``notes``: sentences on what a person must
+    know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the files say.
     """
 
+    name: str
     shots: tuple[Shot, ...]
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
@@ -79,7 +80,7 @@ def read_folder(
     is_sure = any(
         all(facts) for facts in zip(*((one.gnss_time is not None, one.has_zone) for one in chosen), strict=True)
     )
-    return Folder(tuple(shots), named_left, (*notes, *_notes(chosen)), is_sure)
+    return Folder(folder.resolve().name, tuple(shots), named_left, (*notes, *_notes(chosen)), is_sure)
 
 
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
