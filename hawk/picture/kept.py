@@ -25,6 +25,7 @@ from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.app import Adjusted, Known, Pair
 from hawk.picture.adjust.features import Features, Ties
+from hawk.picture.adjust.headings import Couple, Middles
 from hawk.picture.adjust.posed import Posed
 from hawk.picture.values import PictureError, Shot, cannot_write
 from hawk.runtime.files import replace_whole
@@ -55,14 +56,13 @@ class Work:
 
     def ties(self, shots: Sequence[Shot], pairs: Sequence[Pair], make: Callable[[], list[Ties]]) -> list[Ties]:
         """Return the ties of pairs of shots."""
-        makes = [
-            [
-                *pair.numbers, *(_identity(shots[number]) for number in pair.numbers), _pose(pair.first),
-                _pose(pair.second), astuple(pair.search),
-            ]
-            for pair in pairs
-        ]  # fmt: skip
+        makes = [[*_two(shots, pair), astuple(pair.search)] for pair in pairs]
         return self._result("ties", makes, make, _ties_bytes, _ties_of)
+
+    def middles(self, shots: Sequence[Shot], couples: Sequence[Couple], make: Callable[[], Middles]) -> Middles:
+        """Return where the middles of shots show in other ones, by which headings are judged."""
+        makes = [_two(shots, couple) for couple in couples]
+        return self._result("middles", makes, make, _middles_bytes, _middles_of)
 
     def adjusted(self, shots: Sequence[Shot], known: Sequence[Known], make: Callable[[], Adjusted]) -> Adjusted:
         """Return the poses of all shots; they follow from all pictures."""
@@ -114,6 +114,11 @@ def _identity(shot: Shot) -> list[Any]:
     return [shot.name, facts.st_size, facts.st_mtime_ns]
 
 
+def _two(shots: Sequence[Shot], two: Pair | Couple) -> list[Any]:
+    """Return the facts by which two photographs and their poses are known."""
+    return [*two.numbers, *(_identity(shots[number]) for number in two.numbers), _pose(two.first), _pose(two.second)]
+
+
 def _pose(posed: Posed) -> list[Any]:
     return [astuple(posed.camera), *_values(posed)]
 
@@ -150,6 +155,15 @@ def _ties_of(data: bytes) -> list[Ties]:
         ties.append(Ties(first, second, here, there))
         at += 24 + 16 * count
     return ties
+
+
+def _middles_bytes(middles: Middles) -> bytes:
+    """Pack each as two numbers, none as NaN."""
+    return np.array([complex(np.nan, np.nan) if one is None else one for one in middles], "<c16").tobytes()
+
+
+def _middles_of(data: bytes) -> Middles:
+    return [None if np.isnan(one) else one for one in np.frombuffer(data, "<c16").tolist()]
 
 
 def _adjusted_bytes(adjusted: Adjusted) -> bytes:

@@ -170,9 +170,17 @@ def survey_shots(
         raise PictureError(f"{name}: no photograph can be read: {left_out[0].name}: {left_out[0].reason}")
     is_known = all(shot.lens_is_known for shot in shots)
     found = looked.features_of(shots)
-    keep = partial(kept.ties, shots)
     adjusted = kept.adjusted(
-        shots, known, lambda: adjust(known, found, lens_is_known=is_known, progress=progress, keep=keep)
+        shots,
+        known,
+        lambda: adjust(
+            known,
+            found,
+            lens_is_known=is_known,
+            progress=progress,
+            keep=partial(kept.ties, shots),
+            keep_middles=partial(kept.middles, shots),
+        ),
     )
     current = looked.mapped(name, shots, adjusted, NetworkFinder(network), progress)
     current = with_lone_cars_suggested(current)

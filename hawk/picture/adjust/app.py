@@ -94,6 +94,7 @@ def adjust(
     lens_is_known: bool,
     progress: Progress = lambda *_: None,
     keep: Keep = lambda _, make: make(),
+    keep_middles: headings.KeepMiddles = lambda _, make: make(),
 ) -> Adjusted:
     """Adjust poses and lens; photographs without ties are moved as the others were on the whole.
 
@@ -103,11 +104,13 @@ def adjust(
         lens_is_known: The lens was calibrated, not guessed.
         progress: Is called with the step, how much of it is done, and of how much.
         keep: Gives the ties of pairs that an earlier run has kept, or makes and keeps them.
+        keep_middles: The same for the middles of photographs, which show headings.
     """
     posed = tuple(one.posed for one in known)
     within = max(_reach(one) for one in known)
     wide = Search(within, RATIO, WIDE_SHARE)
-    seen = headings.headings(posed, max(math.hypot(one.place_m, one.tilt * one.posed.height) for one in known), found)
+    error_m = max(math.hypot(one.place_m, one.tilt * one.posed.height) for one in known)
+    seen = headings.headings(posed, error_m, found, keep_middles)
     turned = headings.turned(posed, seen)
     if turned:
         known = [_with_heading(one, turned.get(number)) for number, one in enumerate(known)]

@@ -8,7 +8,8 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import cv2
@@ -29,26 +30,51 @@ _AGREE: Final = 0.03
 _LEAST_SURE: Final = 0.8
 
 
-def headings(posed: Sequence[Posed], error_m: float, found: Callable[[int], Features]) -> dict[int, float]:
+@dataclass(frozen=True, slots=True)
+class Couple:
+    """Two photographs, by their ``numbers`` and poses: the ``second`` may show the middle of the ``first``."""
+
+    numbers: tuple[int, int]
+    first: Posed
+    second: Posed
+
+
+Middles = list[complex | None]
+"""Of each couple where the middle of the first shows in the second: ahead and right of its middle, by its height."""
+KeepMiddles = Callable[[Sequence[Couple], Callable[[], Middles]], Middles]
+
+
+def headings(
+    posed: Sequence[Posed],
+    error_m: float,
+    found: Callable[[int], Features],
+    keep: KeepMiddles = lambda _, make: make(),
+) -> dict[int, float]:
     """Return the headings (radians) of photographs by their numbers, as far as neighbours show them.
 
     Args:
         posed: All photographs by their files.
         error_m: Standard deviation of where their middles lie on the ground, by place and attitude, metres.
         found: Gives the features of a photograph by its number.
+        keep: Gives the middles of couples that an earlier run has kept, or makes and keeps them.
     """
     feet = np.array([(one.north, one.east) for one in posed])
     tree = cKDTree(feet)
     result = {}
     for number in range(len(posed)):
-        votes = []
-        for other in np.atleast_1d(tree.query(feet[number], min(NEIGHBOURS + 1, len(feet)))[1]).tolist():
-            apart = complex(*(feet[other] - feet[number]))
-            if other == number or abs(apart) < 3 * error_m:
-                continue
-            middle = _middle(posed[other], posed[number], found(other), found(number))
-            if middle is not None and abs(middle) > 0.05:
-                votes.append(cmath.rect(1.0, cmath.phase(apart) - cmath.phase(middle)))
+        near = np.atleast_1d(tree.query(feet[number], min(NEIGHBOURS + 1, len(feet)))[1]).tolist()
+        apart = {other: complex(*(feet[other] - feet[number])) for other in near if other != number}
+        asked = [
+            Couple((other, number), posed[other], posed[number])
+            for other, metres in apart.items()
+            if abs(metres) >= 3 * error_m
+        ]
+        middles = keep(asked, partial(_middles, asked, found)) if asked else []
+        votes = [
+            cmath.rect(1.0, cmath.phase(apart[couple.numbers[0]]) - cmath.phase(middle))
+            for couple, middle in zip(asked, middles, strict=True)
+            if middle is not None and abs(middle) > 0.05
+        ]
         if votes and abs(sum(votes)) >= _LEAST_SURE * len(votes):
             result[number] = cmath.phase(sum(votes))
     return result
@@ -63,8 +89,11 @@ def turned(posed: Sequence[Posed], found: dict[int, float]) -> dict[int, Posed]:
     }
 
 
+def _middles(asked: Sequence[Couple], found: Callable[[int], Features]) -> Middles:
+    return [_middle(one.first, one.second, *(found(number) for number in one.numbers)) for one in asked]
+
+
 def _middle(first: Posed, second: Posed, here: Features, there: Features) -> complex | None:
-    """Return where the middle of ``first`` shows in ``second``: ahead and right of its middle, by its height."""
     here, there = here.strongest(MOST), there.strongest(MOST)
     if min(len(here.pixels), len(there.pixels)) < LEAST:
         return None

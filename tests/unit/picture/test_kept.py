@@ -11,6 +11,7 @@ from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.app import Adjusted, Known, Pair
 from hawk.picture.adjust.features import Features, Search, Ties
+from hawk.picture.adjust.headings import Couple
 from hawk.picture.adjust.posed import Posed
 from hawk.picture.kept import Work
 from hawk.picture.values import PictureError, Shot
@@ -103,6 +104,19 @@ def test_ties_are_computed_once_and_read_to_the_last_bit(tmp_path: Path) -> None
     work.ties(shots, [dataclasses.replace(pairs[0], second=dataclasses.replace(POSED, level=0.2)), pairs[1]], make)
     work.ties(shots, pairs[:1], make)
     assert make.times == 4
+
+
+def test_middles_are_computed_once_and_read_to_the_last_bit(tmp_path: Path) -> None:
+    made = [complex(0.1 + 0.2, -1e-17), None, complex(1 / 3, 2.0)]
+    couples = [Couple((other, 3), POSED, POSED) for other in (1, 0, 2)]
+    shots, make, work = [shot(tmp_path)] * 4, Counted(made), Work(tmp_path / "work")
+    assert [work.middles(shots, couples, make) for _ in range(2)] == [made, made]
+    assert make.times == 1
+    work.middles(shots, couples[:2], make)
+    work.middles(shots, [dataclasses.replace(couples[0], numbers=(2, 3)), *couples[1:]], make)
+    work.middles(shots, [dataclasses.replace(couples[0], second=dataclasses.replace(POSED, level=0.2))], make)
+    work.middles([shot(tmp_path, b"another picture")] * 4, couples, make)
+    assert make.times == 5
 
 
 def test_that_no_photographs_are_tied_is_kept_too(tmp_path: Path) -> None:

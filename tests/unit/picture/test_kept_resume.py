@@ -60,6 +60,7 @@ def test_a_map_that_was_killed_twice_goes_on_to_the_same_bytes(folder: Path, tmp
     for step in ("read", "match", "map"):
         killed_while(step, folder, out)
     kept = {path.name: path.stat().st_mtime_ns for path in (out / WORK).iterdir()}
+    assert {name.partition("-")[0] for name in kept} == {"features", "middles", "ties", "poses", "found"}
     torn = next(path for path in sorted((out / WORK).iterdir()) if path.name.startswith("found"))
     torn.write_bytes(torn.read_bytes()[:100])
     subprocess.run(command(folder, out, "--resume"), check=True, stdout=subprocess.DEVNULL)
