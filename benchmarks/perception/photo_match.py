@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.perception.photo_shots import Shot
+from hawk.picture.level import border_of, seen_by
 from hawk.picture.nadir import GROUND_M
 from hawk.survey.scoring import FloatArray
 
@@ -36,9 +37,6 @@ HEIGHT_SIGMA: Final = 0.05
 share), by which they weigh beside the ties: those of the one flight that was measured.
 """
 TIE_SIGMA_M: Final = 0.1
-_BLOCK: Final = 16
-_EDGE: Final = 32
-"""Points along each side of a picture whose places bound its ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +91,11 @@ class Carried:
 
 def level(shot: Shot, height_m: float) -> Levelled:
     """Return the photograph on the ground."""
-    border = shot.ground(_border(shot.camera.width, shot.camera.height), height_m)
+    posed = shot.posed(height_m)
+    border = posed.ground(border_of(shot.camera.width, shot.camera.height))
     (south, west), (north, east) = border.min(axis=0), border.max(axis=0)
-    seen = _seen(shot, height_m, (north, west), (int((north - south) / GROUND_M), int((east - west) / GROUND_M)))
+    size = (int((north - south) / GROUND_M), int((east - west) / GROUND_M))
+    seen = seen_by(posed, np.array([north, west]), size, GROUND_M)
     shrink = max(1, int(GROUND_M * shot.camera.fx / height_m))
     small = cv2.resize(shot.image, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     at = np.asarray((seen + 0.5) / shrink - 0.5, np.float32)
@@ -103,19 +103,6 @@ def level(shot: Shot, height_m: float) -> Levelled:
     inside = (seen >= 0) & (seen <= (shot.camera.width - 1, shot.camera.height - 1))
     missing = np.asarray(~inside.all(axis=-1), np.bool_)
     return Levelled(np.asarray(image, np.uint8), missing, float(north), float(west))
-
-
-def _seen(shot: Shot, height_m: float, first: tuple[float, float], size: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the picture coordinates (H, W, 2) of a raster of ``size`` (H, W), north up, from its ``first`` pixel's
-    middle; only one of `_BLOCK` pixels a side is projected, since the projection is smooth.
-    """
-    blocks = [number // _BLOCK + 3 for number in size]
-    down, across = ((np.arange(n) - 0.5) * _BLOCK - 0.5 for n in blocks)
-    north, east = np.meshgrid(first[0] - down * GROUND_M, first[1] + across * GROUND_M, indexing="ij")
-    points = np.column_stack([north.ravel(), east.ravel()])
-    coarse = shot.pixels(points, height_m).reshape(*blocks, 2).astype(np.float32)
-    fine = cv2.resize(coarse, None, fx=_BLOCK, fy=_BLOCK, interpolation=cv2.INTER_LINEAR)
-    return np.array(fine[_BLOCK : _BLOCK + size[0], _BLOCK : _BLOCK + size[1]], dtype=np.float32)
 
 
 def features(picture: Levelled) -> Features:
@@ -189,11 +176,3 @@ def _posed(shot: Shot, pose: FloatArray) -> Shot:
     """Return the photograph with another attitude (3) and turning (3)."""
     roll, pitch, yaw, *turning = (float(value) for value in pose[:6])
     return replace(shot, attitude=(roll, pitch, yaw), turning=(turning[0], turning[1], turning[2]))
-
-
-def _border(width: int, height: int) -> FloatArray:
-    """Return points (N, 2) on the border of a picture."""
-    share = np.linspace(0, 1, _EDGE)
-    x, y = share * (width - 1), share * (height - 1)
-    sides = [(x, 0 * x), (x, 0 * x + height - 1), (0 * y, y), (0 * y + width - 1, y)]
-    return np.concatenate([np.column_stack(side) for side in sides])

@@ -29,7 +29,7 @@ def level(image: NDArray[np.uint8], posed: Posed) -> GroundImage | None:
     The picture is sampled once, at `GROUND_M` / 2 where it is that fine; that one is the result's view.
     """
     half = np.full(2, LARGEST_M / 2)
-    border = posed.ground(_border(posed.camera.width, posed.camera.height)) - (posed.north, posed.east)
+    border = posed.ground(border_of(posed.camera.width, posed.camera.height)) - (posed.north, posed.east)
     low, high = np.maximum(border.min(axis=0), -half), np.minimum(border.max(axis=0), half)
     rows, columns = np.floor((high - low) / GROUND_M).astype(int).tolist()
     if min(rows, columns) < _EDGE:
@@ -38,7 +38,7 @@ def level(image: NDArray[np.uint8], posed: Posed) -> GroundImage | None:
     fine = _FINE if GROUND_M * posed.camera.fx / height >= _FINE else 1
     side = GROUND_M / fine
     first = np.array([posed.north + high[0] - side / 2, posed.east + low[1] + side / 2])
-    seen = _seen(posed, first, (rows * fine, columns * fine), side)
+    seen = seen_by(posed, first, (rows * fine, columns * fine), side)
     shrink = max(1, int(side * posed.camera.fx / height))
     small = cv2.resize(image, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA) if shrink > 1 else image
     scale = np.array([small.shape[1] / image.shape[1], small.shape[0] / image.shape[0]])
@@ -58,10 +58,16 @@ def level(image: NDArray[np.uint8], posed: Posed) -> GroundImage | None:
     return GroundImage(values, to_map, whole, CameraView(view, from_map))
 
 
-def _seen(posed: Posed, first: FloatArray, size: tuple[int, int], side: float) -> NDArray[np.float32]:
-    """Return the pixels (H, W, 2) of a raster of ``size`` (H, W) from its ``first`` pixel's middle (north, east).
+def seen_by(posed: Posed, first: FloatArray, size: tuple[int, int], side: float) -> NDArray[np.float32]:
+    """Return the pixels (H, W, 2) of a raster on the ground, north up.
 
     One of `_BLOCK` pixels a side is projected: the projection is smooth.
+
+    Args:
+        posed: The photograph.
+        first: Middle of the raster's first pixel, metres north and east of the survey's origin.
+        size: Its rows and columns.
+        side: Metres a pixel.
     """
     blocks = [number // _BLOCK + 3 for number in size]
     down, across = ((np.arange(n) - 0.5) * _BLOCK - 0.5 for n in blocks)
@@ -79,8 +85,8 @@ def _well_seen(posed: Posed, first: FloatArray, shape: tuple[int, ...], side: fl
     return np.asarray(north[:, None] ** 2 + east[None] ** 2 <= reach**2)
 
 
-def _border(width: int, height: int) -> FloatArray:
-    """Return points (N, 2) on the border of a picture."""
+def border_of(width: int, height: int) -> FloatArray:
+    """Return points (N, 2), pixels, on the border of a picture of this size, by which its ground is bounded."""
     share = np.linspace(0, 1, _EDGE)
     x, y = share * (width - 1), share * (height - 1)
     sides = [(x, 0 * x), (x, 0 * x + height - 1), (0 * y, y), (0 * y + width - 1, y)]

@@ -62,7 +62,8 @@ def xmp(attitude: tuple[float, float, float]) -> bytes:
         "LineReadoutTime": LINE_S * 1e9, "IMULinearVelocity": f"{VELOCITY[1]},{VELOCITY[0]},0.5",
     }  # fmt: skip
     attributes = " ".join(f'Camera:{name}="{value}"' for name, value in tags.items())
-    inner = f'<d xmlns:Camera="http://pix4d.com/camera/1.0/" {attributes}/>'
+    spaces = 'xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#" xmlns:Camera="http://pix4d.com/camera/1.0/"'
+    inner = f"<rdf:RDF {spaces}><rdf:Description {attributes}/></rdf:RDF>"
     return f'<x:xmpmeta xmlns:x="adobe:ns:meta/">{inner}</x:xmpmeta>'.encode()
 
 
@@ -187,7 +188,7 @@ def test_a_bad_label_file_is_named_with_a_remedy(
 
 def test_a_photograph_without_tags_is_named(tmp_path: Path) -> None:
     (tmp_path / "plain.jpg").write_bytes(jpeg())
-    with pytest.raises(ValueError, match=r"plain\.jpg lacks .*use the camera's own file"):
+    with pytest.raises(ValueError, match=r"plain\.jpg has no GPS place; use the drone's own files"):
         read_shot(tmp_path / "plain.jpg")
     with pytest.raises(ValueError, match=r"gone\.json cannot be read: .*; name a label file"):
         read_labels(tmp_path / "gone.json", tmp_path)
