@@ -26,6 +26,8 @@ else says what is missing.
 """
 _RIM, _DARK = 8, 24
 """Pixels around it, and how far from pure their values may be, that compression has left there."""
+_WHOLE: Final = 2048
+"""Pixels a side of the picture, or of its overview, in which white is followed from the border."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,8 @@ class Bands:
     """Choice of bands, counted from 1: ``colours`` are red, green and blue, or one grey; ``alpha`` 0: there is none.
 
     ``levels``: brightness shown as black and as white; None for bytes. ``palette``: BGR of each value (256, 3) of a
-    picture with a table of colours. ``has_white``: pure white begins at the picture's border, where no ground is.
+    picture with a table of colours. ``has_white``: pure white begins at the picture's border, where no ground is;
+    ``white`` (H, W): that white in the whole file at a smaller scale, None where no overview shows it.
     """
 
     colours: tuple[int, ...]
@@ -41,6 +44,7 @@ class Bands:
     levels: tuple[float, float] | None = None
     palette: tuple[tuple[int, int, int], ...] = field(default=(), repr=False)
     has_white: bool = False
+    white: Mask | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +83,8 @@ def bands_of(dataset: Any, name: str) -> Bands:
             f"gdal_translate -b 1 -b 2 -b 3 {name} colours.tif"
         )
     if not chosen.palette and _is_silent(dataset, chosen):
-        chosen = replace(chosen, has_white=_has_white(dataset, chosen))
+        has_white = _has_white(dataset, chosen)
+        chosen = replace(chosen, has_white=has_white, white=_white_of(dataset, chosen) if has_white else None)
     return chosen if types == {"uint8"} else replace(chosen, levels=_levels(dataset, chosen, name))
 
 
@@ -99,6 +104,21 @@ def _has_white(dataset: Any, bands: Bands) -> bool:
         if (edges[1::2] - edges[::2] >= min(_COLLAR, dataset.width)).any():
             return True
     return False
+
+
+def _white_of(dataset: Any, bands: Bands) -> Mask | None:
+    """Return which parts (H, W) of a file are white from its border; None where that would cost much."""
+    from rasterio.errors import RasterioError
+
+    scale = max(1.0, max(dataset.width, dataset.height) / _WHOLE)
+    if scale > 2 * max(dataset.overviews(bands.colours[0]), default=1):
+        return None
+    size = (max(1, round(dataset.height / scale)), max(1, round(dataset.width / scale)))
+    try:
+        values = dataset.read(bands.colours, out_shape=(len(bands.colours), *size))
+    except RasterioError:  # a part that is cut off: the window that reads it says so
+        return None
+    return _joined(_collar(np.iinfo(values.dtype).max - values, scale), _edges(size, (True,) * 4))
 
 
 def _palette(dataset: Any, band: int, kinds: list[str]) -> tuple[tuple[int, int, int], ...]:
@@ -153,7 +173,8 @@ def read(dataset: Any, bands: Bands, box: tuple[int, int, int, int]) -> Pixels:
     if _is_silent(dataset, bands) and not bands.palette:
         valid &= ~_collar(values)
         if bands.has_white:
-            valid &= ~_at_border(_collar(np.iinfo(values.dtype).max - values))
+            white = _collar(np.iinfo(values.dtype).max - values)
+            valid &= ~_joined(white, _from_border(dataset, bands, box))
     if bands.palette:
         return Pixels(np.array(bands.palette, np.uint8)[np.minimum(values[0], 255)], valid)
     if bands.levels is not None:
@@ -163,21 +184,52 @@ def read(dataset: Any, bands: Bands, box: tuple[int, int, int, int]) -> Pixels:
     return Pixels(np.ascontiguousarray(np.stack([values[k] for k in order], axis=-1)), valid)
 
 
-def _collar(values: NDArray[Any]) -> Mask:
-    """Return where (H, W) bands (B, H, W) are 0 as no ground is: what programs write beside a picture's ground."""
+def _collar(values: NDArray[Any], scale: float = 1.0) -> Mask:
+    """Return where (H, W) bands (B, H, W) are 0 as no ground is: what programs write beside a picture's ground.
+
+    ``scale``: pixels of the picture along a side of each value.
+    """
+    side, rim = max(1, round(_COLLAR / scale)), round(_RIM / scale)
     black = np.asarray((values == 0).all(axis=0), np.uint8)
-    solid = cv2.morphologyEx(black, cv2.MORPH_OPEN, np.ones((_COLLAR, _COLLAR), np.uint8))
+    solid = cv2.morphologyEx(black, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
     if not solid.any():
         return np.zeros(black.shape, np.bool_)
-    near = cv2.dilate(solid, np.ones((2 * _RIM + 1, 2 * _RIM + 1), np.uint8)) > 0
+    near = cv2.dilate(solid, np.ones((2 * rim + 1, 2 * rim + 1), np.uint8)) > 0
     return np.asarray((solid > 0) | (near & (values <= _DARK).all(axis=0)))
 
 
-def _at_border(mask: Mask) -> Mask:
-    """Return the pieces of a mask (H, W) that reach its border: bright roofs, which are ground, lie inside."""
+def _from_border(dataset: Any, bands: Bands, box: tuple[int, int, int, int]) -> Mask:
+    """Return where (H, W) white that is seen in a part of a file comes from the file's border.
+
+    Without an overview the border of the part stands for it: white that is cut there may go on to the file's.
+    """
+    left, top, right, bottom = box
+    size = (bottom - top, right - left)
+    if bands.white is None:
+        return _edges(size, (True,) * 4)
+    high, wide = bands.white.shape
+    rows = ((np.arange(top, bottom) + 0.5) * (high / dataset.height)).astype(int)
+    columns = ((np.arange(left, right) + 0.5) * (wide / dataset.width)).astype(int)
+    ends = _edges(size, (top == 0, bottom == dataset.height, left == 0, right == dataset.width))
+    return np.asarray(bands.white[np.ix_(rows, columns)] | ends)
+
+
+def _edges(size: tuple[int, int], chosen: tuple[bool, ...]) -> Mask:
+    """Return a mask (H, W) of the first row, the last one, the first column, the last one, as far as chosen."""
+    mask = np.zeros(size, np.bool_)
+    for is_chosen, edge in zip(chosen, (mask[0], mask[-1], mask[:, 0], mask[:, -1]), strict=True):
+        edge[:] |= is_chosen
+    return mask
+
+
+def _joined(mask: Mask, begins: Mask) -> Mask:
+    """Return the pieces of a mask (H, W) that hold a place where they may begin: bright roofs, which are ground, do
+    not reach the border.
+    """
+    if not mask.any():
+        return mask
     _, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)
-    reached = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
-    return mask & np.isin(labels, reached)
+    return mask & np.isin(labels, np.unique(labels[begins & mask]))
 
 
 def valid_pixels(dataset: Any, bands: Bands, window: Any, size: tuple[int, int]) -> Mask:

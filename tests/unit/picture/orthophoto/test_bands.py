@@ -6,6 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
+import rasterio
+from rasterio.enums import Resampling
 
 from hawk.picture.orthophoto.bands import Image, Mask
 from hawk.picture.orthophoto.source import open_orthophoto
@@ -91,3 +94,28 @@ def test_a_white_border_of_16_bits_does_not_darken_the_ground(tmp_path: Path) ->
     assert levels[0] is not None
     assert levels[1] is not None
     assert abs(levels[1][1] - levels[0][1]) < 200
+
+
+@pytest.mark.parametrize("times", [1, 24], ids=["small", "by overviews"])
+def test_white_is_followed_from_the_border_through_several_windows(tmp_path: Path, times: int) -> None:
+    image = np.repeat(np.maximum(ground(), 1), times, axis=1)
+    arm, roof, half = np.s_[130:160, : 150 * times], np.s_[40:90, 70 * times : 130 * times], 100 * times
+    image[arm] = image[:, : 30 * times] = image[roof] = 255
+    path = write(tmp_path / "white.tif", rgb(image))
+    if times > 1:
+        with rasterio.open(path, "r+") as file:
+            file.build_overviews([2, 4, 8], Resampling.average)
+    source = open_orthophoto(path)
+    sides = [source.read(box).valid for box in ((0, 0, half, SIDE), (half, 0, 2 * half, SIDE))]
+    found = np.concatenate(sides, axis=1)
+    assert not found[arm].any()
+    assert not found[:, : 30 * times].any()
+    assert found[roof].all(), "a roof that the windows cut lies on no border"
+
+
+def test_without_overviews_white_that_a_window_cuts_is_missing(tmp_path: Path) -> None:
+    image = np.repeat(np.maximum(ground(), 1), 24, axis=1)
+    image[:, :720] = image[40:90, 1680:3120] = 255
+    source = open_orthophoto(write(tmp_path / "white.tif", rgb(image)))
+    assert not source.read((0, 0, 2400, SIDE)).valid[40:90, 1680:].any()
+    assert source.read((1200, 0, 3600, SIDE)).valid[40:90, 480:1920].all()
