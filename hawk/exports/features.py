@@ -6,8 +6,9 @@ Stalls are those of the present plans, each with its last look. Places are WGS-8
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
 from hawk.exports.shapes import lot_shape
+from hawk.lots.counts import counts_of
 from hawk.lots.newest import last_of, newest_look
 from hawk.lots.plan import geometry
 from hawk.lots.registering import datum_of
@@ -118,36 +120,49 @@ def _box_of(outline: _Rings) -> tuple[float, float, float, float] | None:
 
 def lots(connection: Connection, choice: Choice) -> Found:
     """Return lots, the oldest first, with the counts of the last survey. A lot's time is that of this survey."""
-    last = ("ended", "placed", "free", "taken", "unknown")
+    last = ("seq", "lot", "layout", "ended", "placed", "free", "taken", "unknown")
     rows = select(LOT.c.id, LOT.c.name, LOT.c.outline, *(SURVEY.c[name] for name in last))
     rows = rows.select_from(LOT.outerjoin(SURVEY, SURVEY.c.seq == last_of(LOT.c.id))).where(LOT.c.merged_into.is_(None))
     rows = rows.where(*choice.during(SURVEY.c.ended, SURVEY.c.ended), *_among(LOT.c.id, choice))
-    return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, lambda row: _lot(connection, row))
+    return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, partial(_lot, connection))
 
 
-def _lot(connection: Connection, row: Row[Any]) -> dict[str, Any]:
+def _lot(connection: Connection, row: Row[Any], counts: Mapping[str, Any]) -> dict[str, Any]:
     present = (STALL.c.lot == row.id) & STALL.c.ends.is_(None)
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
     return {
-        "name": row.name, "stalls": stalls, "free": row.free, "taken": row.taken, "unknown": row.unknown,
+        "name": row.name, "stalls": stalls, **counts,
         "surveyed": None if row.ended is None else utc(row.ended), "placed": row.placed,
     }  # fmt: skip
 
 
 def surveys(connection: Connection, choice: Choice) -> Found:
     """Return surveys in the order of their landings, each with the ground that it mapped."""
-    shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout", "time_is_sure")
-    source = ("simulated", "program", "blurred", *SOURCE_COLUMNS)
+    shown = (
+        "id",
+        "seq",
+        "lot",
+        "outline",
+        "began",
+        "ended",
+        "placed",
+        "free",
+        "taken",
+        "unknown",
+        "layout",
+        "time_is_sure",
+    )
+    source = ("seq", "simulated", "program", "blurred", *SOURCE_COLUMNS)
     rows = select(*(SURVEY.c[name] for name in (*shown, *source)), LOT.c.name)
     rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))
     rows = rows.where(_IS_THERE, *choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
     return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)
 
 
-def _survey(row: Row[Any]) -> dict[str, Any]:
+def _survey(row: Row[Any], counts: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "lot": row.lot, "lot_name": row.name, "began": utc(row.began), "ended": utc(row.ended), "placed": row.placed,
-        "free": row.free, "taken": row.taken, "unknown": row.unknown, "layout": row.layout,
+        **counts, "layout": row.layout,
         "time_is_sure": row.time_is_sure, "simulated": row.simulated, "program": row.program,
         "blurred": row.blurred,
         **source_json(row._mapping),
@@ -155,9 +170,13 @@ def _survey(row: Row[Any]) -> dict[str, Any]:
 
 
 def _outlined(
-    connection: Connection, rows: Select[Any], choice: Choice, shown: Callable[[Row[Any]], dict[str, Any]]
+    connection: Connection, rows: Select[Any], choice: Choice,
+    shown: Callable[[Row[Any], Mapping[str, Any]], dict[str, Any]],
 ) -> Found:  # fmt: skip
-    """Return the features of rows with an outline; the database counts and cuts them where no place is asked for."""
+    """Return the features of rows with an outline, with the counts of their surveys, as ``shown`` makes them.
+
+    The database counts and cuts the rows where no place is asked for.
+    """
     if choice.box is None:
         matched = connection.execute(select(func.count()).select_from(rows.order_by(None).subquery())).scalar_one()
         part = connection.execute(rows.limit(choice.limit).offset(choice.offset)).all()
@@ -170,7 +189,14 @@ def _outlined(
         chosen = within[choice.offset : choice.offset + choice.limit]
         matched, part, outlines = len(within), [found[k] for k in chosen], [drawn[k] for k in chosen]
     grounds = _grounds(outlines)
-    return Found([_feature(row.id, ground, shown(row)) for row, ground in zip(part, grounds, strict=True)], matched)
+    counted = counts_of(connection, [row._mapping for row in part])
+    return Found(
+        [
+            _feature(row.id, ground, shown(row, counts))
+            for row, ground, counts in zip(part, grounds, counted, strict=True)
+        ],
+        matched,
+    )
 
 
 def _grounds(outlines: Sequence[_Rings]) -> list[dict[str, Any] | None]:

@@ -21,7 +21,7 @@ from hawk.lots.plan.reading import in_plan
 from hawk.lots.plan.shown import edit_json
 from hawk.lots.plan.steps import is_among
 from hawk.lots.plan.values import LASTING
-from hawk.lots.reading import SURVEY_SHOWN, lot_json, lot_row, survey_json, survey_row
+from hawk.lots.reading import SURVEY_SHOWN, lot_json, lot_row, survey_row, surveys_json
 from hawk.lots.registering import datum_of
 from hawk.lots.tables import CHANGE, FORMER, LAYOUT, LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, NotFoundError, outline_of, utc
@@ -122,22 +122,20 @@ def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> 
     is_of = true() if lot_id is None else SURVEY.c.lot == lot_id
     rows = select(*(SURVEY.c[name] for name in SURVEY_SHOWN)).where(is_of, *asked.of, *_behind(SURVEY.c.seq, asked))
     in_order = rows.order_by(SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq)
-    return _part(connection, in_order, asked, _survey_shown, lambda row: str(row.seq))
+    found = _rows(connection, in_order, asked)
+    return _cut(_surveys_shown(connection, found[: asked.limit]), found, asked, lambda row: str(row.seq))
 
 
 def survey(connection: Connection, survey_id: str) -> Found:
     """Return a survey by its id. Raises NotFoundError."""
     seq = survey_row(connection, survey_id).key[0]
     shown = select(*(SURVEY.c[name] for name in SURVEY_SHOWN)).where(SURVEY.c.seq == seq)
-    return _survey_shown(connection.execute(shown).one())
+    return _surveys_shown(connection, connection.execute(shown).all())[0]
 
 
-_NO_CANDIDATES: Final = "[]"
-
-
-def _survey_shown(row: Row[Any]) -> Found:
-    candidates = json.loads(row.candidates) if row.candidates != _NO_CANDIDATES else []
-    return {**survey_json(row._mapping), "candidates": candidates}
+def _surveys_shown(connection: Connection, rows: Sequence[Row[Any]]) -> list[Found]:
+    shown = surveys_json(connection, [row._mapping for row in rows])
+    return [{**survey, "candidates": json.loads(row.candidates)} for row, survey in zip(rows, shown, strict=True)]
 
 
 _LOOK: Final = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any, Final
 
@@ -14,6 +14,7 @@ from sqlalchemy import Connection, RowMapping, func, select
 from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered, shapes_of
+from hawk.lots.counts import counts_of
 from hawk.lots.newest import newest_first, newest_look
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
@@ -48,10 +49,10 @@ def lots(connection: Connection) -> dict[str, Any]:
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     shown = [lot_json(connection, row) for row in rows]
     known = {lot["id"] for lot in shown}
-    asked = connection.execute(select(SURVEY).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings()
+    asked = connection.execute(select(SURVEY).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings().all()
     waiting = [
-        {**survey_json(row), "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]}
-        for row in asked
+        {**survey, "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]}
+        for row, survey in zip(asked, surveys_json(connection, asked), strict=True)
     ]
     return {"lots": shown, "undecided": waiting, "changes": _changes(connection)}
 
@@ -68,7 +69,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     row = lot_row(connection, lot_id).values
     assert row is not None  # noqa: S101 - it is there
     outline = outline_of(row["outline"])
-    surveys = connection.execute(select(SURVEY).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings()
+    surveys = connection.execute(select(SURVEY).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings().all()
     looks = _last_looks(connection, lot_id)
     unseen = {"state": None, "taken_probability": None, "looked": None}
     return {
@@ -76,7 +77,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
         "datum": list(datum_of(connection, lot_id)),
         "datum_is_pinned": row["datum_is_pinned"],
         "outline": [[list(corner) for corner in ring] for ring in outline.polygons],
-        "surveys": [survey_json(each) for each in surveys],
+        "surveys": surveys_json(connection, surveys),
         "stalls": [
             {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
             | {"width": stall.width, "length": stall.length, "kind": stall.kind, "is_confirmed": stall.is_confirmed}
@@ -304,12 +305,16 @@ def lot_json(connection: Connection, row: _Shown) -> dict[str, Any]:
         "name": row["name"],
         "stalls": stalls,
         "survey_count": surveys,
-        "last_survey": None if last is None else survey_json(last),
+        "last_survey": None if last is None else surveys_json(connection, [last])[0],
     }
 
 
-def survey_json(row: _Shown) -> dict[str, Any]:
-    """Return a survey of the table, which needs `SURVEY_SHOWN` only."""
+def surveys_json(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
+    """Return surveys of the table, which need `SURVEY_SHOWN` only, each with its counts."""
+    return [_survey_json(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+
+
+def _survey_json(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None

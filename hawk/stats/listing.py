@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import Connection, select
 
+from hawk.lots.counts import counts_of
 from hawk.lots.newest import newest_first
 from hawk.lots.source import SOURCE_COLUMNS, source_json
 from hawk.lots.tables import SURVEY
@@ -28,8 +29,9 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
     panel = read_panel(connection, lot, period)
     shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
     reasons = {each.id: each.why for each in panel.left_out}
-    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "began", "ended"))
+    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(*newest_first())
+    rows = connection.execute(asked).mappings().all()
     return {
         "lot": lot,
         "name": panel.name,
@@ -37,11 +39,12 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
         "interval": LEVEL,
         "surveys": [
             {name: row[name] for name in _SHOWN}
+            | counts
             | source_json(row)
             | {"began": utc(row["began"]), "ended": utc(row["ended"])}
             | {"occupancy": estimate_json(shares.get(row["id"], NOTHING))}
             | {"left_out": reasons.get(row["id"], ""), "left_out_code": CODES.get(reasons.get(row["id"], ""), "")}
-            for row in connection.execute(asked).mappings().all()
+            for row, counts in zip(rows, counts_of(connection, rows), strict=True)
         ],
     }
 
