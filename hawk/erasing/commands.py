@@ -20,7 +20,12 @@ def add_erase_command(commands: Any) -> None:
     )
     what = erase.add_mutually_exclusive_group()
     what.add_argument("--lot", type=values.some, metavar="LOT", help="this lot (its name or id) with all its surveys")
-    what.add_argument("--survey", type=values.some, metavar="ID", help="this survey; the lot keeps its stalls")
+    what.add_argument(
+        "--survey",
+        type=values.some,
+        metavar="ID",
+        help="this survey (its id, or its beginning); the lot keeps its stalls",
+    )
     what.add_argument("--everything", action="store_true", help="every lot, survey, recording and journal")
     erase.add_argument("--yes", action="store_true", help="do not ask")
     erase.set_defaults(action=_run)

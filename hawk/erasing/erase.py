@@ -38,9 +38,10 @@ def erase(settings: StoreSettings, *, lot: str | None, survey: str | None) -> Re
 
     Nothing is erased while a daemon uses the store: it would write what it holds again.
     """
+    path = lots_file(settings.directory, settings.lots)
+    _check_is_store(settings, path, is_everything=lot is None and survey is None)
     try:
         with held_store(settings.directory, {"doing": "erase"}):
-            path = lots_file(settings.directory, settings.lots)
             if lot is None and survey is None:
                 return _everything(settings, path)
             return _one(settings, path, lot, survey)
@@ -48,9 +49,20 @@ def erase(settings: StoreSettings, *, lot: str | None, survey: str | None) -> Re
         raise LotStoreError(f"{error}: stop it first (systemctl stop hawk-drone)") from error
 
 
+def _check_is_store(settings: StoreSettings, path: Path, *, is_everything: bool) -> None:
+    """Refuse a folder that holds nothing to erase: a name with a mistake would be said to be erased.
+
+    Raises LotStoreError.
+    """
+    parts = (pictures_of(path).folder, settings.directory / "recordings", settings.directory / JOURNALS)
+    if path.is_file() or (is_everything and any(each.is_dir() for each in parts)):
+        return
+    if settings.lots is not None:
+        raise LotStoreError(f"store.lots: {path} is no store; name the file that holds the lots")
+    raise LotStoreError(f"--store: {settings.directory} is no store; name the folder that holds {path.name}")
+
+
 def _one(settings: StoreSettings, path: Path, lot: str | None, survey: str | None) -> Report:
-    if not path.is_file():
-        raise LotStoreError(f"{path}: there is no store of lots; --store names its folder")
     if check(path) != VERSION:
         raise LotStoreError(f"{path} is of another version: start this hawk-drone once, and erase then")
     with emptied(path) as store:

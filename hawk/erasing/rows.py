@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from hawk.lots.choosing import chosen_survey
 from hawk.lots.values import LotStoreError, NotFoundError
 
 _LOT_TABLES: Final = ("former", "label", "zone", "dropped", "pin", "plan", "share")
@@ -27,10 +28,12 @@ class Erased:
 
 
 def erase_survey(store: sqlite3.Connection, survey: str) -> Erased:
-    """Remove a survey by its id. Stalls that it found stay: they are the lot's. Raises NotFoundError."""
-    found = store.execute("SELECT seq, id, origin FROM survey WHERE id = ?", (survey,)).fetchall()
-    if not found:
-        raise NotFoundError(f"--survey: there is no survey {survey}; hawk-drone desk shows the ids")
+    """Remove a survey by its id, or by the beginning of it. Stalls that it found stay: they are the lot's.
+
+    Raises NotFoundError.
+    """
+    chosen = chosen_survey(store.execute("SELECT id, ended FROM survey ORDER BY ended, seq").fetchall(), survey)
+    found = store.execute("SELECT seq, id, origin FROM survey WHERE id = ?", (chosen,)).fetchall()
     return _erase_surveys(store, found)
 
 

@@ -11,13 +11,14 @@ import numpy as np
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
+from hawk.lots.choosing import chosen_survey
 from hawk.lots.newest import oldest_first
 from hawk.lots.plan.reading import stalls_in
 from hawk.lots.plan.values import NEW, PlanStall
 from hawk.lots.registering import datum_accuracy, datum_of
 from hawk.lots.source import PictureSource
 from hawk.lots.tables import LOT, OBSERVATION, SURVEY
-from hawk.lots.values import PLACED, NotFoundError, SurveyStall, outline_of, unpack_stalls, utc
+from hawk.lots.values import PLACED, NotFoundError, SurveyStall, outline_of, unpack_stalls
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -38,11 +39,7 @@ def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
         if not placed:
             raise NotFoundError(f"--survey: none of the lot's {len(rows)} surveys is registered; give the id of one")
         return str(placed[-1])
-    found = [row.id for row in rows if row.id.startswith(given)]
-    if len(found) != 1:
-        known = ", ".join(f"{row.id} of {utc(row.ended)}" for row in rows[-5:]) or "none"
-        raise NotFoundError(f"--survey: {len(found)} surveys of this lot begin with {given!r}; the last are {known}")
-    return str(found[0])
+    return chosen_survey([(str(row.id), float(row.ended)) for row in rows], given, "of this lot")
 
 
 def surveys_of(connection: Connection, lot: str) -> list[str]:

@@ -138,10 +138,31 @@ def test_nothing_is_erased_while_a_daemon_uses_the_store(kept: Kept) -> None:
 def test_what_is_not_there_is_named_with_what_is(kept: Kept) -> None:
     with pytest.raises(NotFoundError, match=f"--lot: there is no lot 'x'; there are: {NAME}, {OTHER_NAME}"):
         erase(kept.settings, lot="x", survey=None)
-    with pytest.raises(NotFoundError, match="--survey: there is no survey x"):
+    with pytest.raises(NotFoundError, match="--survey: there is no survey 'x'; there are ") as raised:
         erase(kept.settings, lot=None, survey="x")
-    with pytest.raises(LotStoreError, match="there is no store of lots"):
-        erase(StoreSettings(directory=kept.folder / "none"), lot="x", survey=None)
+    assert all(f"{each[:8]} of 20" in str(raised.value) for each in kept.surveys)
+
+
+@pytest.mark.parametrize("lot", [None, "x"])
+def test_a_folder_that_is_no_store_is_refused_and_not_made(kept: Kept, lot: str | None) -> None:
+    folder = kept.folder / "none"
+    with pytest.raises(LotStoreError, match=f"--store: {folder} is no store; name the folder that holds {FILE}"):
+        erase(StoreSettings(directory=folder), lot=lot, survey=None)
+    assert not folder.exists()
+    with pytest.raises(LotStoreError, match=f"store.lots: {folder} is no store; name the file that holds the lots"):
+        erase(StoreSettings(directory=kept.folder, lots=folder), lot="x", survey=None)
+    assert kept.holds(NAME) == {NAME}
+
+
+def test_recordings_without_a_lot_are_a_store_too(tmp_path: Path) -> None:
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "recordings" / "20260602T103000Z.mcap").touch()
+    assert erase(StoreSettings(directory=tmp_path), lot=None, survey=None).recordings == 1
+
+
+def test_a_survey_is_named_by_the_beginning_of_its_id(kept: Kept) -> None:
+    assert erase(kept.settings, lot=None, survey=kept.surveys[1][:8]).surveys == 1
+    assert kept.holds(*kept.surveys) == {kept.surveys[0], kept.surveys[2]}
 
 
 def test_two_lots_of_one_name_need_an_id(kept: Kept) -> None:
@@ -181,4 +202,4 @@ def test_the_command_erases_nothing_that_is_not_named(kept: Kept, capsys: pytest
 
 def test_the_command_names_what_it_cannot_do(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["erase", "--store", str(kept.folder), "--survey", "x", "--yes"]) == 1
-    assert "hawk-drone erase: --survey: there is no survey x" in capsys.readouterr().err
+    assert "hawk-drone erase: --survey: there is no survey 'x'" in capsys.readouterr().err

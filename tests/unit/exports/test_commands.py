@@ -45,7 +45,7 @@ def test_all_surveys_fit_into_no_other_file(stored: Stored, tmp_path: Path, caps
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [
-        (["--out", "lot.csv", "--survey", "zz"], 1, "--survey: 0 surveys of this lot begin with 'zz'"),
+        (["--out", "lot.csv", "--survey", "zz"], 1, "--survey: there is no survey 'zz' of this lot"),
         (["--training", "new", "--survey", "zz"], 2, "--survey: only together with --out"),
     ],
 )
