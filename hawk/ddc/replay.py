@@ -25,7 +25,7 @@ from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.store.frame_codec import to_json
-from hawk.store.replay import is_whole, read_metadata, read_recording
+from hawk.store.replay import NO_END, is_whole, read_metadata, read_recording
 
 NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
 _NOTHING: Final[Mapping[str, Any]] = {"acts": [], "fault": ""}
@@ -73,12 +73,17 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Number of moments that were decided again, of memories entered, of moments that no memory leads to."""
+    """Number of moments that were decided again, of memories entered, of moments that no memory leads to.
+
+    ``damage``: why moments are missing at the end, else empty. ``seconds``: length of what was read, of the flight.
+    """
 
     decided: int = 0
     entered: int = 0
     left_out: int = 0
     differences: tuple[Difference, ...] = ()
+    damage: str = ""
+    seconds: float = 0.0
 
 
 def moments(records: Iterable[tuple[str, Mapping[str, Any]]], *, is_whole: bool = True) -> Iterator[Moment]:
@@ -235,8 +240,18 @@ def compare_recording(path: Path) -> Comparison:
         settings = DdcSettings.from_config(config)
     except (ValueError, ConfigError) as error:  # of JSON and of pydantic
         raise ReplayError(f"{path}: its settings cannot be used: {error}; {remedy}") from error
-    records = ((one.topic, one.payload()) for one in read_recording(path) if one.topic in _TOPICS)
+    times: list[float] = []
+    whole = is_whole(path)
     try:
-        return compare(records, settings, is_whole=is_whole(path))
+        found = compare(_records(path, times), settings, is_whole=whole)
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}; {remedy}") from error
+    return replace(found, damage="" if whole else NO_END, seconds=times[-1] - times[0] if times else 0.0)
+
+
+def _records(path: Path, times: list[float]) -> Iterator[tuple[str, Any]]:
+    """Give the records of a recording that decisions need; ``times`` gets the first time and the latest one."""
+    for one in read_recording(path):
+        times[1:] = [max([one.time, *times])]
+        if one.topic in _TOPICS:
+            yield one.topic, one.payload()

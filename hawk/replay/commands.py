@@ -103,6 +103,8 @@ def _decide(options: argparse.Namespace) -> int:
     found = compare_recording(options.recording)
     lost = f", {found.left_out} left out: records before them are missing" if found.left_out else ""
     print(f"{options.recording}: {found.decided} decisions made again, {len(found.differences)} differ{lost}")
+    if found.damage:
+        print(f"  decided up to the damage at {found.seconds:.1f} s: {found.damage}")
     for each in found.differences[:SHOWN_DIFFERENCES]:
         print(f"  {each.at:.2f} s, {each.command or 'tick'}: {each.recorded} before, {each.again} now")
     _write_json(options.json, asdict(found))

@@ -12,7 +12,7 @@ from typing import Any, Final
 from hawk.config.sections import Config, ConfigError
 from hawk.ddc.recorder import TICK
 from hawk.model.poses import GlobalPose
-from hawk.store.replay import Recorded, RecordingError, is_whole, read_metadata, read_recording
+from hawk.store.replay import NO_END, Recorded, RecordingError, is_whole, read_metadata, read_recording
 
 LONGEST_GAP_S: Final = 5.0
 """A longer time without a message is played in this, seconds: a clock that leapt stops no player."""
@@ -90,7 +90,7 @@ class RecordedFlight:
     def messages(self) -> Iterator[Recorded]:
         """Give the messages in their order, up to the damage. Raises ReplayError when the first cannot be read."""
         first: float | None = None
-        self.damage = "" if is_whole(self.path) else "the file has no end: a crash or a copy cut it off"
+        self.damage = "" if is_whole(self.path) else NO_END
         try:
             for message in read_recording(self.path):
                 first = message.time if first is None else first

@@ -28,6 +28,8 @@ FORMAT: Final = 2
 """The newest format. 1, without a number in the metadata, has no schemas and joins each picture to its frame."""
 _MAGIC: Final = b"\x89MCAP0\r\n"
 """Last bytes of an MCAP file that was closed, as its first ones."""
+NO_END: Final = "the file has no end: a crash or a copy cut it off"
+"""Words for a recording that is not whole."""
 _IMAGE_DATA: Final = 2  # field of foxglove.CompressedImage
 _GEOJSON_TEXT: Final = 1  # field of foxglove.GeoJson
 

@@ -283,6 +283,25 @@ async def test_the_command_prints_how_much_differs(tmp_path: Path, capsys: pytes
     assert difference["recorded"]["fault"] == "of another version"
 
 
+async def test_the_command_names_the_damage_of_a_file_that_was_cut(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = Rig(tmp_path)
+    await troubles(rig)
+    await rig.close()
+    path = await _file(tmp_path, rig, Config().model_dump_json())
+    assert main(["replay", str(path), "--check"]) == 0
+    assert "damage" not in capsys.readouterr().out
+    whole = compare_recording(path)
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) - len(b"\x89MCAP0\r\n")])
+    assert main(["replay", str(path), "--check", "--json", str(tmp_path / "found.json")]) == 0
+    words = "the file has no end: a crash or a copy cut it off"
+    assert f"  decided up to the damage at {whole.seconds:.1f} s: {words}\n" in capsys.readouterr().out
+    assert json.loads((tmp_path / "found.json").read_text())["damage"] == words
+    assert whole.seconds > 1.0
+
+
 async def test_the_command_refuses_what_is_no_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "notes.mcap").write_text("notes of a flight\n" * 9)
     assert main(["replay", str(tmp_path / "notes.mcap"), "--check"]) == 1
@@ -314,6 +333,7 @@ async def _file(folder: Path, rig: Rig, configuration: str) -> Path:
     recording.begin()
     for kind, payload in [("vehicle", {"event": "FOUND"}), *rig.records]:
         recording.record(kind, payload)
+        rig.clock.advance(0.01)
     await recording.close()
     assert recording.path is not None
     return recording.path
