@@ -84,13 +84,15 @@ def _export(store: Path, options: argparse.Namespace) -> str:
 
 
 def _teach(store: Path, options: argparse.Namespace) -> str:
+    from hawk.exports.files import written_to
     from hawk.lots.database import Database
     from hawk.lots.pictures import pictures_of
     from hawk.lots.teaching import lot_named, read_lesson, write_lesson
 
     with closing(Database(store)) as database, database.reading() as connection:
         lesson = read_lesson(connection, lot_named(connection, options.lot))
-    taught = write_lesson(lesson, pictures_of(store), options.training)
+    with written_to(options.training, "--training"):
+        taught = write_lesson(lesson, pictures_of(store), options.training)
     return "\n".join(
         [
             f"{options.training}: pictures with labels: {len(taught.pictures)}",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import io
 import os
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -23,7 +25,7 @@ from hawk.exports.values import ExportedSurvey
 from hawk.lots.frames import Move
 from hawk.lots.pictures import SurveyPictures
 from hawk.lots.tables import SURVEY
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import LotInputError, LotStoreError
 from hawk.runtime.files import replace_whole
 
 TABLES: Final[Mapping[str, tuple[str, Callable[[ExportedSurvey], bytes]]]] = {
@@ -82,25 +84,51 @@ def made(connection: Connection, survey_id: str, pictures: SurveyPictures, suffi
 def export(connection: Connection, survey_id: str, pictures: SurveyPictures, path: Path) -> tuple[Path, ...]:
     """Write a survey as the file that the end of a name says; return the paths of all files written.
 
-    A file that is there is replaced as a whole, or stays. Raises as `made`, and OSError.
+    A file that is there is replaced as a whole, or stays. Raises as `made`, and LotInputError where it cannot be
+    written.
     """
     suffix = path.suffix.lower()
     if suffix == RASTER:
         survey = read_survey(connection, survey_id)
-        with tempfile.TemporaryDirectory(prefix=".hawk-export-", dir=path.parent) as folder:
-            written = write_rasters(survey, shown_ground(connection, survey, pictures), Path(folder) / path.name)
+        ground = shown_ground(connection, survey, pictures)
+        with written_to(path), tempfile.TemporaryDirectory(prefix=".hawk-export-", dir=path.parent) as folder:
+            written = write_rasters(survey, ground, Path(folder) / path.name)
             for each in written:
                 os.replace(each, path.with_name(each.name))
             return tuple(path.with_name(each.name) for each in written)
     _, data = made(connection, survey_id, pictures, suffix)
-    return (replace_whole(path, data),)
+    with written_to(path):
+        return (replace_whole(path, data),)
 
 
 def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tuple[Path, ...]:
     """Write several surveys as one GeoPackage; return its path.
 
-    A file that is there is replaced as a whole, or stays. Raises NotFoundError, LotStoreError and OSError.
+    A file that is there is replaced as a whole, or stays. Raises NotFoundError, LotStoreError, and LotInputError where
+    it cannot be written.
     """
     if path.suffix.lower() != ".gpkg":
         raise LotStoreError(f"--out: {path.name} holds one survey; several go into a .gpkg")
-    return (replace_whole(path, surveys_gpkg(read_surveys(connection, surveys))),)
+    data = surveys_gpkg(read_surveys(connection, surveys))
+    with written_to(path):
+        return (replace_whole(path, data),)
+
+
+@contextlib.contextmanager
+def written_to(path: Path, option: str = "--out") -> Iterator[None]:
+    """Turn an error of the disk, while a file of a person's choice is written, into LotInputError with the option.
+
+    The store is open meanwhile: its own handler would blame the store's file.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _FULL:
+            words = f"{path}: no room is left on its disk; make room there, or name a file on another disk"
+        else:
+            reason = error.strerror or error
+            words = f"{path} cannot be written: {reason}; name a file in a folder that this user may write"
+        raise LotInputError(option, words) from error
+
+
+_FULL: Final = (errno.ENOSPC, errno.EDQUOT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -9,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from hawk.cli import main
+from hawk.exports import files
+from hawk.lots.values import LotInputError
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import flown
 
@@ -61,6 +64,39 @@ def test_a_survey_that_is_not_there_writes_nothing(
     assert run(stored, tmp_path, *arguments) == status
     assert reason in capsys.readouterr().err
     assert not Path(arguments[1]).exists()
+
+
+@pytest.mark.parametrize("end", ["csv", "png", "gpkg", "geojson", "kmz", "tif"])
+def test_a_file_that_cannot_be_written_is_named_and_not_the_store(
+    stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str
+) -> None:
+    assert run(stored, tmp_path, "--out", f"/proc/lot.{end}") == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"hawk-drone: --out: /proc/lot.{end} cannot be written: No such file or directory; name a")
+    assert str(tmp_path) not in said
+
+
+@pytest.mark.parametrize("survey", ["newest", "all"])
+def test_a_disk_without_room_is_named_with_the_remedy(
+    stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, survey: str
+) -> None:
+    def full(path: Path, data: bytes) -> Path:
+        raise OSError(errno.ENOSPC, "No space left on device", f"{path}{len(data)}")
+
+    monkeypatch.setattr(files, "replace_whole", full)
+    out = tmp_path / "lot.gpkg"
+    assert run(stored, tmp_path, "--out", str(out), "--survey", survey) == 1
+    said = capsys.readouterr().err
+    assert (
+        said
+        == f"hawk-drone: --out: {out}: no room is left on its disk; make room there, or name a file on another disk\n"
+    )
+
+
+def test_a_folder_for_training_that_cannot_be_written_is_named() -> None:
+    reason = "--training: /proc cannot be written: No such file"
+    with pytest.raises(LotInputError, match=reason), files.written_to(Path("/proc"), "--training"):
+        Path("/proc/a.jpg").write_bytes(b"")
 
 
 def test_without_a_store_nothing_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

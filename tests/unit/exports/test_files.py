@@ -15,7 +15,7 @@ import shapely
 from hawk.exports.files import SUFFIXES, TABLES, export, made
 from hawk.exports.text_files import CSV_COLUMNS
 from hawk.lots.place import about
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import LotInputError, LotStoreError
 from tests.unit.exports.stored import Stored
 
 BEGINNINGS = {
@@ -85,7 +85,7 @@ def test_a_full_disk_leaves_the_file_of_before(
         raise OSError(errno.ENOSPC, "No space left on device", str(self))
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    with stored.store.reading() as connection, pytest.raises(OSError, match="No space left"):
+    with stored.store.reading() as connection, pytest.raises(LotInputError, match=f"--out: {target}: no room"):
         export(connection, stored.first.survey, stored.pictures, target)
     assert target.read_bytes() == b"before"
     assert not list(tmp_path.glob("*.part"))

@@ -86,9 +86,7 @@ def test_a_survey_is_named_by_its_id_or_its_beginning_and_the_newest_is_a_regist
     with stored.store.reading() as connection:
         assert survey_of(connection, stored.lot) == second.survey
         assert survey_of(connection, stored.lot, doubtful.survey[:13]) == doubtful.survey
-        with pytest.raises(
-            NotFoundError, match=r"--survey: there is no survey 'zz' of this lot; there are .* of 20"
-        ):
+        with pytest.raises(NotFoundError, match=r"--survey: there is no survey 'zz' of this lot; there are .* of 20"):
             survey_of(connection, stored.lot, "zz")
         with pytest.raises(NotFoundError, match="there is no survey 5 of a lot"):
             read_survey(connection, "5")
