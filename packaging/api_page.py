@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.web.v1.answering import ROOT
 from hawk.web.v1.openapi import document
 from hawk.web.v1.table import FEATURES, OPERATIONS
+from hawk.web.v1.unknown import ROOT
 
 TARGET: Final = Path(__file__).resolve().parent.parent / "docs" / "api.md"
 _SCHEMAS: Final = "#/components/schemas/"

@@ -65,7 +65,7 @@ def refusal_of(error: Exception) -> RefusedError:
 
 
 def _named(error: Exception) -> tuple[str, str]:
-    field, separator, reason = str(error).partition(": ")
+    field, separator, reason = str(error).removeprefix("--").partition(": ")
     is_field = bool(separator) and field.isidentifier()
     return (field, reason) if is_field else ("", str(error))
 

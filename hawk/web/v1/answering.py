@@ -23,19 +23,19 @@ from aiohttp.typedefs import Handler
 
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError
+from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.proxied import is_secure, prefix_of
 from hawk.web.downloads import FILES
 from hawk.web.lot_answers import now_of, opened
 from hawk.web.refusals import REFUSALS, refusal_of
 from hawk.web.v1.asked import Q, Request, query_of
+from hawk.web.v1.unknown import NOTHING, ROOT, Wrong, not_there, wrong_form
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
 
 _LOG = logging.getLogger(__name__)
 
-ROOT: Final = "/api/v1"
-"""Address below which every address of this API lies."""
 JSON: Final = "application/json"
 PROBLEM: Final = "application/problem+json"
 ANSWER_S: Final = 10.0
@@ -153,10 +153,19 @@ def answered(handle: Handler, bad_value: int = HTTPStatus.UNPROCESSABLE_ENTITY) 
             return await handle(request)
         except (*REFUSALS, OSError) as error:
             refusal = refusal_of(error)
-            status = bad_value if isinstance(error, LotInputError) else refusal.status
-            return problem(status, refusal.reason, refusal.field, refusal.more)
+            if isinstance(error, LotInputError):
+                return problem(bad_value, refusal.reason, refusal.field, refusal.more)
+            kind = "recording" if isinstance(error, NotThatRecordingError) else refusal.field
+            meant = not_there(_template(request), kind, refusal.reason)
+            return problem(refusal.status, meant.reason, meant.field, refusal.more)
 
     return within
+
+
+def _template(request: web.Request) -> str:
+    """Return the address of a request with the names of its fields in place of their values; "" without a route."""
+    resource = request.match_info.route.resource
+    return "" if resource is None else resource.canonical
 
 
 def problem(
@@ -181,6 +190,9 @@ async def problems(request: web.Request, handler: Handler) -> web.StreamResponse
     try:
         return await handler(request)
     except web.HTTPException as refusal:
+        if refusal.status in _NO_ROUTE and not _template(request).startswith(ROOT):
+            found = wrong_form(request.path, _templates(request.app)) or Wrong("", NOTHING)
+            return problem(HTTPStatus.NOT_FOUND, found.reason, found.field)
         if refusal.status >= HTTPStatus.BAD_REQUEST:
             refusal.body = _problem(refusal.status, refusal.text or refusal.reason)
             refusal.content_type, refusal.charset = PROBLEM, None
@@ -188,6 +200,15 @@ async def problems(request: web.Request, handler: Handler) -> web.StreamResponse
     except Exception:
         _LOG.exception("%s %s failed", request.method, request.path)
         return problem(HTTPStatus.INTERNAL_SERVER_ERROR, "The drone's program has an error here: see its log.")
+
+
+_NO_ROUTE: Final = (HTTPStatus.NOT_FOUND, HTTPStatus.METHOD_NOT_ALLOWED)
+"""Answers to an address that no route of this API matches: the page has an answer to every GET."""
+
+
+def _templates(app: web.Application) -> list[str]:
+    found = (each.canonical for each in app.router.resources())
+    return [each for each in found if each.startswith(f"{ROOT}/")]
 
 
 def request_of(request: web.Request, query: type[Q]) -> Request[Q]:

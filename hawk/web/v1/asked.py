@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Annotated, Any, Final, Generic, Literal, TypeVar
 
 from aiohttp import web
@@ -169,14 +170,31 @@ def query_of(request: web.Request, model: type[Q]) -> Q:
         if name in given:
             raise LotInputError(name, "is there twice: write it once")
         given[name] = value
-    return validated(model.model_validate, given, names_of(model))
+    return validated(model.model_validate, given, names_of(model), ranges=_ranges(model))
 
 
-def validated(validate: Callable[[Any], M], given: Any, names: str, tags: Collection[str] = ()) -> M:
+def _ranges(model: type[BaseModel]) -> dict[str, str]:
+    """Return words for the allowed values of each whole number of a model."""
+    found = {}
+    for name, field in model.model_fields.items():
+        least = next((each.ge for each in field.metadata if hasattr(each, "ge")), None)
+        most = next((each.le for each in field.metadata if hasattr(each, "le")), 10**_LONGEST_NUMBER - 1)
+        if least is not None:
+            found[field.alias or name] = f"must be a whole number, {least} to {most}"
+    return found
+
+
+def validated(
+    validate: Callable[[Any], M],
+    given: Any,
+    names: str,
+    tags: Collection[str] = (),
+    ranges: Mapping[str, str] = MappingProxyType({}),
+) -> M:
     """Return what a model makes of values. Raises LotInputError with the first field that cannot be used.
 
     ``names``: those that there are, for the words about another one. ``tags``: names of models, which pydantic puts
-    among those of the fields.
+    among those of the fields. ``ranges``: words for a field that is a number, in place of pydantic's.
     """
     try:
         return validate(given)
@@ -184,7 +202,7 @@ def validated(validate: Callable[[Any], M], given: Any, names: str, tags: Collec
         problem = error.errors(include_url=False)[0]
         parts = [part for part in problem["loc"] if part not in tags]
         field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).removeprefix(".")
-        raise LotInputError(field[:_LONGEST_FIELD] or "body", _reason(problem, names)) from None
+        raise LotInputError(field[:_LONGEST_FIELD] or "body", ranges.get(field) or _reason(problem, names)) from None
 
 
 def names_of(model: type[BaseModel]) -> str:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlencode
 
 from hawk.lots.values import NotFoundError, utc
-from hawk.web.v1.answering import JSON, ROOT, Answer
+from hawk.web.v1.answering import JSON, Answer
 from hawk.web.v1.asked import Query, Request
 from hawk.web.v1.features_asked import MOST_FEATURES, Items, box_of, period_of
 from hawk.web.v1.features_asked import ROOT as FEATURES
 from hawk.web.v1.reads import GEOJSON
+from hawk.web.v1.unknown import ROOT
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
@@ -124,7 +125,7 @@ def item(connection: Connection, asked: Request[Query]) -> Answer:
     name = asked.path["collection"]
     found = _finder(name)(connection, Choice(ids=[asked.id]))
     if not found.features:
-        raise NotFoundError(f"{name}: there is no feature with this id; read the collection again")
+        raise NotFoundError("feature: there is no feature with this id; read the collection again")
     links = [
         _link(f"{_address(asked, name)}/items/{asked.id}", "self", GEOJSON, "This feature"),
         _link(_address(asked, name), "collection", JSON, _TEXTS[name][0]),

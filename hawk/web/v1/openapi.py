@@ -25,7 +25,8 @@ from pydantic import BaseModel
 from hawk.web.v1.answering import JSON, PROBLEM
 from hawk.web.v1.asked import Query
 from hawk.web.v1.models import Problem
-from hawk.web.v1.operations import PATTERNS, Operation
+from hawk.web.v1.operations import Operation
+from hawk.web.v1.unknown import PATTERNS
 
 TITLE: Final = "hawk"
 VERSION: Final = "1"

@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Final
 
 from aiohttp.typedefs import Handler
 from pydantic import BaseModel
 
 from hawk.web.v1.answering import JSON
 from hawk.web.v1.asked import Query
-
-PATTERNS: Final = {
-    "id": "[0-9a-f-]{36}",
-    "version": "[0-9]{1,9}",
-    "seq": "[0-9]{1,9}",
-    "name": r"[0-9TZ-]{16,24}\.mcap",
-    "collection": "lots|stalls|surveys",
-    "survey": "[0-9a-f-]{36}",
-    "token": "[A-Za-z0-9_-]{8,64}",
-    "preview": "[0-9a-f]{32}",
-}
-"""Patterns of the fields of paths."""
+from hawk.web.v1.unknown import PATTERNS
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,11 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
-from hawk.web.v1.answering import ROOT, Answer, answered, base_of, made
+from hawk.web.v1.answering import Answer, answered, base_of, made
 from hawk.web.v1.asked import Query, query_of
 from hawk.web.v1.features import OPENAPI
 from hawk.web.v1.table import OPERATIONS
+from hawk.web.v1.unknown import ROOT
 
 DEFINITION: Final = "/openapi.json"
 """Address of the definition below that of the API."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from hawk.web.v1.answering import ROOT
 from hawk.web.v1.table import OPERATIONS
+from hawk.web.v1.unknown import ROOT
 from tests.unit.docs.scripts import load
 
 api_page = load("api_page")

@@ -29,7 +29,7 @@ from hawk.comm.protocol.heartbeat import (
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState
 from hawk.model.operation import StateName
 from hawk.results.survey_map import Made
-from hawk.web.v1.answering import ROOT as ROOT_OF_API
+from hawk.web.v1.unknown import ROOT as ROOT_OF_API
 from tests.unit.docs.scripts import load
 from tests.unit.web.rig import Rig, Visitor, browser
 

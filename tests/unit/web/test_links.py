@@ -96,7 +96,7 @@ async def test_a_question_that_cannot_be_used_names_its_field(archive: Archive) 
         ("statistics?by=colour", 422, "by"), ("statistics/surveys?from=yesterday", 422, "from"),
         ("statistics/stalls?time_zone=Nowhere", 422, "time_zone"), ("statistics/between?before=x", 422, "before"),
         (f"statistics/between?before={NOWHERE}&after={NOWHERE}", 422, "before"),
-        (f"observations?stall={NOWHERE}", 404, "stall"), (f"surveys/{NOWHERE}/stalls", 404, ""),
+        (f"observations?stall={NOWHERE}", 404, "stall"), (f"surveys/{NOWHERE}/stalls", 404, "survey"),
     ):  # fmt: skip
         found = await archive.get(session, f"{place}/{path}")
         assert (found[0], found[1]["field"]) == (status, field), (path, found)
@@ -139,7 +139,7 @@ async def test_a_link_that_was_taken_back_or_has_ended_opens_nothing(archive: Ar
     archive.stand.rig.wall.advance(86_401)
     for made in (one, other):
         status, found = await archive.get(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}")
-        assert (status, found["field"]) == (404, "share")
+        assert (status, found["field"]) == (404, "token")
     _, listed = await archive.get(operator, f"/api/v1/lots/{archive.lot}/shares")
     assert [each["open"] for each in listed["shares"]] == [False, False]
     assert made["token"] not in str(listed)

@@ -95,7 +95,7 @@ async def test_a_feature_is_found_by_its_id(archive: Archive, name: str) -> None
     assert alone == first
     assert (await archive.get(archive.path_of(links["alternate"])))["id"] == first["id"]
     status, problem = await archive.refused(f"{ITEMS.format(name)}/{NOWHERE}")
-    assert (status, problem["field"]) == (404, name)
+    assert (status, problem["field"]) == (404, "id")
 
 
 async def test_stalls_lie_where_the_plan_has_them_and_run_counter_clockwise(archive: Archive) -> None:

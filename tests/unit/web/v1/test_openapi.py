@@ -9,9 +9,9 @@ import jsonschema
 import pytest
 from openapi_pydantic import OpenAPI
 
-from hawk.web.v1.answering import ROOT
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
+from hawk.web.v1.unknown import ROOT
 from tests.unit.web.v1.archive import Archive
 
 

@@ -10,6 +10,8 @@ from sqlalchemy import delete
 
 from hawk.lots.tables import LOOKS
 from hawk.web.v1 import figures, models, shapes
+from hawk.web.v1.table import OPERATIONS
+from hawk.web.v1.unknown import NOTHING, WORDS
 from tests.unit.web.v1.archive import NOWHERE, Archive
 
 
@@ -159,9 +161,9 @@ async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_quest
 @pytest.mark.parametrize(
     ("path", "field", "words"),
     [
-        ("/lots?limit=0", "limit", "must be greater than or equal to 1"),
-        ("/lots?limit=1001", "limit", "must be less than or equal to 1000"),
-        ("/lots?limit=1_0", "limit", "must be a whole number, 0 or more"),
+        ("/lots?limit=0", "limit", "must be a whole number, 1 to 1000"),
+        ("/lots?limit=1001", "limit", "must be a whole number, 1 to 1000"),
+        ("/lots?limit=1_0", "limit", "must be a whole number, 1 to 1000"),
         ("/lots?limit=5&limit=6", "limit", "is there twice: write it once"),
         ("/lots?page=2", "page", "is not known here: leave it out; there is limit, after"),
         ("/lots?after=nowhere", "after", "write `next` of the part before"),
@@ -212,4 +214,66 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
     assert (found["hawk"]["survey_id"], len(found["features"])) == (after, 41)
     status, problem = await archive.refused(f"/lots/{archive.far}/surveys/{after}/stalls")
     assert status == 404
-    assert "surveys of this lot begin with" in problem["detail"]
+    assert problem["field"] == "survey"
+    assert problem["detail"].endswith("of this lot with this id; GET /api/v1/lots/{id}/surveys lists them")
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "field", "words"),
+    [
+        ("GET", "/lots/ID", "id", "there is no lot with this id; GET /api/v1/lots lists them"),
+        ("GET", "/lots/ID/statistics", "id", "there is no lot with this id; GET /api/v1/lots lists them"),
+        ("POST", "/lots/ID/name", "id", "there is no lot with this id; GET /api/v1/lots lists them"),
+        ("GET", "/lots/ID/shares", "id", "there is no lot with this id; GET /api/v1/lots lists them"),
+        ("GET", "/surveys/ID/observations", "id", "there is no survey with this id; GET /api/v1/surveys lists them"),
+        ("POST", "/surveys/ID/delete", "id", "there is no survey with this id; GET /api/v1/surveys lists them"),
+        ("GET", "/lots/LOT/surveys/ID/stalls", "survey", "no survey of this lot with this id; GET /api/v1/lots/{id}/s"),
+        ("GET", "/stalls/ID", "id", "there is no stall with this id; GET /api/v1/lots/{id}/stalls lists those of"),
+        ("GET", "/lots/LOT/layouts/9/stalls", "version", "there is no layout with this number; GET /api/v1/lots/{id}/"),
+        ("POST", "/changes/99/undo", "seq", "there is no change with this number; GET /api/v1/changes lists them"),
+        ("POST", "/shares/ID/take-back", "id", "there is no link with this id; GET /api/v1/lots/{id}/shares lists"),
+        ("GET", "/features/collections/lots/items/ID", "id", "there is no feature with this id; GET /api/v1/features/"),
+    ],
+)
+@pytest.mark.parametrize("given", [NOWHERE, "nix"])
+async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
+    archive: Archive, method: str, path: str, field: str, words: str, given: str
+) -> None:
+    body = {"name": "North"} if path.endswith("name") else {}
+    if given == "nix":
+        path = path.replace("/9/", "/nix/").replace("/99/", "/nix/")
+    asked = path.replace("ID", given).replace("LOT", archive.lot)
+    status, problem = await archive.refused(
+        asked, method=method, operator=True, body=body if method == "POST" else None
+    )
+    assert (status, problem["field"]) == (404, field), problem
+    assert words in problem["detail"]
+    models.Problem.model_validate(problem)
+
+
+@pytest.mark.parametrize(
+    ("path", "field"),
+    [
+        ("/features/collections/cars", "collection"), ("/features/collections/cars/items/1", "collection"),
+        ("/shared/!/statistics", "token"), ("/recordings/a.mcap/keep", "name"),
+        ("/lots/import/x/take", "preview"), ("/lots/LOT/plan/import/x/take", "preview"),
+    ],
+)  # fmt: skip
+async def test_a_value_of_a_path_that_has_not_its_form_is_named(archive: Archive, path: str, field: str) -> None:
+    status, problem = await archive.refused(path.replace("LOT", archive.lot), operator=True)
+    assert (status, problem["field"]) == (404, field)
+
+
+async def test_another_method_of_an_address_stays_refused_as_such(archive: Archive) -> None:
+    assert (await archive.refused("/lots/import"))[0] == 405
+
+
+@pytest.mark.parametrize("method", ["GET", "POST"])
+async def test_another_address_is_refused_with_the_list_of_all(archive: Archive, method: str) -> None:
+    status, problem = await archive.refused("/nothing", method=method, operator=True)
+    assert (status, problem["field"], problem["detail"]) == (404, "", NOTHING)
+
+
+def test_every_field_of_a_path_has_words() -> None:
+    found = {each.path.partition(f"/{{{field}}}")[0] for each in OPERATIONS for field in each.fields}
+    assert found == {*WORDS}
