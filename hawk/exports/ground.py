@@ -15,6 +15,7 @@ from hawk.exports.values import ExportedSurvey
 from hawk.lots.frames import Move
 from hawk.lots.pictures import drawn, extent
 from hawk.lots.place import about
+from hawk.lots.source import SourceKind
 from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import CELL_M, StallState, TileKey
 from hawk.results.sheet import Caption, sheet
@@ -128,12 +129,23 @@ def lot_picture(survey: ExportedSurvey, ground: Ground) -> NDArray[np.uint8]:
     for stall, corners in zip(survey.stalls, _corners(survey), strict=True):
         draw_stall(picture, ground.pixels(corners), StallState(stall.state))
     counts = {state: survey.count(state) for state in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)}
-    time = f"{utc(survey.ended)}{'' if survey.time_is_sure else ' (the clock was not set)'}"
-    if survey.pictures is not None:
-        time += f", from {survey.pictures.words}"
     known = f"{survey.software}, survey {survey.survey[:8]}" + (", simulated" if survey.is_simulated else "")
     doubt = f" ({survey.doubt})" if survey.doubt else ""
-    return sheet(picture, ground.metres, Caption(f"{survey.lot}{doubt}", (time, known), counts))
+    return sheet(picture, ground.metres, Caption(f"{survey.lot}{doubt}", (time_words(survey), known), counts))
+
+
+def time_words(survey: ExportedSurvey) -> str:
+    """Return when a survey was taken, what is not sure of that, and the pictures that it was made of.
+
+    An orthophoto without a sure time has that of its file, which is no time of its pictures: it is not shown.
+    """
+    pictures, time = survey.pictures, utc(survey.ended)
+    if not survey.time_is_sure:
+        if pictures is None:
+            time += " (the clock was not set)"
+        else:
+            time = "time not known" if pictures.kind is SourceKind.ORTHOPHOTO else f"{time} (time zone not known)"
+    return time if pictures is None else f"{time}, from {pictures.words}"
 
 
 def _disc(sigma: float) -> NDArray[np.uint8]:

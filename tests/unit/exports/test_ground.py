@@ -8,12 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hawk.exports import ground as ground_module
 from hawk.exports.ground import OCCUPANCY, ground_of, lot_picture, occupancy
 from hawk.lots.frames import Move
 from hawk.lots.place import about
-from hawk.lots.values import LotStoreError
+from hawk.lots.source import PictureSource, SourceKind
+from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import TILE_CELLS, TILE_M
 from hawk.model.tile_picture import encode_picture
+from hawk.results.sheet import Caption, Picture
 from tests.unit.exports.stored import Stored, mosaic
 
 TILES = {key: tile.data for key, tile in mosaic().items()}
@@ -67,6 +70,33 @@ def test_occupancy_has_the_state_of_each_stall_at_its_place(stored: Stored) -> N
     assert raster[rows, columns].tolist() == [OCCUPANCY[stall.state] for stall in survey.stalls]
     area = np.count_nonzero(raster) * ground.metres**2
     assert area == pytest.approx(sum(stall.width * stall.length for stall in survey.stalls), rel=0.08)
+
+
+@pytest.mark.parametrize(
+    ("kind", "sure", "unsure"),
+    [
+        (None, "{time}", "{time} (the clock was not set)"),
+        (SourceKind.PHOTOGRAPHS, "{time}, from photographs may", "{time} (time zone not known), from photographs may"),
+        (SourceKind.FILM, "{time}, from film may", "{time} (time zone not known), from film may"),
+        (SourceKind.ORTHOPHOTO, "{time}, from orthophoto may", "time not known, from orthophoto may"),
+    ],
+)
+def test_the_sheet_says_what_is_not_sure_of_its_time(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch, kind: SourceKind | None, sure: str, unsure: str
+) -> None:
+    captions: list[Caption] = []
+
+    def sheet(picture: Picture, _: float, caption: Caption) -> Picture:
+        captions.append(caption)
+        return picture
+
+    monkeypatch.setattr(ground_module, "sheet", sheet)
+    pictures = None if kind is None else PictureSource(kind, "may")
+    for is_sure in (True, False):
+        survey = replace(stored.read(), pictures=pictures, time_is_sure=is_sure)
+        lot_picture(survey, ground_of(survey, TILES, Move()))
+    time = utc(stored.read().ended)
+    assert [each.lines[0] for each in captions] == [sure.format(time=time), unsure.format(time=time)]
 
 
 def test_the_sheet_fades_to_paper_without_black_and_stands_above_its_words(stored: Stored) -> None:
