@@ -12,6 +12,7 @@ from hawk.lots.values import LotInputError
 from hawk.stats.reading import Period
 
 _FORM: Final = "a date, as 2026-05-04, or a date with a time, as 2026-05-04T10:30"
+_UTC: Final = ("Etc/UCT", "Etc/UTC", "Etc/Universal", "Etc/Zulu", "UCT", "Universal", "Zulu")
 _LOCAL: Final = Path("/etc/localtime")
 
 
@@ -22,18 +23,23 @@ def clock_of(name: str | None) -> tuple[tzinfo, str]:
     """
     if name is not None:
         try:
-            return ZoneInfo(name), name
+            return ZoneInfo(name), _called(name)
         except (ZoneInfoNotFoundError, ValueError, OSError):
             words = f"must be a name of the time zone database, as Europe/Amsterdam or UTC, not {name!r}"
             raise LotInputError("time_zone", words) from None
     return _computers()
 
 
+def _called(zone: str) -> str:
+    """Return the name of a time zone as it is shown: UTC has several in the database, browsers and computers differ."""
+    return "UTC" if zone in _UTC else zone
+
+
 def _computers() -> tuple[tzinfo, str]:
     _, found, zone = str(_LOCAL.resolve()).partition("zoneinfo/")
     if found:
         try:
-            return ZoneInfo(zone), f"{zone} (this computer's)"
+            return ZoneInfo(zone), f"{_called(zone)} (this computer's)"
         except (ZoneInfoNotFoundError, ValueError, OSError):
             pass  # a database of time zones that Python does not know: its offset of today
     local = datetime.now().astimezone().tzinfo

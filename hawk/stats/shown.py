@@ -217,8 +217,14 @@ def _use_lines(use: Use) -> Iterable[str]:
     for limit, each in zip(PRACTICAL, use.above, strict=True):
         yield f"  surveyed hours at {limit:.0%} or more: {share(each)}"
     yield f"  never taken: {amount(use.steady.never)}; always taken: {amount(use.steady.always)}"
-    yield f"  arrivals in {turnover.hours:.1f} h between surveys: {bracket(turnover.arrivals)}"
-    yield f"  mean stay: {bracket(turnover.stay, 1)} h"
+    if not turnover.pairs:
+        yield "  arrivals: not known, since no two surveys of this period follow each other over the same stalls"
+    else:
+        yield f"  arrivals in {turnover.hours:.1f} h between surveys: {bracket(turnover.arrivals)}"
+    if turnover.stay.low is None and turnover.stay.high is None:
+        yield "  mean stay: not known, since no arrivals are known that limit it"
+    else:
+        yield f"  mean stay: {bracket(turnover.stay, 1, ' h')}"
 
 
 def _peak(use: Use) -> str:
@@ -240,17 +246,15 @@ def amount(found: Estimate) -> str:
     return f"{found.value:.0f} ({found.low:.0f} to {found.high:.0f})"
 
 
-def bracket(found: Bracket, digits: int = 0) -> str:
-    """Return a bracket; an end that is not known is named as such."""
+def bracket(found: Bracket, digits: int = 0, unit: str = "") -> str:
+    """Return a bracket with its unit, as " h"; an end that is not known is named as such."""
     if found.low is None and found.high is None:
         return NONE
     if found.high is None:
-        return f"{found.low:.{digits}f} or more"
-    return (
-        f"{found.high:.{digits}f} or less"
-        if found.low is None
-        else f"{found.low:.{digits}f} to {found.high:.{digits}f}"
-    )
+        return f"{found.low:.{digits}f}{unit} or more"
+    if found.low is None:
+        return f"{found.high:.{digits}f}{unit} or less"
+    return f"{found.low:.{digits}f} to {found.high:.{digits}f}{unit}"
 
 
 def _counted(number: int, name: str) -> str:

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
+from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
 
 from hawk.lots.values import LotInputError
+from hawk.stats import asked
 from hawk.stats.asked import clock_of, period_of
 
 
@@ -28,6 +30,13 @@ def test_a_time_is_on_the_lot_s_clock_unless_it_says_its_offset() -> None:
 def test_without_a_time_zone_the_computer_s_is_used_and_named_so() -> None:
     _, name = clock_of(None)
     assert name.endswith("(this computer's)")
+
+
+def test_utc_has_one_name_whichever_of_the_database_is_given(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert {clock_of(each)[1] for each in ("UTC", "Etc/UTC", "Zulu")} == {"UTC"}
+    local = tmp_path / "zoneinfo" / "Etc" / "UTC"
+    monkeypatch.setattr(asked, "_LOCAL", local)
+    assert clock_of(None)[1] == "UTC (this computer's)"
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ from hawk.cli import main
 from hawk.lots.database import Database
 from hawk.lots.saving import save
 from hawk.lots.tables import LOOKS
+from hawk.stats.shown import NONE, bracket
+from hawk.stats.turnover import Bracket
 from tests.unit.stats.test_reading import later, register, seen
 
 Run = Callable[..., tuple[int, str, str]]
@@ -59,6 +61,23 @@ def test_json_has_every_figure_with_low_high_and_surveys(run: Run) -> None:
     assert set(found["whole"]["occupancy"]) == {"value", "low", "high", "surveys"}
     assert found["parts"][0]["name"] == "A"
     assert [hour["occupancy"]["value"] is None for hour in found["hours"]].count(False) == 1
+
+
+def test_turnover_that_is_not_known_is_said_in_a_sentence(run: Run) -> None:
+    day = json.loads(run("Lot 1", "--json")[1])["first"][:10]
+    _, out, _ = run("Lot 1", "--from", day, "--to", day)
+    assert "  arrivals: not known, since no two surveys of this period follow each other over the same stalls\n" in out
+    assert out.endswith("  mean stay: not known, since no arrivals are known that limit it\n")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (None, 4.5, "4.5 h or less"), (1.25, None, "1.2 h or more"), (1.0, 2.0, "1.0 to 2.0 h"), (None, None, NONE),
+    ],
+)  # fmt: skip
+def test_the_unit_of_a_bracket_stands_behind_its_number(low: float | None, high: float | None, words: str) -> None:
+    assert bracket(Bracket(low, high), 1, " h") == words
 
 
 def test_a_period_without_surveys_says_so(run: Run) -> None:
