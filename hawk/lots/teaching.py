@@ -98,7 +98,7 @@ def read_lesson(connection: Connection, lot: str) -> Lesson:
     if unconfirmed or not present:
         raise LotStoreError(
             f"{unconfirmed} of {len(present)} stalls are not confirmed: labels must be right. Confirm those that "
-            "are stalls and remove the others, under Lots on the page"
+            "are stalls and remove the others: on the page, under Lots in the tab Stalls"
         )
     ids, since = {key: stall.id for stall, key in present.items()}, _painted_at(connection, lot)
     rows = list(placed_surveys(connection, lot))

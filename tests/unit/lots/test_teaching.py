@@ -114,7 +114,7 @@ def test_ground_whose_stalls_nobody_knows_is_missing_in_the_picture(archive: Arc
 def test_stalls_that_nobody_confirmed_teach_nothing(archive: Archive) -> None:
     archive.add(flown(1))
     archive.edit({"do": "confirm", "row": "B"})
-    with pytest.raises(LotStoreError, match=r"40 of 60 stalls are not confirmed.*Confirm"):
+    with pytest.raises(LotStoreError, match=r"40 of 60 stalls are not confirmed.*Confirm.* in the tab Stalls"):
         lesson(archive)
 
 
