@@ -72,6 +72,8 @@ def new_folder(text: str) -> Path:
     except OSError as error:
         words = f"{text} cannot be read: {error.strerror or error}; name a folder that this user may write"
         raise argparse.ArgumentTypeError(words) from None
+    if not is_free and not found.is_dir():
+        raise argparse.ArgumentTypeError(f"{text} is a file: name a new folder")
     if not is_free:
         raise argparse.ArgumentTypeError(f"{text} is there and not empty: name a new folder")
     return found

@@ -6,10 +6,12 @@ Other commands pay nothing for it: what reads and maps pictures is imported when
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import re
 import sys
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
 from hawk.config.sections import ConfigError, load_settings
-from hawk.picture.work_folder import is_ours
+from hawk.picture.work_folder import is_ours, kept_source, other_source
 
 if TYPE_CHECKING:
     from hawk.picture.sources import Surveyed
@@ -139,9 +141,10 @@ def _run(options: argparse.Namespace) -> int:
         taken=options.taken,
     )  # fmt: skip
     try:
-        with shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as progress:
-            surveyed = survey_of_source(asked, progress)
-        stored = _write(options, surveyed)
+        with _kept_source(options):
+            with shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as progress:
+                surveyed = survey_of_source(asked, progress)
+            stored = _write(options, surveyed)
     except PictureError as error:
         _say_error(options, str(error))
         return _FAILED
@@ -153,18 +156,37 @@ def _run(options: argparse.Namespace) -> int:
     return PARTLY if surveyed.mapped.left_out else 0
 
 
+@contextlib.contextmanager
+def _kept_source(options: argparse.Namespace) -> Iterator[None]:
+    """Let the folder say which source its work is of. Raises PictureError where it cannot be written."""
+    from hawk.picture.values import PictureError, cannot_write
+
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(kept_source(options.out, options.source))
+        except OSError as error:
+            raise PictureError(f"--out: {cannot_write(Path(error.filename or options.out), error)}") from error
+        yield
+
+
 def _check(options: argparse.Namespace) -> None:
     """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
-    if not options.resume:
+    is_file = options.out.exists() and not options.out.is_dir()
+    if is_file or not options.resume:
         try:
             values.new_folder(str(options.out))
         except argparse.ArgumentTypeError as error:
-            raise ConfigError(f"--out: {error}, or go on with its work by --resume") from None
+            resumed = "" if is_file else ", or go on with its work by --resume"
+            raise ConfigError(f"--out: {error}{resumed}") from None
     elif not is_ours(options.out):
         raise ConfigError(
             f"--out: {options.out} holds other files, and no work that --resume can go on with; name the folder of "
             "that work, or a new one without --resume"
         )
+    elif (other := other_source(options.out, options.source)) is not None:
+        is_alike = other == options.source.resolve().name
+        words = f"{other} with other pictures" if is_alike else other
+        raise ConfigError(f"--out: {options.out} holds the work on {words}; name another folder")
     if options.store is not None:
         _check_store(options.store)
     if options.scheduler is not None and options.workers is not None:

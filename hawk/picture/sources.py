@@ -24,11 +24,10 @@ from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, Taken, survey_folder, survey_shots
 from hawk.picture.stored import landed_of
 from hawk.picture.values import Mapped, PictureError, Progress
-from hawk.picture.work_folder import WORK
+from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
 _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
-ORTHOPHOTOS: Final = (".tif", ".tiff", ".vrt", ".png", ".jpg", ".jpeg", ".jp2")
 
 
 @dataclass(frozen=True, slots=True)

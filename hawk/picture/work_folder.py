@@ -1,11 +1,23 @@
-"""The folder of a survey by pictures: whether what it holds is hawk's, so that a run may go on in it."""
+"""The folder of a survey by pictures: whether what it holds is hawk's, and of which source, so that a run may go on.
+
+`SOURCE` in it keeps the path of the source, and names, sizes and times of change of its pictures. The contents decide:
+a source that shares a picture with the work is the same one, whether it grew or moved. The path alone does not: a
+card's folder or film keeps its path when the card is emptied and flown with again. Only a picture file counts by its
+path too, because an orthophoto that is exported again, and a VRT of more tiles, are other bytes of the same ground. A
+copy whose files have other times counts as another source: the results that are kept are of no use to it either.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
+
+from hawk.runtime.files import replace_whole
 
 WORK: Final = "work"
 """Name of the folder of the results of each step, in the folder of a survey by photographs or a film."""
@@ -13,7 +25,16 @@ WINDOWS: Final = "windows"
 FAILURES: Final = "failures"
 """Names of the folders of results, and of failures, in the folder of a survey by an orthophoto."""
 REPORT: Final = "report.json"
-_FOLDERS: Final = {WORK, WINDOWS, FAILURES, "store"}
+SOURCE: Final = "source.json"
+"""Names of the files that say what was found, and of which source the work is."""
+_OURS: Final = {WORK, WINDOWS, FAILURES, SOURCE, "store"}
+ORTHOPHOTOS: Final = (".tif", ".tiff", ".vrt", ".png", ".jpg", ".jpeg", ".jp2")
+"""Endings of a source that is one picture."""
+_PICTURES: Final = (".jpg", ".jpeg", ".tif", ".tiff")
+_WITHIN: Final = (".", "images", "odm_orthophoto")
+"""Folders in which a folder of photographs and a WebODM project hold their pictures."""
+_MOST_KEPT: Final = 1000
+"""Pictures by which a source is known again; one of them is enough."""
 _KEPT: Final = re.compile(r"\.?[a-z]+-[0-9a-f]{40}(\.part)?")
 
 
@@ -22,9 +43,92 @@ def is_ours(folder: Path) -> bool:
     if not folder.is_dir():
         return not folder.exists()
     names = {entry.name for entry in folder.iterdir() if not entry.name.startswith(".")}
-    if names <= _FOLDERS or {WINDOWS, FAILURES} <= names:
+    if names <= _OURS or {WINDOWS, FAILURES} <= names:
         return True
     return _is_report(folder / REPORT) or _holds_steps(folder / WORK)
+
+
+@dataclass(frozen=True, slots=True)
+class WorkSource:
+    """Source of a folder's work: its path, and (name, bytes, ns of its change) of its pictures."""
+
+    path: Path
+    pictures: frozenset[tuple[str, int, int]]
+
+    @classmethod
+    def of(cls, source: Path) -> WorkSource:
+        """Return that of a file or folder. Raises OSError where it cannot be read."""
+        if not source.is_dir():
+            return cls(source.resolve(), frozenset([_facts(source)]))
+        folders = [source / name for name in _WITHIN]
+        entries = (entry for folder in folders if folder.is_dir() for entry in folder.iterdir())
+        pictures = (entry for entry in entries if entry.suffix.lower() in _PICTURES and entry.is_file())
+        return cls(source.resolve(), frozenset(_facts(each) for each in pictures))
+
+    @classmethod
+    def kept_in(cls, folder: Path) -> WorkSource | None:
+        """Return that of a folder's work; None where the folder does not say it."""
+        try:
+            values = json.loads((folder / SOURCE).read_bytes())
+            pictures = frozenset((str(name), int(size), int(time)) for name, size, time in values["pictures"])
+            return cls(Path(values["source"]), pictures)
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def is_same(self, other: WorkSource) -> bool:
+        """Return whether both are one source, by what the module says of it."""
+        if self.pictures & other.pictures:
+            return True
+        is_picture = self.path.suffix.lower() in ORTHOPHOTOS and not self.path.is_dir()
+        return is_picture and self.path == other.path
+
+    def values(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        return {"source": str(self.path), "pictures": sorted(self.pictures)[:_MOST_KEPT]}
+
+
+def other_source(folder: Path, source: Path) -> str | None:
+    """Return the name of the source whose work a folder holds where ``source`` is another one, else None."""
+    kept = WorkSource.kept_in(folder)
+    if kept is None:
+        name = _reported(folder / REPORT)
+        return None if name in ("", source.resolve().name) else name
+    try:
+        return None if kept.is_same(WorkSource.of(source)) else kept.path.name
+    except OSError:  # mapping it says why it cannot be read
+        return None
+
+
+@contextlib.contextmanager
+def kept_source(folder: Path, source: Path) -> Iterator[None]:
+    """Keep in a folder what source its work is of, from before the work; where none was done, it goes again.
+
+    Raises OSError where the folder cannot be written.
+    """
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    replace_whole(folder / SOURCE, json.dumps(WorkSource.of(source).values(), ensure_ascii=False).encode())
+    try:
+        yield
+    finally:
+        if [entry.name for entry in folder.iterdir()] == [SOURCE]:
+            (folder / SOURCE).unlink()
+            with contextlib.suppress(OSError):  # another run works in one of them
+                for each in made:
+                    each.rmdir()
+
+
+def _facts(path: Path) -> tuple[str, int, int]:
+    facts = path.stat()
+    return path.name, facts.st_size, facts.st_mtime_ns
+
+
+def _reported(path: Path) -> str:
+    """Return the name of the source of a report, "" where it says none."""
+    try:
+        return str(json.loads(path.read_bytes())["survey_source"]).partition(" ")[2]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
 
 
 def _is_report(path: Path) -> bool:

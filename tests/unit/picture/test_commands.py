@@ -11,7 +11,7 @@ from rasterio.transform import from_origin
 
 from hawk.cli import main
 from hawk.worlds.generate import generate_world
-from tests.unit.picture.orthophoto.drawn import write
+from tests.unit.picture.orthophoto.drawn import lot_picture, write
 
 
 @pytest.fixture(scope="module")
@@ -141,3 +141,28 @@ def test_a_picture_without_ground_is_refused_and_nothing_is_written(
     assert main(["map", str(path), "--out", str(tmp_path / "out")]) == 1
     assert "empty.tif: shows no ground" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_place_of_the_folder_is_called_one(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out").write_text("a letter")
+    for more in ([], ["--resume"]):
+        assert main(["map", str(orthophoto), "--out", str(tmp_path / "out"), *more]) == 2
+        assert capsys.readouterr().err.endswith("out is a file: name a new folder\n")
+
+
+def test_work_on_another_source_is_not_written_over(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, other = tmp_path / "out", write(tmp_path / "other.tif", lot_picture().transpose(2, 0, 1)[:, :300, :300])
+    assert main(["map", str(other), "--out", str(out)]) == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
+    capsys.readouterr()
+    assert main(["map", str(orthophoto), "--out", str(out), "--resume"]) == 2
+    said = capsys.readouterr().err
+    assert said.endswith(f"--out: {out} holds the work on other.tif; name another folder\n")
+    assert {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
+    assert main(["map", str(other), "--out", str(out), "--resume", "--name", "North"]) == 0
+    (out / "source.json").unlink()
+    assert main(["map", str(orthophoto), "--out", str(out), "--resume"]) == 2
