@@ -39,7 +39,7 @@ from hawk.algo.vision.network import (
 )
 from hawk.algo.vision.seen import FloatArray
 from hawk.model.lot_map import StallState
-from hawk.picture.values import PictureError
+from hawk.picture.values import PictureError, of_model
 
 GROUND_M: Final = 0.10
 CELL_M: Final = GROUND_M * CELL_PIXELS
@@ -110,9 +110,9 @@ class Eye:
             onnx = packaged_weights() if model is None else model.read_bytes()
             network = StallNetwork(onnx, "the network of the package" if model is None else str(model), engine)
         except OSError as error:
-            raise PictureError(f"{model}: cannot be read: {error.strerror}; name an ONNX file") from error
+            raise PictureError(f"--model: {model} cannot be read: {error.strerror}; name an ONNX file") from error
         except VisionModelError as error:
-            raise PictureError(str(error)) from error
+            raise of_model(error) from error
         return cls(network, model=hashlib.sha256(onnx).hexdigest())
 
     @property
@@ -139,7 +139,7 @@ class Eye:
         try:
             maps = self._network.run(shown, self._sun)
         except VisionModelError as error:
-            raise PictureError(str(error)) from error
+            raise of_model(error) from error
         return found_in(maps, seen)
 
     def maps(self, image: NDArray[np.uint8], metres_per_pixel: float) -> NetworkMaps:

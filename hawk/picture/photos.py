@@ -37,7 +37,7 @@ from hawk.picture.kept import Work
 from hawk.picture.limits import fit_error, limits_of, source_of
 from hawk.picture.looked import Files, Looked, Pictures
 from hawk.picture.photographs.folder import Folder, read_folder
-from hawk.picture.values import COARSE_M, COARSEST_M, LeftOut, Mapped, PictureError, Progress, Shot, named
+from hawk.picture.values import COARSE_M, COARSEST_M, LeftOut, Mapped, PictureError, Progress, Shot, named, of_model
 from hawk.results.survey_map import SurveyMap
 
 TILT: Final = math.radians(1.0)
@@ -215,7 +215,7 @@ def _network(model: Path | None) -> StallNetwork:
     try:
         return StallNetwork.load(model, "auto", 1)
     except VisionModelError as error:
-        raise PictureError(str(error).replace("vision.model", "--model", 1)) from error
+        raise of_model(error) from error
 
 
 def _check_scale(name: str, known: Sequence[Known]) -> None:

@@ -39,6 +39,11 @@ def cannot_write(path: Path, error: OSError) -> str:
     )
 
 
+def of_model(error: Exception) -> PictureError:
+    """Return the error of a network that cannot be used, which names the option in place of the setting."""
+    return PictureError(str(error).replace("vision.model", "--model", 1))
+
+
 @dataclass(frozen=True, slots=True)
 class Shot:
     """A picture from the air with what its file says.

@@ -176,7 +176,8 @@ class StallNetwork:
             ) from error
         except EngineError as error:
             raise VisionModelError(
-                f"vision.model: {source} is not an ONNX file that {_named(engine)} can read: {error}"
+                f"vision.model: {source} is not an ONNX file that {_named(engine)} can read ({_short(error)}); "
+                "name a network (.onnx) with the inputs and outputs of docs/model-card.md"
             ) from error
         self._takes_sun = self._is_asked_for_sun()
         self.run(np.zeros((64, 96, 3), np.uint8))
@@ -272,6 +273,12 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
 
 def _named(engine: EngineChoice) -> str:
     return "the engine" if engine == "auto" else engine
+
+
+def _short(error: EngineError) -> str:
+    """Return an engine's reason without its name, numbers and codes before it."""
+    line = (str(error).splitlines() or [""])[0]
+    return line.rpartition(" : ")[2][:120].rstrip(". ")
 
 
 def packaged_weights() -> bytes:

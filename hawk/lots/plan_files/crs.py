@@ -14,7 +14,7 @@ _MISSING: Final = (
     'are of {}, which is read with pyproj. That is not installed here: pip install "hawk-drone[plans]", or save '
     "the plan in WGS 84 (EPSG:4326)"
 )
-_SAVE: Final = "save the plan in WGS 84 (EPSG:4326), or name its system, as EPSG:25832"
+_SAVE: Final = "save the file in WGS 84 (EPSG:4326), or name its system, as EPSG:25832"
 
 
 def to_wgs_84(places: Floats, crs: str) -> tuple[Floats, float | None]:
@@ -47,8 +47,14 @@ def to_wgs_84(places: Floats, crs: str) -> tuple[Floats, float | None]:
 
 
 def check_degrees(places: Floats) -> None:
-    """Refuse places (N, 2) that are no longitude and latitude. Raises LotInputError."""
-    bad = (np.abs(places[:, 0]) > 180) | (np.abs(places[:, 1]) > 90)
-    if bad.any():
-        x, y = places[int(np.flatnonzero(bad)[0])].tolist()
-        raise LotInputError("crs", f"of the file: its coordinates are no degrees ({x:.6g}, {y:.6g}): {_SAVE}")
+    """Refuse places (N, 2) that are no longitude and latitude. Raises LotInputError, which knows exchanged ones."""
+    x, y = np.abs(places).T
+    bad = (x > 180) | (y > 90)
+    if not bad.any():
+        return
+    first = "({:.6g}, {:.6g})".format(*places[int(np.flatnonzero(bad)[0])].tolist())
+    # a drawing in metres begins near 0, so that not all of it lies beyond 90
+    if bool(np.all((x <= 90) & (y > 90) & (y <= 180))):
+        reason = f"latitude and longitude are exchanged {first}: write longitude first, as GeoJSON has it"
+        raise LotInputError("crs", reason)
+    raise LotInputError("crs", f"the coordinates are no degrees {first}: {_SAVE}")

@@ -12,7 +12,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import shapely
@@ -36,15 +36,28 @@ _PARKING: Final = "parking"
 _REMEDY: Final = "name a GeoJSON, GeoPackage or OpenStreetMap file with the outlines of lots"
 _UNDER: Final = "underground"
 _NEAR_DEG: Final = 1e-3
-Named = tuple[Mapping[str, Any], BaseGeometry]
-"""Properties and shape of a feature, (longitude, latitude)."""
+_CROSSED_SHARE: Final = 0.02
+"""Share of an area that lies to the other side of its outline, from which its sides cross by more than a sliver."""
+
+
+class Named(NamedTuple):
+    """Properties and shape of a feature, (longitude, latitude), with its number in the file, from 1."""
+
+    facts: Mapping[str, Any]
+    shape: BaseGeometry
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class LotOutline:
-    """Lots, each a polygon of (longitude, latitude), degrees in WGS-84, in the order of their file."""
+    """Lots, each a polygon of (longitude, latitude), degrees in WGS-84, in the order of their file.
+
+    ``crossed``: those whose sides cross, so that it is not known which ground they mean, with the number of the
+    feature; each is in ``lots`` as the areas between its lines.
+    """
 
     lots: tuple[Polygon, ...] = field(repr=False)
+    crossed: tuple[tuple[int, BaseGeometry], ...] = field(default=(), repr=False)
 
     def in_metres(self, grid: PixelGrid) -> NDArray[np.object_]:
         """Return the lots in the picture (M,), (column, row) times the metres of a pixel; those near it only."""
@@ -53,17 +66,26 @@ class LotOutline:
         return np.array([shapely.make_valid(lot) for lot in finite], object)
 
     def near(self, grid: PixelGrid) -> LotOutline:
-        """Return the lots that lie in the picture or partly. Raises PictureError when none does."""
+        """Return the lots that lie in the picture or partly. Raises PictureError when none does, or one is crossed."""
         ends = np.array([(x, y) for x in np.linspace(0, 1, 9) for y in np.linspace(0, 1, 9)])
-        around = grid.on_earth(ends * (grid.columns, grid.rows))[:, ::-1]
+        around = shapely.MultiPoint(grid.on_earth(ends * (grid.columns, grid.rows))[:, ::-1])
         lots = np.array(self.lots, object)
-        lots = lots[np.sort(shapely.STRtree(lots).query(shapely.MultiPoint(around).envelope.buffer(_NEAR_DEG)))]
-        picture = shapely.box(0, 0, *(np.array([grid.columns, grid.rows]) * grid.metres))
-        found = tuple(
-            lot for lot in lots.tolist() if picture.intersects(shapely.transform(lot, lambda at: _in_plane(at, grid)))
-        )
+        lots = lots[np.sort(shapely.STRtree(lots).query(around.envelope.buffer(_NEAR_DEG)))]
+        found = tuple(lot for lot in lots.tolist() if _is_in(lot, grid))
         if not found:
-            raise PictureError("none of the outlines lies in the picture; name outlines of lots that it shows")
+            every = shapely.union_all([lot.envelope for lot in self.lots])
+            if _is_in(shapely.transform(every, lambda places: places[:, ::-1]), grid):
+                raise PictureError("latitude and longitude are exchanged: write longitude first, as GeoJSON has it")
+            raise PictureError(
+                f"none of the outlines lies in the picture: it is about {_place(around)}, they are about "
+                f"{_place(every)} (latitude, longitude); name outlines of lots that it shows"
+            )
+        for number, shape in self.crossed:
+            if _is_in(shape, grid):
+                raise PictureError(
+                    f"feature {number}, about {_place(shape)}: its sides cross, so that it is not clear which ground "
+                    "it means; put its corners in their order along the lot's edge"
+                )
         return LotOutline(found)
 
     def outline(self) -> Outline:
@@ -77,6 +99,19 @@ class LotOutline:
 
 def _in_plane(places: FloatArray, grid: PixelGrid) -> FloatArray:
     return np.asarray(grid.in_picture(places[:, ::-1]) * np.array(grid.metres))
+
+
+def _is_in(shape: BaseGeometry, grid: PixelGrid) -> bool:
+    """Return whether a shape lies in the picture or partly."""
+    picture = shapely.box(0, 0, *(np.array([grid.columns, grid.rows]) * grid.metres))
+    plane = shapely.transform(shape, lambda places: _in_plane(places, grid))
+    return bool(np.isfinite(plane.bounds).all() and picture.intersects(shapely.make_valid(plane)))
+
+
+def _place(shape: BaseGeometry) -> str:
+    """Return latitude and longitude of the middle of a shape, rounded to some ten metres."""
+    left, bottom, right, top = shape.bounds
+    return f"{(bottom + top) / 2:.4f}, {(left + right) / 2:.4f}"
 
 
 def read_outline(path: Path) -> LotOutline:
@@ -94,20 +129,32 @@ def read_outline(path: Path) -> LotOutline:
     except OSError as error:
         raise PictureError(f"{path}: cannot be read ({error.strerror}); {_REMEDY}") from error
     except (LotInputError, AreaError, sqlite3.Error, json.JSONDecodeError, RecursionError) as error:
-        raise PictureError(f"{path}: {error}; {_REMEDY}") from error
-    lots = tuple(_polygons(_lots(found)))
+        words = f"{error}; {_REMEDY}"
+        if isinstance(error, LotInputError) and error.field == "crs":  # its reason has a remedy of its own
+            words = error.reason
+        raise PictureError(f"{path}: {words}") from error
+    of_lots = list(_lots(found))
+    lots = tuple(_polygons(each.shape for each in of_lots))
     if not lots:
         raise PictureError(f"{path}: holds no area that is a lot, as amenity=parking is; {_REMEDY}")
-    return LotOutline(lots)
+    return LotOutline(lots, tuple((each.number, each.shape) for each in of_lots if _is_crossed(each.shape)))
 
 
-def _lots(found: list[Named]) -> Iterator[BaseGeometry]:
-    """Yield the shapes that are lots."""
-    is_of_all_kinds = any(facts.get("amenity") for facts, _ in found)
-    for facts, shape in found:
-        is_lot = facts.get("amenity") == _PARKING or not is_of_all_kinds
-        if is_lot and facts.get("parking") != _UNDER:
-            yield shape
+def _lots(found: list[Named]) -> Iterator[Named]:
+    """Yield the features that are lots."""
+    is_of_all_kinds = any(each.facts.get("amenity") for each in found)
+    for each in found:
+        is_lot = each.facts.get("amenity") == _PARKING or not is_of_all_kinds
+        if is_lot and each.facts.get("parking") != _UNDER:
+            yield each
+
+
+def _is_crossed(shape: BaseGeometry) -> bool:
+    """Return whether the sides of an outline cross: parts of it, which run about backwards, count as less area."""
+    if shape.is_valid:
+        return False
+    rings = [Polygon(ring) for part in _parts(shape) for ring in (part.exterior, *part.interiors)]
+    return any(ring.area < (1 - _CROSSED_SHARE) * shapely.make_valid(ring).area for ring in rings)
 
 
 def _polygons(shapes: Iterable[BaseGeometry]) -> Iterator[Polygon]:
@@ -139,8 +186,8 @@ def _read(data: bytes) -> list[Named]:
 
 def _kml(data: bytes) -> list[Named]:
     return [
-        ({}, Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes]))
-        for area in read_areas(data).areas
+        Named({}, Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes]), number)
+        for number, area in enumerate(read_areas(data).areas, 1)
         if len(area.outer) > 2
     ]
 
@@ -150,7 +197,7 @@ def _geojson(content: dict[str, Any]) -> list[Named]:
     named = (content.get("crs") or {}).get("properties", {}).get("name", "") if content.get("crs") else ""
     crs = crs_name(named) if named else WGS_84
     features = content["features"] if isinstance(content.get("features"), list) else [content]
-    for feature in features:
+    for number, feature in enumerate(features, 1):
         if not isinstance(feature, dict):
             continue
         geometry = feature.get("geometry") if "geometry" in feature else feature
@@ -162,7 +209,7 @@ def _geojson(content: dict[str, Any]) -> list[Named]:
             reason = str(error).strip()[:120]
             raise LotInputError("features", f"hold an area that cannot be read ({reason})") from error
         facts = feature.get("properties")
-        found.append((facts if isinstance(facts, dict) else {}, shape))
+        found.append(Named(facts if isinstance(facts, dict) else {}, shape, number))
     return _on_earth(found, crs)
 
 
@@ -177,12 +224,12 @@ def _geopackage(path: Path) -> list[Named]:
             rows = opened.execute(f"SELECT * FROM {geopackage.quoted(str(layer[0]))}")  # noqa: S608 - it is quoted
             names = [each[0] for each in rows.description]
             found: list[Named] = []
-            for row in rows:
+            for number, row in enumerate(rows, 1):
                 facts = dict(zip(names, row, strict=True))
                 with contextlib.suppress(geopackage.GeometryError):  # of a row without an area
                     shape = shapely.force_2d(geopackage.geometry_of(facts.pop(str(layer[1]), None)))
                     if isinstance(shape, Polygon | MultiPolygon):
-                        found.append((facts, shape))
+                        found.append(Named(facts, shape, number))
             named += _on_earth(found, geopackage.system_of(layer) or WGS_84)
     return named
 
@@ -241,10 +288,10 @@ def _osm_area(
     outer, inner = (shapely.union_all(shapely.get_parts(shapely.polygonize(lines[key]))) for key in (True, False))
     area = outer.difference(inner)
     if isinstance(area, Polygon | MultiPolygon) and not area.is_empty:
-        yield facts, area
+        yield Named(facts, area)
 
 
 def _on_earth(found: list[Named], crs: str) -> list[Named]:
     """Return the features in WGS-84, all by one conversion."""
-    moved = shapely.transform(np.array([shape for _, shape in found], object), lambda at: to_wgs_84(at, crs)[0])
-    return [(facts, shape) for (facts, _), shape in zip(found, moved.tolist(), strict=True)]
+    moved = shapely.transform(np.array([each.shape for each in found], object), lambda at: to_wgs_84(at, crs)[0])
+    return [each._replace(shape=shape) for each, shape in zip(found, moved.tolist(), strict=True)]

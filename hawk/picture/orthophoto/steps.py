@@ -111,12 +111,24 @@ def start(
         PictureError: The picture, the outlines or the network cannot be used; the text has the remedy.
     """
     source = open_orthophoto(path, crs)
-    lots = read_outline(outline) if isinstance(outline, Path) else outline
-    if lots is not None:
-        lots = lots.near(source.grid)
+    lots = _near(source, outline)
     eye = load()
     tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), eye.model, eye.engine)
     return Started(source, lots, eye, tasks)
+
+
+def _near(source: Orthophoto, outline: Path | LotOutline | None) -> LotOutline | None:
+    """Return the outlines that lie in a picture. Raises PictureError, which names the option and their file."""
+    if not isinstance(outline, Path):
+        return None if outline is None else outline.near(source.grid)
+    try:
+        lots = read_outline(outline)
+    except PictureError as error:
+        raise PictureError(f"--outline: {error}") from error
+    try:
+        return lots.near(source.grid)
+    except PictureError as error:
+        raise PictureError(f"--outline: {outline}: {error}") from error
 
 
 def tasks_of(source: Orthophoto, windows: Iterable[Window], model: str, engine: Engine) -> tuple[Task, ...]:

@@ -59,10 +59,12 @@ def test_nothing_is_found_where_a_picture_shows_no_ground() -> None:
 
 
 def test_a_network_that_cannot_be_used_is_refused_by_its_name(tmp_path: Path) -> None:
-    with pytest.raises(PictureError, match=r"none\.onnx: cannot be read: .*; name an ONNX file"):
+    with pytest.raises(PictureError, match=r"^--model: .*none\.onnx cannot be read: .*; name an ONNX file"):
         Eye.load(tmp_path / "none.onnx")
     (tmp_path / "text.onnx").write_text("no network")
-    with pytest.raises(PictureError, match=r"text\.onnx is not an ONNX file"):
+    with pytest.raises(
+        PictureError, match=r"^--model: .*text\.onnx is not an ONNX file[^\[]*name a network \(\.onnx\)"
+    ):
         Eye.load(tmp_path / "text.onnx")
 
 

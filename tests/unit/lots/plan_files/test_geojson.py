@@ -167,8 +167,14 @@ def test_a_named_system_of_coordinates_is_read(crs: str, is_in_file: bool) -> No
     "it is read where the system is named, else refused with the remedy",
 )
 def test_coordinates_that_are_no_degrees_are_refused_unless_their_system_is_named() -> None:
-    with pytest.raises(LotInputError, match=r"crs: of the file: its coordinates are no degrees \(\d+, 5.*EPSG:25832"):
+    with pytest.raises(LotInputError, match=r"crs: the coordinates are no degrees \(\d+, 5.*EPSG:25832"):
         plan(geojson(projected("EPSG:32631")))  # type: ignore[arg-type]
+
+
+def test_latitude_before_longitude_is_called_exchanged() -> None:
+    ring = [[49.25 + north * 1e-5, -122.95 + east * 1e-5] for east, north in ((0, 0), (3, 0), (3, 5), (0, 5), (0, 0))]
+    with pytest.raises(LotInputError, match=r"crs: latitude and longitude are exchanged .*: write longitude first"):
+        plan(geojson([feature([ring])]))
 
 
 @pytest.mark.parametrize(

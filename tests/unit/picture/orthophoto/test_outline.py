@@ -140,7 +140,6 @@ def test_kml_is_read_too(tmp_path: Path) -> None:
         (features((OTHER, {"amenity": "school"})), r"holds no area that is a lot"),
         (features((shapely.Point(5, 52), {})), r"holds no area that is a lot"),
         ('{"type":"Polygon","coordinates":[[[1,2]]]}', r"an area that cannot be read"),
-        (features((shapely.box(0, 0, 900, 900), {})), r"no degrees"),
         ("SQLite format 3\0 and no more", r"database|SQLite"),
     ],
 )
@@ -158,10 +157,53 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         read_outline(tmp_path / "none.geojson")
 
 
+BOW_TIE = Polygon([(5.199, 52.099), (5.201, 52.101), (5.201, 52.099), (5.199, 52.101)])
+"""The corners of `LOT` in an order in which two sides cross."""
+
+
+def test_an_outline_whose_sides_cross_is_refused_where_the_picture_shows_it(tmp_path: Path) -> None:
+    grid, path = open_orthophoto(blank(tmp_path)).grid, tmp_path / "lots.geojson"
+    path.write_text(features((shapely.Point(5, 52), {}), (LOT, {}), (BOW_TIE, {})))
+    with pytest.raises(PictureError, match=r"feature 3, about 52\.1000, 5\.2000: its sides cross.*put its corners in"):
+        read_outline(path).near(grid)
+    far = shapely.transform(BOW_TIE, lambda places: places + 1)
+    path.write_text(features((LOT, {}), (far, {})))
+    assert same(read_outline(path).near(grid), LOT)
+
+
+def test_a_sliver_of_a_digitized_outline_is_no_crossing(tmp_path: Path) -> None:
+    path = tmp_path / "lots.geojson"
+    sliver = Polygon([(5.199, 52.099), (5.201, 52.099), (5.201, 52.101), (5.199, 52.101), (5.19902, 52.09898)])
+    assert not sliver.is_valid
+    path.write_text(features((sliver, {})))
+    assert read_outline(path).crossed == ()
+
+
+def test_coordinates_that_are_no_degrees_are_refused_with_what_to_save(tmp_path: Path) -> None:
+    path = tmp_path / "lots.geojson"
+    path.write_text(features((shapely.box(0, 0, 900, 900), {})))
+    with pytest.raises(
+        PictureError, match=r"lots\.geojson: the coordinates are no degrees \(900, 0\): save the file in"
+    ):
+        read_outline(path)
+
+
+def test_latitude_and_longitude_that_are_exchanged_are_called_so(tmp_path: Path) -> None:
+    path = tmp_path / "lots.geojson"
+    path.write_text(features((shapely.box(49.2498, -122.95, 49.2508, -122.94), {})))
+    with pytest.raises(
+        PictureError, match=r"lots\.geojson: latitude and longitude are exchanged \(49\.2508, -122\.95\):"
+    ):
+        read_outline(path)
+    path.write_text(features((shapely.transform(LOT, lambda places: places[:, ::-1]), {})))
+    with pytest.raises(PictureError, match="latitude and longitude are exchanged"):
+        read_outline(path).near(open_orthophoto(blank(tmp_path)).grid)
+
+
 def test_only_lots_in_the_picture_are_kept(tmp_path: Path) -> None:
     grid = open_orthophoto(blank(tmp_path)).grid
     assert LotOutline((OTHER, LOT)).near(grid).lots == (LOT,)
-    with pytest.raises(PictureError, match="none of the outlines lies in the picture"):
+    with pytest.raises(PictureError, match=r"it is about 52\.1000, 5\.2000, they are about 51\.0005, 6\.0005 \("):
         LotOutline((OTHER,)).near(grid)
     (plane,) = LotOutline((LOT,)).in_metres(grid)
     assert plane.area == pytest.approx(137.0 * 222.5, rel=0.01)

@@ -51,6 +51,23 @@ def test_a_result_that_is_gone_when_all_is_settled_is_named(tmp_path: Path) -> N
         settle(picture, InMemory(), dict.fromkeys((task.name for task in picture.tasks), "it is gone"))
 
 
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ('{"type":"Point","coordinates":[1,2]}', "holds no area"),
+        (
+            '{"type":"Polygon","coordinates":[[[1,2],[1.1,2],[1,2.1],[1,2]]]}',
+            "none of the outlines lies in the picture",
+        ),
+    ],
+)
+def test_an_outline_that_does_not_fit_is_named_with_its_option(tmp_path: Path, content: str, words: str) -> None:
+    outline = tmp_path / "far.geojson"
+    outline.write_text(content)
+    with pytest.raises(PictureError, match=rf"^--outline: .*far\.geojson: {words}"):
+        start(city(tmp_path), outline=outline, crs=None, load=lambda: load_fake(tmp_path / "model", "opencv"))
+
+
 @pytest.mark.parametrize("is_kept", [False, True])
 def test_a_picture_without_ground_leaves_no_result(tmp_path: Path, is_kept: bool) -> None:
     picture = started(tmp_path, write(tmp_path / "black.tif", np.zeros((3, 300, 300), np.uint8)))
