@@ -225,19 +225,19 @@ def _write(options: argparse.Namespace, surveyed: Surveyed) -> Stored | None:
     from hawk.picture.stored import store_survey
 
     program = f"hawk-drone {version('hawk-drone')}"
-    written = write_files(surveyed.mapped, options.out, program)
-    kept = None
+    mapped, kept = surveyed.mapped, None
+    written = write_files(mapped, options.out, program)
     if options.store is not None or options.page:
         kept = store_survey(surveyed.landed(), _store_folder(options), options.name)
+        doubted = kept.said_of(mapped)
+        if doubted.survey.doubt != mapped.survey.doubt:  # files are there, whatever the store does
+            mapped, written = doubted, write_files(doubted, options.out, program)
     if options.json:
         files = [str(path) for path in written]
-        print(
-            json.dumps(
-                {"event": "report", **report(surveyed.mapped, program), "files": files, "store": kept and kept.words}
-            )
-        )
+        said = {"event": "report", **report(mapped, program), "files": files, "store": kept and kept.words}
+        print(json.dumps(said))
         return kept
-    print(text(surveyed.mapped))
+    print(text(mapped))
     print(f"{options.out}: {', '.join(path.name for path in written)}")
     if kept is not None:
         print(kept.words)

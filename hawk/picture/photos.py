@@ -37,7 +37,18 @@ from hawk.picture.kept import Work
 from hawk.picture.limits import fit_error, limits_of, source_of
 from hawk.picture.looked import Files, Looked, Pictures
 from hawk.picture.photographs.folder import Folder, read_folder
-from hawk.picture.values import COARSE_M, COARSEST_M, LeftOut, Mapped, PictureError, Progress, Shot, named, of_model
+from hawk.picture.values import (
+    COARSE_M,
+    COARSEST_M,
+    NO_STALLS,
+    LeftOut,
+    Mapped,
+    PictureError,
+    Progress,
+    Shot,
+    named,
+    of_model,
+)
 from hawk.results.survey_map import SurveyMap
 
 TILT: Final = math.radians(1.0)
@@ -276,7 +287,7 @@ def _survey(
     stalls = [stall for stall in kept.stalls if not stall.is_extra]
     survey = ExportedSurvey(
         lot=name,
-        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, f"photographs {name}")),
+        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, f"photographs {name}")) if stalls else "",
         survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{_identity(shots)} {kept.program}")),
         began=kept.began,
         ended=kept.ended,
@@ -289,6 +300,7 @@ def _survey(
         origin=origin,
         outline=kept.outline,
         stalls=found_stalls(stalls, origin),
+        doubt="" if stalls else NO_STALLS,
         pictures=kept.pictures,
     )
     tiles = {key: tile.data for key, tile in current.mosaic.items()}

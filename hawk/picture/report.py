@@ -12,10 +12,12 @@ from hawk.picture.values import Mapped
 def free_range(mapped: Mapped) -> tuple[int, int] | None:
     """Return the least and the greatest number of free stalls on the ground that was seen; None where it is not known.
 
+    It is not known of a survey without stalls either: how many were missed is in no stall's probability.
+
     As after a flight (`hawk.model.lot_map.free_interval`): of stalls that err each for itself.
     """
     stalls = mapped.survey.stalls
-    if len(mapped.scores) != len(stalls):
+    if not stalls or len(mapped.scores) != len(stalls):
         return None
     variance = sum(
         free_variance(score, stall.taken) for score, stall in zip(mapped.scores, stalls, strict=True)

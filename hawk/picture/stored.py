@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -18,27 +18,36 @@ from hawk.exports.values import ExportedSurvey
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.place import about
 from hawk.lots.store import LotStore, lots_file
-from hawk.lots.values import LotStoreError, Placed, Saved, fitting_name
+from hawk.lots.values import PLACED, LotStoreError, Placed, Saved, fitting_name
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.poses import GlobalPose
 from hawk.model.tile_picture import encode_picture
-from hawk.picture.values import Mapped, PictureError
+from hawk.picture.values import NO_STALLS, Mapped, PictureError
 
 _WORDS: Final = {
     Placed.FIRST: "the first survey of {lot}",
     Placed.REGISTERED: "a survey of {lot}, with {known} of its stalls",
     Placed.UNREGISTERED: "a survey of {lot}, whose place is not certain: {doubt}",
     Placed.UNDECIDED: "a survey that may be of several lots: choose one on the page, under Lots",
-    Placed.NOTHING: "a survey without a lot: it has no stalls",
+    Placed.NOTHING: f"a survey without a lot: {NO_STALLS}",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """A survey in the store: what it is there, in ``words``, and the id of its ``lot``, None without one."""
+    """A survey in the store: what it is there, in ``words``, and the id of its ``lot``, None without one.
+
+    ``doubt``: why its place among the stalls of a lot is not certain, "" where it is.
+    """
 
     words: str
     lot: str | None
+    doubt: str = ""
+
+    def said_of(self, mapped: Mapped) -> Mapped:
+        """Return a survey with the store's doubt, as its files say it; one that says a doubt of its own keeps that."""
+        doubt = mapped.survey.doubt or self.doubt
+        return replace(mapped, survey=replace(mapped.survey, doubt=doubt))
 
 
 def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) -> Stored:
@@ -58,7 +67,8 @@ def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) ->
         kept = (
             f". The lot keeps its name {saved.lot_name}, --name {name} is not used: rename it on the page, under Lots"
         )
-    return Stored(f"Stored in {folder} as {words}{kept}", saved.lot)
+    doubt = "" if saved.placed in PLACED else f"{saved.placed}: its place among the lot's stalls is not certain"
+    return Stored(f"Stored in {folder} as {words}{kept}", saved.lot, doubt)
 
 
 async def _save(landed: LandedSurvey, folder: Path) -> Saved:

@@ -17,6 +17,8 @@ COARSE_M: Final = 0.12
 """The same from which fewer are found."""
 Progress = Callable[[str, int, int], None]
 """Takes the step under way, how much of it is done, and of how much."""
+NO_STALLS: Final = "it has no stalls"
+"""Doubt of a survey that makes no lot."""
 _FEW: Final = 4
 """Names that a sentence lists."""
 

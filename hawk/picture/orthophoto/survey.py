@@ -29,7 +29,7 @@ from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.seams import Stalls, merged
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.windows import AROUND_M, WindowStalls
-from hawk.picture.values import COARSE_M, LeftOut, Mapped, PictureError
+from hawk.picture.values import COARSE_M, NO_STALLS, LeftOut, Mapped, PictureError
 
 _DIGITS: Final = 8
 """Of degrees: a millimetre."""
@@ -129,7 +129,7 @@ def _survey(
     program = program_name(model)
     return ExportedSurvey(
         lot=_title(source.path),
-        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, place)),
+        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, place)) if stalls else "",
         survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{place} {source.identity} {program}")),
         began=source.taken,
         ended=source.taken,
@@ -142,6 +142,7 @@ def _survey(
         origin=origin,
         outline=outline,
         stalls=stalls,
+        doubt="" if stalls else NO_STALLS,
     )
 
 

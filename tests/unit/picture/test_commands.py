@@ -166,3 +166,16 @@ def test_work_on_another_source_is_not_written_over(
     assert main(["map", str(other), "--out", str(out), "--resume", "--name", "North"]) == 0
     (out / "source.json").unlink()
     assert main(["map", str(orthophoto), "--out", str(out), "--resume"]) == 2
+
+
+def test_a_survey_without_stalls_is_no_lot_in_the_report_as_in_the_store(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grey = write(tmp_path / "grey.tif", np.full((3, 300, 300), 120, np.uint8))
+    assert main(["map", str(grey), "--out", str(tmp_path / "out"), "--store", str(tmp_path / "store"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert report["store"].endswith("as a survey without a lot: it has no stalls")
+    written = json.loads((tmp_path / "out" / "report.json").read_text())
+    for each in (report, written):
+        found = [each[name] for name in ("registered", "doubt", "lot_id", "free_range")]
+        assert found == [False, "it has no stalls", "", None]

@@ -76,6 +76,7 @@ def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path)
 
     survey = survey_shots(YARD, shots, Grey())
     assert survey.mapped.survey.stalls == ()
+    assert (survey.mapped.survey.lot_id, survey.mapped.survey.doubt) == ("", "it has no stalls")
     assert "share too few features" in survey.mapped.notes[0]
     assert survey.landed.pictures is not None
     assert survey.landed.pictures.limits == (Limit.BY_GPS,)

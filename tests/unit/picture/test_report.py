@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hawk.picture.report import free_range, report, text
-from hawk.picture.values import LeftOut
+from hawk.picture.values import NO_STALLS, LeftOut
 from tests.unit.picture.surveys import mapped
 
 
@@ -19,6 +19,13 @@ def test_without_scores_no_interval_is_given() -> None:
     values = report(mapped(with_scores=False), "hawk-drone 1.0")
     assert values["free_range"] is None
     assert "nine of ten" not in text(mapped(with_scores=False))
+
+
+def test_without_stalls_no_interval_is_given_and_there_is_no_lot() -> None:
+    empty = replace(mapped(with_scores=False), survey=replace(mapped().survey, stalls=(), doubt=NO_STALLS, lot_id=""))
+    values = report(empty, "hawk-drone 1.0")
+    assert (values["free_range"], values["registered"], values["doubt"]) == (None, False, "it has no stalls")
+    assert "nine of ten" not in text(empty)
 
 
 def test_the_report_says_what_was_seen_and_left_out() -> None:

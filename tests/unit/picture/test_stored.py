@@ -38,6 +38,13 @@ def test_a_later_survey_joins_the_lot(tmp_path: Path) -> None:
     assert "as a survey of yard" in store_survey(later, tmp_path).words  # one row alone fits itself at every pitch
 
 
+def test_a_survey_whose_place_the_store_doubts_says_so_in_its_files(tmp_path: Path) -> None:
+    assert store_survey(landed_of(mapped()), tmp_path).said_of(mapped()).survey.doubt == ""
+    stored = store_survey(dataclasses.replace(landed_of(mapped()), name="later"), tmp_path)
+    assert "whose place is not certain" in stored.words
+    assert stored.said_of(mapped()).survey.doubt == ("unregistered: its place among the lot's stalls is not certain")
+
+
 def test_the_ground_that_was_seen_is_the_pictures(tmp_path: Path) -> None:
     landed = landed_of(mapped())
     survey = SurveyMap.of(landed.datum, landed.current)
