@@ -34,6 +34,8 @@ class Limit(StrEnum):
 
     BY_GPS = "by_gps"
     """Pictures that were not adjusted with their neighbours lie where their files say."""
+    STRETCHED = "stretched"
+    """The places of its pictures say too little of the turn and the scale of the whole map."""
     COARSE = "coarse"
     """A pixel covers more ground than stalls are found well by."""
     PARTLY = "partly"
@@ -42,6 +44,10 @@ class Limit(StrEnum):
 
 LIMIT_WORDS: Final[Mapping[Limit, str]] = {
     Limit.BY_GPS: "Pictures that share too little with the others lie where their files say: stalls may be metres off.",
+    Limit.STRETCHED: (
+        "The pictures' GPS leaves the whole map turned or stretched: at the ends of a lot of 100 m stalls may be a "
+        "stall's width off, or more."
+    ),
     Limit.COARSE: "A pixel covers more than 12 cm of the ground: fewer stalls are found.",
     Limit.PARTLY: "A part of the lot was not seen: its stalls are not counted.",
 }

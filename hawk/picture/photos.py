@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from statistics import NormalDist
 from typing import Final
 
 import numpy as np
@@ -27,14 +26,14 @@ from hawk.lots.finished import LandedSurvey, finished
 from hawk.lots.frames import Move
 from hawk.lots.source import SourceKind
 from hawk.lots.values import FinishedSurvey, fitting_name
-from hawk.model.lot_map import CELL_M, HELD_SHARE, Cell, OccupancyMap, StallState
+from hawk.model.lot_map import CELL_M, Cell, OccupancyMap, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose
 from hawk.picture.adjust.app import Adjusted, Known, adjust
 from hawk.picture.adjust.posed import Posed
 from hawk.picture.cars import with_lone_cars_suggested
 from hawk.picture.kept import Work
-from hawk.picture.limits import fit_error, limits_of, source_of
+from hawk.picture.limits import LOT_M, limits_of, source_of, stretch
 from hawk.picture.looked import Files, Looked, Pictures
 from hawk.picture.photographs.folder import Folder, read_folder
 from hawk.picture.values import (
@@ -63,9 +62,8 @@ BAROMETER_SHARE: Final = 0.01
 ROUGH_HEIGHT_M: Final = 3.0
 """The same of an altitude by GNSS."""
 _UNKNOWN: Final = math.pi
-_WITHIN: Final = NormalDist().inv_cdf((1 + HELD_SHARE) / 2)
-"""Standard deviations of a normal error within which that share of its values lies."""
-_LOT_M, _UNSEEN_M = 100.0, 0.3
+_UNSEEN_M: Final = 0.3
+"""Error of a lot's length by turn and scale that nobody notes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +195,7 @@ def survey_shots(
     current = with_lone_cars_suggested(current)
     landed = _landed(taken, shots, datum, current, network_name(model))
     survey = finished(landed)
-    source = source_of(taken.kind, taken.name, limits_of(shots, adjusted.is_adjusted, _scale(known), survey))
+    source = source_of(taken.kind, taken.name, limits_of(shots, adjusted, _scale(known), survey))
     landed, survey = replace(landed, pictures=source), replace(survey, pictures=source)
     notes = (*_notes(shots, adjusted, current), *_scale_notes(known))
     mapped = _survey(name, shots, survey, current, notes, (*left_out, *looked.lost))
@@ -313,11 +311,8 @@ def _survey(
 
 def _fit_notes(shots: Sequence[Shot], adjusted: Adjusted) -> Iterator[str]:
     """Say how far the whole map may be turned and scaled, where that moves stalls of a lot against each other."""
-    places = np.array([(one.north, one.east) for one in adjusted.posed])[adjusted.is_adjusted]
-    if len(places) < 2:
-        return
-    error = _WITHIN * fit_error(places, float(np.median([shot.sigma[0] for shot in shots])))
-    if error * _LOT_M > _UNSEEN_M:
+    error = stretch(shots, adjusted)
+    if error * LOT_M > _UNSEEN_M:
         yield (
             f"By the photographs' GPS the whole map is turned by less than {math.degrees(error):.1f} degrees, and"
             f" its scale is off by less than {100 * error:.1f} %, in nine of ten surveys."

@@ -17,7 +17,7 @@ Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="
 Metres = Annotated[list[float], Field(min_length=2, max_length=2, description="north and east, metres")]
 State = Literal["free", "taken", "unknown"]
 Source = Literal["", "photographs", "orthophoto", "film"]
-Limit = Literal["by_gps", "coarse", "partly"]
+Limit = Literal["by_gps", "stretched", "coarse", "partly"]
 Placed = Literal["first", "registered", "unregistered", "undecided", "nothing", "deleted"]
 Next = Annotated[str | None, Field(description="`after` of the next part; null at the end of the list")]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -77,8 +77,8 @@ class Sourced(Shown):
     limits: Annotated[
         list[Limit],
         Field(
-            description="what limits a survey by pictures: places by GPS alone, coarse ground (over 12 cm a pixel), a "
-            "part of the lot that was not seen"
+            description="what limits a survey by pictures: places by GPS alone, a map that GPS leaves turned or "
+            "stretched, coarse ground (over 12 cm a pixel), a part of the lot that was not seen"
         ),
     ]
 

@@ -106,7 +106,7 @@ describe("a survey by pictures", () => {
 
   it("names its source and what limits it, in French too", async () => {
     assert.equal(notes(row), "From an orthophoto (north.tif) · Its pictures are coarse: fewer stalls are found · A part of the lot was not seen");
-    await inFrench(() => assert.equal(notes({ ...row, limits: ["by_gps"], source: "film" }), "D’après un film (north.tif) · Ses images sont là où leurs fichiers le disent\u00A0: les places peuvent être décalées de quelques mètres"));
+    await inFrench(() => assert.equal(notes({ ...row, limits: ["by_gps", "stretched"], source: "film" }), "D’après un film (north.tif) · Ses images sont là où leurs fichiers le disent\u00A0: les places peuvent être décalées de quelques mètres · Sa carte peut être tournée ou étirée\u00A0: les places à ses bouts peuvent être décalées de quelques mètres"));
   });
 });
 

@@ -28,7 +28,7 @@ export interface SurveyRow {
   source: "" | "photographs" | "orthophoto" | "film";
   source_name: string;
   /** What limits a survey by pictures. */
-  limits: ("by_gps" | "coarse" | "partly")[];
+  limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
   /** UTC in ISO 8601. */
   began: string;
   ended: string;

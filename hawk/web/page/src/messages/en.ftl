@@ -1280,6 +1280,7 @@ archive-of-photographs = From photographs ({ $name })
 archive-of-orthophoto = From an orthophoto ({ $name })
 archive-of-film = From a film ({ $name })
 archive-limit-by-gps = Its pictures lie where their files say: stalls may be metres off
+archive-limit-stretched = Its map may be turned or stretched: stalls at its ends may be metres off
 archive-limit-coarse = Its pictures are coarse: fewer stalls are found
 archive-limit-partly = A part of the lot was not seen
 archive-long = It lasted { $minutes } min: cars came and went meanwhile

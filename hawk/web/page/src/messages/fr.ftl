@@ -1263,6 +1263,7 @@ archive-of-photographs = D'après des photographies ({ $name })
 archive-of-orthophoto = D'après une orthophoto ({ $name })
 archive-of-film = D'après un film ({ $name })
 archive-limit-by-gps = Ses images sont là où leurs fichiers le disent : les places peuvent être décalées de quelques mètres
+archive-limit-stretched = Sa carte peut être tournée ou étirée : les places à ses bouts peuvent être décalées de quelques mètres
 archive-limit-coarse = Ses images sont grossières : moins de places sont trouvées
 archive-limit-partly = Une partie du parking n'a pas été vue
 archive-long = Il a duré { $minutes } min : des voitures sont arrivées et parties entre-temps

@@ -826,6 +826,7 @@ export interface Messages {
   "archive-of-orthophoto": { name: string | number };
   "archive-of-film": { name: string | number };
   "archive-limit-by-gps": Record<string, never>;
+  "archive-limit-stretched": Record<string, never>;
   "archive-limit-coarse": Record<string, never>;
   "archive-limit-partly": Record<string, never>;
   "archive-long": { minutes: string | number };
