@@ -26,14 +26,20 @@ class PageShown:
     fingerprint: str | None
 
 
-def announcement(page: PageShown, folder: Path, *, is_simulation: bool) -> list[str]:
-    """Return the lines for standard output. ``folder``: the store, where the token is kept."""
+def announcement(page: PageShown, folder: Path, *, is_simulation: bool, survey: str = "") -> list[str]:
+    """Return the lines for standard output.
+
+    ``folder``: the store, where the token is kept. ``survey``: place below the page's address of the survey to look at,
+    "" for none.
+    """
     address = shown_address(page.url, page.page_url, folder, on_terminal=sys.stdout.isatty())
     lines = [f"hawk: open {address}{'  (SIMULATION)' if is_simulation else ''}"]
     if page.asks_for_token and page.page_url == page.url:
         lines.append("hawk: log in with the token of a role; hawk-drone tokens rotate operator makes another")
     if page.fingerprint is not None:
         lines.append(f"hawk: certificate SHA-256 {page.fingerprint}")
+    if survey:
+        lines.append(f"hawk: the survey, with its stalls and counts: {page.url.rstrip('/')}/{survey}")
     return lines
 
 

@@ -79,8 +79,11 @@ def refuse(_: ClientId, command: Command) -> Outgoing:
     return Ack(id=command.id, accepted=False, reason=say("There is no drone here: lots and plans alone."))
 
 
-async def run_desk(config: Config, lot: str | None) -> int:
-    """Serve until SIGTERM or SIGINT; return the exit status. Raises ConfigError for what cannot be used."""
+async def run_desk(config: Config, lot: str | None, survey: str | None = None) -> int:
+    """Serve until SIGTERM or SIGINT; return the exit status. Raises ConfigError for what cannot be used.
+
+    ``lot``: id or name of the one to begin with; ``survey``: id of the one of it whose address is printed, too.
+    """
     log = ProgramLog(config.log.level)
     about = {"version": version("hawk-drone"), "port": str(config.web.port)}
     try:
@@ -89,7 +92,7 @@ async def run_desk(config: Config, lot: str | None) -> int:
         if not path.exists():
             raise ConfigError(f"--store: {path} is not there. Name the folder of a drone's files, or restore a backup")
         with held_store(config.store.directory, about):
-            return await _serve(config, path, lot)
+            return await _serve(config, path, lot, survey)
     except StoreInUseError as error:
         raise ConfigError(f"store.directory: {error}. It serves these lots already: open its page") from error
     except (InsecureBindingError, TokensError) as error:
@@ -102,19 +105,20 @@ async def run_desk(config: Config, lot: str | None) -> int:
         log.close()
 
 
-async def _serve(config: Config, path: Path, lot: str | None) -> int:
+async def _serve(config: Config, path: Path, lot: str | None, survey: str | None) -> int:
     store = LotStore(path, find_stalls)
     try:
         if notice := await store.open():
             _LOG.warning("%s", notice)
         under = await store.read(lambda connection: ground_under(connection, pictures_of(path), lot))
-        await _serve_store(config, store, under)
+        place = f"archive#lot={lot}&survey={survey}" if lot and survey else ""
+        await _serve_store(config, store, under, place)
     finally:
         await store.close()
     return 0
 
 
-async def _serve_store(config: Config, store: LotStore, under: Under | None) -> None:
+async def _serve_store(config: Config, store: LotStore, under: Under | None, place: str) -> None:
     clock, lag = Clock(), LoopLag()
     status: Topic[DroneStatus] = Topic("status", clock)
     occupancy_map: Topic[OccupancyMap] = Topic("occupancy_map", clock)
@@ -149,7 +153,7 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None) -> 
         raise ConfigError(listening_problem(error, config.web)) from error
     fingerprint = None if tls is None else tls.fingerprint
     page = PageShown(server.url, server.page_url, server.asks_for_token, fingerprint)
-    for line in announcement(page, config.store.directory, is_simulation=False):
+    for line in announcement(page, config.store.directory, is_simulation=False, survey=place):
         print(line, flush=True)
     try:
         await _speak(status, clock, under)

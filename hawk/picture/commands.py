@@ -152,7 +152,7 @@ def _run(options: argparse.Namespace) -> int:
         _say_error(options, "stopped; go on by --resume")
         return _STOPPED
     if options.page:
-        return _show(options, None if stored is None else stored.lot)
+        return _show(options, stored)
     return PARTLY if surveyed.mapped.left_out else 0
 
 
@@ -248,13 +248,14 @@ def _store_folder(options: argparse.Namespace) -> Path:
     return options.store if options.store is not None else Path(options.out) / "store"
 
 
-def _show(options: argparse.Namespace, lot: str | None) -> int:
+def _show(options: argparse.Namespace, stored: Stored | None) -> int:
     """Serve the page from the store until a signal."""
     import asyncio
 
     from hawk.daemon.desk import run_desk
 
-    return asyncio.run(run_desk(load_settings(_desk(options)), lot))
+    lot, survey = (None, None) if stored is None else (stored.lot, stored.survey)
+    return asyncio.run(run_desk(load_settings(_desk(options)), lot, survey))
 
 
 def _desk(options: argparse.Namespace) -> argparse.Namespace:

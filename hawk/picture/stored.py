@@ -35,13 +35,14 @@ _WORDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """A survey in the store: what it is there, in ``words``, and the id of its ``lot``, None without one.
+    """A survey in the store: what it is there, in ``words``, the ids of its ``lot``, None without one, and its own.
 
     ``doubt``: why its place among the stalls of a lot is not certain, "" where it is.
     """
 
     words: str
     lot: str | None
+    survey: str
     doubt: str = ""
 
     def said_of(self, mapped: Mapped) -> Mapped:
@@ -68,7 +69,7 @@ def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) ->
             f". The lot keeps its name {saved.lot_name}, --name {name} is not used: rename it on the page, under Lots"
         )
     doubt = "" if saved.placed in PLACED else f"{saved.placed}: its place among the lot's stalls is not certain"
-    return Stored(f"Stored in {folder} as {words}{kept}", saved.lot, doubt)
+    return Stored(f"Stored in {folder} as {words}{kept}", saved.lot, saved.survey, doubt)
 
 
 async def _save(landed: LandedSurvey, folder: Path) -> Saved:

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 import rasterio
 from rasterio.transform import from_origin
+from sqlalchemy import select
 
 from hawk.cli import main
+from hawk.config.sections import Config
+from hawk.lots.database import Database
+from hawk.lots.tables import SURVEY
 from hawk.worlds.generate import generate_world
 from tests.unit.picture.orthophoto.drawn import lot_picture, write
 
@@ -131,6 +135,22 @@ def test_a_port_in_use_is_refused_before_the_work(
         assert main(["map", str(orthophoto), "--out", str(tmp_path / "out"), "--page", "--port", port]) == 2
     assert f"--port: port {port} of" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_the_page_shows_the_survey_that_was_stored(
+    orthophoto: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[tuple[str | None, str | None]] = []
+
+    async def noted(_: Config, lot: str | None, survey: str | None) -> int:
+        shown.append((lot, survey))
+        return 0
+
+    monkeypatch.setattr("hawk.daemon.desk.run_desk", noted)
+    assert main(["map", str(orthophoto), "--out", str(tmp_path / "out"), "--page", "--port", "0"]) == 0
+    with Database(tmp_path / "out" / "store" / "lots.db").reading() as connection:
+        stored = connection.execute(select(SURVEY.c.lot, SURVEY.c.id)).one()
+    assert shown == [tuple(stored)]
 
 
 @pytest.mark.parametrize("value", [0, 255])

@@ -227,6 +227,8 @@ describe("lots over time", () => {
     assert.match(hash, new RegExp(`lot=${LOT}`));
     assert.equal(archive.querySelector("option")?.textContent, HTML);
     const rows = [...archive.querySelectorAll("tbody tr")].map((row) => words(row));
+    const named = [...archive.querySelectorAll<HTMLElement>(".cards tbody tr:first-child td[data-column]")].map((cell) => cell.dataset.column);
+    assert.deepEqual(named, ["Free", "Taken", "Unclear", "Occupancy"], "on a phone each value says its column");
     assert.match(rows[0]!, /50\.0 % \(40\.0 to 60\.0 %\)/);
     assert.match(rows[1]!, /–Its place on the lot is not certain/);
   });
@@ -320,7 +322,7 @@ describe("lots over time", () => {
 
   it("show a link's lot without recordings, links and files", async () => {
     await open(`#secret&view=recordings&survey=${TWO}`, { token: "secret" });
-    assert.doesNotMatch(words(archive), /Recordings|Links|To the drone|csv|Delete/);
+    assert.doesNotMatch(words(archive), /Recordings|Links|Back to the map|csv|Delete/);
     assert.equal(archive.querySelectorAll("archive-plan").length, 1);
     await press("Surveys");
     assert.match(hash, /^#secret&/);

@@ -76,7 +76,7 @@ export class Archive extends LitElement {
   override render(): TemplateResult {
     const isShared = this.outside.token !== null;
     return html`<header>
-        ${isShared ? nothing : html`<a class="button no-print" href="./">${say("archive-to-drone")}</a>`}
+        ${isShared ? nothing : html`<a class="button no-print" href="./">${say("archive-to-map")}</a>`}
         <h1>${say("archive-title")}</h1>
         ${this.fields(isShared)}
       </header>

@@ -32,13 +32,13 @@ export class SurveysView extends View {
   }
 
   private table(surveys: SurveyRow[]): TemplateResult {
-    return html`<div class="wide" tabindex="0" role="region" aria-label=${say("archive-surveys")}><table>
+    return html`<div class="wide" tabindex="0" role="region" aria-label=${say("archive-surveys")}><table class="cards">
       <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${surveys.map(
         (row) => html`<tr class=${row.id === this.place.survey ? "on" : ""}>
           <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended)}</button></th>
-          <td>${row.free}</td><td>${row.taken}</td><td>${row.unknown}</td>
-          <td>${share(row.occupancy)}</td><td>${notes(row)}</td>
+          ${named("archive-free", row.free)}${named("archive-taken", row.taken)}${named("archive-unknown", row.unknown)}
+          ${named("archive-occupancy", share(row.occupancy))}<td>${notes(row)}</td>
         </tr>`,
       )}</tbody>
     </table></div>`;
@@ -74,6 +74,11 @@ export class SurveysView extends View {
       this.said(wordsOf(error));
     }
   }
+}
+
+/** A cell that says its column's name where the table is shown as cards: on a phone. */
+function named(column: "archive-free" | "archive-taken" | "archive-unknown" | "archive-occupancy", value: number | string): TemplateResult {
+  return html`<td data-column=${say(column)}>${value}</td>`;
 }
 
 function drawn(features: Features, row: SurveyRow): TemplateResult | typeof nothing {

@@ -1243,7 +1243,7 @@ enter-key = Enter
 ## Lots over time: the page /archive, which has a bundle of its own
 
 archive-title = Lots over time
-archive-to-drone = To the drone
+archive-to-map = Back to the map
 archive-lot = Lot
 archive-from = From
 archive-to = To

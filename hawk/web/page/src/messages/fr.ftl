@@ -1227,7 +1227,7 @@ enter-key = Entrée
 ## Les parkings dans le temps : la page /archive
 
 archive-title = Les parkings dans le temps
-archive-to-drone = Vers le drone
+archive-to-map = Retour à la carte
 archive-lot = Parking
 archive-from = Du
 archive-to = Au

@@ -790,7 +790,7 @@ export interface Messages {
   "tab-key": Record<string, never>;
   "enter-key": Record<string, never>;
   "archive-title": Record<string, never>;
-  "archive-to-drone": Record<string, never>;
+  "archive-to-map": Record<string, never>;
   "archive-lot": Record<string, never>;
   "archive-from": Record<string, never>;
   "archive-to": Record<string, never>;
