@@ -42,7 +42,13 @@ def pack(recording: bytes, name: str) -> str:
 
 
 def machine() -> str:
-    """Return the kind of machine, as far as it decides how floating-point numbers are rounded."""
-    names = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
-    processor = names[0].partition(":")[2].strip() if names else platform.machine()
+    """Return the kind of machine, as far as it decides how floating-point numbers are rounded.
+
+    Virtual machines give several generations of processors one name; numpy rounds angles otherwise with AVX-512.
+    """
+    facts = [line.partition(":") for line in Path("/proc/cpuinfo").read_text().splitlines()]
+    said = {name.strip(): value.strip() for name, _, value in reversed(facts)}
+    processor = said.get("model name") or platform.machine()
+    if "avx512f" in said.get("flags", "").split():
+        processor += " with AVX-512"
     return f"{processor}, OpenCV {cv2.__version__}, numpy {np.__version__}"
