@@ -99,7 +99,7 @@ async def test_a_flight_over_a_confirmed_plan_keeps_its_stalls_and_reads_their_s
         shown, lot = await fly(stack, count)
     finally:
         await stack.stop()
-    assert [stall for stall in shown if not stall.known] == []
+    assert [stall for stall in shown if not stall.label] == []
     assert len(shown) == count
     (survey,) = lot["surveys"]
     assert survey["placed"] == "registered"
