@@ -20,11 +20,12 @@ export class StallsTab extends Part {
     if (map.stalls.size === 0) return html`<div class="scroll">${lots}<p class="empty sub">${say("no-stall-yet")}</p></div>`;
     const { now, units } = this.model.view();
     const timeOf = (at: number): number | null => this.model.daemonClock.timeOfDay(at, this.model.seconds(), now);
+    const counted = [...map.stalls.values()].filter((stall) => stall.state !== "suggested").length; // suggested ones are in no count
     const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, timeOf, units, this.shown);
     return html`<div class="scroll" tabindex="0" role="region" aria-label=${say("stalls-as-table")}>
       ${lots}
       <table class="stalls">
-        <caption class="sub">${say("stalls-caption", { stalls: map.stalls.size })}</caption>
+        <caption class="sub">${say("stalls-caption", { stalls: counted })}</caption>
         <thead>
           <tr>${COLUMNS.map((column) => html`<th scope="col">${say(column)}</th>`)}</tr>
         </thead>
