@@ -47,7 +47,7 @@ describe("keys", () => {
 
   it("press no button again that has the focus while Enter is kept down", () => {
     const pressed = (repeat: boolean): boolean => {
-      const event = new KeyboardEvent("keydown", { key: "Enter", cancelable: true, repeat });
+      const event = new KeyboardEvent("keydown", { key: "Enter", cancelable: true, bubbles: true, repeat });
       Object.defineProperty(event, "target", { value: document.createElement("button") });
       actOnKey(event, flying({ Options: IN_AIR }).operator, () => assert.fail("no key of the page"));
       return !event.defaultPrevented;

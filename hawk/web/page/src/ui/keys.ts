@@ -10,7 +10,7 @@ const NO_TEXT = new Set(["button", "checkbox", "color", "file", "radio", "range"
 /** Does what a key stands for; `page`: what the page itself does. */
 export function actOnKey(event: KeyboardEvent, model: Operator, page: (name: KeyAction) => void): void {
   // a key kept down would press the button that has the focus by now: Hold, after Return home
-  if (event.repeat && event.key === "Enter" && event.target instanceof HTMLButtonElement) event.preventDefault();
+  if (event.repeat && event.key === "Enter" && event.target instanceof HTMLElement && event.target.tagName === "BUTTON") event.preventDefault();
   if (event.defaultPrevented || event.repeat || event.ctrlKey || event.metaKey || event.altKey || isTyping(event.target)) return;
   const name = KEYS.find((each) => each.key === event.key.toLowerCase())?.action;
   if (name === undefined) return;
