@@ -240,18 +240,25 @@ def compare_recording(path: Path) -> Comparison:
         settings = DdcSettings.from_config(config)
     except (ValueError, ConfigError) as error:  # of JSON and of pydantic
         raise ReplayError(f"{path}: its settings cannot be used: {error}; {remedy}") from error
-    times: list[float] = []
-    whole = is_whole(path)
+    records, whole = _Records(path), is_whole(path)
     try:
-        found = compare(_records(path, times), settings, is_whole=whole)
+        found = compare(records, settings, is_whole=whole)
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}; {remedy}") from error
-    return replace(found, damage="" if whole else NO_END, seconds=times[-1] - times[0] if times else 0.0)
+    return replace(found, damage="" if whole else NO_END, seconds=records.seconds)
 
 
-def _records(path: Path, times: list[float]) -> Iterator[tuple[str, Any]]:
-    """Give the records of a recording that decisions need; ``times`` gets the first time and the latest one."""
-    for one in read_recording(path):
-        times[1:] = [max([one.time, *times])]
-        if one.topic in _TOPICS:
-            yield one.topic, one.payload()
+class _Records:
+    """The records of a recording that decisions need; ``seconds`` is the time of the flight that was read so far."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.seconds = 0.0
+
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
+        first: float | None = None
+        for one in read_recording(self._path):
+            first = one.time if first is None else first
+            self.seconds = max(self.seconds, one.time - first)
+            if one.topic in _TOPICS:
+                yield one.topic, one.payload()

@@ -138,20 +138,7 @@ def _lot(connection: Connection, row: Row[Any], counts: Mapping[str, Any]) -> di
 
 def surveys(connection: Connection, choice: Choice) -> Found:
     """Return surveys in the order of their landings, each with the ground that it mapped."""
-    shown = (
-        "id",
-        "seq",
-        "lot",
-        "outline",
-        "began",
-        "ended",
-        "placed",
-        "free",
-        "taken",
-        "unknown",
-        "layout",
-        "time_is_sure",
-    )
+    shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout", "time_is_sure")
     source = ("seq", "simulated", "program", "blurred", *SOURCE_COLUMNS)
     rows = select(*(SURVEY.c[name] for name in (*shown, *source)), LOT.c.name)
     rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))

@@ -6,12 +6,10 @@ Other commands pay nothing for it: what reads and maps pictures is imported when
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
 import os
 import re
 import sys
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -141,7 +139,7 @@ def _run(options: argparse.Namespace) -> int:
         taken=options.taken,
     )  # fmt: skip
     try:
-        with _kept_source(options):
+        with kept_source(options.out, options.source):
             with shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as progress:
                 surveyed = survey_of_source(asked, progress)
             stored = _write(options, surveyed)
@@ -154,19 +152,6 @@ def _run(options: argparse.Namespace) -> int:
     if options.page:
         return _show(options, stored)
     return PARTLY if surveyed.mapped.left_out else 0
-
-
-@contextlib.contextmanager
-def _kept_source(options: argparse.Namespace) -> Iterator[None]:
-    """Let the folder say which source its work is of. Raises PictureError where it cannot be written."""
-    from hawk.picture.values import PictureError, cannot_write
-
-    with contextlib.ExitStack() as stack:
-        try:
-            stack.enter_context(kept_source(options.out, options.source))
-        except OSError as error:
-            raise PictureError(f"--out: {cannot_write(Path(error.filename or options.out), error)}") from error
-        yield
 
 
 def _check(options: argparse.Namespace) -> None:

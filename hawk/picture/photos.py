@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
@@ -30,6 +30,7 @@ from hawk.model.lot_map import CELL_M, Cell, OccupancyMap, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose
 from hawk.picture.adjust.app import Adjusted, Known, adjust
+from hawk.picture.adjust.features import Features
 from hawk.picture.adjust.posed import Posed
 from hawk.picture.cars import with_lone_cars_suggested
 from hawk.picture.kept import Work
@@ -177,20 +178,7 @@ def survey_shots(
     shots, known = [shots[k] for k in usable], [known[k] for k in usable]
     if not shots:
         raise PictureError(f"{name}: no photograph can be read: {left_out[0].name}: {left_out[0].reason}")
-    is_known = all(shot.lens_is_known for shot in shots)
-    found = looked.features_of(shots)
-    adjusted = kept.adjusted(
-        shots,
-        known,
-        lambda: adjust(
-            known,
-            found,
-            lens_is_known=is_known,
-            progress=progress,
-            keep=partial(kept.ties, shots),
-            keep_middles=partial(kept.middles, shots),
-        ),
-    )
+    adjusted = _adjusted(kept, shots, known, looked.features_of(shots), progress)
     current = looked.mapped(name, shots, adjusted, NetworkFinder(network), progress)
     current = with_lone_cars_suggested(current)
     landed = _landed(taken, shots, datum, current, network_name(model))
@@ -200,6 +188,24 @@ def survey_shots(
     notes = (*_notes(shots, adjusted, current), *_scale_notes(known))
     mapped = _survey(name, shots, survey, current, notes, (*left_out, *looked.lost))
     return PhotoSurvey(mapped, landed, tuple(shots), adjusted)
+
+
+def _adjusted(
+    kept: Work, shots: Sequence[Shot], known: list[Known], found: Callable[[int], Features], progress: Progress
+) -> Adjusted:
+    """Adjust shots, or return what an earlier run has kept of it."""
+
+    def make() -> Adjusted:
+        return adjust(
+            known,
+            found,
+            lens_is_known=all(shot.lens_is_known for shot in shots),
+            progress=progress,
+            keep=partial(kept.ties, shots),
+            keep_middles=partial(kept.middles, shots),
+        )
+
+    return kept.adjusted(shots, known, make)
 
 
 def known_pose(shot: Shot, datum: GlobalPose) -> Known:

@@ -103,11 +103,16 @@ def other_source(folder: Path, source: Path) -> str | None:
 def kept_source(folder: Path, source: Path) -> Iterator[None]:
     """Keep in a folder what source its work is of, from before the work; where none was done, it goes again.
 
-    Raises OSError where the folder cannot be written.
+    Raises PictureError where the folder cannot be written.
     """
+    from hawk.picture.values import PictureError, cannot_write  # the command line checks its options without numpy
+
     made = [each for each in (folder, *folder.parents) if not each.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    replace_whole(folder / SOURCE, json.dumps(WorkSource.of(source).values(), ensure_ascii=False).encode())
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        replace_whole(folder / SOURCE, json.dumps(WorkSource.of(source).values(), ensure_ascii=False).encode())
+    except OSError as error:
+        raise PictureError(f"--out: {cannot_write(Path(error.filename or folder), error)}") from error
     try:
         yield
     finally:

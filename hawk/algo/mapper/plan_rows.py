@@ -68,15 +68,17 @@ def mark_extra(rows: Rows, index: NDArray[np.intp], version: int) -> None:
     if len(planned) == 0:
         rows["extra"][index] = False
         return
-    beside = np.flatnonzero((rows["plan"] == 0) & (rows["confirmed"] | np.isin(np.arange(len(rows)), index)))
-    if len(beside) == 0:
+    is_asked = rows["confirmed"].copy()
+    is_asked[index] = True
+    beside = np.flatnonzero((rows["plan"] == 0) & is_asked)
+    if len(index) == 0 or len(beside) == 0:
         return
     places = np.column_stack([rows["north"], rows["east"]])
     away, nearest = cKDTree(places[planned]).query(places[beside])
     is_beyond = away >= EXTRA_M
     extra = rows["given"][planned[nearest]] & (~is_beyond | _is_alone(rows, places, beside, is_beyond))
-    of_index = cKDTree(places[index]).query(places[beside])[0] < EXTRA_M if len(index) else is_beyond & False
-    changed = of_index & (rows["extra"][beside] != extra)
+    is_near = cKDTree(places[index]).query(places[beside])[0] < EXTRA_M
+    changed = is_near & (rows["extra"][beside] != extra)
     rows["extra"][beside[changed]] = extra[changed]
     rows["touched"][beside[changed]] = version
 
