@@ -30,6 +30,8 @@ class _Segment:
     """Records from one entry to the next."""
 
     begun_ns: int
+    is_entered: bool
+    """False: no entry came yet, a reader cannot decide these records again."""
     items: list[tuple[int, Item]] = field(default_factory=list)
     size: int = 0
 
@@ -52,8 +54,10 @@ class Ring:
             self._frames.append((self._number, item))
             self._frames_size += item.size
         else:
+            if is_entry and self._segments and not self._segments[0].is_entered:
+                self._records_size -= self._segments.popleft().size
             if is_entry or not self._segments:
-                self._segments.append(_Segment(item.time_ns))
+                self._segments.append(_Segment(item.time_ns, is_entry))
             self._segments[-1].items.append((self._number, item))
             self._segments[-1].size += item.size
             self._records_size += item.size

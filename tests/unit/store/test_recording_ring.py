@@ -44,6 +44,17 @@ def test_records_without_an_entry_begin_again_when_they_are_too_many() -> None:
     assert ring.take() == []
 
 
+def test_records_that_no_entry_leads_to_go_as_soon_as_one_comes() -> None:
+    ring = Ring()
+    before = [record(1), frame(1), record(1.5)]
+    for item in before:
+        ring.add(item, is_entry=False)
+    entry, after = record(2, "memory"), record(2)
+    assert ring.add(entry, is_entry=True)
+    assert ring.add(after, is_entry=False)
+    assert ring.take() == [before[1], entry, after]
+
+
 @given(st.lists(st.tuples(st.sampled_from(["entry", "record", "frame"]), st.integers(1, 900)), max_size=80))
 def test_it_never_holds_more_bytes_than_its_limits(given_items: list[tuple[str, int]]) -> None:
     ring = Ring(record_bytes=2000, frame_bytes=1500)
