@@ -278,6 +278,20 @@ describe("tabs and messages", () => {
     assert.equal(stage.part.querySelectorAll('[role="tab"][tabindex="0"]').length, 1);
   });
 
+  it("stay pressed and focused as what they are when another one comes", async () => {
+    const rig = flying();
+    const stage = new Stage(new Tabs(), rig.operator);
+    await stage.drawn();
+    const stalls = stage.button("Stalls");
+    rig.hear({ ...ON_GROUND, Checks: [{ Name: "GPS", Passed: true, Value: "", Consequence: "", Remedy: "", "Remedy Command": null }] });
+    await stage.drawn();
+    assert.equal(words(stage.find('[role="tab"]')), "Checks");
+    assert.equal(words(stalls), "Stalls");
+    stalls.click();
+    await stage.drawn();
+    assert.equal(words(stage.find('[role="tab"][aria-selected="true"]')), "Stalls");
+  });
+
   it("say what a filter leaves out, and show all again", async () => {
     const rig = flying({ Messages: [{ Number: 1, Time: "2026-01-02T03:04:05Z", Level: "info", Text: "Took off.", Details: "" }] });
     const stage = new Stage(new MessagesTab(), rig.operator);

@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
+import { repeat } from "lit/directives/repeat.js";
 import { isFlying } from "../state/flight.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -31,7 +32,9 @@ export class Tabs extends Part {
     const chosen = names.find((name) => name === this.chosen) ?? names[0];
     return html`<section class="card tabs">
       <div class="tablist" role="tablist" aria-label=${say("about-flight")} @keydown=${(event: KeyboardEvent) => this.step(event, names, chosen)}>
-        ${names.map(
+        ${repeat(
+          names,
+          (name) => name, // a tab stays the same one when others come and go: pressed and focused as such
           (name) => html`<button
             role="tab"
             aria-selected=${name === chosen}
