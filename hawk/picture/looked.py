@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Final, Protocol
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,9 +14,11 @@ from hawk.formats.image import NoImage, decode
 from hawk.model.lot_map import OccupancyMap
 from hawk.picture.adjust.app import Adjusted
 from hawk.picture.adjust.features import Features, features
+from hawk.picture.adjust.posed import Posed
 from hawk.picture.fusing import PictureMap
 from hawk.picture.kept import Work
 from hawk.picture.level import level
+from hawk.picture.one_thread import one_thread
 from hawk.picture.values import LeftOut, Progress, Shot
 
 _IN_MEMORY: Final = 64
@@ -88,22 +89,24 @@ class Looked:
     ) -> OccupancyMap:
         """Return the map of all shots by their adjusted poses."""
         self._features.clear()
-        cv2.setNumThreads(1)
         built = PictureMap(name)
-        for number, (shot, posed) in enumerate(zip(shots, adjusted.posed, strict=True)):
-            progress("map", number, len(shots))
-            try:
-                picture = level(self._pictures.picture(shot), posed)
-            except NoImage as error:
-                self.lost.append(LeftOut(shot.name, f"{error}; {_AGAIN}"))
-                continue
-            if picture is not None:
-                found = self._work.found(shot, posed, partial(finder.find, picture))
-                built.add(picture, found, posed.pose, float(number))
-        progress("finish", 0, 1)
-        finished = built.finish()
+        with one_thread():
+            for number, (shot, posed) in enumerate(zip(shots, adjusted.posed, strict=True)):
+                progress("map", number, len(shots))
+                self._add(built, finder, shot, posed, float(number))
+            progress("finish", 0, 1)
+            finished = built.finish()
         progress("finish", 1, 1)
         return finished
+
+    def _add(self, built: PictureMap, finder: NetworkFinder, shot: Shot, posed: Posed, time: float) -> None:
+        try:
+            picture = level(self._pictures.picture(shot), posed)
+        except NoImage as error:
+            self.lost.append(LeftOut(shot.name, f"{error}; {_AGAIN}"))
+            return
+        if picture is not None:
+            built.add(picture, self._work.found(shot, posed, partial(finder.find, picture)), posed.pose, time)
 
     def _look(self, shot: Shot) -> Features:
         return self._work.features(shot, partial(self._features_in, shot))

@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
-import cv2
-
 from hawk.algo.vision.network import EngineChoice
 from hawk.picture.city.job import Job, LoadEye
 from hawk.picture.city.results import ResultError, Results
@@ -171,9 +169,8 @@ def _ended(
     """Yield the dashboard's address, a task that has ended, and why it failed; first once without a task."""
     if not tasks or (workers == 1 and scheduler is None):
         yield "", None, ""
-        with _one_thread():
-            for task, reason in looked(tasks, job.source, eye, Results(job.folder)):
-                yield "", task, reason
+        for task, reason in looked(tasks, job.source, eye, Results(job.folder)):
+            yield "", task, reason
         return
     try:
         from hawk.picture.city.cluster import run_on, workers_of
@@ -197,14 +194,3 @@ def _marked(job: Job) -> Iterator[Job]:
         yield replace(job, mark=mark.name)
     finally:
         mark.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Let OpenCV use one thread, as with the workers."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)

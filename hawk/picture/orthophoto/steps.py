@@ -15,6 +15,7 @@ import numpy as np
 
 from hawk.algo.vision.network import Engine
 from hawk.picture.nadir import Eye
+from hawk.picture.one_thread import one_thread
 from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.survey import check_ground, to_survey
@@ -167,8 +168,9 @@ def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
 
 def looked(tasks: Sequence[Task], source: Orthophoto, eye: Eye, store: Store) -> Iterator[tuple[Task, str]]:
     """Yield each task after `look` at it in this process, with the reason that this returned."""
-    for task in tasks:
-        yield task, look(task, source, eye, store)
+    with one_thread():
+        for task in tasks:
+            yield task, look(task, source, eye, store)
 
 
 def settle(started: Started, store: Store, failures: Mapping[str, str]) -> Mapped:

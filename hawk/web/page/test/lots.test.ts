@@ -105,6 +105,17 @@ describe("the lots", () => {
     assert.deepEqual([opened, panels], [["a"], ["map"]]);
   });
 
+  it("keep their buttons when another lot comes before them", async () => {
+    const stage = await shown();
+    const south = stage.button("Correct the plan of South");
+    const more = { ...LISTED, lots: [{ id: "c", name: "Another", stalls: 9, survey_count: 1, last_survey: null }, ...LISTED.lots] };
+    globalThis.fetch = () => Promise.resolve(Response.json(more));
+    stage.find("ul").dispatchEvent(new CustomEvent("lot-changed"));
+    await stage.drawn();
+    assert.equal(stage.part.querySelectorAll("li").length, 3);
+    assert.equal(south.getAttribute("aria-label"), "Correct the plan of South");
+  });
+
   it("are changed by operators only", async () => {
     const rig = flying({ State: "Idle", Armed: false });
     rig.server.last.say(welcome({ Role: "viewer" }));

@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
+import { repeat } from "lit/directives/repeat.js";
 import { fetchLots, type Lot, type Lots, moveSurvey, nameLot, SURVEY_FILES, type Undecided } from "../link/lots.ts";
 import { cannot, isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
@@ -10,6 +11,9 @@ import { drone } from "./quoting.ts";
 
 /** As the drone allows. */
 export const LONGEST_LOT_NAME = 80;
+
+/** A row stays that of its lot when another one comes: a press must not fall on the next. */
+const ID = ({ id }: { id: string }): string => id;
 
 /** The lots that last: their names, and the question which of them a survey means. */
 @customElement("hawk-lots")
@@ -24,9 +28,13 @@ export class LotsList extends Part {
     if (known === null || known.lots.length + known.undecided.length === 0) return nothing;
     return html`<section class="lots" aria-label=${say("lots")}>
       <b>${say("lots")}</b> <a href="archive">${say("lots-over-time")}</a>
-      ${known.undecided.map((survey) => this.question(survey, known.lots))}
-      <ul @lot-changed=${() => this.ask()}>${known.lots.map((lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}
-        <hawk-lot-changes .model=${this.model} .lot=${lot.id} .stamp=${known.stamp}></hawk-lot-changes></li>`)}</ul>
+      ${repeat(known.undecided, ID, (survey) => this.question(survey, known.lots))}
+      <ul @lot-changed=${() => this.ask()}>${repeat(
+        known.lots,
+        ID,
+        (lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}
+        <hawk-lot-changes .model=${this.model} .lot=${lot.id} .stamp=${known.stamp}></hawk-lot-changes></li>`,
+      )}</ul>
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div>
     </section>`;
   }
