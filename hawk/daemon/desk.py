@@ -1,7 +1,7 @@
 """The desk: lots and their plans on the page, from a store, on a computer without a drone.
 
-It serves the same page and the same answers as the daemon, and flies nothing: no link is opened, every command to a
-drone is refused. Under the plan lies the picture of a survey of the lot.
+It serves the same page and the same answers as the daemon, recordings too, and flies nothing: no link is opened, every
+command to a drone is refused. Under the plan lies the picture of a survey of the lot.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag
 from hawk.runtime.program_log import ProgramLog
+from hawk.store.recordings import Recordings
 from hawk.store.store_lock import StoreInUseError, held_store
 from hawk.web.access.tls import load_tls
 from hawk.web.access.tokens import TokensError, cookie_secret
@@ -138,6 +139,7 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None, pla
             is_desk=True,
             settings=settings(config, reference_text()),
             lots=store,
+            recordings=Recordings(config.store),
             cookie_secret=cookie_secret(config.store.directory),
             folder=config.store.directory,
             tls=tls,

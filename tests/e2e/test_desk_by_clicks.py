@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import filecmp
 import os
 import sys
 from collections.abc import AsyncIterator
@@ -23,6 +24,7 @@ from tests.e2e.test_plan_by_clicks import Store, at, chosen, done
 from tests.e2e.watching import watch
 from tests.unit.lots.surveys import survey
 from tests.unit.lots.test_teaching import mosaic
+from tests.unit.replay.recordings import flight, write
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -76,6 +78,26 @@ async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
     assert not errors
     assert await page.evaluate(RUN_AXE) == []
     await button(page, "Close").first.click()
+
+
+async def test_recordings_of_its_folder_are_seen_and_downloaded(browser: Browser, address: str, tmp_path: Path) -> None:
+    (tmp_path / "recordings").mkdir()
+    recorded = write(tmp_path / "recordings" / "20260504T000000Z.mcap", flight())
+    page = await (await browser.new_context(viewport={"width": 1440, "height": 900})).new_page()
+    errors = watch(page)
+    await page.goto(f"{address}archive")
+    await press(page, "Recordings", 30)
+    await shows(page, "1 recording", 30)
+    async with page.expect_download() as began:
+        await page.get_by_role("link", name="Download").click()
+    await (await began.value).save_as(tmp_path / "downloaded")
+    assert filecmp.cmp(tmp_path / "downloaded", recorded, shallow=False)
+    await press(page, "Delete", 5)
+    assert recorded.exists(), "it asks once more"
+    await press(page, "Delete", 5)
+    await expect(page.get_by_text("1 recording")).to_have_count(0)
+    assert not recorded.exists()
+    assert not errors
 
 
 async def test_every_command_to_a_drone_is_refused(address: str) -> None:

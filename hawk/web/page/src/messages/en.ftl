@@ -1366,7 +1366,7 @@ archive-method-source = { $source }, { $when }.
 archive-method-words = A program determined the state of each stall from the pictures. Each survey shows one moment. The interval behind a figure holds the true value in 9 of 10 cases: it comes from the probability of each state, from stalls that were not seen, and from the number of surveys. Nobody's car was compared, identified or kept.
 archive-limits = Limits
 archive-limits-words = Hours that nobody surveyed are empty. Arrivals and stays lie between the two ends given; what happened between two surveys was not seen. Stalls under trees and roofs may be unclear.
-archive-no-recording = There is no recording on the drone's disk.
+archive-no-recording = There is no recording here.
 archive-recordings-size =
     { $count ->
         [one] { $count } recording, { $size }

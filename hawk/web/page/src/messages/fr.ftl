@@ -1348,7 +1348,7 @@ archive-method-source = { $source }, { $when }.
 archive-method-words = Un programme a déterminé l'état de chaque place d'après les images. Chaque relevé montre un moment. L'intervalle derrière un chiffre contient la vraie valeur dans 9 cas sur 10 : il vient de la probabilité de chaque état, des places qui n'ont pas été vues et du nombre de relevés. Aucune voiture n'a été comparée, identifiée ni conservée.
 archive-limits = Limites
 archive-limits-words = Les heures que personne n'a relevées sont vides. Arrivées et durées se trouvent entre les deux bouts donnés ; ce qui s'est passé entre deux relevés n'a pas été vu. Des places sous des arbres ou des toits peuvent être incertaines.
-archive-no-recording = Il n'y a aucun enregistrement sur le disque du drone.
+archive-no-recording = Il n'y a aucun enregistrement ici.
 archive-recordings-size =
     { $count ->
         [one] { $count } enregistrement, { $size }
