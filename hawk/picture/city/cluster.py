@@ -28,6 +28,12 @@ _MALLOC: Final = {"MALLOC_TRIM_THRESHOLD_": 64 << 20, "MALLOC_MMAP_THRESHOLD_": 
 """Bytes: where glibc's own limits come to rest (mallopt(3)). Dask sets 64 kB, and each picture is mapped and cleared
 again: a quarter of a worker's time.
 """
+_QUIETER: Final = {
+    "worker.profile.interval": "100ms",  # 10 ms
+    "admin.tick.interval": "500ms",  # 20 ms
+    "admin.system-monitor.interval": "2s",  # 500 ms
+}
+"""How often Dask looks at itself, for tasks of a tenth of a second and more; beside each, Dask's own setting."""
 _AHEAD: Final = 8
 """Windows a worker that the scheduler knows of: it is never without one, and never flooded."""
 _JOIN_S: Final = 30
@@ -79,9 +85,8 @@ def _on_this_computer(count: int) -> Iterator[LocalCluster]:
     """Start workers. Ctrl-C, which a terminal sends to all processes, is kept from them: they end with the cluster."""
     resource_tracker.ensure_running()  # it would unblock the signal
     with contextlib.ExitStack() as stack:
-        stack.enter_context(
-            dask.config.set({f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in _MALLOC.items()})
-        )
+        ours = {f"nanny.pre-spawn-environ.{name}": value for name, value in _MALLOC.items()} | _QUIETER
+        stack.enter_context(dask.config.set({f"distributed.{name}": value for name, value in ours.items()}))
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:  # the cluster's thread, and the processes that it starts now and later, inherit the mask
             local = stack.enter_context(
