@@ -33,7 +33,7 @@ _QUIETER: Final = {
     "admin.tick.interval": "500ms",  # 20 ms
     "admin.system-monitor.interval": "2s",  # 500 ms
 }
-"""Time between two looks of Dask's at itself, for tasks of a tenth of a second and more; beside each, its own setting."""
+"""Time between two looks of Dask at itself, for tasks of a tenth of a second and more; beside each, Dask's own."""
 _AHEAD: Final = 8
 """Windows a worker that the scheduler knows of: it is never without one, and never flooded."""
 _JOIN_S: Final = 30
