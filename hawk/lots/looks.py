@@ -5,15 +5,17 @@ The table of observations is the truth; a piece that is not there is made from i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import logging
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, delete, insert, select
+from sqlalchemy import Connection, delete, func, insert, select
 
-from hawk.lots.tables import LOOKS, OBSERVATION, SURVEY
+from hawk.lots.tables import LOOKS, OBSERVATION, STALL, SURVEY
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import StallState
 
@@ -22,6 +24,7 @@ STATES: Final = (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)
 _LOOK: Final = np.dtype([("stall", "<u4"), ("taken", "<u2"), ("state", "u1")])
 _SCALE: Final = 10_000
 _REMEDY: Final = "Restore a backup: hawk-drone restore FILE"
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,19 +84,46 @@ def keep_looks(connection: Connection, surveys: Iterable[int]) -> None:
 
 
 def looks_of(connection: Connection, surveys: Sequence[int]) -> Looks:
-    """Return the looks of surveys, in their order, without those that have none. Missing pieces are made, not kept."""
-    found: dict[int, tuple[float, bytes]] = {}
+    """Return the looks of surveys, in their order, without those that have none.
+
+    A piece that is missing or damaged is made from the observations, and not kept.
+    """
+    found: dict[int, tuple[object, object]] = {}
     if surveys:
         asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(
             LOOKS.c.survey.between(min(surveys), max(surveys))
         )
         found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked).all()}
+    highest = connection.execute(select(func.max(STALL.c.key))).scalar() or 0
+    damaged = {survey for survey in surveys if survey in found and not _is_whole(*found[survey])}
+    whole = {survey: cast("tuple[float, bytes]", piece) for survey, piece in found.items() if survey not in damaged}
+    damaged |= _with_wrong_values({survey: whole[survey] for survey in surveys if survey in whole}, highest)
+    if damaged:
+        _LOG.warning("the looks of surveys %s are damaged: their observations are read", sorted(damaged))
     pieces = []
     for survey in surveys:
-        piece = found.get(survey) or _read(connection, survey)
+        piece = whole[survey] if survey in whole and survey not in damaged else _read(connection, survey)
         if piece is not None:
             pieces.append((survey, *piece))
     return unpack_looks(pieces)
+
+
+def _is_whole(at: object, data: object) -> bool:
+    """Return True for a moment and a table that can be read; SQLite keeps a value of any type in a column."""
+    if not isinstance(at, float | int) or not isinstance(data, bytes):
+        return False
+    return math.isfinite(at) and len(data) % _LOOK.itemsize == 0
+
+
+def _with_wrong_values(pieces: Mapping[int, tuple[float, bytes]], highest: int) -> set[int]:
+    """Return the surveys whose table has a value that is none. ``highest``: key of the last stall."""
+    table = np.frombuffer(b"".join(data for _, data in pieces.values()), _LOOK)
+    is_wrong = (table["state"] >= len(STATES)) | (table["taken"] > _SCALE) | (table["stall"] > highest)
+    if not is_wrong.any():
+        return set()
+    line = np.repeat(np.arange(len(pieces)), [len(data) // _LOOK.itemsize for _, data in pieces.values()])
+    surveys = list(pieces)
+    return {surveys[number] for number in np.unique(line[is_wrong]).tolist()}
 
 
 def missing_looks(connection: Connection, lot: str) -> list[int]:

@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sqlalchemy import delete, select, update
 
@@ -96,3 +98,31 @@ def test_a_store_of_an_earlier_version_has_no_pieces_and_reads_the_same(tmp_path
         after = looks_of(connection, [saved.seq])
     opened.close()
     assert before.taken.tolist() == after.taken.tolist()
+
+
+def _table(*looks: tuple[int, int, int]) -> bytes:
+    return np.array(list(looks), [("stall", "<u4"), ("taken", "<u2"), ("state", "u1")]).tobytes()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"stalls": _table((1, 5000, 1))[:-1]},
+        {"stalls": "text"},
+        {"stalls": _table((1, 5000, 9))},
+        {"stalls": _table((1, 10_001, 1))},
+        {"stalls": _table((0xFFFF_FFFF, 5000, 1))},
+        {"at": "text"},
+        {"at": math.inf},
+    ],
+)
+def test_a_damaged_piece_is_made_from_the_observations(store: Database, changes: dict[str, object]) -> None:
+    with store.writing() as connection:
+        first = save(connection, survey(stalls=40)).seq
+        whole = looks_of(connection, [first])
+        names = ", ".join(f"{name} = ?" for name in changes)
+        connection.exec_driver_sql(f"UPDATE looks SET {names} WHERE survey = {first}", tuple(changes.values()))
+        found = looks_of(connection, [first])
+    assert found.surveys == whole.surveys == (first,)
+    for name in ("at", "line", "stall", "taken", "state"):
+        assert getattr(found, name).tolist() == getattr(whole, name).tolist(), name
