@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from sqlalchemy import Connection, and_, delete, select, update
+from sqlalchemy import Connection, and_, delete, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
 from hawk.lots.tables import DELIVERY, OUTBOX
@@ -34,10 +34,24 @@ class Message:
     tries: int
 
 
+def last(connection: Connection) -> int:
+    """Return the number of the newest message, 0 without one."""
+    return connection.execute(select(func.max(OUTBOX.c.seq))).scalar() or 0
+
+
+def date(connection: Connection, after: int, now: float) -> None:
+    """Date the messages with a higher number: they age from when they were stored, whenever the survey was flown."""
+    connection.execute(update(OUTBOX).where(OUTBOX.c.seq > after).values(made=now))
+
+
 def due(connection: Connection, target: str, now: float) -> Message | None:
-    """Return the oldest message that a receiver has not got and that is due now; None: nothing is due."""
+    """Return the oldest message that a receiver has not got and that is due now; None: nothing is due.
+
+    What came after the last message that the receiver was sent is due at any age: a clock may have jumped since.
+    """
     same = and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target)
-    is_new = DELIVERY.c.message.is_(None) & (OUTBOX.c.made > now - TRIED_S)
+    known = select(func.max(DELIVERY.c.message)).where(DELIVERY.c.target == target).scalar_subquery()
+    is_new = DELIVERY.c.message.is_(None) & ((OUTBOX.c.made > now - TRIED_S) | (OUTBOX.c.seq > known))
     is_again = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None) & (DELIVERY.c.next <= now)
     asked = (
         select(OUTBOX.c.seq, OUTBOX.c.kind, OUTBOX.c.body, OUTBOX.c.made, DELIVERY.c.tries)
@@ -53,7 +67,14 @@ def due(connection: Connection, target: str, now: float) -> Message | None:
 def note_sent(connection: Connection, message: Message, target: str, now: float) -> None:
     """Note that a receiver has got a message, and remove messages that nobody waits for any more."""
     _put(connection, message, target, now, sent=now)
-    connection.execute(delete(OUTBOX).where(OUTBOX.c.made < now - KEPT_S, OUTBOX.c.seq != message.seq))
+    connection.execute(delete(OUTBOX).where(OUTBOX.c.made < now - KEPT_S, OUTBOX.c.seq < message.seq))
+
+
+def give_up(connection: Connection, message: Message, target: str, now: float) -> None:
+    """Note that a message is sent no more."""
+    _put(connection, message, target, now, tries=message.tries + 1)
+    row = DELIVERY.c.message == message.seq, DELIVERY.c.target == target
+    connection.execute(update(DELIVERY).where(*row).values(given_up=now))
 
 
 def note_failed(connection: Connection, message: Message, target: str, now: float) -> bool:

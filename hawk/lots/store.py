@@ -11,6 +11,7 @@ import contextlib
 import logging
 import os
 import threading
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -38,7 +39,13 @@ _NICENESS: Final = 15
 class LotStore:
     """Saves surveys, reads lots, changes them. `close` at the end."""
 
-    def __init__(self, path: Path, register: Register | None = None, pragmas: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        register: Register | None = None,
+        pragmas: Mapping[str, int] | None = None,
+        wall: Callable[[], float] = time.time,
+    ) -> None:
         """Nothing is opened yet.
 
         Args:
@@ -46,10 +53,12 @@ class LotStore:
             register: Finds a survey's stalls among those of a known lot, on the store's thread; None: such surveys
                 stay unregistered.
             pragmas: SQLite's, set on the connection.
+            wall: UTC, Unix seconds.
         """
         self.path = path
         self.register = register
         self._pragmas = pragmas
+        self._wall = wall
         self._database: Database | None = None
         self._lock: FlightLock | None = None
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="lots", initializer=_step_back)
@@ -67,12 +76,15 @@ class LotStore:
         """Save a survey in one transaction. Raises LotStoreError; nothing is written then."""
 
         def work() -> Saved:
+            from hawk.lots import outbox
             from hawk.lots.finished import finished
             from hawk.lots.saving import save
 
             survey = finished(landed)
             with self._opened().writing() as connection:
+                before = outbox.last(connection)
                 saved = save(connection, survey, self.register)
+                outbox.date(connection, before, self._wall())
             self._keep_picture(saved.survey, landed.current.mosaic)
             return saved
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ipaddress
 import socket
+import unicodedata
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -33,9 +34,11 @@ def is_public(host: str) -> bool:
 def check_literal(url: str) -> None:
     """Refuse a URL whose host is an address that is not public: such a host is never looked up.
 
+    Full-width digits and other full stops are those of an address, too (IDNA, RFC 3490, 3.1).
+
     Raises PrivateAddressError.
     """
-    host = urlsplit(url).hostname or ""
+    host = unicodedata.normalize("NFKC", urlsplit(url).hostname or "").replace("\N{IDEOGRAPHIC FULL STOP}", ".")
     try:
         ipaddress.ip_address(host.partition("%")[0])
     except ValueError:

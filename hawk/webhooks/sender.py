@@ -99,7 +99,12 @@ class WebhookSender:
         message = await self._store.read(lambda c: outbox.due(c, target, now))
         if message is None:
             return False
-        body = signing.body_of(message)
+        try:
+            body = signing.body_of(message)
+        except (ValueError, OverflowError, OSError) as error:  # a damaged row must not hold up what follows
+            await self._store.write(lambda c: outbox.give_up(c, message, target, now))
+            self._report_damaged(url, message, str(error))
+            return True
         headers = signing.headers_of(message, body, signing.key_of(self._settings.secret or ""), now)
         problem = await self._tried(session, url, body, headers)
         now = self._wall()
@@ -125,6 +130,12 @@ class WebhookSender:
         except (aiohttp.ClientError, OSError, ValueError) as error:
             cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
             return str(cause) or type(error).__name__
+
+    def _report_damaged(self, url: str, message: Message, problem: str) -> None:
+        name = shown(url)
+        _LOG.error("webhook %s: message %d is damaged in the store: %s", name, message.seq, problem)
+        words = say("A report to the receiver {name} is damaged in the store: it is left out.", name=name)
+        self._add_message("warning", words, problem)
 
     def _report(self, url: str, message: Message, problem: str, *, is_over: bool) -> None:
         name = shown(url)

@@ -113,3 +113,39 @@ def test_a_new_receiver_gets_the_messages_of_seven_days_and_old_ones_are_removed
         assert now - message.made < KEPT_S
         outbox.note_sent(connection, message, ONE, now)
         assert connection.execute(select(OUTBOX.c.seq)).scalars().all() == [message.seq]
+
+
+def test_what_came_after_the_last_sent_message_is_due_at_any_age(store: Database) -> None:
+    with store.writing() as connection:
+        while message := outbox.due(connection, ONE, NOW):
+            outbox.note_sent(connection, message, ONE, NOW)
+        save(connection, later(survey(), 1))
+        after_a_jump = NOW + 400 * DAY_S
+        message = outbox.due(connection, ONE, after_a_jump)
+        assert message is not None
+        assert outbox.due(connection, OTHER, after_a_jump) is None
+        outbox.note_sent(connection, message, ONE, after_a_jump)
+        assert outbox.due(connection, ONE, after_a_jump) is None
+
+
+def test_messages_age_from_when_they_were_stored(store: Database) -> None:
+    with store.writing() as connection:
+        first = outbox.last(connection)
+        before = connection.execute(select(OUTBOX.c.made)).scalars().all()
+        save(connection, later(survey(), 1))
+        outbox.date(connection, first, NOW + 400 * DAY_S)
+        made = connection.execute(select(OUTBOX.c.made).order_by(OUTBOX.c.seq)).scalars().all()
+        message = outbox.due(connection, ONE, NOW + 401 * DAY_S)
+    assert made == [*before, NOW + 400 * DAY_S]
+    assert message is not None
+    assert message.seq > first
+
+
+def test_a_message_that_is_given_up_is_due_no_more(store: Database) -> None:
+    with store.writing() as connection:
+        message = outbox.due(connection, ONE, NOW)
+        assert message is not None
+        outbox.give_up(connection, message, ONE, NOW)
+        following = outbox.due(connection, ONE, NOW + DAY_S)
+    assert following is not None
+    assert following.seq > message.seq

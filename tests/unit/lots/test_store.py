@@ -13,7 +13,7 @@ from hawk.lots.backup import restore
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.pictures import pictures_of
 from hawk.lots.store import LotStore, lots_file
-from hawk.lots.tables import SURVEY
+from hawk.lots.tables import OUTBOX, SURVEY
 from hawk.lots.values import LotStoreError, Placed
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap
 from hawk.model.tile_picture import encode_picture
@@ -37,6 +37,13 @@ async def test_a_survey_is_saved_on_a_thread_of_the_store_and_read_again(tmp_pat
     assert await store.read(names) == ["000001-x"]
     threads = {await store.read(lambda _: threading.current_thread().name) for _ in range(3)}
     assert threads == {"lots_0"}
+    await store.close()
+
+
+async def test_reports_of_an_old_survey_are_dated_when_it_is_stored(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db", wall=lambda: 5e9)
+    await store.save(a_survey())
+    assert set(await store.read(lambda c: c.execute(select(OUTBOX.c.made)).scalars().all())) == {5e9}
     await store.close()
 
 

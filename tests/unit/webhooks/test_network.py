@@ -22,7 +22,12 @@ def test_other_addresses_are_public(host: str) -> None:
     assert is_public(host)
 
 
-@pytest.mark.parametrize("url", ["http://127.0.0.1/x", "https://[::1]:8443/", "http://me:pass@10.0.0.1/"])
+@pytest.mark.parametrize(
+    "url",
+    ["http://127.0.0.1/x", "https://[::1]:8443/", "http://me:pass@10.0.0.1/",
+     "http://\N{FULLWIDTH DIGIT ONE}\N{FULLWIDTH DIGIT ZERO}.0.0.1/", "http://10\N{IDEOGRAPHIC FULL STOP}0.0.1/",
+     "http://10\N{HALFWIDTH IDEOGRAPHIC FULL STOP}0.0.1/"],
+)  # fmt: skip
 def test_an_address_in_a_url_is_refused_with_the_setting_that_allows_it(url: str) -> None:
     with pytest.raises(PrivateAddressError, match=r"is in a private network; set webhooks.allow_private = true"):
         check_literal(url)

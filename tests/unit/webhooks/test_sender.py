@@ -9,12 +9,12 @@ from pathlib import Path
 
 import aiohttp
 import pytest
-from sqlalchemy import select
+from sqlalchemy import func, select, update
 
 from hawk.config.sections import WebhooksSettings
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
-from hawk.lots.tables import DELIVERY
+from hawk.lots.tables import DELIVERY, OUTBOX
 from hawk.webhooks.sender import WARNED_AT, SenderTimes, WebhookSender, shown, target_of
 from tests.unit.comm.waiting import until
 from tests.unit.lots.surveys import BEGAN, later, survey
@@ -53,6 +53,10 @@ class Stand:
 
     async def add(self, number: int) -> None:
         await self.store.write(partial(save, survey=later(survey(), number)))
+
+    async def damage(self, message: int) -> None:
+        cut = update(OUTBOX).where(OUTBOX.c.seq == message).values(body=func.substr(OUTBOX.c.body, 1, 9))
+        await self.store.write(lambda c: c.execute(cut).close())
 
 
 @pytest.fixture
@@ -98,6 +102,19 @@ async def test_a_receiver_that_refuses_gets_the_same_message_again_later(stand: 
     assert first[1] == again[1]
     assert first[0]["webhook-id"] == again[0]["webhook-id"]
     assert first[0]["webhook-timestamp"] != again[0]["webhook-timestamp"]
+
+
+async def test_a_damaged_message_is_left_out_and_holds_up_no_other_one(stand: Stand) -> None:
+    await stand.damage(1)
+    async with receiving() as receiver, running(stand.sender(receiver.url)):
+        await stand.has([(1, 1, False), (2, 1, True)])
+        stand.now += 3600
+        await stand.add(1)
+        await stand.has([(1, 1, False), (2, 1, True), (3, 1, True)])
+    assert types(receiver) == ["survey.stored", "survey.stored"]
+    assert [text for _, text, _ in stand.said] == [
+        f"A report to the receiver {shown(receiver.url)} is damaged in the store: it is left out."
+    ]
 
 
 async def test_a_receiver_that_hangs_holds_no_other_one(stand: Stand, caplog: pytest.LogCaptureFixture) -> None:

@@ -12,6 +12,7 @@ a-lot-as-large-as-the-fence-size = a lot as large as the fence ({ $size })
 a-new-survey-begins = A new survey begins.
 a-number = a number
 a-part-of-the-program-ended-and-is-started-again = A part of the program ended and is started again.
+a-report-to-the-receiver-name-is-damaged-in-the-store-it-is = A report to the receiver { $name } is damaged in the store: it is left out.
 a-request-hangs-in-mavsdk = A request hangs in MAVSDK.
 a-second-sender-on-the-autopilot-s-link = A second sender on the autopilot's link.
 a-side-lies-on-its-neighbour = a side lies on its neighbour

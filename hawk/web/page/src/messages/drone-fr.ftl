@@ -14,6 +14,7 @@ a-lot-as-large-as-the-fence-size = un parking aussi grand que la géobarrière (
 a-new-survey-begins = Un nouveau relevé commence.
 a-number = un nombre
 a-part-of-the-program-ended-and-is-started-again = Une partie du programme a pris fin, elle est relancée.
+a-report-to-the-receiver-name-is-damaged-in-the-store-it-is = Un rapport au destinataire { $name } est endommagé dans la base : il est laissé de côté.
 a-request-hangs-in-mavsdk = Une requête est bloquée dans MAVSDK.
 a-second-sender-on-the-autopilot-s-link = Un second émetteur sur la liaison de l'autopilote.
 a-side-lies-on-its-neighbour = un côté est posé sur son voisin
