@@ -6,6 +6,7 @@ Stalls are those of the present plans, each with its last look. Places are WGS-8
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -36,6 +37,8 @@ _IS_THERE: Final = SURVEY.c.placed != Placed.DELETED.value
 Feature = dict[str, Any]
 _Rings = dict[str, Any]
 """Outline as `hawk.lots.values.outline_json` writes it."""
+_NO_RINGS: Final[_Rings] = {"polygons": [], "holes": []}
+_LOG = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
 
 
@@ -100,7 +103,7 @@ def extent(connection: Connection) -> Extent:
     is_alone = SURVEY.c.lot.is_(None) & _IS_THERE
     texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
-    boxes = np.array([box for text in texts if (box := _box_of(json.loads(text))) is not None]).reshape(-1, 4)
+    boxes = np.array([box for text in texts if (box := _box_of(_read_rings(text))) is not None]).reshape(-1, 4)
     begin, end = connection.execute(select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE)).one()
     if not len(boxes):
         return Extent(None, begin, end)
@@ -167,10 +170,10 @@ def _outlined(
     if choice.box is None:
         matched = connection.execute(select(func.count()).select_from(rows.order_by(None).subquery())).scalar_one()
         part = connection.execute(rows.limit(choice.limit).offset(choice.offset)).all()
-        outlines = [json.loads(row.outline) for row in part]
+        outlines = [_read_rings(row.outline) for row in part]
     else:
         found = connection.execute(rows).all()
-        drawn = [json.loads(row.outline) for row in found]
+        drawn = [_read_rings(row.outline) for row in found]
         boxes = np.array([_box_of(outline) or (np.nan,) * 4 for outline in drawn], np.float64).reshape(-1, 4)
         within = np.flatnonzero(choice.box.meets(boxes)).tolist()
         chosen = within[choice.offset : choice.offset + choice.limit]
@@ -184,6 +187,18 @@ def _outlined(
         ],
         matched,
     )
+
+
+def _read_rings(text: str) -> _Rings:
+    """Return the rings of an outline; none for a damaged text, so that the other features are given."""
+    try:
+        found = json.loads(text)
+        if all(isinstance(found[name], list) for name in _NO_RINGS):
+            return dict(found)
+    except (ValueError, KeyError, TypeError):
+        pass
+    _LOG.warning("an outline in the store of lots is damaged: %.40r", text)
+    return _NO_RINGS
 
 
 def _grounds(outlines: Sequence[_Rings]) -> list[dict[str, Any] | None]:

@@ -17,7 +17,7 @@ from hawk.lots.plan.reading import in_plan
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.registering import datum_of, known_ground, present_stalls
 from hawk.lots.tables import LOT, STALL, SURVEY
-from hawk.lots.values import outline_of
+from hawk.lots.values import outline_or_none
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
 from hawk.model.plans import Outline
 
@@ -38,7 +38,7 @@ def lot_near(connection: Connection, place: tuple[float, float], again: str = ""
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     here, nearest = shapely.Point(0.0, 0.0), None
     for row in rows:
-        away = ground_about(place, outline_of(row["outline"])).distance(here)
+        away = ground_about(place, outline_or_none(row["outline"])).distance(here)
         if row["id"] == again:
             nearest = -1.0, row
         elif away <= NEAR_M and (nearest is None or away < nearest[0]):
@@ -50,11 +50,13 @@ def lot_near(connection: Connection, place: tuple[float, float], again: str = ""
 
 
 def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotAhead, ...]:
-    """Return all lots with their distances from a place (latitude, longitude)."""
+    """Return all lots with ground, with their distances from a place (latitude, longitude)."""
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     here, found = shapely.Point(0.0, 0.0), []
     for row in rows:
-        outline = outline_of(row["outline"])
+        outline = outline_or_none(row["outline"])
+        if not outline.polygons:
+            continue
         away = float(ground_about(place, outline).distance(here))
         count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
         shown = outline if away <= AGAIN_M else Outline()

@@ -24,7 +24,7 @@ from hawk.lots.plan.values import LASTING
 from hawk.lots.reading import SURVEY_SHOWN, lot_json, lot_row, survey_row, surveys_json
 from hawk.lots.registering import datum_of
 from hawk.lots.tables import CHANGE, FORMER, LAYOUT, LOT, NO_STALLS, OBSERVATION, STALL, SURVEY, ZONE
-from hawk.lots.values import LotInputError, NotFoundError, outline_of, utc
+from hawk.lots.values import LotInputError, NotFoundError, outline_or_none, utc
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 
@@ -72,7 +72,7 @@ def lot(connection: Connection, lot_id: str) -> Found:
     """Return a lot with its place on Earth, and who edits its plan. Raises NotFoundError."""
     row = lot_row(connection, lot_id).values
     assert row is not None  # noqa: S101 - it is there
-    outline = outline_of(row["outline"])
+    outline = outline_or_none(row["outline"])
     return {
         **lot_json(connection, row),
         "datum": list(datum_of(connection, lot_id)),

@@ -31,7 +31,16 @@ from hawk.lots.registering import (
 from hawk.lots.saving import new_id, registered_place, used_labels
 from hawk.lots.source import SOURCE_COLUMNS, source_json
 from hawk.lots.tables import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
-from hawk.lots.values import Doubtful, LotStoreError, NotFoundError, Placed, Register, Registration, outline_of, utc
+from hawk.lots.values import (
+    Doubtful,
+    LotStoreError,
+    NotFoundError,
+    Placed,
+    Register,
+    Registration,
+    outline_or_none,
+    utc,
+)
 
 _Shown = Mapping[str, Any] | RowMapping
 CHANGES_SHOWN: Final = 20
@@ -68,7 +77,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     """
     row = lot_row(connection, lot_id).values
     assert row is not None  # noqa: S101 - it is there
-    outline = outline_of(row["outline"])
+    outline = outline_or_none(row["outline"])
     surveys = connection.execute(select(SURVEY).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings().all()
     looks = _last_looks(connection, lot_id)
     unseen = {"state": None, "taken_probability": None, "looked": None}

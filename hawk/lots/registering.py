@@ -33,7 +33,7 @@ from hawk.lots.values import (
     Registration,
     StoredStall,
     SurveyStall,
-    outline_of,
+    outline_or_none,
     unpack_outline,
     unpack_stalls,
 )
@@ -229,4 +229,4 @@ def other_ground(connection: Connection, lot: str) -> BaseGeometry:
     """Return the ground of all other lots, in the frame of a lot."""
     others = select(LOT.c.outline).where(LOT.c.merged_into.is_(None), LOT.c.id != lot)
     datum = datum_of(connection, lot)
-    return union_all([ground_about(datum, outline_of(text)) for text in connection.execute(others).scalars()])
+    return union_all([ground_about(datum, outline_or_none(text)) for text in connection.execute(others).scalars()])

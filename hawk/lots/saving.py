@@ -33,7 +33,7 @@ from hawk.lots.values import (
     SurveyStall,
     fitting_name,
     outline_json,
-    outline_of,
+    outline_or_none,
     pack_outline,
     pack_stalls,
 )
@@ -101,9 +101,10 @@ def _place(
 
 
 def lot_places(connection: Connection) -> list[LotPlace]:
-    """Return the outlines of all lots that were not merged into another one."""
+    """Return the outlines of all lots with ground that were not merged into another one."""
     rows = connection.execute(select(LOT.c.id, LOT.c.outline).where(LOT.c.merged_into.is_(None)))
-    return [LotPlace(row.id, outline_of(row.outline)) for row in rows]
+    places = [LotPlace(row.id, outline_or_none(row.outline)) for row in rows]
+    return [each for each in places if each.outline.polygons]
 
 
 def _row(

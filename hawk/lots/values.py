@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import math
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -15,6 +16,8 @@ from hawk.lots.source import PictureSource, SurveyKind
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
+
+_LOG = logging.getLogger(__name__)
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -340,6 +343,15 @@ def outline_json(outline: Outline) -> str:
 def outline_of(text: str) -> Outline:
     """Return the outline of `outline_json`."""
     return outline_of_rings(json.loads(text))
+
+
+def outline_or_none(text: str) -> Outline:
+    """Return the outline of `outline_json`; one without ground for a damaged text: other lots are used without it."""
+    try:
+        return outline_of(text)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        _LOG.warning("an outline in the store of lots is damaged: %s", error)
+        return Outline()
 
 
 def outline_of_rings(found: Mapping[str, Any]) -> Outline:

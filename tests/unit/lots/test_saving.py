@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import Table, select
+from sqlalchemy import Table, select, update
 
+from hawk.exports import features
+from hawk.lots import known, paged
 from hawk.lots.database import Database
 from hawk.lots.labels import parts_of
 from hawk.lots.registering import present_stalls
@@ -64,6 +66,32 @@ def layout(store: Database, lot: str | None) -> dict[str, StoredStall]:
     assert lot is not None
     with store.reading() as connection:
         return {each.label: each for each in present_stalls(connection, lot)}
+
+
+@pytest.mark.parametrize("text", ['{"polygons": [[[5', "{}", "[]", '{"polygons": 1, "holes": []}'])
+def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: Database, text: str) -> None:
+    first = saved(store, survey())
+    datum = GlobalPose(DATUM.latitude + 0.1, DATUM.longitude, 0.0)
+    far = replace(survey("000009-20260504T103000Z"), datum=datum, outline=box(-4, -10, 12, 140, datum))
+    damaged = saved(store, far)
+    assert damaged.lot not in (None, first.lot)
+    with store.writing() as connection:
+        connection.execute(update(LOT).where(LOT.c.id == damaged.lot).values(outline=text))
+    again = saved(store, later(survey(), 1))
+    assert (again.lot, again.placed) == (first.lot, Placed.UNREGISTERED)
+    here = (DATUM.latitude, DATUM.longitude)
+    with store.reading() as connection:
+        near = known.lot_near(connection, here)
+        assert near is not None
+        assert near[0][0] == first.lot
+        assert [each.id for each in known.lots_ahead(connection, here)] == [first.lot]
+        assert paged.lot(connection, str(damaged.lot))["outline"] == []
+        found = features.lots(connection, features.Choice())
+        assert {each["id"]: each["geometry"] is None for each in found.features} == {
+            first.lot: False,
+            damaged.lot: True,
+        }
+        assert features.extent(connection).box is not None
 
 
 def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database) -> None:
