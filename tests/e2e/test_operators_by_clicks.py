@@ -14,7 +14,7 @@ from playwright.async_api import Browser, Page, expect
 from hawk.comm.protocol.commands import Arm
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, confirm, is_within, keep_pressed, press, shows, slide, state_is, visible
+from tests.e2e.hands import button, confirm, hold_enter, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import PatientStack, eventually, kill_daemon, operator, write_settings
 from tests.pace import speed_here
@@ -163,9 +163,8 @@ async def move(scene: Scene, side: int, *, by_key: bool) -> None:
     await expect(track).to_be_enabled()
     if by_key:
         await track.focus()
-        await page.keyboard.down("Enter")
+        await hold_enter(page)
         await state_is(page, "Moving")
-        await page.keyboard.up("Enter")
     else:
         await slide(page, track)
         await state_is(page, "Moving")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from tests.e2e.hands import button, press, shows, state_is
+from tests.e2e.hands import button, hold_enter, press, shows, state_is
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -106,13 +106,6 @@ async def test_a_flight_begins_by_keyboard_alone(browser: Browser, fake: Any) ->
     await shows(page, "Exploring")
     await page.keyboard.press("h")
     await state_is(page, "Holding")
-
-
-async def hold_enter(page: Page) -> None:
-    """Keep Enter down until the slide has gone."""
-    await page.keyboard.down("Enter")
-    await expect(page.locator("hawk-confirm")).to_have_count(0, timeout=10_000)
-    await page.keyboard.up("Enter")
 
 
 async def test_letters_are_no_keys_while_somebody_types(browser: Browser, fake: Any) -> None:
