@@ -198,12 +198,18 @@ async def problems(request: web.Request, handler: Handler) -> web.StreamResponse
             refusal.content_type, refusal.charset = PROBLEM, None
         raise
     except Exception:
-        _LOG.exception("%s %s failed", request.method, request.path)
+        _LOG.exception("%s %s failed", request.method, _without_token(request))
         return problem(HTTPStatus.INTERNAL_SERVER_ERROR, "The drone's program has an error here: see its log.")
 
 
 _NO_ROUTE: Final = (HTTPStatus.NOT_FOUND, HTTPStatus.METHOD_NOT_ALLOWED)
 """Answers to an address that no route of this API matches: the page has an answer to every GET."""
+
+
+def _without_token(request: web.Request) -> str:
+    """Return the path of a request; the token of a link is in no log."""
+    token = request.match_info.get("token")
+    return request.path.replace(token, "{token}") if token else request.path
 
 
 def _templates(app: web.Application) -> list[str]:

@@ -119,6 +119,20 @@ async def test_an_error_of_the_program_is_logged_and_answered_in_the_same_form(
     assert "ZeroDivisionError" in caplog.text
 
 
+async def test_an_error_behind_a_link_is_logged_without_its_token(
+    archive: Archive, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    token = (await archive.done(f"/lots/{archive.lot}/shares", days=7))["token"]
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("hawk.lots.paged.observations", broken)
+    assert (await archive.ask(f"/shared/{token}/observations")).status == 500
+    assert f"{answering.ROOT}/shared/{{token}}/observations failed" in caplog.text
+    assert token not in caplog.text
+
+
 async def test_where_there_are_no_lots_the_api_says_so(rig: Rig, tmp_path: Path) -> None:
     server = await rig.start()
     async with browser() as session, session.get(server.make_url("/api/v1/lots")) as response:
