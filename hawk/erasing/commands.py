@@ -11,6 +11,8 @@ from hawk.config.sections import ConfigError, config_of
 
 COMMAND: Final = "erase"
 _FAILED: Final = 1
+_STOPPED: Final = 130
+"""Exit status after Ctrl-C, as shells have it."""
 
 
 def add_erase_command(commands: Any) -> None:
@@ -48,6 +50,9 @@ def _run(options: argparse.Namespace) -> int:
     except (LotStoreError, OSError) as error:
         print(f"hawk-drone erase: {error}", file=sys.stderr)
         return _FAILED
+    except KeyboardInterrupt:
+        print("hawk-drone erase: stopped; a part may be erased: run it again for the rest", file=sys.stderr)
+        return _STOPPED
     print(
         f"erased {named}: surveys {found.surveys}, pictures {found.pictures}, recordings {found.recordings}, "
         f"journals {found.journals}, earlier copies of the store {found.copies}. Backups and exported files that you "
@@ -59,5 +64,5 @@ def _run(options: argparse.Namespace) -> int:
 def _is_sure(question: str) -> bool:
     try:
         return input(question).strip().lower() == "yes"
-    except EOFError:
+    except (EOFError, KeyboardInterrupt):
         return False

@@ -1,25 +1,32 @@
-"""One erasure: the rows, and the files beside them."""
+"""One erasure: the files first, and the rows that name them last.
+
+So an error or an interrupt leaves rows by which the same command finds the rest.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import glob
 import shutil
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from hawk.config.sections import StoreSettings
-from hawk.erasing.rows import Erased, emptied, erase_lot, erase_survey
+from hawk.erasing.rows import Found, counted, emptied, erase_rows, found_lot, found_survey
 from hawk.lots.database import check
 from hawk.lots.pictures import pictures_of
 from hawk.lots.store import lots_file
 from hawk.lots.tables import VERSION
 from hawk.lots.values import LotStoreError
-from hawk.store.recordings import MARK, Recordings
+from hawk.store.recordings import MARK, SUFFIX, survey_of
 from hawk.store.store_lock import StoreInUseError, held_store
 
 JOURNALS: Final = "journal"
-_COPIES: Final = ("version-*", "before-restore*", "damaged*")
-"""Ends of the names of earlier copies of the store, which the program itself keeps."""
+RECORDINGS: Final = "recordings"
+_COPIES: Final = ("{}.version-*", "{}.before-restore*", "{}.damaged*", ".{}.*", "..{}.*")
+"""Names of earlier copies of the store, which the program itself keeps, and of copies that are half written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +41,10 @@ class Report:
 
 
 def erase(settings: StoreSettings, *, lot: str | None, survey: str | None) -> Report:
-    """Erase a lot or a survey; both None: everything. Raises NotFoundError, LotStoreError and OSError.
+    """Erase a lot or a survey; both None: everything. Raises NotFoundError and LotStoreError.
 
-    Nothing is erased while a daemon uses the store: it would write what it holds again.
+    After an error of the disk the same command erases the rest. Nothing is erased while a daemon uses the store: it
+    would write what it holds again.
     """
     path = lots_file(settings.directory, settings.lots)
     _check_is_store(settings, path, is_everything=lot is None and survey is None)
@@ -54,7 +62,7 @@ def _check_is_store(settings: StoreSettings, path: Path, *, is_everything: bool)
 
     Raises LotStoreError.
     """
-    parts = (pictures_of(path).folder, settings.directory / "recordings", settings.directory / JOURNALS)
+    parts = (pictures_of(path).folder, settings.directory / RECORDINGS, settings.directory / JOURNALS)
     if path.is_file() or (is_everything and any(each.is_dir() for each in parts)):
         return
     if settings.lots is not None:
@@ -66,58 +74,78 @@ def _one(settings: StoreSettings, path: Path, lot: str | None, survey: str | Non
     if check(path) != VERSION:
         raise LotStoreError(f"{path} is of another version: start this hawk-drone once, and erase then")
     with emptied(path) as store:
-        erased = erase_lot(store, lot) if lot is not None else erase_survey(store, survey or "")
-    pictures = pictures_of(path)
-    return Report(
-        len(erased.surveys),
-        sum(pictures.remove(each) for each in erased.surveys),
-        _recordings(settings, erased),
-        sum(_removed(settings.directory / JOURNALS / name) for name in erased.journals),
-        _copies(path),
-    )
-
-
-def _everything(settings: StoreSettings, path: Path) -> Report:
-    surveys = 0
-    if path.is_file():
-        with emptied(path) as store:
-            surveys = int(store.execute("SELECT count(*) FROM survey").fetchone()[0])
-    recordings = _files(settings.directory / "recordings", "*.mcap")
-    journals = [each for each in (settings.directory / JOURNALS).glob("*") if each.is_dir()]
-    report = Report(surveys, len(pictures_of(path).surveys()), len(recordings), len(journals), _copies(path))
-    for end in ("", "-wal", "-shm", "-journal"):
-        path.with_name(path.name + end).unlink(missing_ok=True)
-    for folder in (pictures_of(path).folder, settings.directory / "recordings", settings.directory / JOURNALS):
-        _removed(folder)
+        found = found_lot(store, lot) if lot is not None else found_survey(store, survey or "")
+        report = _files_of(settings, path, found)
+        erase_rows(store, found)
     return report
 
 
-def _files(folder: Path, pattern: str) -> list[Path]:
-    return [each for each in folder.glob(pattern) if each.is_file()] if folder.is_dir() else []
+def _files_of(settings: StoreSettings, path: Path, found: Found) -> Report:
+    """Remove the files of surveys: pictures, recordings, journals and copies of the store."""
+    pictures = pictures_of(path)
+    with _repeatable(pictures.folder):
+        shown = sum(pictures.remove(each) for each in found.ids)
+    recordings = [each for each in _recordings(settings) if survey_of(each) in {"", *found.journals}]
+    journals = [each for each in _journals(settings) if each.name in found.journals]
+    _remove(_with_marks(recordings))
+    _remove(journals)
+    return Report(len(found.surveys), shown, len(recordings), len(journals), _without_copies(path))
 
 
-def _recordings(settings: StoreSettings, erased: Erased) -> int:
-    """Remove the recordings of surveys, kept ones too, and those that name no survey: they may hold one of them."""
-    folder = Recordings(settings)
-    count = 0
-    for one in folder.listed():
-        named = folder.contents(one.name).survey
-        if named in erased.journals or not named:
-            (folder.folder / one.name).unlink()
-            (folder.folder / one.name).with_suffix(MARK).unlink(missing_ok=True)
-            count += 1
-    return count
+def _everything(settings: StoreSettings, path: Path) -> Report:
+    surveys = counted(path) if path.is_file() else 0
+    pictures, recordings, journals = pictures_of(path), _recordings(settings), _journals(settings)
+    report = Report(surveys, len(pictures.surveys()), len(recordings), len(journals), _without_copies(path))
+    _remove([pictures.folder, settings.directory / RECORDINGS, settings.directory / JOURNALS])
+    _remove(path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal", ""))
+    return report
 
 
-def _copies(path: Path) -> int:
-    found = [each for pattern in _COPIES for each in path.parent.glob(f"{path.name}.{pattern}")]
-    for each in found:
-        each.unlink()
-    return len(found)
+def _recordings(settings: StoreSettings) -> list[Path]:
+    """Return every recording, whatever its name: one that a person renamed holds the same pictures."""
+    folder = settings.directory / RECORDINGS
+    with _repeatable(folder):
+        return sorted(each for each in folder.glob(f"*{SUFFIX}") if each.is_file())
 
 
-def _removed(folder: Path) -> int:
-    if not folder.is_dir():
-        return 0
-    shutil.rmtree(folder)
-    return 1
+def _journals(settings: StoreSettings) -> list[Path]:
+    folder = settings.directory / JOURNALS
+    with _repeatable(folder):
+        return sorted(each for each in folder.glob("*") if each.is_dir())
+
+
+def _with_marks(recordings: Iterable[Path]) -> Iterator[Path]:
+    """Yield each recording behind its mark: a mark that an interrupt left alone would stay."""
+    for each in recordings:
+        yield each.with_suffix(MARK)
+        yield each
+
+
+def _without_copies(path: Path) -> int:
+    """Remove the copies of a store, and return the number of those that were whole."""
+    name = glob.escape(path.name)
+    with _repeatable(path.parent):
+        found = [each for pattern in _COPIES for each in path.parent.glob(pattern.format(name)) if not each.is_dir()]
+    _remove(found)
+    return sum(not each.name.startswith(".") for each in found)
+
+
+def _remove(paths: Iterable[Path]) -> None:
+    """Remove files and folders, those that are there. Raises LotStoreError."""
+    for path in paths:
+        with _repeatable(path):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _repeatable(path: Path) -> Iterator[None]:
+    """Turn an error of the disk into LotStoreError: the file, what stays, and the remedy."""
+    try:
+        yield
+    except OSError as error:
+        named = Path(str(error.filename))
+        words = "It stays, with every row of the store. Look at disk and rights of the folder, and run this again"
+        raise LotStoreError(f"{named if named.is_absolute() else path}: {error.strerror or error}. {words}") from error

@@ -6,54 +6,85 @@ Changes and messages repeat rows as text: those that name what is erased go, too
 from __future__ import annotations
 
 import contextlib
+import json
 import sqlite3
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from hawk.lots.choosing import chosen_survey
-from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.lots.database import BUSY_S, explained
+from hawk.lots.values import LotStoreError, NotFoundError, Placed
 
 _LOT_TABLES: Final = ("former", "label", "zone", "dropped", "pin", "plan", "share")
 """Tables whose column ``lot`` is the lot's id."""
+_IN_USE: Final = "is used by another program: end it, and erase again"
+_AGAIN: Final = (
+    "The file may still hold bytes of rows that are erased: erase again. The answer that there is no such lot or "
+    "survey is right then, and the bytes are gone"
+)
 
 
 @dataclass(frozen=True, slots=True)
-class Erased:
-    """``surveys``: ids; ``journals``: names of their folders, which their recordings name, too."""
+class Found:
+    """Rows to erase. ``surveys``: number, id and origin of each; ``lots``: ids, the lot that was named first."""
 
-    surveys: tuple[str, ...]
-    journals: tuple[str, ...]
+    surveys: tuple[tuple[int, str, str], ...]
+    lots: tuple[str, ...] = ()
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the surveys."""
+        return tuple(survey for _, survey, _ in self.surveys)
+
+    @property
+    def journals(self) -> tuple[str, ...]:
+        """Names of the surveys' journals, which their recordings name, too."""
+        return tuple(origin.partition(" ")[0] for *_, origin in self.surveys)
 
 
-def erase_survey(store: sqlite3.Connection, survey: str) -> Erased:
-    """Remove a survey by its id, or by the beginning of it. Stalls that it found stay: they are the lot's.
-
-    Raises NotFoundError.
-    """
+def found_survey(store: sqlite3.Connection, survey: str) -> Found:
+    """Return the rows of a survey by its id, or by the beginning of it. Raises NotFoundError."""
     chosen = chosen_survey(store.execute("SELECT id, ended FROM survey ORDER BY ended, seq").fetchall(), survey)
-    found = store.execute("SELECT seq, id, origin FROM survey WHERE id = ?", (chosen,)).fetchall()
-    return _erase_surveys(store, found)
+    return Found(tuple(store.execute("SELECT seq, id, origin FROM survey WHERE id = ?", (chosen,))))
 
 
-def erase_lot(store: sqlite3.Connection, lot: str) -> Erased:
-    """Remove a lot by its id or name, with stalls, plan, links and surveys. Raises NotFoundError, LotStoreError."""
-    rows = store.execute("SELECT id, name FROM lot WHERE id = ?1 OR name = ?1", (lot,)).fetchall()
-    if not rows:
-        names = ", ".join(name for (name,) in store.execute("SELECT name FROM lot ORDER BY name"))
-        raise NotFoundError(f"--lot: there is no lot {lot!r}; there are: {names or 'none'}")
-    if len(rows) > 1:
-        known = ", ".join(found for found, _ in rows)
-        raise LotStoreError(f"--lot: {len(rows)} lots are called {lot!r}: give the id of one ({known})")
-    ids = _with_merged(store, rows[0][0])
-    erased = [_erase_surveys(store, _surveys(store, each)) for each in ids]
-    _forget_texts(store, [text for each in ids for text in _words_of(store, each)])
-    for each in ids:
+def found_lot(store: sqlite3.Connection, lot: str) -> Found:
+    """Return the rows of a lot by its id or name, with those that were merged into it, and deleted surveys.
+
+    Raises NotFoundError, and LotStoreError for a name of many lots and for a lot that was merged into another one.
+    """
+    lots = _with_merged(store, _lot_of(store, lot))
+    surveys = [row for each in lots for row in _surveys(store, each)]
+    return Found((*surveys, *_deleted_surveys(store, lots)), tuple(lots))
+
+
+def erase_rows(store: sqlite3.Connection, found: Found) -> None:
+    """Remove the rows. Of a survey without its lot the stalls that it found stay: they are the lot's."""
+    _erase_surveys(store, found)
+    _forget_texts(store, [text for each in found.lots for text in _words_of(store, each)])
+    for each in found.lots:
         _erase_ground(store, each)
-    for each in ids[::-1]:
+    for each in found.lots[::-1]:
         store.execute("DELETE FROM lot WHERE id = ?", (each,))
-    return Erased(tuple(one for each in erased for one in each.surveys), tuple(n for e in erased for n in e.journals))
+
+
+def _lot_of(store: sqlite3.Connection, lot: str) -> str:
+    rows = store.execute("SELECT id, name, merged_into FROM lot WHERE id = ?1 OR name = ?1", (lot,)).fetchall()
+    shown = [row for row in rows if row[2] is None] or rows
+    if not shown:
+        names = store.execute("SELECT name FROM lot WHERE merged_into IS NULL ORDER BY name")
+        raise NotFoundError(f"--lot: there is no lot {lot!r}; there are: {', '.join(n for (n,) in names) or 'none'}")
+    if len(shown) > 1:
+        known = ", ".join(found for found, *_ in shown)
+        raise LotStoreError(f"--lot: {len(shown)} lots are called {lot!r}: give the id of one ({known})")
+    found, name, into = shown[0]
+    if into is None:
+        return str(found)
+    while into is not None:
+        found, name, into = store.execute("SELECT id, name, merged_into FROM lot WHERE id = ?", (into,)).fetchone()
+    raise LotStoreError(f"--lot: {lot!r} was merged into {name!r}, which has its surveys: give that one ({found})")
 
 
 def _with_merged(store: sqlite3.Connection, lot: str) -> list[str]:
@@ -66,6 +97,22 @@ def _with_merged(store: sqlite3.Connection, lot: str) -> list[str]:
 
 def _surveys(store: sqlite3.Connection, lot: str) -> list[tuple[int, str, str]]:
     return store.execute("SELECT seq, id, origin FROM survey WHERE lot = ?", (lot,)).fetchall()
+
+
+def _deleted_surveys(store: sqlite3.Connection, lots: Iterable[str]) -> list[tuple[int, str, str]]:
+    """Return the surveys that persons deleted in some lots: their rows name no lot, but the changes still do.
+
+    One whose change is gone goes, too: nobody can bring it back, and it may be of these lots.
+    """
+    homes: dict[int, str | None] = {}
+    for (before,) in store.execute("SELECT before FROM change WHERE kind = 'delete' ORDER BY seq"):
+        rows = json.loads(before)
+        homes |= {key[0]: values["lot"] for table, key, values in rows if table == "survey" and values is not None}
+    gone = store.execute(
+        "SELECT seq, id, origin FROM survey WHERE lot IS NULL AND placed = ?", (Placed.DELETED.value,)
+    ).fetchall()
+    wanted = {*lots, None}
+    return [row for row in gone if homes.get(row[0]) in wanted]
 
 
 def _words_of(store: sqlite3.Connection, lot: str) -> list[str]:
@@ -86,14 +133,13 @@ def _erase_ground(store: sqlite3.Connection, lot: str) -> None:
     store.execute("DELETE FROM layout WHERE lot = ?", (lot,))
 
 
-def _erase_surveys(store: sqlite3.Connection, found: Sequence[tuple[int, str, str]]) -> Erased:
-    for seq, _, _ in found:
+def _erase_surveys(store: sqlite3.Connection, found: Found) -> None:
+    for seq, _, _ in found.surveys:
         store.execute("UPDATE stall SET first_survey = NULL, first_id = NULL WHERE first_survey = ?", (seq,))
         for table in ("observation", "looks", "dropped"):
             store.execute(f"DELETE FROM {table} WHERE survey = ?", (seq,))  # noqa: S608 - our own words
         store.execute("DELETE FROM survey WHERE seq = ?", (seq,))
-    _forget_texts(store, [text for _, survey, origin in found for text in (survey, origin)])
-    return Erased(tuple(each for _, each, _ in found), tuple(origin.partition(" ")[0] for *_, origin in found))
+    _forget_texts(store, [text for _, survey, origin in found.surveys for text in (survey, origin)])
 
 
 def _forget_texts(store: sqlite3.Connection, texts: Iterable[str]) -> None:
@@ -107,17 +153,55 @@ def _forget_texts(store: sqlite3.Connection, texts: Iterable[str]) -> None:
 
 @contextlib.contextmanager
 def emptied(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give the store in a transaction; write the file again at its end, so that nothing of removed rows is left."""
-    with contextlib.closing(sqlite3.connect(path, timeout=10, isolation_level=None)) as store:
-        store.execute("PRAGMA trusted_schema = OFF")
-        store.execute("PRAGMA foreign_keys = ON")
-        store.execute("PRAGMA secure_delete = ON")
-        store.execute("BEGIN IMMEDIATE")
+    """Give the store in a transaction; write the file again at its end, so that nothing of removed rows is left.
+
+    No other program may have the file open: what a reader sees could not be removed. Raises LotStoreError.
+    """
+    with explained(path), _alone(path) as store:
         try:
             yield store
-        except BaseException:
-            store.execute("ROLLBACK")
+            store.execute("COMMIT")
+        except BaseException as error:
+            if store.in_transaction:  # SQLite itself rolls back where the disk fails
+                store.execute("ROLLBACK")
+            if isinstance(error, NotFoundError):  # a try before may have ended between its rows and the file
+                _write_again(store, path)
             raise
-        store.execute("COMMIT")
-        store.execute("VACUUM")
-        store.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        _write_again(store, path)
+
+
+def counted(path: Path) -> int:
+    """Return the number of surveys, 0 where the file cannot be read. Raises LotStoreError while others use it."""
+    try:
+        with _alone(path) as store:
+            return int(store.execute("SELECT count(*) FROM survey").fetchone()[0])
+    except sqlite3.Error:
+        return 0
+
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[sqlite3.Connection]:
+    """Give the store in a transaction, with all others kept away until it is closed. Raises LotStoreError."""
+    with contextlib.closing(sqlite3.connect(path, timeout=BUSY_S, isolation_level=None)) as store:
+        try:
+            for pragma in ("locking_mode = EXCLUSIVE", "trusted_schema = OFF", "foreign_keys = ON"):
+                store.execute(f"PRAGMA {pragma}")
+            store.execute("PRAGMA secure_delete = ON")
+            store.execute("BEGIN EXCLUSIVE")
+        except sqlite3.OperationalError as error:
+            if (error.sqlite_errorname or "").startswith("SQLITE_BUSY"):
+                raise LotStoreError(f"{path} {_IN_USE}") from error
+            raise
+        yield store
+
+
+def _write_again(store: sqlite3.Connection, path: Path) -> None:
+    """Write the file without its free pages, and empty the WAL. Raises LotStoreError where bytes may be left."""
+    try:
+        with explained(path):
+            store.execute("VACUUM")
+            is_busy = store.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
+    except LotStoreError as error:
+        raise LotStoreError(f"{error}. {_AGAIN}") from error
+    if is_busy:
+        raise LotStoreError(f"{path} {_IN_USE}. {_AGAIN}")

@@ -26,6 +26,7 @@ from hawk.model.tile_picture import decode_picture
 KEPT: Final = 12
 """Surveys of a lot whose pictures are kept: a lot of one hectare takes half a megabyte each."""
 _SUFFIX: Final = ".zip"
+_UNFINISHED: Final = ".part"
 _NAME: Final = re.compile(r"(-?\d{1,6})_(-?\d{1,6})\.jpg")
 _LARGEST_TILE: Final = 1 << 20
 """Bytes; a tile of 256 x 256 pixels is never as large."""
@@ -62,7 +63,7 @@ class SurveyPictures:
             return
         self._folder.mkdir(parents=True, exist_ok=True)
         target = self._path(survey)
-        unfinished = target.with_suffix(".part")
+        unfinished = target.with_suffix(_UNFINISHED)
         with zipfile.ZipFile(unfinished, "w") as file:
             for (row, column), tile in sorted(mosaic.items()):
                 file.writestr(f"{row}_{column}.jpg", tile.data)
@@ -93,9 +94,10 @@ class SurveyPictures:
             self.remove(survey)
 
     def remove(self, survey: str) -> bool:
-        """Remove the picture of a survey; return False when there was none. Raises OSError."""
+        """Remove the picture of a survey, a half-written one too; return False when there was none. Raises OSError."""
         path = self._path(survey)
         is_there = path.exists()
+        path.with_suffix(_UNFINISHED).unlink(missing_ok=True)
         path.unlink(missing_ok=True)
         return is_there
 

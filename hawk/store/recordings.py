@@ -71,21 +71,26 @@ class Recordings:
         self._wall = wall
 
     def listed(self) -> list[Stored]:
-        """Return every recording, the oldest first. Raises OSError."""
+        """Return every recording, the oldest first. Raises OSError.
+
+        Files with names of others are a person's: they are not shown, not counted, and never removed for room.
+        """
         under_way = self._under_way()
         found = []
         for path in self.folder.glob(f"*{SUFFIX}") if self.folder.is_dir() else ():
+            if NAME.fullmatch(path.name) is None:
+                continue
             try:
-                size = path.stat().st_size
+                one = Stored(path.name, path.stat().st_size, _began(path), _mark(path).exists(), path == under_way)
             except FileNotFoundError:  # deleted meanwhile
                 continue
-            found.append(Stored(path.name, size, _began(path), _mark(path).exists(), path == under_way))
+            found.append(one)
         return sorted(found, key=lambda one: (one.began is None, one.began or 0.0, one.name))
 
     def contents(self, name: str) -> Contents:
         """Read head and end of a recording. Raises NotThatRecordingError; a damaged one has unknown contents."""
         path = self._path(name)
-        return Contents(_seconds(path), _survey(path))
+        return Contents(_seconds(path), survey_of(path))
 
     def keep(self, name: str, *, is_kept: bool) -> None:
         """Set or take away the mark. Raises NotThatRecordingError and OSError."""
@@ -143,6 +148,14 @@ class Recordings:
         return removed
 
 
+def survey_of(path: Path) -> str:
+    """Return the name of the survey that a recording holds; "" where it names none, or cannot be read."""
+    try:
+        return read_metadata(path).get("survey", "")
+    except RecordingError:
+        return ""
+
+
 def _oldest(found: Sequence[Stored], missing: float) -> list[Stored]:
     """Return the oldest that may be removed, until they are this number of bytes."""
     chosen = []
@@ -153,13 +166,6 @@ def _oldest(found: Sequence[Stored], missing: float) -> list[Stored]:
             chosen.append(one)
             missing -= one.bytes
     return chosen
-
-
-def _survey(path: Path) -> str:
-    try:
-        return read_metadata(path).get("survey", "")
-    except RecordingError:
-        return ""
 
 
 def _seconds(path: Path) -> float | None:

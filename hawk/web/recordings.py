@@ -7,13 +7,14 @@ nothing is deleted or sent: the disk is the flight's.
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any, Final, TypeVar
 
 from aiohttp import hdrs, web
 
 from hawk.lots.values import LotInputError, LotStoreError, utc
-from hawk.store.recordings import Contents, Recordings, Stored
+from hawk.store.recordings import Contents, NotThatRecordingError, Recordings, Stored
 from hawk.web.downloads import FILES, is_on_ground, send_file
 from hawk.web.refusals import REFUSALS, Body, RefusedError, body_of, check_operator, refusal_of
 from hawk.web.services import SERVICES
@@ -46,7 +47,11 @@ async def rows_of(request: web.Request) -> list[dict[str, Any]]:
     folder = _folder(request)
 
     def read() -> list[tuple[Stored, Contents]]:
-        return [(one, Contents() if one.is_under_way else folder.contents(one.name)) for one in folder.listed()]
+        found = []
+        for one in folder.listed():
+            with suppress(NotThatRecordingError):  # it went meanwhile
+                found.append((one, Contents() if one.is_under_way else folder.contents(one.name)))
+        return found
 
     found = await _run(request, read)
     lots = await _lots(request)

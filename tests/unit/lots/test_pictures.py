@@ -81,6 +81,15 @@ def test_only_named_surveys_are_kept(tmp_path: Path) -> None:
     assert pictures.surveys() == {"b"}
 
 
+def test_a_half_written_picture_goes_with_its_survey(tmp_path: Path) -> None:
+    pictures = SurveyPictures(tmp_path)
+    pictures.write("a", MOSAIC)
+    for name in ("a.part", "b.part"):
+        (tmp_path / name).touch()
+    assert (pictures.remove("a"), pictures.remove("b")) == (True, False)
+    assert [*tmp_path.iterdir()] == []
+
+
 def test_the_newest_surveys_of_each_lot_are_worth_keeping(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db")
     saved = []

@@ -51,6 +51,25 @@ def test_recordings_are_listed_the_oldest_first_with_size_and_mark(folder: Path)
     assert (found[1].name, found[1].bytes, found[1].is_under_way) == (second, 3 * MB, True)
 
 
+def test_files_of_a_person_are_not_listed_counted_or_removed(folder: Path) -> None:
+    ours = add(folder, 3, 60)
+    for name in ("monday morning.mcap", "20261101T100000Z-copy.mcap"):
+        (folder / add(folder, 1, 60)).rename(folder / name)
+    found = recordings(folder, recordings_gb=0.1)
+    assert names(found) == [ours]
+    assert found.taken() == (60 * MB, 0)
+    assert found.tidy() == []
+    assert found.make_room(9 * MB) == [ours]
+    assert sorted(path.name for path in folder.iterdir()) == ["20261101T100000Z-copy.mcap", "monday morning.mcap"]
+
+
+def test_every_name_that_a_writer_gives_is_listed(folder: Path) -> None:
+    given = ["20261103T100000Z.mcap", *(f"20261103T100000Z-{number}.mcap" for number in (2, 10, 999))]
+    for name in given:
+        (folder / name).touch()
+    assert sorted(names(recordings(folder))) == sorted(given)
+
+
 def test_a_folder_that_is_not_there_has_no_recordings(tmp_path: Path) -> None:
     assert recordings(tmp_path / "none").listed() == []
 

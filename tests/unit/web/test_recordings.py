@@ -19,7 +19,7 @@ from hawk.lots.saving import save
 from hawk.lots.store import LotStore
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.recording_ring import Item
-from hawk.store.recordings import Recordings
+from hawk.store.recordings import Recordings, Stored
 from tests.unit.lots.surveys import survey
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
@@ -95,6 +95,20 @@ async def test_everybody_sees_recordings_with_size_lot_length_and_mark(folder: F
         "under_way": False,
     }
     assert (second["name"], second["survey"], second["lot"]) == (SECOND, None, None)
+
+
+async def test_a_file_with_a_name_of_its_own_and_one_that_went_meanwhile_leave_the_list_whole(
+    folder: Folder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder.path / "monday morning.mcap").touch()
+    listed = Recordings.listed
+    gone = Stored("20260509T100000Z.mcap", 5, None, is_kept=False)
+    monkeypatch.setattr(Recordings, "listed", lambda recordings: [*listed(recordings), gone])
+    assert [row["name"] for row in await folder.rows()] == [FIRST, SECOND]
+    status, answer = await folder.ask("GET", "/api/v1/recordings")
+    assert status == 200
+    assert isinstance(answer, dict)
+    assert [row["name"] for row in answer["items"]] == [FIRST, SECOND]
 
 
 async def test_an_operator_marks_and_deletes(folder: Folder) -> None:
