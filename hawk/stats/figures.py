@@ -59,7 +59,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Hour:
-    """Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing."""
+    """Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing.
+
+    ``days``: dates; where a clock shows an hour twice on one, both count in the mean.
+    """
 
     hour: int
     days: int
@@ -177,7 +180,7 @@ def hours_of_day(hours: Hours) -> tuple[Hour, ...]:
     shares, amounts = _sums(hours, weights), _sums(hours, stalls, high=stalls.sum(axis=0))
     found = []
     for hour in range(24):
-        days = int(is_it[:, hour].sum())
+        days = len({hours.day[k] for k in np.flatnonzero(is_it[:, hour]).tolist()})
         found.append(Hour(hour, days, shares[hour], amounts[hour]) if days else Hour(hour, 0, NOTHING, NOTHING))
     return tuple(found)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
@@ -121,6 +122,16 @@ def test_hours_that_nobody_flew_are_empty_and_others_are_means_over_their_days()
     assert found.hours[9].occupancy.value == pytest.approx(0.5, abs=0.01)
     empty = found.hours[10]
     assert (empty.occupancy.low, empty.occupancy.high, empty.occupancy.surveys, empty.days) == (None, None, 0, 0)
+
+
+def test_an_hour_that_the_clock_shows_twice_is_of_one_day() -> None:
+    """In Amsterdam the hour from two to three comes twice on 25 October 2026."""
+    twice = panel([at(0.5, days=174), at(1.5, days=174)], [filled(8), filled(12)])
+    found = figures(replace(twice, clock=ZoneInfo("Europe/Amsterdam")))
+    assert [(hour.hour, hour.days, hour.occupancy.surveys) for hour in found.hours if hour.days] == [(2, 1, 2)]
+    assert [(day.days, day.hours) for day in found.days] == [(1, 2)]
+    assert found.whole is not None
+    assert same(found.hours[2].occupancy, found.whole.occupancy, 1), "both hours, with the errors that they share"
 
 
 def test_days_of_the_week_are_compared_by_the_hours_that_both_have() -> None:
