@@ -40,8 +40,8 @@ class Peak:
 class Use:
     """Use of a group of stalls over the flown hours of a period.
 
-    ``occupancy``: mean share of taken stalls, which is the parking-hour utilisation; ``accumulation``: mean number of
-    taken ones; ``load``: space-hours taken; ``above``: shares of the flown hours at or above `PRACTICAL`.
+    ``occupancy``: mean share of taken stalls, of hours that count alike; ``load``: space-hours taken; ``accumulation``:
+    mean number of taken stalls, the load by the hours; ``above``: shares of the flown hours at or above `PRACTICAL`.
     """
 
     name: str
@@ -59,7 +59,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Hour:
-    """Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing."""
+    """Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing.
+
+    ``days``: dates; where a clock shows an hour twice on one, both count in the mean.
+    """
 
     hour: int
     days: int
@@ -130,17 +133,15 @@ def _flown(panel: Panel, groups: Sequence[Group]) -> tuple[Hours, Moves]:
 
 
 def _uses(panel: Panel, groups: Sequence[Group], hours: Hours, moves: Moves) -> list[Use]:
-    mean, bounds, still = hours.over(), hours.bounds(), steady(panel, groups)
+    mean, load, bounds, still = hours.over(), hours.load(), hours.bounds(), steady(panel, groups)
     above = [_above(hours, bounds, limit) for limit in PRACTICAL]
     turnovers = turnover(moves, longest_gap(moves))
-    known = np.isfinite(hours.mean)
-    flown = known.sum(axis=0).tolist()
-    stalls = ((hours.capacity * known).sum(axis=0) / np.maximum(known.sum(axis=0), 1)).tolist()
+    flown = np.isfinite(hours.mean).sum(axis=0).tolist()
     newest = panel.is_there[-1] if len(panel.surveys) else np.zeros(len(panel.stalls), np.bool_)
     return [
         Use(
             group.name, int((newest & group.members).sum()), mean[k].surveys, flown[k], mean[k],
-            mean[k].times(stalls[k]), mean[k].times(stalls[k] * flown[k]), _peak(hours, bounds, k),
+            load[k].times(1 / max(flown[k], 1)), load[k], _peak(hours, bounds, k),
             tuple(each[k] for each in above), still[k], turnovers[k],
         )
         for k, group in enumerate(groups)
@@ -173,17 +174,14 @@ def _peak(hours: Hours, bounds: tuple[Floats, Floats], group: int) -> Peak | Non
 
 def hours_of_day(hours: Hours) -> tuple[Hour, ...]:
     """Return the mean of each of the 24 hours of the day over the days that have it, of the first group."""
-    of_day = np.array(hours.hour, np.int64)
+    is_it = (np.array(hours.hour, np.int64)[:, None] == np.arange(24)) & np.isfinite(hours.mean[:, :1])
+    weights = is_it / np.maximum(is_it.sum(axis=0), 1)
+    stalls = weights * hours.capacity[:, :1]
+    shares, amounts = _sums(hours, weights), _sums(hours, stalls, high=stalls.sum(axis=0))
     found = []
     for hour in range(24):
-        is_it = (of_day == hour) & np.isfinite(hours.mean[:, 0])
-        days = int(is_it.sum())
-        if not days:
-            found.append(Hour(hour, 0, NOTHING, NOTHING))
-            continue
-        deviation = float(np.sqrt(hours.variance[is_it, 0].sum())) / days
-        share = around(float(hours.mean[is_it, 0].mean()), deviation, int(hours.surveys[is_it, 0].sum()))
-        found.append(Hour(hour, days, share, share.times(float(hours.capacity[is_it, 0].mean()))))
+        days = len({hours.day[k] for k in np.flatnonzero(is_it[:, hour]).tolist()})
+        found.append(Hour(hour, days, shares[hour], amounts[hour]) if days else Hour(hour, 0, NOTHING, NOTHING))
     return tuple(found)
 
 
@@ -230,12 +228,14 @@ def compared(hours: Hours) -> tuple[Compared, ...]:
     )  # fmt: skip
 
 
-def _sums(hours: Hours, weights: Floats, low: float = 0.0) -> list[Estimate]:
-    """Return sums over the hours of the first group by weights (K, C)."""
+def _sums(hours: Hours, weights: Floats, low: float = 0.0, high: float | Floats = 1.0) -> list[Estimate]:
+    """Return sums over the hours of the first group by weights (K, C), with ends within ``low`` and ``high`` (C,)."""
     values = weights.T @ np.nan_to_num(hours.mean[:, 0])
     deviations = np.sqrt(hours.spread(weights[:, :, None], slice(1))[:, 0])
     surveys = (weights != 0).T.astype(np.float64) @ hours.surveys[:, 0]
     return [
-        around(float(value), float(deviation), int(count), low)
-        for value, deviation, count in zip(values, deviations, surveys, strict=True)
+        around(float(value), float(deviation), int(count), low, most)
+        for value, deviation, count, most in zip(
+            values, deviations, surveys, np.broadcast_to(high, len(values)).tolist(), strict=True
+        )
     ]

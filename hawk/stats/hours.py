@@ -43,8 +43,8 @@ class Hours:
     """The K flown hours of a period, by their time, for G groups.
 
     ``day``, ``hour``: date and hour of the lot's clock; ``surveys`` (K, G): how many saw a group in it; ``capacity``
-    (K, G): stalls; ``mean`` (K, G): share of taken ones over the hour, NaN where no survey saw one; ``variance`` (K, G)
-    of the mean; ``alike``: the covariances among the hours of a day.
+    (K, G): stalls, the mean over these surveys, 0 without one; ``mean`` (K, G): share of taken ones over the hour, NaN
+    where no survey saw one; ``variance`` (K, G) of the mean; ``alike``: the covariances among the hours of a day.
     """
 
     day: tuple[date, ...]
@@ -71,19 +71,29 @@ class Hours:
     def over(self) -> list[Estimate]:
         """Return the mean of each group over all hours in which it was seen."""
         known = np.isfinite(self.mean)
-        count = known.sum(axis=0)
-        value = np.nansum(self.mean, axis=0) / np.maximum(count, 1)
-        off = np.sqrt(self.spread(known[:, None].astype(np.float64))[0]) / np.maximum(count, 1)
+        return self._sums(known.astype(np.float64), np.maximum(known.sum(axis=0), 1))
+
+    def load(self) -> list[Estimate]:
+        """Return the space-hours that were taken of each group: its share times its stalls, hour by hour."""
+        return self._sums(self.capacity, np.ones(self.capacity.shape[1], np.int64))
+
+    def _sums(self, weights: Floats, parts: Ints) -> list[Estimate]:
+        """Return the sums of each group over its hours by weights (K, G), divided by ``parts`` (G,)."""
+        known = np.isfinite(self.mean)
+        weights = np.where(known, weights, 0.0)
+        value = np.nansum(self.mean * weights, axis=0) / parts
+        off, most = np.sqrt(self.spread(weights[:, None])[0]) / parts, weights.sum(axis=0) / parts
         surveys = self.surveys.sum(axis=0)
         return [
-            around(float(value[k]), float(off[k]), int(surveys[k])) if count[k] else NOTHING for k in range(len(count))
+            around(float(value[k]), float(off[k]), int(surveys[k]), high=float(most[k])) if surveys[k] else NOTHING
+            for k in range(len(parts))
         ]
 
 
-def around(value: float, deviation: float, surveys: int, low: float = 0.0) -> Estimate:
-    """Return a share with its interval by a standard deviation, not below ``low`` or above 1."""
-    off = DEVIATIONS * deviation
-    return Estimate(value, max(value - off, low), min(value + off, 1.0), surveys)
+def around(value: float, deviation: float, surveys: int, low: float = 0.0, high: float = 1.0) -> Estimate:
+    """Return a figure with its interval by a standard deviation, not below ``low`` or above ``high``."""
+    off, value = DEVIATIONS * deviation, min(max(value, low), high)  # a sum may be beyond an end by its rounding
+    return Estimate(value, max(value - off, low), min(value + off, high), surveys)
 
 
 def flown_hours(panel: Panel, counted: Counted, flow: Flow) -> Hours:
@@ -177,7 +187,8 @@ def _shares(days: Sequence[_Day], counted: Counted, walk: Floats) -> _Shares:
     covariance = _WIDE + scale * _between(begins)[:, None] - across @ weights
     is_in = np.array([np.arange(len(day.hours))[:, None] == np.array(day.of_hour) for day in days], np.float64)
     counts = np.einsum("dkn,dgn->dkg", is_in, seen.astype(np.float64))
-    capacity = np.take_along_axis(counted.capacity[numbers], is_in.argmax(axis=2)[:, :, None], axis=1)
+    stalls = np.where(seen, np.swapaxes(counted.capacity[numbers], 1, 2), 0.0)
+    capacity = np.einsum("dkn,dgn->dkg", is_in, stalls) / np.maximum(counts, 1.0)
     means = np.where(counts > 0, np.clip(mean, 0.0, 1.0), np.nan)
     return _Shares(counts, capacity, means, covariance)
 

@@ -21,7 +21,7 @@ _SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred"
 
 
 def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, Any]:
-    """Return the surveys of a lot that ended in a period, the newest first, as JSON values.
+    """Return the surveys of a lot that the figures of a period use or leave out, the newest first, as JSON values.
 
     ``occupancy``: share of taken stalls with its interval, by the looks. ``left_out``: why no figure uses a survey, ""
     for the others. Raises NotFoundError, LotStoreError.
@@ -30,8 +30,8 @@ def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, 
     shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
     reasons = {each.id: each.why for each in panel.left_out}
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
-    asked = select(*columns).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended)).order_by(*newest_first())
-    rows = connection.execute(asked).mappings().all()
+    asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have()).order_by(*newest_first())
+    rows = [row for row in connection.execute(asked).mappings() if row["id"] in shares or row["id"] in reasons]
     return {
         "lot": lot,
         "name": panel.name,

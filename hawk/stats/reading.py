@@ -9,14 +9,14 @@ from datetime import tzinfo
 from typing import Final
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, Row, select
+from sqlalchemy import ColumnElement, Connection, Row, and_, or_, select
 
 from hawk.lots.database import version_of
 from hawk.lots.labels import parts_of
 from hawk.lots.looks import STATES, Looks, looks_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.versions import newest_layout
-from hawk.lots.tables import LOT, NO_STALLS, STALL, SURVEY, ZONE
+from hawk.lots.tables import LOOKS, LOT, NO_STALLS, STALL, SURVEY, ZONE
 from hawk.lots.values import PLACED, NotFoundError
 from hawk.model.lot_map import StallState
 from hawk.stats.values import (
@@ -49,9 +49,10 @@ CODES: Final = {UNREGISTERED: "unregistered", NO_TIME: "no_time", NO_LOOKS: "no_
 
 @dataclass(frozen=True, slots=True)
 class Period:
-    """A period: surveys that ended from ``begin`` on, before ``end``; Unix seconds, None without that end.
+    """A period from ``begin`` on, before ``end``; Unix seconds, None without that end.
 
-    ``clock``: the lot's time, called ``clock_name``.
+    Figures have the surveys whose looks are of it by their mean time, and say which others that ended in it they leave
+    out. ``clock``: the lot's time, called ``clock_name``.
     """
 
     begin: float | None
@@ -63,6 +64,16 @@ class Period:
         """Return the conditions that a moment is one of the period."""
         begins = [] if self.begin is None else [moment >= self.begin]
         return begins if self.end is None else [*begins, moment < self.end]
+
+    def may_have(self) -> list[ColumnElement[bool]]:
+        """Return the conditions that the figures of the period may use a row of `SURVEY`, or leave it out.
+
+        The moment of a survey whose looks are not in one piece is known when they are read.
+        """
+        if self.begin is None and self.end is None:
+            return []
+        moment = select(LOOKS.c.at).where(LOOKS.c.survey == SURVEY.c.seq).scalar_subquery()
+        return [or_(moment.is_(None), and_(*self.holds(moment)), and_(*self.holds(SURVEY.c.ended)))]
 
     def has(self, moments: Floats) -> Bools:
         """Return which moments are of the period."""
@@ -79,16 +90,17 @@ class Period:
 
 @dataclass(frozen=True, slots=True)
 class _Looked:
-    """Looks that the store has of a lot in a period: R surveys by their end, S of them with looks at N stalls.
+    """Looks that the store has of a lot near a period: R surveys by their end, S of them with looks at N stalls.
 
-    ``why``: why a survey is left out, "" for those with looks; ``line`` (R,): the line of these in ``surveys``, which
-    are by time. ``is_present`` (N,): stalls of the newest layout. The tables are those of a `Panel`.
+    ``at`` (R,): mean moment of a survey's looks; the end of one that is left out. ``why``: why a survey is left out, ""
+    for those with looks; ``line`` (R,): the line of these in ``surveys``, which are by time. ``is_present`` (N,):
+    stalls of the newest layout. The tables are those of a `Panel`.
     """
 
     lot: str
     name: str
     ids: tuple[str, ...]
-    ended: Floats
+    at: Floats
     why: tuple[str, ...]
     line: Ints
     surveys: tuple[CountedSurvey, ...]
@@ -100,9 +112,9 @@ class _Looked:
 
     def panel(self, period: Period) -> Panel:
         """Return the panel of a period within that of these surveys; its tables are not copied where all are asked."""
-        is_in = period.has(self.ended)
+        is_in = period.has(self.at)
         left_out = tuple(
-            LeftOut(self.ids[number], float(self.ended[number]), self.why[number])
+            LeftOut(self.ids[number], float(self.at[number]), self.why[number])
             for number in np.flatnonzero(is_in & (self.line < 0)).tolist()
         )
         lines = np.sort(self.line[is_in & (self.line >= 0)])
@@ -129,7 +141,8 @@ class _Kept:
 
 
 def read_panel(connection: Connection, lot: str, period: Period) -> Panel:
-    """Return the looks of a lot's surveys in a period. Surveys whose place or time is not sure are left out.
+    """Return the looks of a lot's surveys in a period, by the mean time of their looks. Surveys whose place or time is
+    not sure are left out.
 
     A stall counts in the surveys whose layout has it. What was read is kept with the connection until the store
     changes or more is asked for: a page asks for parts of the same period, one by one. Raises NotFoundError,
@@ -156,7 +169,7 @@ def _read(connection: Connection, lot: str, period: Period) -> _Looked:
     name = connection.execute(select(LOT.c.name).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))).scalar()
     if name is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
-    asked = select(*(SURVEY.c[each] for each in _SURVEY)).where(SURVEY.c.lot == lot, *period.holds(SURVEY.c.ended))
+    asked = select(*(SURVEY.c[each] for each in _SURVEY)).where(SURVEY.c.lot == lot, *period.may_have())
     rows = connection.execute(asked.order_by(SURVEY.c.ended)).all()
     why = [_why_not(placed, time_is_sure=is_sure) for _, _, _, placed, _, is_sure in rows]
     looks = looks_of(connection, [row[0] for row, reason in zip(rows, why, strict=True) if not reason])
@@ -174,7 +187,7 @@ def _read(connection: Connection, lot: str, period: Period) -> _Looked:
     lines = np.array([line[survey] for survey in looks.surveys], np.int64)
     taken, state = _table(looks, lines, np.array([row.key for row in stalls], np.int64))
     return _Looked(
-        lot, str(name), tuple(row[1] for row in rows), np.array([row[2] for row in rows], np.float64),
+        lot, str(name), tuple(row[1] for row in rows), np.array([at.get(row[0], row[2]) for row in rows], np.float64),
         tuple(reason or ("" if row[0] in at else NO_LOOKS) for row, reason in zip(rows, why, strict=True)),
         np.array([line.get(row[0], -1) for row in rows], np.int64),
         tuple(CountedSurvey(row[1], at[row[0]]) for row in used), _counted(connection, lot, stalls),

@@ -2,21 +2,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from datetime import UTC
+from datetime import UTC, datetime
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
-from sqlalchemy import event, select, update
+from sqlalchemy import delete, event, select, update
 
 from hawk.lots.database import Database
 from hawk.lots.plan import editing
 from hawk.lots.saving import save
-from hawk.lots.tables import STALL, SURVEY
+from hawk.lots.tables import LOOKS, STALL, SURVEY
 from hawk.lots.values import FinishedSurvey, FoundStalls, KnownStalls, LotInputError, NotFoundError, Registration
 from hawk.model.lot_map import StallState
+from hawk.stats.aggregates import cds_aggregates
 from hawk.stats.answering import changes, statistics
+from hawk.stats.asked import period_of
+from hawk.stats.listing import surveys_json
 from hawk.stats.reading import NO_LOOKS, NO_TIME, UNREGISTERED, Period, read_panel
 from hawk.stats.values import FREE, TAKEN, UNSEEN
 from tests.unit.lots import surveys
@@ -90,13 +93,62 @@ def test_surveys_whose_place_or_time_is_not_sure_are_left_out_and_named_with_the
 
 def test_a_period_holds_its_begin_and_not_its_end(store: Database) -> None:
     lot = lot_of(store, seen({}), later(seen({}), 2))
-    ended = BEGAN + 900
     with store.reading() as connection:
+        first, second = read_panel(connection, lot, EVER).at.tolist()
         counts = [
             len(read_panel(connection, lot, Period(begin, end, UTC, "UTC")).surveys)
-            for begin, end in ((None, None), (ended, ended + 86_400), (ended + 1, None), (None, ended))
+            for begin, end in ((None, None), (first, second), (first + 1, None), (None, first))
         ]
     assert counts == [2, 1, 1, 0]
+
+
+def over_midnight(store: Database) -> tuple[str, list[str]]:
+    """Store a survey that ended early on 5 May 2026 and looked on 4 May, and one of the noon after it."""
+    midnight = datetime(2026, 5, 5, tzinfo=UTC).timestamp()
+    flown = []
+    for name, ended, looked in (("000001-a", midnight + 120, midnight - 300), ("000002-b", midnight + 43_200, None)):
+        stalls = tuple(replace(stall, looked=looked or ended) for stall in seen({}).stalls)
+        flown.append(replace(seen({}), name=name, began=ended - 900, ended=ended, stalls=stalls))
+    lot = lot_of(store, *flown)
+    with store.reading() as connection:
+        return lot, list(connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars())
+
+
+@pytest.mark.parametrize("in_one_piece", [True, False])
+def test_a_survey_over_midnight_counts_on_the_day_of_its_looks_alone(store: Database, *, in_one_piece: bool) -> None:
+    lot, ids = over_midnight(store)
+    with store.writing() as connection:
+        if not in_one_piece:
+            connection.execute(delete(LOOKS))
+        for day, survey_id in (("2026-05-04", ids[0]), ("2026-05-05", ids[1])):
+            period = period_of(day, day, "UTC")
+            assert [each.id for each in read_panel(connection, lot, period).surveys] == [survey_id]
+            listed = surveys_json(connection, lot, period)["surveys"]
+            assert [(each["id"], each["occupancy"]["value"]) for each in listed] == [(survey_id, 0.0)]
+            lines = cds_aggregates(read_panel(connection, lot, period)).splitlines()[1:]
+            assert [f",{day},{hour}," in line for hour, line in enumerate(lines)] == [True] * 24
+            assert sum(not line.endswith(",-1") for line in lines) == 1
+
+
+def test_looks_may_be_days_before_the_end_of_a_survey(store: Database) -> None:
+    lot, ids = over_midnight(store)
+    with store.writing() as connection:
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(ended=SURVEY.c.ended + 5 * 86_400))
+        found = read_panel(connection, lot, period_of("2026-05-04", "2026-05-04", "UTC"))
+        late = read_panel(connection, lot, period_of("2026-05-06", None, "UTC"))
+    assert [each.id for each in found.surveys] == [ids[0]]
+    assert (late.surveys, late.left_out) == ((), ())
+
+
+def test_a_survey_that_is_left_out_belongs_to_the_period_of_its_end(store: Database) -> None:
+    lot, ids = over_midnight(store)
+    with store.writing() as connection:
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(time_is_sure=False))
+        for day, left_out in (("2026-05-04", []), ("2026-05-05", [ids[0]])):
+            period = period_of(day, day, "UTC")
+            assert [each.id for each in read_panel(connection, lot, period).left_out] == left_out
+            codes = {each["id"]: each["left_out_code"] for each in surveys_json(connection, lot, period)["surveys"]}
+            assert [each for each, code in codes.items() if code == "no_time"] == left_out
 
 
 def test_a_stall_counts_in_the_surveys_whose_layout_has_it(store: Database) -> None:
@@ -203,7 +255,7 @@ def test_a_wider_period_is_read_again_and_then_kept(store: Database) -> None:
     with store.reading() as connection:
         event.listen(connection, "before_cursor_execute", lambda *given: statements.append(given[2]))
         ended = connection.execute(select(SURVEY.c.ended).order_by(SURVEY.c.seq)).scalars().all()
-        day = Period(ended[1] - 1, None, UTC, "UTC")
+        day = Period(ended[1] - 900, None, UTC, "UTC")
         sizes = [len(read_panel(connection, lot, period).surveys) for period in (day, EVER, day, EVER)]
     assert sizes == [1, 2, 1, 2]
-    assert sum("FROM looks" in each for each in statements) == 2
+    assert sum("looks.stalls" in each for each in statements) == 2

@@ -136,10 +136,13 @@ async def test_statistics_are_those_of_the_command(archive: Archive, by: str | N
     assert (found["surveys"], found["by"]) == (3, by)
 
 
-async def test_statistics_of_a_period_use_its_surveys_alone(archive: Archive) -> None:
-    asked = "from=2026-02-03&to=2026-02-04&time_zone=UTC"
-    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Figures)
-    assert (found["surveys"], found["first"][:10]) == (2, "2026-02-02")  # a look counts when it was made
+async def test_statistics_of_a_period_use_the_surveys_with_looks_of_it_alone(archive: Archive) -> None:
+    """All looks of the archive are of 2 February; two of its surveys ended on the days after it."""
+    looked, ended = "from=2026-02-02&to=2026-02-02&time_zone=UTC", "from=2026-02-03&to=2026-02-04&time_zone=UTC"
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{looked}", figures.Figures)
+    assert (found["surveys"], found["first"][:10]) == (3, "2026-02-02")
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{ended}", figures.Figures)
+    assert (found["surveys"], found["first"]) == (0, None)
 
 
 async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_question(archive: Archive) -> None:
