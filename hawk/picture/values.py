@@ -15,6 +15,8 @@ COARSEST_M: Final = 0.20
 """Metres a pixel from which stalls cannot be found well."""
 COARSE_M: Final = 0.12
 """The same from which fewer are found."""
+_PROJECTED: Final = 1.02
+"""Ground of a pixel is measured on the ellipsoid: a projection's 20 cm are up to 2 % more or less of it."""
 Progress = Callable[[str, int, int], None]
 """Takes the step under way, how much of it is done, and of how much."""
 NO_STALLS: Final = "it has no stalls"
@@ -111,3 +113,8 @@ class Mapped:
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
     scores: tuple[float, ...] = field(default=(), repr=False)
+
+
+def is_coarser(metres: float, limit: float) -> bool:
+    """Return True for a pixel of more ground, metres, than a limit allows, beyond what a projection's scale makes."""
+    return metres > limit * _PROJECTED

@@ -22,7 +22,7 @@ from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
 from hawk.picture.orthophoto.grid import Box, PixelGrid, measured, system
 from hawk.picture.orthophoto.vrt import missing_parts
-from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, named
+from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, is_coarser, named
 from hawk.runtime.programs import remedy
 
 LEAST_M: Final = 2.0
@@ -177,12 +177,12 @@ def _scale_notes(grid: PixelGrid, name: str) -> list[str]:
             f"{name}: shows {wide:.1f} by {high:.1f} m of ground, less than a stall; take a larger picture"
         )
     coarse = max(grid.metres)
-    if coarse > COARSEST_M:
+    if is_coarser(coarse, COARSEST_M):
         raise PictureError(
             f"{name}: has {coarse:.2f} m a pixel on the ground, {COARSEST_M:.2f} m is the coarsest that shows stalls; "
             "take a finer picture"
         )
-    if coarse <= COARSE_M:
+    if not is_coarser(coarse, COARSE_M):
         return []
     return [f"The picture has {coarse * 100:.0f} cm a pixel, more than {COARSE_M * 100:.0f} cm. {_MEASURED}"]
 

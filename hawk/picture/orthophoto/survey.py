@@ -29,7 +29,7 @@ from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.seams import Stalls, merged
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.windows import AROUND_M, WindowStalls
-from hawk.picture.values import COARSE_M, NO_STALLS, LeftOut, Mapped, PictureError
+from hawk.picture.values import COARSE_M, NO_STALLS, LeftOut, Mapped, PictureError, is_coarser
 
 _DIGITS: Final = 8
 """Of degrees: a millimetre."""
@@ -106,7 +106,7 @@ def check_ground(mapped: Mapped, source: Orthophoto, *, has_lots: bool) -> None:
 
 def _limits(plane: _Plane, seen_m2: float, left_out: int) -> Iterator[Limit]:
     """Yield what limits a survey. ``seen_m2``: ground of the lots that was seen; ``left_out``: number of windows."""
-    if max(plane.grid.metres) > COARSE_M:
+    if is_coarser(max(plane.grid.metres), COARSE_M):
         yield Limit.COARSE
     lots_m2 = 0.0 if plane.lots is None else float(shapely.union_all(plane.lots).area)
     if left_out or seen_m2 < (1 - UNSEEN_SHARE) * lots_m2:

@@ -179,6 +179,16 @@ def test_another_process_can_read_the_same_picture(tmp_path: Path) -> None:
     assert np.array_equal(again.read(WHOLE).image, PART)
 
 
+@pytest.mark.parametrize("east", [330_000.0, 500_000.0, 690_000.0])
+def test_twenty_centimetres_of_a_projection_are_read_and_twelve_are_not_coarse(tmp_path: Path, east: float) -> None:
+    def at(metres: float) -> Affine:
+        return Affine(metres, 0.0, east, 0.0, -metres, 5_700_000.0)
+
+    (note,) = open_orthophoto(blank(tmp_path, transform=at(0.2))).notes
+    assert note.startswith("The picture has 20 cm a pixel, more than 12 cm.")
+    assert open_orthophoto(blank(tmp_path, transform=at(0.12))).notes == ()
+
+
 def test_a_coarse_picture_is_warned_about_and_a_coarser_one_refused(tmp_path: Path) -> None:
     assert open_orthophoto(blank(tmp_path, transform=placed(UTM, 60, 40, metres=0.119))).notes == ()
     (note,) = open_orthophoto(blank(tmp_path, transform=placed(UTM, 60, 40, metres=0.15))).notes
