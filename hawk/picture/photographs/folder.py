@@ -183,8 +183,8 @@ def _notes(photographs: list[Photograph]) -> list[str]:
     if not all(each.shot.lens_is_known for each in photographs):
         model = photographs[0].shot.model or "the camera"
         notes.append(
-            f"The lens of {model} is guessed from its focal length on 35 mm film; --lenses or --calibration knows it "
-            "better"
+            f"The lens of {model} is guessed from its focal length on 35 mm film, or from a sensor of another shape "
+            "than the picture's; --lenses or --calibration knows it better"
         )
     if all(each.shot.attitude is None for each in photographs):
         notes.append("The files do not say where the camera looked: straight down is assumed, its yaw is not known")

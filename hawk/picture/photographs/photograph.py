@@ -57,7 +57,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
     """
     try:
         head = read_head(path)
-        exif = read_exif(head.exif, head.size[0])
+        exif = read_exif(head.exif, max(head.size))
         tags = read_xmp(head.xmp)
     except ValueError as error:
         raise UnusableError(f"{error}; {_DAMAGED}") from None

@@ -79,7 +79,7 @@ def test_two_flights_are_refused_with_their_counts_and_one_can_be_named(tmp_path
     flight(tmp_path, 3)
     flight(tmp_path, 2, first=10, minute=50)
     with pytest.raises(
-        PictureError, match=r"2 flights or cameras \(1: 3 of DJI FC6310, 80 x 60.*; 2: 2 of .*--group NUMBER"
+        PictureError, match=r"2 flights or cameras \(1: 3 of DJI FC330, 80 x 60.*; 2: 2 of .*--group NUMBER"
     ):
         read_folder(tmp_path)
     assert _names(tmp_path, group=1) == ["DJI_0000.JPG", "DJI_0001.JPG", "DJI_0002.JPG"]
