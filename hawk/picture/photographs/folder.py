@@ -69,8 +69,7 @@ def read_folder(
     photographs = list(_read(paths, table, calibration, left))
     if not photographs:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
-    photographs = _by_time(photographs)
-    chosen = _chosen(_groups(photographs), group, folder)
+    chosen = _by_time(_chosen(_groups(_by_time(photographs)), group, folder))  # others may lack GNSS's time
     shots, doubles = _once(chosen)
     shots, low = with_heights(shots, height_m)
     left += [*doubles, *low]
