@@ -269,9 +269,16 @@ def _landed(
         program=f"{version('hawk-drone')}, network {network}",
         flown_s=ended - min(times),
         speed=math.inf,  # every look counts as the last photograph's time
-        accuracy=float(np.median([shot.sigma[0] for shot in shots])),
+        accuracy=_accuracy(shots),
         title=taken.lot,
     )
+
+
+def _accuracy(shots: Sequence[Shot]) -> float | None:
+    """Return the standard deviation of a place on Earth, the median, metres; None where a file does not say it."""
+    if not all(shot.sigma_is_said for shot in shots):
+        return None
+    return float(np.median([shot.sigma[0] for shot in shots]))
 
 
 def _identity(shots: Sequence[Shot]) -> str:

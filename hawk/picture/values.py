@@ -60,7 +60,8 @@ class Shot:
     quarter turns, and the tags stayed. ``has_gimbal``: the angles are the camera's; without one they are the
     aircraft's, which sways. ``velocity``: metres a second north and east; ``line_s``: seconds between two lines of the
     picture that are read out, 0 where it is not known. ``frame``: number of the frame, from 0, where ``path`` is a
-    film.
+    film. ``sigma_is_said``: the file gives the horizontal one; else it is what such receivers err by, or against each
+    other.
     """
 
     path: Path
@@ -79,6 +80,7 @@ class Shot:
     velocity: tuple[float, float] = (0.0, 0.0)
     line_s: float = 0.0
     frame: int | None = None
+    sigma_is_said: bool = False
 
     @property
     def name(self) -> str:
