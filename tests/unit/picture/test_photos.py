@@ -89,6 +89,20 @@ def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path)
     assert survey_shots(YARD, one_lost, Grey()).landed.accuracy is None
 
 
+def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
+    shots = [
+        dataclasses.replace(shot, latitude=-16.8, longitude=longitude)
+        for shot, longitude in zip(read_folder(folder).shots[:2], (179.9999, -179.9998), strict=True)
+    ]
+
+    class Grey(Files):
+        def picture(self, shot: object) -> np.ndarray:
+            return np.full((shots[0].camera.height, shots[0].camera.width, 3), 130, np.uint8)
+
+    datum = survey_shots(YARD, shots, Grey()).landed.datum
+    assert (datum.latitude, datum.longitude) == pytest.approx((-16.8, -179.99995), abs=1e-7)
+
+
 def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> None:
     shots = [dataclasses.replace(shot, height=400.0) for shot in read_folder(folder).shots]
     with pytest.raises(PictureError, match=r"yard: a pixel covers .* fly lower"):

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,3 +48,11 @@ def test_a_level_flight_and_one_without_any_level_have_the_height() -> None:
 def test_without_a_given_height_nothing_changes() -> None:
     course = _log(_mostly_on_the_ground())
     assert course.with_heights(None) is course
+
+
+def test_a_path_across_the_180th_meridian_takes_the_shorter_side() -> None:
+    course = _log(np.full(3, 60.0))
+    crossing = replace(course, longitude=np.array([179.9998, 180.0, -179.9998]))
+    between = crossing.at(np.array([0.5, 1.5, 2.0]))
+    assert between.longitude == pytest.approx([179.9999, -179.9999, -179.9998], abs=1e-9)
+    assert np.ptp(between.metres()[:, 1]) < 30.0
