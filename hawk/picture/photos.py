@@ -35,6 +35,7 @@ from hawk.picture.adjust.posed import Posed
 from hawk.picture.cars import with_lone_cars_suggested
 from hawk.picture.kept import Work
 from hawk.picture.limits import LOT_M, limits_of, source_of, stretch
+from hawk.picture.longitudes import unwrapped, wrapped
 from hawk.picture.looked import Files, Looked, Pictures
 from hawk.picture.photographs.folder import Folder, read_folder
 from hawk.picture.values import (
@@ -169,8 +170,7 @@ def survey_shots(
     """
     network, name = _network(model), taken.lot
     kept = Work(work, f"{network_name(model)} {network.engine}")
-    middle = np.mean([(shot.latitude, shot.longitude) for shot in shots], axis=0)
-    datum = GlobalPose(float(middle[0]), float(middle[1]), 0.0)
+    datum = _middle(shots)
     known = [known_pose(shot, datum) for shot in shots]
     _check_scale(name, known)
     looked = Looked(pictures, kept)
@@ -206,6 +206,12 @@ def _adjusted(
         )
 
     return kept.adjusted(shots, known, make)
+
+
+def _middle(shots: Sequence[Shot]) -> GlobalPose:
+    latitude = np.mean([shot.latitude for shot in shots])
+    longitude = wrapped(unwrapped(np.array([shot.longitude for shot in shots])).mean())
+    return GlobalPose(float(latitude), float(longitude), 0.0)
 
 
 def known_pose(shot: Shot, datum: GlobalPose) -> Known:
@@ -269,9 +275,16 @@ def _landed(
         program=f"{version('hawk-drone')}, network {network}",
         flown_s=ended - min(times),
         speed=math.inf,  # every look counts as the last photograph's time
-        accuracy=float(np.median([shot.sigma[0] for shot in shots])),
+        accuracy=_accuracy(shots),
         title=taken.lot,
     )
+
+
+def _accuracy(shots: Sequence[Shot]) -> float | None:
+    """Return the standard deviation of a place on Earth, the median, metres; None where a file does not say it."""
+    if not all(shot.sigma_is_said for shot in shots):
+        return None
+    return float(np.median([shot.sigma[0] for shot in shots]))
 
 
 def _identity(shots: Sequence[Shot]) -> str:

@@ -57,12 +57,13 @@ class Shot:
     ``height``: metres above the take-off place. ``attitude``: roll, pitch and yaw (radians) as `MapPose` has them: at
     zero the camera looks straight down with the picture's top to the north. ``sigma``: standard deviation of the place,
     horizontally and in height, metres. ``time``: Unix seconds of the exposure; by the camera's own clock where no GNSS
-    time is written. None: the file does not say. ``lens_is_known``: not guessed from the focal length on 35 mm film.
+    time is written. None: the file does not say. ``lens_is_known``: not guessed.
     ``yaw_is_sure``: False where another program than the camera saved the file: it may have turned the picture by
     quarter turns, and the tags stayed. ``has_gimbal``: the angles are the camera's; without one they are the
     aircraft's, which sways. ``velocity``: metres a second north and east; ``line_s``: seconds between two lines of the
     picture that are read out, 0 where it is not known. ``frame``: number of the frame, from 0, where ``path`` is a
-    film.
+    film. ``sigma_is_said``: the file gives the horizontal one; else it is what such receivers err by, or against each
+    other.
     """
 
     path: Path
@@ -81,6 +82,7 @@ class Shot:
     velocity: tuple[float, float] = (0.0, 0.0)
     line_s: float = 0.0
     frame: int | None = None
+    sigma_is_said: bool = False
 
     @property
     def name(self) -> str:

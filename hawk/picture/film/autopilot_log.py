@@ -98,14 +98,17 @@ def _in_order(rows: list[tuple[float, ...]]) -> FloatArray:
 
 def _opened(path: Path) -> Any:
     try:
-        from pymavlink import mavutil  # only desks that read logs have it
+        from pymavlink import DFReader, mavutil  # only desks that read logs have it
     except ImportError as error:
         raise PictureError(f"pymavlink is not installed, which reads {path.suffix} logs: {remedy('sim')}") from error
     try:
         if path.stat().st_size == 0:
             raise PictureError(f"{path}: is empty; {_DAMAGED}")
         with redirect_stderr(StringIO()):  # it prints each byte that it cannot read
-            return mavutil.mavlink_connection(str(path), dialect="ardupilotmega")
+            # its mavlink_connection runs what lies in a folder named bin, and connects to names such as tcp:a.bin
+            mavutil.set_dialect("ardupilotmega")
+            is_telemetry = path.suffix.lower() == ".tlog"
+            return mavutil.mavmmaplog(str(path)) if is_telemetry else DFReader.DFReader_binary(str(path))
     except OSError as error:
         raise PictureError(f"{path} cannot be read ({error.strerror or error}); {_DAMAGED}") from None
     except PictureError:

@@ -10,6 +10,8 @@ import numpy as np
 import pymap3d
 from numpy.typing import NDArray
 
+from hawk.picture.longitudes import unwrapped, wrapped
+
 FloatArray = NDArray[np.float64]
 LONGEST_GAP_S: Final = 3.0
 """Between two samples nothing is known of a path beyond this."""
@@ -17,6 +19,10 @@ _BEYOND_S: Final = 0.1
 """Beyond its first and last sample a path is known for as long: a metre of flight at most."""
 _AROUND_S: Final = 0.25
 """Speeds are those of this much path on each side."""
+_GROUND_M: Final = 3.0
+"""Within this of a log's least height, a drone that does not move may stand on the ground."""
+_MOVING_M_S: Final = 1.0
+"""Above the speed of a place that wanders though the drone stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,14 +59,20 @@ class Course:
         return replace(self, attitude=self.attitude * (0.0, 0.0, 1.0))
 
     def with_heights(self, height_m: float | None) -> Course:
-        """Return the same flight with the middle of its heights at ``height_m``; None changes nothing."""
+        """Return the same flight with the middle of its heights in the air at ``height_m``; None changes nothing."""
         if height_m is None:
             return self
         known = self.height if np.isfinite(self.height).any() else self.altitude
         if not np.isfinite(known).any():
             return replace(self, height=np.full(len(self.time), height_m))
         filled = np.where(np.isfinite(known), known, np.nanmedian(known))
-        return replace(self, height=filled - np.median(filled) + height_m)
+        return replace(self, height=filled - np.median(filled[self._is_aloft(filled)]) + height_m)
+
+    def _is_aloft(self, levels: FloatArray) -> NDArray[np.bool_]:
+        """Return which samples (N,) of these levels were taken in flight: above the least, or moving; all, if none."""
+        is_moving = np.hypot(*self.velocity().T) > _MOVING_M_S
+        is_aloft = (levels > levels.min() + _GROUND_M) | is_moving
+        return np.asarray(is_aloft if is_aloft.any() else np.ones(len(levels)), np.bool_)
 
     def covers(self, times: FloatArray) -> NDArray[np.bool_]:
         """Return which times (N,) lie between samples that are near enough to each other."""
@@ -71,10 +83,10 @@ class Course:
 
     def at(self, times: FloatArray) -> Course:
         """Return the samples between, at times (N,); angles take the shorter side."""
-        columns = [self.latitude, self.longitude, self.altitude, self.height]
+        columns = [self.latitude, unwrapped(self.longitude), self.altitude, self.height]
         latitude, longitude, altitude, height = (np.interp(times, self.time, each) for each in columns)
         return replace(
-            self, time=times, latitude=latitude, longitude=longitude, altitude=altitude, height=height,
+            self, time=times, latitude=latitude, longitude=wrapped(longitude), altitude=altitude, height=height,
             attitude=turning_between(times, self.time, self.attitude),
         )  # fmt: skip
 

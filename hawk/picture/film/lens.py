@@ -71,7 +71,7 @@ def lens_of(
     if choice.focal35_mm is not None:
         if not _FOCAL_MM[0] <= choice.focal35_mm <= _FOCAL_MM[1]:
             raise PictureError(f"--focal35 {choice.focal35_mm:g}: must be {_FOCAL_MM[0]:g} to {_FOCAL_MM[1]:g} mm")
-        return FilmLens(_of_film(size, choice.focal35_mm), False)
+        return FilmLens(_of_film(size, choice.focal35_mm, f"--focal35 {choice.focal35_mm:g}: is"), False)
     if zoom > _ZOOMED:
         raise PictureError(f"{name}: was taken with a digital zoom of {zoom:.2f}; {REMEDY}")
     found = _of_table(size, choice, model)
@@ -82,7 +82,8 @@ def lens_of(
             f"The lens is guessed from its focal length on 35 mm film, {focal_mm:.1f} mm by the captions; films are "
             "often cut from the middle of the sensor: --hfov or --calibration knows it better"
         )
-        return FilmLens(_of_film(size, focal_mm), False, (note,))
+        words = f"{name}: its captions give a focal length on 35 mm film of {focal_mm:g} mm,"
+        return FilmLens(_of_film(size, focal_mm, words), False, (note,))
     raise PictureError(f"{name}: nothing says how its lens draws; {REMEDY}")
 
 
@@ -109,10 +110,15 @@ def _of_table(size: tuple[int, int], choice: LensChoice, model: str) -> FilmLens
     return FilmLens(camera, is_known, () if is_known else (note,))
 
 
-def _of_film(size: tuple[int, int], focal_mm: float) -> CameraModel:
-    """Return the lens by the focal length on 35 mm film, as that of photographs."""
-    camera, _ = Lenses().of({}, Exif(focal_35_mm=focal_mm), size)
-    return camera
+def _of_film(size: tuple[int, int], focal_mm: float, words: str) -> CameraModel:
+    """Return the lens by the focal length on 35 mm film, as that of photographs.
+
+    Raises PictureError, which begins with these words, for one that no pinhole has.
+    """
+    try:
+        return Lenses().of({}, Exif(focal_35_mm=focal_mm), size)[0]
+    except LensError:
+        raise PictureError(f"{words} wider or narrower than every lens that can be mapped; {REMEDY}") from None
 
 
 def _pinhole(size: tuple[int, int], focal: float) -> CameraModel:

@@ -16,7 +16,7 @@ _MAKE, _MODEL, _ORIENTATION, _SOFTWARE, _CHANGED = 271, 272, 274, 305, 306
 _EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
 _TAKEN, _OFFSET, _SUBSECONDS = 0x9003, 0x9011, 0x9291
 _FOCAL, _FOCAL_35, _ZOOM = 0x920A, 0xA405, 0xA404
-_PLANE_RESOLUTION, _PLANE_UNIT, _PIXELS = 0xA20E, 0xA210, 0xA002
+_PLANE_RESOLUTION, _PLANE_UNIT, _PIXELS = 0xA20E, 0xA210, (0xA002, 0xA003)
 _MM_PER_UNIT: Final = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """By EXIF's FocalPlaneResolutionUnit; 4 and 5 are no standard, but cameras write them."""
 _SENSOR_MM: Final = (2.0, 70.0)
@@ -32,8 +32,8 @@ class Exif:
     ``latitude``, ``longitude``: degrees; ``altitude``: metres above sea or ellipsoid; ``error_m``: GNSS's horizontal
     one. ``clock``: by the camera's clock, ``gnss``: by GNSS, Unix seconds; a clock without an offset counts as UTC.
     ``has_zone``: the clock has one. ``focal_mm``, and ``focal_35_mm`` on 35 mm film; ``zoom``: digital, 1.0 without.
-    ``sensor_mm``: width of the sensor by the resolution of the focal plane. ``orientation``: 1 to 8. ``saved_by``:
-    program that saved the file later than the camera did.
+    ``sensor_mm``: longer side of the sensor by the resolution of the focal plane. ``orientation``: 1 to 8.
+    ``saved_by``: program that saved the file later than the camera did.
     """
 
     make: str = ""
@@ -53,8 +53,8 @@ class Exif:
     has_zone: bool = False
 
 
-def read_exif(data: bytes, width: int) -> Exif:
-    """Return the facts of EXIF's bytes for a picture ``width`` pixels wide.
+def read_exif(data: bytes, longer: int) -> Exif:
+    """Return the facts of EXIF's bytes for a picture whose longer side has ``longer`` pixels.
 
     Raises ValueError when the bytes are no EXIF, PictureError without Pillow.
     """
@@ -75,7 +75,7 @@ def read_exif(data: bytes, width: int) -> Exif:
         focal_mm=_positive(photo.get(_FOCAL)),
         focal_35_mm=_positive(photo.get(_FOCAL_35)),
         zoom=max(1.0, _number(photo.get(_ZOOM)) or 1.0),
-        sensor_mm=_plane_mm(photo, width),
+        sensor_mm=_plane_mm(photo, longer),
         has_zone=_zone(photo) is not None,
     )
 
@@ -175,10 +175,11 @@ def _gnss(gps: Mapping[int, Any]) -> float | None:
     return day.timestamp() + hours * 3600 + minutes * 60 + seconds
 
 
-def _plane_mm(photo: Mapping[int, Any], width: int) -> float | None:
-    """Return the sensor's width by the focal plane's resolution, for the pixels that the camera wrote."""
+def _plane_mm(photo: Mapping[int, Any], longer: int) -> float | None:
+    """Return the sensor's longer side by the focal plane's resolution, for the pixels that the camera wrote."""
     resolution, unit = _positive(photo.get(_PLANE_RESOLUTION)), _MM_PER_UNIT.get(photo.get(_PLANE_UNIT, 2))
     if resolution is None or unit is None:
         return None
-    sensor = (_positive(photo.get(_PIXELS)) or width) / resolution * unit
+    written = max(_positive(photo.get(tag)) or 0.0 for tag in _PIXELS)
+    sensor = (written or longer) / resolution * unit
     return sensor if _SENSOR_MM[0] <= sensor <= _SENSOR_MM[1] else None

@@ -69,8 +69,7 @@ def read_folder(
     photographs = list(_read(paths, table, calibration, left))
     if not photographs:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
-    photographs = _by_time(photographs)
-    chosen = _chosen(_groups(photographs), group, folder)
+    chosen = _by_time(_chosen(_groups(_by_time(photographs)), group, folder))  # others may lack GNSS's time
     shots, doubles = _once(chosen)
     shots, low = with_heights(shots, height_m)
     left += [*doubles, *low]
@@ -183,8 +182,8 @@ def _notes(photographs: list[Photograph]) -> list[str]:
     if not all(each.shot.lens_is_known for each in photographs):
         model = photographs[0].shot.model or "the camera"
         notes.append(
-            f"The lens of {model} is guessed from its focal length on 35 mm film; --lenses or --calibration knows it "
-            "better"
+            f"The lens of {model} is guessed from its focal length on 35 mm film, or from a sensor of another shape "
+            "than the picture's; --lenses or --calibration knows it better"
         )
     if all(each.shot.attitude is None for each in photographs):
         notes.append("The files do not say where the camera looked: straight down is assumed, its yaw is not known")

@@ -22,12 +22,14 @@ REMEDY: Final = "give the flight's height above the ground by --height METRES"
 def with_heights(shots: list[Shot], height_m: float | None) -> tuple[list[Shot], list[LeftOut]]:
     """Return the shots with a height each, and those left out because they were taken on the ground.
 
-    ``height_m``: height above the ground of the middle photograph, metres; the others keep their difference from it.
+    ``height_m``: height above the ground of the middle photograph, metres; the others keep their difference from it,
+    and one that gives neither height nor altitude is left out where others do.
     Raises PictureError where nothing says a height, or where it is an altitude above the sea.
     """
     if height_m is not None:
         _check_against(shots, height_m)
-        return _moved(shots, height_m), []
+        shots, left = _moved(shots, height_m)
+        return _aloft(shots, left, f"above the ground by --height {height_m:g} and the others")
     shots, left = _filled(shots)
     highest = max(shots, key=lambda shot: shot.height or 0.0)
     if (highest.height or 0.0) > HIGHEST_M:
@@ -40,12 +42,14 @@ def with_heights(shots: list[Shot], height_m: float | None) -> tuple[list[Shot],
             f"{highest.name}: its height {highest.height:.2f} m is its altitude above the sea, as in all others; "
             f"{REMEDY}"
         )
+    return _aloft(shots, left, f"above the take-off place; else {REMEDY}")
+
+
+def _aloft(shots: list[Shot], left: list[LeftOut], words: str) -> tuple[list[Shot], list[LeftOut]]:
+    """Return the shots that were not taken on the ground, and those left out. ``words``: above which level."""
     low = [shot for shot in shots if (shot.height or 0.0) < _LEAST_M]
-    left += [
-        LeftOut(shot.name, f"was taken {shot.height:.1f} m above the take-off place: on the ground; else {REMEDY}")
-        for shot in low
-    ]
-    return [shot for shot in shots if shot not in low], left
+    reasons = [LeftOut(shot.name, f"was taken on the ground: {shot.height:.1f} m {words}") for shot in low]
+    return [shot for shot in shots if shot not in low], [*left, *reasons]
 
 
 def check_given(height_m: float) -> None:
@@ -70,27 +74,41 @@ def _check_against(shots: list[Shot], height_m: float) -> None:
         )
 
 
-def _moved(shots: list[Shot], height_m: float) -> list[Shot]:
-    """Return the shots about this height: their differences are those of their heights, else of their altitudes."""
-    for levels in ([shot.height for shot in shots], [shot.altitude for shot in shots]):
-        known = [level for level in levels if level is not None]
-        if len(known) == len(shots):
-            middle = median(known)
-            return [replace(shot, height=height_m + level - middle) for shot, level in zip(shots, known, strict=True)]
-    return [replace(shot, height=height_m) for shot in shots]
+def _moved(shots: list[Shot], height_m: float) -> tuple[list[Shot], list[LeftOut]]:
+    """Return the shots about this height by their differences, and those of which nothing says a difference."""
+    has_heights = any(shot.height is not None for shot in shots)
+    levels = _heights(shots) if has_heights else [shot.altitude for shot in shots]
+    known = [level for level in levels if level is not None]
+    if not known:
+        return [replace(shot, height=height_m) for shot in shots], []
+    middle = median(known)
+    moved, left = [], []
+    for shot, level in zip(shots, levels, strict=True):
+        if level is None:
+            left.append(LeftOut(shot.name, "gives no height, the others do; use the drone's own file, or take it away"))
+        else:
+            moved.append(replace(shot, height=height_m + level - middle))
+    return moved, left
+
+
+def _heights(shots: list[Shot]) -> list[float | None]:
+    """Return each shot's own height, else by its altitude where others give both."""
+    grounds = [s.altitude - s.height for s in shots if s.altitude is not None and s.height is not None]
+    ground = median(grounds) if grounds else None
+    return [
+        shot.height if shot.height is not None or shot.altitude is None or ground is None else shot.altitude - ground
+        for shot in shots
+    ]
 
 
 def _filled(shots: list[Shot]) -> tuple[list[Shot], list[LeftOut]]:
     """Return the shots that have a height, or get it from their altitude, and the others."""
-    grounds = [s.altitude - s.height for s in shots if s.altitude is not None and s.height is not None]
     known, left = [], []
-    for shot in shots:
-        if shot.height is not None:
-            known.append(shot)
-        elif shot.altitude is not None and grounds:
-            known.append(replace(shot, height=shot.altitude - median(grounds)))
-        else:
+    for shot, height in zip(shots, _heights(shots), strict=True):
+        if height is None:
             left.append(LeftOut(shot.name, f"gives no height, the others do; {REMEDY}"))
+        else:
+            known.append(replace(shot, height=height))
     if not known:
         words = f"{shots[0].name} and {len(shots) - 1} others give" if len(shots) > 1 else f"{shots[0].name} gives"
         raise PictureError(f"{words} no height above the ground; {REMEDY}")

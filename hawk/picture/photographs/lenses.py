@@ -1,7 +1,8 @@
 """Lenses of photographs: of calibrated tags, of a table of sensors, of EXIF.
 
-The first source that gives a plausible lens is taken: a person's table, the maker's calibration, our table, the focal
-plane's resolution, the focal length on 35 mm film, which alone is a guess.
+The first source that knows a plausible lens is taken: a person's table, the maker's calibration, our table, the focal
+plane's resolution. Else the first that guesses one: a table whose sensor has another shape than the picture, the focal
+length on 35 mm film.
 
 - DJI: `DewarpData` is date; fx, fy, cx, cy, k1, k2, p1, p2, k3, the centre from that of the calibration, pixels
   (github.com/dronemapper-io/dji-dewarp); `DewarpFlag` 1: the camera took the distortion out already.
@@ -30,16 +31,19 @@ from hawk.picture.values import PictureError
 
 _DJI, _SKYDIO = "drone-dji:", "drone-skydio:"
 _PLAUSIBLE: Final = (0.35, 15.0)
-"""Focal lengths in widths of the picture: 110 degrees wide, and a tele lens that no survey needs."""
+"""Focal lengths in longer sides of the picture: 110 degrees wide, and a tele lens that no survey needs."""
 _FILM_DIAGONAL_MM: Final = math.hypot(36.0, 24.0)
 _WIDE: Final = 1.6
 """A picture that is wider for its height is cut from a sensor of 4:3 at its full width."""
 _SAME_SHAPE: Final = 0.01
 """Share by which the scales of a picture's sides against its calibration may differ."""
+_SAME_SENSOR: Final = 0.02
+"""Share by which a picture's shape, or its pixels' pitch, may differ from its sensor's: makers round both."""
 REMEDY: Final = "describe its lens by --lenses FILE, or calibrate it and name the result by --calibration"
 
 Positive = Annotated[float, Field(gt=0.0, le=200.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Count = Annotated[int, Field(gt=0)]
 
 
 class LensError(ValueError):
@@ -49,18 +53,37 @@ class LensError(ValueError):
 class LensEntry(BaseModel):
     """A camera in a table of lenses. ``model`` is EXIF's, with or without the maker before it, or Pix4D's rig name.
 
-    ``sensor_width_mm``: covered by the picture's width. ``film_width_mm``: covered by a film's. ``focal_mm``: where
-    EXIF lacks it. ``distortion``: k1, k2, p1, p2, k3. ``source``: of the numbers.
+    ``sensor_width_mm``: covered by the picture's longer side; with ``sensor_pixels``, by that of a whole picture, which
+    has as many pixels by its longer and its shorter side. ``film_width_mm``: covered by a film's longer side.
+    ``focal_mm``: where EXIF lacks it. ``distortion``: k1, k2, p1, p2, k3. ``source``: of the numbers.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     model: str = Field(min_length=1)
     sensor_width_mm: Positive
+    sensor_pixels: tuple[Count, Count] | None = None
     film_width_mm: Positive | None = None
     focal_mm: Positive | None = None
     distortion: tuple[Finite, Finite, Finite, Finite, Finite] | None = None
     source: str = ""
+
+    def per_mm(self, size: tuple[int, int]) -> tuple[float, bool]:
+        """Return how many pixels of a picture of this size a millimetre of the sensor has, and whether that is known.
+
+        A picture of another shape than the sensor's is cut from it, as large as it allows. That is a guess, unless the
+        pixels then are the sensor's own.
+        """
+        longer, shorter = max(size), min(size)
+        across = longer / self.sensor_width_mm
+        if self.sensor_pixels is None:
+            return across, True
+        whole_longer, whole_shorter = max(self.sensor_pixels), min(self.sensor_pixels)
+        own = whole_longer / self.sensor_width_mm
+        down = own * shorter / whole_shorter
+        found = max(across, down)
+        is_whole = abs(across / down - 1.0) <= _SAME_SENSOR
+        return found, is_whole or abs(found / own - 1.0) <= _SAME_SENSOR
 
 
 class _Table(BaseModel):
@@ -83,9 +106,14 @@ class Lenses:
 
         Raises LensError.
         """
+        guess: CameraModel | None = None
         for camera, is_known in self._candidates(tags, exif, size):
-            if camera is not None and _PLAUSIBLE[0] <= camera.fx / size[0] <= _PLAUSIBLE[1]:
-                return camera, is_known
+            if camera is not None and _is_plausible(camera):
+                if is_known:
+                    return camera, True
+                guess = guess or camera
+        if guess is not None:
+            return guess, False
         name = f"{exif.make} {exif.model}".strip() or "camera"
         if tags.get("Camera:ModelType", "").lower() == "fisheye":
             raise LensError(f"was taken by a fisheye lens ({name}), whose tags give no pinhole; {REMEDY}")
@@ -100,9 +128,9 @@ class Lenses:
         entry = next((each for each in entries if each is not None and each.focal_mm is not None), None)
         if entry is None:
             raise LensError(f"no table gives the focal length of {model}; {REMEDY}")
-        width = entry.film_width_mm or entry.sensor_width_mm
-        camera = _pinhole(size, entry.focal_mm, width, 1.0, entry.distortion or ())
-        if camera is None or not _PLAUSIBLE[0] <= camera.fx / size[0] <= _PLAUSIBLE[1]:
+        per_mm = entry.per_mm(size)[0] if entry.film_width_mm is None else max(size) / entry.film_width_mm
+        camera = _pinhole(size, entry.focal_mm, per_mm, 1.0, entry.distortion or ())
+        if camera is None or not _is_plausible(camera):
             raise LensError(f"the table gives no focal length of {model} that can be used; {REMEDY}")
         return camera, entry.film_width_mm is not None
 
@@ -111,14 +139,20 @@ class Lenses:
     ) -> Iterator[tuple[CameraModel | None, bool]]:
         names = (exif.model, f"{exif.make} {exif.model}", tags.get("Camera:RigName", ""))
         own, shipped = (_entry(table, names) for table in (self._own, self._shipped))
-        yield _of_entry(own, exif, size), True
+        yield _of_entry(own, exif, size)
         yield _dji(tags, size), True
         yield _skydio(tags, size), True
-        sensor = next((entry.sensor_width_mm for entry in (own, shipped) if entry is not None), exif.sensor_mm)
-        yield _pix4d(tags, sensor, size), True
-        yield _of_entry(shipped, exif, size), True
-        yield _pinhole(size, exif.focal_mm, exif.sensor_mm, exif.zoom), True
+        by_plane = None if exif.sensor_mm is None else max(size) / exif.sensor_mm
+        entry = own or shipped
+        per_mm, is_known = (by_plane, True) if entry is None else entry.per_mm(size)
+        yield _pix4d(tags, per_mm, size), is_known
+        yield _of_entry(shipped, exif, size)
+        yield _pinhole(size, exif.focal_mm, by_plane, exif.zoom), True
         yield _of_film(exif, size), False
+
+
+def _is_plausible(camera: CameraModel) -> bool:
+    return _PLAUSIBLE[0] <= camera.fx / max(camera.width, camera.height) <= _PLAUSIBLE[1]
 
 
 def _read(text: str, name: str) -> list[LensEntry]:
@@ -151,32 +185,32 @@ def _entry(table: Mapping[str, LensEntry], names: tuple[str, ...]) -> LensEntry 
     return next((table[_plain(name)] for name in names if name and _plain(name) in table), None)
 
 
-def _of_entry(entry: LensEntry | None, exif: Exif, size: tuple[int, int]) -> CameraModel | None:
+def _of_entry(entry: LensEntry | None, exif: Exif, size: tuple[int, int]) -> tuple[CameraModel | None, bool]:
     if entry is None:
-        return None
-    focal = exif.focal_mm or entry.focal_mm
-    return _pinhole(size, focal, entry.sensor_width_mm, exif.zoom, entry.distortion or ())
+        return None, True
+    per_mm, is_known = entry.per_mm(size)
+    return _pinhole(size, exif.focal_mm or entry.focal_mm, per_mm, exif.zoom, entry.distortion or ()), is_known
 
 
 def _pinhole(
     size: tuple[int, int],
     focal_mm: float | None,
-    sensor_mm: float | None,
+    per_mm: float | None,
     zoom: float,
     distortion: tuple[float, ...] = (),
 ) -> CameraModel | None:
-    if focal_mm is None or sensor_mm is None:
+    if focal_mm is None or per_mm is None:
         return None
     width, height = size
-    focal = focal_mm / sensor_mm * width * zoom
+    focal = focal_mm * per_mm * zoom
     return CameraModel(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2, distortion)
 
 
 def _of_film(exif: Exif, size: tuple[int, int]) -> CameraModel | None:
     """Return the lens by the focal length on 35 mm film, which CIPA (DCG-001) takes by the diagonal."""
-    width, height = size
-    diagonal = math.hypot(width, 0.75 * width if width > _WIDE * height else height)
-    return _pinhole(size, exif.focal_35_mm, _FILM_DIAGONAL_MM * width / diagonal, exif.zoom)
+    longer, shorter = max(size), min(size)
+    diagonal = math.hypot(longer, 0.75 * longer if longer > _WIDE * shorter else shorter)
+    return _pinhole(size, exif.focal_35_mm, diagonal / _FILM_DIAGONAL_MM, exif.zoom)
 
 
 def _dji(tags: Mapping[str, str], size: tuple[int, int]) -> CameraModel | None:
@@ -197,12 +231,12 @@ def _dji(tags: Mapping[str, str], size: tuple[int, int]) -> CameraModel | None:
             centre_y + from_y - 0.5,
             () if is_straight else tuple(bent),
         )
-        return scaled(camera, size)
+        return _at(camera, size)
     focal = number(tags, f"{_DJI}CalibratedFocalLength")
     if focal is None:
         return None
     whole = round(2 * centre_x), round(2 * centre_y)
-    return scaled(CameraModel(*whole, focal, focal, centre_x - 0.5, centre_y - 0.5), size)
+    return _at(CameraModel(*whole, focal, focal, centre_x - 0.5, centre_y - 0.5), size)
 
 
 def _skydio(tags: Mapping[str, str], size: tuple[int, int]) -> CameraModel | None:
@@ -215,20 +249,33 @@ def _skydio(tags: Mapping[str, str], size: tuple[int, int]) -> CameraModel | Non
         return None
     k1, k2, k3 = (*numbers(tags, f"{_SKYDIO}DewarpData")[:3], 0.0, 0.0, 0.0)[:3]
     whole = round(2 * cx + 1), round(2 * cy + 1)
-    return scaled(CameraModel(*whole, fx, fy or fx, cx, cy, (k1, k2, 0.0, 0.0, k3)), size)
+    return _at(CameraModel(*whole, fx, fy or fx, cx, cy, (k1, k2, 0.0, 0.0, k3)), size)
 
 
-def _pix4d(tags: Mapping[str, str], sensor_mm: float | None, size: tuple[int, int]) -> CameraModel | None:
+def _pix4d(tags: Mapping[str, str], per_mm: float | None, size: tuple[int, int]) -> CameraModel | None:
     focal = number(tags, "Camera:PerspectiveFocalLength")
-    if focal is None or sensor_mm is None:
+    if focal is None or per_mm is None:
         return None
-    width, height = size
-    per_mm = width / sensor_mm
+    longer, shorter = max(size), min(size)
     centre = numbers(tags, "Camera:PrincipalPoint")
-    cx, cy = (value * per_mm - 0.5 for value in centre) if len(centre) == 2 else ((width - 1) / 2, (height - 1) / 2)
+    cx, cy = (value * per_mm - 0.5 for value in centre) if len(centre) == 2 else ((longer - 1) / 2, (shorter - 1) / 2)
     bent = numbers(tags, "Camera:PerspectiveDistortion")
     r1, r2, r3, t1, t2 = bent if len(bent) == 5 else (0.0,) * 5
-    return CameraModel(width, height, focal * per_mm, focal * per_mm, cx, cy, (r1, r2, t1, t2, r3) if bent else ())
+    distortion = (r1, r2, t1, t2, r3) if bent else ()
+    return _at(CameraModel(longer, shorter, focal * per_mm, focal * per_mm, cx, cy, distortion), size)
+
+
+def _at(camera: CameraModel, size: tuple[int, int]) -> CameraModel | None:
+    """Return a maker's lens at another size of its shape, or for a picture that was turned by a quarter."""
+    return scaled(camera, size) or scaled(_turned(camera), size)
+
+
+def _turned(camera: CameraModel) -> CameraModel:
+    """Return the lens of a picture turned by a quarter, to a side that nothing says: only what both have alike."""
+    width, height = camera.height, camera.width
+    k1, k2, _, _, k3 = (*camera.distortion, *(0.0,) * 5)[:5]
+    bent = (k1, k2, 0.0, 0.0, k3) if camera.distortion else ()
+    return CameraModel(width, height, camera.fy, camera.fx, (width - 1) / 2, (height - 1) / 2, bent)
 
 
 def scaled(camera: CameraModel, size: tuple[int, int]) -> CameraModel | None:

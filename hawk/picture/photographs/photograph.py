@@ -57,7 +57,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
     """
     try:
         head = read_head(path)
-        exif = read_exif(head.exif, head.size[0])
+        exif = read_exif(head.exif, max(head.size))
         tags = read_xmp(head.xmp)
     except ValueError as error:
         raise UnusableError(f"{error}; {_DAMAGED}") from None
@@ -71,6 +71,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
         )
     camera, is_known = _lens(tags, exif, head.size, lenses, calibration)
     across, up = said.sigma(tags)
+    across = across or exif.error_m
     return Photograph(
         Shot(
             path=path,
@@ -80,7 +81,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
             altitude=exif.altitude if exif.altitude is not None else said.altitude(tags),
             height=said.height(tags),
             attitude=attitude,
-            sigma=(across or exif.error_m or _SIGMA_M[0], up or _SIGMA_M[1]),
+            sigma=(across or _SIGMA_M[0], up or _SIGMA_M[1]),
             time=exif.clock,
             model=f"{exif.make} {exif.model}".strip(),
             lens_is_known=is_known,
@@ -88,6 +89,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
             has_gimbal=said.has_gimbal(tags),
             velocity=said.velocity(tags),
             line_s=said.line_s(tags),
+            sigma_is_said=across is not None,
         ),
         exif.gnss,
         exif.orientation,

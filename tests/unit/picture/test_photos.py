@@ -80,8 +80,27 @@ def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path)
     assert "share too few features" in survey.mapped.notes[0]
     assert survey.landed.pictures is not None
     assert survey.landed.pictures.limits == (Limit.BY_GPS,)
-    exact = [dataclasses.replace(shot, sigma=(0.02, 0.04)) for shot in shots]
-    assert survey_shots(YARD, exact, Grey()).landed.pictures == source_of(SourceKind.PHOTOGRAPHS, "yard")
+    assert (survey.landed.accuracy, survey.mapped.survey.accuracy) == (None, None)
+    exact = [dataclasses.replace(shot, sigma=(0.02, 0.04), sigma_is_said=True) for shot in shots]
+    by_rtk = survey_shots(YARD, exact, Grey())
+    assert by_rtk.landed.pictures == source_of(SourceKind.PHOTOGRAPHS, "yard")
+    assert (by_rtk.landed.accuracy, by_rtk.mapped.survey.accuracy) == (0.02, 0.02)
+    one_lost = [exact[0], dataclasses.replace(exact[1], sigma=(2.0, 3.0), sigma_is_said=False)]
+    assert survey_shots(YARD, one_lost, Grey()).landed.accuracy is None
+
+
+def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
+    shots = [
+        dataclasses.replace(shot, latitude=-16.8, longitude=longitude)
+        for shot, longitude in zip(read_folder(folder).shots[:2], (179.9999, -179.9998), strict=True)
+    ]
+
+    class Grey(Files):
+        def picture(self, shot: object) -> np.ndarray:
+            return np.full((shots[0].camera.height, shots[0].camera.width, 3), 130, np.uint8)
+
+    datum = survey_shots(YARD, shots, Grey()).landed.datum
+    assert (datum.latitude, datum.longitude) == pytest.approx((-16.8, -179.99995), abs=1e-7)
 
 
 def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> None:

@@ -126,6 +126,7 @@ def test_a_project_is_known_by_its_folders(tmp_path: Path) -> None:
 def test_without_an_elevation_model_the_photographs_tags_give_the_height(tmp_path: Path) -> None:
     folder = _project(tmp_path / "task")
     assert [shot.height for shot in read_project(folder).shots] == [60.0] * 4
+    assert not any(shot.sigma_is_said for shot in read_project(folder).shots), "it is of one place against the others"
     for image in (folder / "images").iterdir():
         photo(image, exif())
     with pytest.raises(PictureError, match="no height above the ground; give the flight's height"):

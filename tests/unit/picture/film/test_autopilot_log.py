@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.picture.film.autopilot_log import read_log
@@ -33,6 +34,27 @@ def test_places_heights_and_attitudes_are_read_in_unix_time(tmp_path: Path, kind
     assert (at.latitude[0], at.longitude[0]) == pytest.approx((latitude, longitude), abs=2e-7)
     assert (at.altitude[0], at.height[0]) == pytest.approx((altitude, HEIGHT), abs=0.02)
     assert at.attitude[0] == pytest.approx((0.0, 0.0, math.pi / 2), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["bin/a.tlog", "tcp:127.0.0.1:9.tlog", "tcp:127.0.0.1:9.bin"])
+def test_a_log_is_read_and_neither_run_nor_connected_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def refuse(*_args: object, **_options: object) -> None:
+        raise AssertionError("it was opened as no file")
+
+    monkeypatch.setattr(mavutil, "mavchildexec", refuse)
+    monkeypatch.setattr(mavutil, "mavtcp", refuse)
+    monkeypatch.chdir(tmp_path)
+    path = Path(name)
+    path.parent.mkdir(exist_ok=True)
+    if path.suffix == ".tlog":
+        write_tlog(tmp_path / path, STRAIGHT)
+        (tmp_path / path).chmod(0o755)
+    else:
+        write_bin(path, STRAIGHT, 0.0, 8.0)
+    for each in (path, tmp_path / path):
+        assert len(read_log(each).course.time) == 80
 
 
 def test_a_mount_turns_the_camera(tmp_path: Path) -> None:

@@ -58,8 +58,14 @@ def test_the_tables_know_cameras_by_the_films_own_model(tmp_path: Path) -> None:
         (LensChoice(hfov_deg=200.0), 1.0, "--hfov 200: must be 5 to 160 degrees"),
         (LensChoice(hfov_deg=math.nan), 1.0, "--hfov nan: must be"),
         (LensChoice(focal35_mm=2.0), 1.0, "--focal35 2: must be 8 to 500 mm"),
+        (LensChoice(focal35_mm=10.0), 1.0, "--focal35 10: is wider or narrower than every lens.*--hfov DEGREES"),
     ],
 )
 def test_a_lens_that_nothing_says_is_asked_for(choice: LensChoice, zoom: float, words: str) -> None:
     with pytest.raises(PictureError, match=words):
         lens_of("a.MP4", SIZE, choice, "", None, zoom)
+
+
+def test_a_focal_length_of_the_captions_that_no_lens_has_is_refused() -> None:
+    with pytest.raises(PictureError, match=r"a.MP4: its captions give .* 12 mm, wider or narrower .*--hfov DEGREES"):
+        lens_of("a.MP4", SIZE, LensChoice(), "", 12.0, 1.0)

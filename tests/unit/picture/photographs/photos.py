@@ -29,7 +29,7 @@ SIZE = (80, 60)
 def exif(
     place: tuple[float, float] | None = (46.84, -91.99),
     altitude: float = 160.0,
-    model: str = "FC6310",
+    model: str = "FC330",
     make: str = "DJI",
     taken: str = "2024:05:01 10:00:00",
     base: dict[int, Any] | None = None,

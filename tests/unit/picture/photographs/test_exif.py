@@ -18,8 +18,8 @@ from tests.unit.picture.photographs.photos import exif
 NOON = datetime(2024, 5, 1, 12, tzinfo=UTC).timestamp()
 
 
-def _read(found: Image.Exif, width: int = 4000) -> Exif:
-    return read_exif(found.tobytes().removeprefix(b"Exif\x00\x00"), width)
+def _read(found: Image.Exif, longer: int = 4000) -> Exif:
+    return read_exif(found.tobytes().removeprefix(b"Exif\x00\x00"), longer)
 
 
 @settings(max_examples=60, deadline=None)
@@ -64,6 +64,12 @@ def test_camera_and_lens_are_read() -> None:
     assert (found.make, found.model, found.orientation) == ("Parrot", "Sequoia", 6)
     assert (found.focal_mm, found.focal_35_mm, found.zoom) == pytest.approx((4.88, 28.0, 2.0))
     assert found.sensor_mm == pytest.approx(6.1747, abs=1e-3)
+
+
+def test_the_focal_plane_of_a_turned_picture_gives_the_longer_side() -> None:
+    plane = {0xA20E: 100.0, 0xA210: 4}
+    assert _read(exif(photo={**plane, 0xA002: 1000, 0xA003: 1500})).sensor_mm == 15.0
+    assert _read(exif(photo=plane), 1500).sensor_mm == 15.0
 
 
 def test_a_focal_plane_that_no_sensor_has_is_not_believed() -> None:

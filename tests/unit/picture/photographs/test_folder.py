@@ -3,6 +3,7 @@ from __future__ import annotations
 import shutil
 import time
 import tracemalloc
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,19 @@ def test_gnss_time_goes_before_the_clock_where_all_have_it(tmp_path: Path) -> No
     assert [shot.name for shot in found.shots] == ["b.jpg", "a.jpg"]
     assert found.shots[1].time == pytest.approx((found.shots[0].time or 0.0) + 1.0)
     assert found.time_is_sure
+
+
+def test_a_group_has_gnss_time_though_another_camera_of_the_folder_has_none(tmp_path: Path) -> None:
+    for k, name in enumerate(("b.jpg", "a.jpg")):
+        gps = {7: (9.0, 0.0, float(k)), 29: "2024:05:01"}
+        photo(tmp_path / name, exif((46.84 + 1e-4 * k, -91.99), gps=gps), xmp(DJI))
+    photo(tmp_path / "c.jpg", exif(model="FC6540", photo={0xA405: 24}), xmp(DJI))
+    found = read_folder(tmp_path, group=1)
+    assert [shot.name for shot in found.shots] == ["b.jpg", "a.jpg"]
+    nine = datetime(2024, 5, 1, 9, tzinfo=UTC).timestamp()
+    assert [shot.time for shot in found.shots] == [nine, nine + 1.0]
+    assert found.time_is_sure
+    assert not read_folder(tmp_path, group=2).time_is_sure
 
 
 @pytest.mark.parametrize(
@@ -79,7 +93,7 @@ def test_two_flights_are_refused_with_their_counts_and_one_can_be_named(tmp_path
     flight(tmp_path, 3)
     flight(tmp_path, 2, first=10, minute=50)
     with pytest.raises(
-        PictureError, match=r"2 flights or cameras \(1: 3 of DJI FC6310, 80 x 60.*; 2: 2 of .*--group NUMBER"
+        PictureError, match=r"2 flights or cameras \(1: 3 of DJI FC330, 80 x 60.*; 2: 2 of .*--group NUMBER"
     ):
         read_folder(tmp_path)
     assert _names(tmp_path, group=1) == ["DJI_0000.JPG", "DJI_0001.JPG", "DJI_0002.JPG"]

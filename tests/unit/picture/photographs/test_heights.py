@@ -42,7 +42,7 @@ def test_no_height_at_all_is_asked_for() -> None:
         with_heights([_shot("a", None, 160.0), _shot("b", None, 161.0)], None)
 
 
-@given(st.floats(5.0, 400.0), st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=9))
+@given(st.floats(50.0, 400.0), st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=9))
 def test_a_height_that_a_person_gives_is_the_middle_photograph_s(given_m: float, steps: list[float]) -> None:
     altitudes = [350.0 + step for step in steps]
     found = _heights([_shot(str(k), None, altitude) for k, altitude in enumerate(altitudes)], given_m)
@@ -54,7 +54,28 @@ def test_a_height_that_a_person_gives_is_the_middle_photograph_s(given_m: float,
 
 
 def test_a_height_that_a_person_gives_goes_for_all_where_the_files_say_nothing() -> None:
-    assert _heights([_shot("a", None, None), _shot("b", None, 160.0)], 60.0) == [60.0, 60.0]
+    assert _heights([_shot("a", None, None), _shot("b", None, None)], 60.0) == [60.0, 60.0]
+
+
+def test_a_height_that_a_person_gives_moves_those_whose_level_is_known_and_the_others_are_named() -> None:
+    levels = [("a", None, 200.0), ("b", None, 180.0), ("c", None, None), ("d", None, 190.0)]
+    shots, left = with_heights([_shot(*each) for each in levels], 60.0)
+    assert [(shot.name, shot.height) for shot in shots] == [("a", 70.0), ("b", 50.0), ("d", 60.0)]
+    assert [each.name for each in left] == ["c"]
+    assert "gives no height, the others do" in left[0].reason
+
+
+def test_a_height_that_a_person_gives_takes_a_lacking_height_from_the_altitude() -> None:
+    levels = [("a", 40.0, 200.0), ("b", None, 195.0), ("c", 50.0, 210.0)]
+    assert _heights([_shot(*each) for each in levels], 60.0) == [60.0, 55.0, 70.0]
+
+
+def test_photographs_on_the_ground_are_left_out_by_a_person_s_height_too() -> None:
+    levels = [("a", 60.0, 200.0), ("g", 0.0, 140.0), ("b", 61.0, 201.0), ("h", -40.0, 100.0), ("c", 59.0, 199.0)]
+    shots, left = with_heights([_shot(*each) for each in levels], 50.0)
+    assert [(shot.name, shot.height) for shot in shots] == [("a", 51.0), ("b", 52.0), ("c", 50.0)]
+    assert [each.name for each in left] == ["g", "h"]
+    assert left[0].reason.startswith("was taken on the ground: -9.0 m above the ground by --height 50")
 
 
 @pytest.mark.parametrize("given_m", [0.0, -3.0, 500.5, 1200.0])

@@ -84,22 +84,68 @@ def test_pix4d_s_millimetres_are_turned_into_pixels(exif: Exif) -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "focal_mm", "width", "wide_deg"),
+    ("model", "focal_mm", "width", "height", "wide_deg"),
     [
-        ("FC300S", 3.61, 4000, 81.3), ("FC330", 3.61, 4000, 81.3), ("FC6310", 8.8, 5472, 73.4),
-        ("fc220", 4.73, 4000, 66.5), ("FC3170", 4.5, 8000, 70.8), ("FC3411", 8.38, 5472, 76.2),
-        ("FC7303", 4.49, 4000, 69.2), ("L1D-20c", 10.26, 5472, 65.2), ("M3E", 12.29, 5280, 70.7),
-        ("XT705", 10.57, 5472, 63.7), ("Anafi", 4.0, 5344, 73.6), ("2", 3.7, 4056, 80.9),
-        ("ILCE-6000", 16.0, 6000, 72.6), ("DSC-RX1RM2", 35.0, 7952, 54.3),
+        ("FC300S", 3.61, 4000, 3000, 81.3), ("FC330", 3.61, 4000, 3000, 81.3), ("FC6310", 8.8, 5472, 3648, 73.4),
+        ("fc220", 4.73, 4000, 3000, 66.5), ("FC3170", 4.5, 8000, 6000, 70.8), ("FC3411", 8.38, 5472, 3648, 76.2),
+        ("FC7303", 4.49, 4000, 3000, 69.2), ("L1D-20c", 10.26, 5472, 3648, 65.2), ("M3E", 12.29, 5280, 3956, 70.7),
+        ("XT705", 10.57, 5472, 3648, 63.7), ("Anafi", 4.0, 5344, 4016, 73.6), ("2", 3.7, 4056, 3040, 80.9),
+        ("ILCE-6000", 16.0, 6000, 4000, 72.6), ("DSC-RX1RM2", 35.0, 7952, 5304, 54.3),
     ],
 )  # fmt: skip
 def test_common_drones_are_as_wide_as_their_makers_say(
-    model: str, focal_mm: float, width: int, wide_deg: float
+    model: str, focal_mm: float, width: int, height: int, wide_deg: float
 ) -> None:
     exif = Exif(make="Skydio" if model == "2" else "any", model=model, focal_mm=focal_mm)
-    camera, is_known = Lenses().of({}, exif, (width, width * 3 // 4))
+    camera, is_known = Lenses().of({}, exif, (width, height))
     assert is_known
     assert math.degrees(2 * math.atan(width / 2 / camera.fx)) == pytest.approx(wide_deg, abs=0.2)
+
+
+@pytest.mark.parametrize("size", [(5472, 3648), (3648, 5472), (4864, 3648), (5472, 3078), (3648, 3648)])
+@pytest.mark.parametrize("tags", [{}, DJI], ids=["table", "calibrated"])
+def test_a_turned_or_cut_picture_has_its_camera_s_focal_length(tags: dict[str, str], size: tuple[int, int]) -> None:
+    camera, is_known = Lenses().of(tags, Exif(make="DJI", model="FC6310", focal_mm=8.8), size)
+    assert is_known
+    assert (camera.width, camera.height) == size
+    assert camera.fx == pytest.approx(3667.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("size", "focal", "is_known"),
+    [((4000, 3000), 3016, False), ((1824, 2736), 1833.7, True), ((1600, 1200), 1206.4, False)],
+)
+def test_a_part_of_a_sensor_whose_pixels_are_not_its_own_is_a_guess(
+    size: tuple[int, int], focal: float, is_known: bool
+) -> None:
+    exif = Exif(make="DJI", model="FC6310", focal_mm=8.8)
+    camera, found = Lenses().of({}, exif, size)
+    assert found is is_known
+    assert camera.fx == pytest.approx(focal, abs=1.0)
+
+
+def test_a_sensor_of_the_focal_plane_is_known_where_the_table_guesses() -> None:
+    exif = Exif(make="DJI", model="FC6310", focal_mm=8.8, sensor_mm=9.6)
+    camera, is_known = Lenses().of({}, exif, (3000, 4000))
+    assert is_known
+    assert camera.fx == pytest.approx(8.8 / 9.6 * 4000)
+
+
+def test_a_person_s_table_without_the_sensor_s_pixels_is_believed_for_every_shape(tmp_path: Path) -> None:
+    lenses = Lenses(_table(tmp_path / "own.toml", ENTRY))
+    exif = Exif(model="FC9999", focal_mm=5.0)
+    found = [lenses.of({}, exif, size) for size in ((4000, 3000), (3000, 4000), (4000, 2250))]
+    assert [(camera.fx, is_known) for camera, is_known in found] == [(2000.0, True)] * 3
+    with_pixels = Lenses(_table(tmp_path / "own.toml", ENTRY + "sensor_pixels = [4000, 3000]\n"))
+    assert [with_pixels.of({}, exif, size)[1] for size in ((4000, 2250), (2000, 1125))] == [True, False]
+
+
+def test_a_turned_calibration_keeps_what_both_turns_have_alike() -> None:
+    tags = {**DJI, "drone-dji:DewarpData": DEWARP, "drone-dji:DewarpFlag": "0"}
+    camera, is_known = Lenses().of(tags, Exif(), (3648, 5472))
+    assert is_known
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == pytest.approx((3671.84, 3678.87, 1823.5, 2735.5))
+    assert camera.distortion == pytest.approx((-0.268652, 0.114663, 0.0, 0.0, -0.0350261))
 
 
 def test_digital_zoom_lengthens_the_lens() -> None:
@@ -115,6 +161,8 @@ def test_the_focal_length_on_film_is_a_guess_by_the_diagonal() -> None:
     assert camera.fx == pytest.approx(24.0 * 5000 / math.hypot(36, 24))
     cut, _ = Lenses().of({}, Exif(model="new", focal_35_mm=24.0), (4000, 2250))
     assert cut.fx == pytest.approx(camera.fx)
+    turned, _ = Lenses().of({}, Exif(model="new", focal_35_mm=24.0), (2250, 4000))
+    assert turned.fx == pytest.approx(camera.fx)
 
 
 def test_a_person_s_table_goes_before_every_tag(tmp_path: Path) -> None:
@@ -147,6 +195,7 @@ def test_a_length_that_no_lens_has_is_passed_over() -> None:
         ('[[lens]]\nmodel = "X"\nsensor_width_mm = -1\n', r"lens\.0\.sensor_width_mm"),
         (ENTRY + "focal = 3\n", r"lens\.0\.focal"),
         (ENTRY + "distortion = [1, 2]\n", r"lens\.0\.distortion"),
+        (ENTRY + "sensor_pixels = [0, 2]\n", r"lens\.0\.sensor_pixels"),
         ("", "lens"),
     ],
 )

@@ -22,9 +22,10 @@ def test_a_dji_photograph_is_a_shot(tmp_path: Path) -> None:
     found = read_photograph(photo(tmp_path / "a.jpg", exif((-33.9, 18.4), 160.0), xmp(tags)), LENSES)
     shot = found.shot
     assert (shot.latitude, shot.longitude) == pytest.approx((-33.9, 18.4), abs=1e-8)
-    assert (shot.altitude, shot.height, shot.model) == (160.0, 60.0, "DJI FC6310")
+    assert (shot.altitude, shot.height, shot.model) == (160.0, 60.0, "DJI FC330")
     assert shot.attitude == pytest.approx((0.0, 0.0, np.radians(30.0)), abs=1e-9)
     assert shot.sigma == (0.03, 0.05)
+    assert shot.sigma_is_said
     assert (shot.lens_is_known, shot.yaw_is_sure) == (True, True)
 
 
@@ -33,7 +34,20 @@ def test_a_sony_has_a_place_and_a_lens_and_no_attitude(tmp_path: Path) -> None:
     shot = read_photograph(photo(tmp_path / "a.jpg", sony, size=(160, 106)), LENSES).shot
     assert (shot.attitude, shot.height) == (None, None)
     assert shot.camera.fx == pytest.approx(35.0 / 35.9 * 160)
-    assert shot.sigma == (4.5, 3.0)
+    assert (shot.sigma, shot.sigma_is_said) == ((4.5, 3.0), True)
+
+
+def test_a_place_whose_precision_the_file_does_not_say_is_of_a_common_receiver(tmp_path: Path) -> None:
+    shot = read_photograph(photo(tmp_path / "a.jpg", exif(), xmp(DJI)), LENSES).shot
+    assert (shot.sigma, shot.sigma_is_said) == ((2.0, 3.0), False)
+
+
+def test_a_turned_photograph_has_the_sensor_of_its_longer_side(tmp_path: Path) -> None:
+    tags = {0x920A: 10.0, 0xA20E: 10.0, 0xA210: 4}
+    found = exif(model="new", photo=tags)
+    shot = read_photograph(photo(tmp_path / "a.jpg", found, xmp(DJI), (60, 90)), LENSES).shot
+    assert shot.lens_is_known
+    assert shot.camera.fx == pytest.approx(100.0)
 
 
 def test_an_autel_of_older_firmware_is_read_by_pix4d_s_tags(tmp_path: Path) -> None:
