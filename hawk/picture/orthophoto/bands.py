@@ -151,6 +151,8 @@ def _levels(dataset: Any, bands: Bands, name: str) -> tuple[float, float]:
         valid = valid_pixels(dataset, bands, window, size)
         if bands.has_white:
             valid = valid & ~(colours == np.iinfo(colours.dtype).max).all(axis=0)
+        if _is_silent(dataset, bands):  # a black border is no ground either
+            valid = valid & (colours > 0).any(axis=0)
         values.append(colours[:, valid].reshape(-1))
     shown = np.concatenate(values)
     if not len(shown):

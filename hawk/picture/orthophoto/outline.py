@@ -128,6 +128,8 @@ def read_outline(path: Path) -> LotOutline:
         found = _geopackage(path) if is_database else _read(path.read_bytes())
     except OSError as error:
         raise PictureError(f"{path}: cannot be read ({error.strerror}); {_REMEDY}") from error
+    except (AttributeError, TypeError, KeyError) as error:  # a value of another kind than its format has
+        raise PictureError(f"{path}: is damaged ({error}); {_REMEDY}") from error
     except (LotInputError, AreaError, sqlite3.Error, json.JSONDecodeError, RecursionError) as error:
         words = f"{error}; {_REMEDY}"
         if isinstance(error, LotInputError) and error.field == "crs":  # its reason has a remedy of its own
@@ -194,8 +196,7 @@ def _kml(data: bytes) -> list[Named]:
 
 def _geojson(content: dict[str, Any]) -> list[Named]:
     found: list[Named] = []
-    named = (content.get("crs") or {}).get("properties", {}).get("name", "") if content.get("crs") else ""
-    crs = crs_name(named) if named else WGS_84
+    crs = _system_of(content.get("crs"))
     features = content["features"] if isinstance(content.get("features"), list) else [content]
     for number, feature in enumerate(features, 1):
         if not isinstance(feature, dict):
@@ -211,6 +212,17 @@ def _geojson(content: dict[str, Any]) -> list[Named]:
         facts = feature.get("properties")
         found.append(Named(facts if isinstance(facts, dict) else {}, shape, number))
     return _on_earth(found, crs)
+
+
+def _system_of(crs: object) -> str:
+    """Return the system that GeoJSON of 2008 names; WGS-84 without one. Raises LotInputError."""
+    if crs is None:
+        return WGS_84
+    facts = crs.get("properties") if isinstance(crs, dict) else {"name": crs}
+    named = facts.get("name") if isinstance(facts, dict) else None
+    if not isinstance(named, str):
+        raise LotInputError("crs", f"its system of coordinates has no name: write EPSG:4326, or no crs; {_REMEDY}")
+    return crs_name(named) if named else WGS_84
 
 
 def _geopackage(path: Path) -> list[Named]:
@@ -248,25 +260,29 @@ def _osm_xml(text: str) -> Iterator[Named]:
 
 
 def _osm_json(content: dict[str, Any]) -> Iterator[Named]:
-    elements = [each for each in content["elements"] if isinstance(each, dict)]
+    elements = [each for each in content["elements"] or () if isinstance(each, dict)]
     nodes = {each.get("id"): (each.get("lon"), each.get("lat")) for each in elements if each.get("type") == "node"}
     outlines: dict[str, list[tuple[float, float]]] = {}
     for each in elements:
-        holders = [each] if each.get("type") == OUTLINE else each.get("members", [])
+        holders = [each] if each.get("type") == OUTLINE else _members(each)
         for holder in holders:
             line = _line_of(holder, nodes)
             if line:
                 outlines[str(holder.get("id", holder.get("ref")))] = line
     for each in elements:
-        members = [(str(member.get("role", "")), str(member.get("ref", ""))) for member in each.get("members", [])]
-        yield from _osm_area(str(each.get("type")), str(each.get("id")), each.get("tags", {}), members, outlines)
+        members = [(str(member.get("role", "")), str(member.get("ref", ""))) for member in _members(each)]
+        yield from _osm_area(str(each.get("type")), str(each.get("id")), each.get("tags") or {}, members, outlines)
+
+
+def _members(element: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [member for member in element.get("members") or () if isinstance(member, dict)]
 
 
 def _line_of(holder: Mapping[str, Any], nodes: Mapping[Any, tuple[Any, Any]]) -> list[tuple[float, float]]:
     """Return the corners of an outline of Overpass: with ``geometry`` (out geom), or by its nodes."""
     if holder.get("geometry"):
         return [(place["lon"], place["lat"]) for place in holder["geometry"] if place]
-    return [nodes.get(number, (np.nan, np.nan)) for number in holder.get("nodes", [])]
+    return [nodes.get(number, (np.nan, np.nan)) for number in holder.get("nodes") or ()]
 
 
 def _osm_area(

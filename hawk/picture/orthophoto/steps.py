@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Protocol
 
+import cv2
 import numpy as np
 
 from hawk.algo.vision.network import Engine
@@ -159,9 +160,10 @@ def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
         return ""
     try:
         found = map_window(source, task.window, eye)
-    except PictureError as error:
-        store.fail(task, task.window.name(source.grid), str(error))
-        return str(error)
+    except (PictureError, cv2.error, MemoryError) as error:  # one window that is too large for the memory ends no run
+        reason = str(error) or "there is too little memory; close other programs, or start fewer --workers"
+        store.fail(task, task.window.name(source.grid), reason)
+        return reason
     store.keep(task, found)
     return ""
 

@@ -36,6 +36,43 @@ def same(outline: LotOutline, *expected: Polygon) -> bool:
     return all(one.symmetric_difference(other).area < 1e-12 for one, other in pairs)
 
 
+@pytest.mark.parametrize(
+    "content",
+    [
+        features((LOT, {}), crs="EPSG:4326"),
+        features((LOT, {}), crs=None),
+        features((LOT, {})).replace('"properties": {}', '"properties": null'),
+        json.dumps({"elements": [
+            {"type": "way", "id": 1, "tags": None, "geometry": None, "members": None, "nodes": None},
+            {"type": "way", "id": 2, "tags": {"amenity": "parking"},
+             "geometry": [{"lon": x, "lat": y} for x, y in LOT.exterior.coords]},
+        ]}),
+    ],
+)  # fmt: skip
+def test_what_is_left_empty_or_written_shortly_is_read(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "lots.json"
+    path.write_text(content)
+    assert same(read_outline(path), LOT)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        features((LOT, {}), crs={"type": "name", "properties": None}),
+        features((LOT, {}), crs={"type": "name", "properties": {"name": 4326}}),
+        features((LOT, {}), crs=4326),
+        '{"elements": null}',
+        '{"elements": 7}',
+        '{"elements": [{"type": "way", "id": 1, "tags": 3, "geometry": [{"lon": 1}]}]}',
+    ],
+)
+def test_a_value_of_another_kind_is_refused_with_the_file_and_the_remedy(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "lots.json"
+    path.write_text(content)
+    with pytest.raises(PictureError, match=r"lots\.json: .*(damaged|holds no area|has no name)"):
+        read_outline(path)
+
+
 def test_areas_of_geojson_are_lots_and_other_shapes_are_not(tmp_path: Path) -> None:
     path = tmp_path / "lots.geojson"
     path.write_text(features((LOT.difference(HOLE), {}), (shapely.Point(5, 52), {}), (MultiPolygon([OTHER]), {})))

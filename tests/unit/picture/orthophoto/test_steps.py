@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from hawk.picture.city.results import Results
+from hawk.picture.nadir import Eye
+from hawk.picture.orthophoto import steps
+from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.steps import InMemory, Started, Store, looked, settle, start
+from hawk.picture.orthophoto.windows import Window, WindowStalls
 from hawk.picture.values import PictureError
 from hawk.picture.work_folder import WINDOWS as FOLDER
 from tests.unit.picture.city.fakes import CORE_M, WINDOWS, city, load_fake, looks
@@ -66,6 +71,28 @@ def test_an_outline_that_does_not_fit_is_named_with_its_option(tmp_path: Path, c
     outline.write_text(content)
     with pytest.raises(PictureError, match=rf"^--outline: .*far\.geojson: {words}"):
         start(city(tmp_path), outline=outline, crs=None, load=lambda: load_fake(tmp_path / "model", "opencv"))
+
+
+@pytest.mark.parametrize("error", [MemoryError(), cv2.error("Insufficient memory")])
+def test_a_window_that_the_memory_does_not_hold_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
+    whole = steps.map_window
+
+    def short(source: Orthophoto, window: Window, eye: Eye) -> WindowStalls:
+        if window == picture.tasks[1].window:
+            raise error
+        return whole(source, window, eye)
+
+    monkeypatch.setattr(steps, "map_window", short)
+    failures = fill(picture, disk)
+    reasons = [failures[task.name] for task in picture.tasks]
+    assert "memory" in reasons[1]
+    assert not any(reasons[:1] + reasons[2:])
+    mapped = settle(picture, disk, failures)
+    assert [each.reason for each in mapped.left_out] == [reasons[1]]
+    assert any(reasons[1] in path.read_text() for path in (tmp_path / "out" / "failures").iterdir())
 
 
 @pytest.mark.parametrize("is_kept", [False, True])
