@@ -107,7 +107,11 @@ def map_city(
     named = None if model is None else model.resolve()
     job = Job(started.source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
     pace = _Pace(count, count - len(missing), progress)
-    failures = _failures(_ended(job, eye, missing, workers, scheduler), pace)
+
+    def note(task: Task, reason: str) -> None:
+        results.fail(task, task.window.name(started.source.grid), reason)
+
+    failures = _failures(_ended(job, eye, missing, workers, scheduler), pace, note)
     return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)
 
 
@@ -123,13 +127,16 @@ def _check_reached(scheduler: str) -> None:
         ) from error
 
 
-def _failures(ended: Generator[tuple[str, Task | None, str]], pace: _Pace) -> dict[str, str]:
-    """Take all tasks of `_ended`; return, by their names, why some failed."""
+def _failures(
+    ended: Generator[tuple[str, Task | None, str]], pace: _Pace, note: Callable[[Task, str], None]
+) -> dict[str, str]:
+    """Take all tasks of `_ended`; return, by their names, why some failed, and note it: a dead worker cannot."""
     failures = {}
     with contextlib.closing(ended):
         for dashboard, task, reason in ended:
             if task is not None and reason:
                 failures[task.name] = reason
+                note(task, reason)
             pace.step(0 if task is None else 1, bool(reason), dashboard)
     return failures
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,11 @@ import shapely
 
 from hawk.picture.city.results import Results
 from hawk.picture.city.run import CityProgress, CityRun, map_city
+from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.app import map_orthophoto
 from hawk.picture.orthophoto.outline import LotOutline
-from hawk.picture.orthophoto.source import open_orthophoto
-from hawk.picture.orthophoto.steps import look
+from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
+from hawk.picture.orthophoto.steps import Store, Task, look
 from hawk.picture.values import Mapped, PictureError
 from hawk.picture.work_folder import WINDOWS as FOLDER
 from tests.unit.picture.city import fakes
@@ -86,6 +88,20 @@ def test_failed_windows_are_named_and_tried_again(tmp_path: Path) -> None:
     assert again.reused == WINDOWS - failed
     assert same(again.mapped, whole)
     assert looks(tmp_path) == before + WINDOWS + failed
+
+
+def test_what_a_worker_could_not_write_stands_among_the_failures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dead(tasks: Sequence[Task], source: Orthophoto, sees: Eye, store: Store) -> Iterator[tuple[Task, str]]:
+        yield from [(task, look(task, source, sees, store)) for task in tasks[1:]]
+        yield tasks[0], "3 workers died at it"
+
+    monkeypatch.setattr("hawk.picture.city.run.looked", dead)
+    part = mapped(tmp_path).mapped
+    (left,) = part.left_out
+    assert left.reason == "3 workers died at it"
+    assert list(Results(tmp_path / "out").failures()) == [(left.name, left.reason)]
 
 
 def test_a_city_of_which_no_window_can_be_looked_at_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,10 +10,9 @@ import pytest
 
 from hawk.picture.city.results import Results
 from hawk.picture.nadir import Eye
-from hawk.picture.orthophoto import steps
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.steps import InMemory, Started, Store, looked, settle, start
-from hawk.picture.orthophoto.windows import Window, WindowStalls
+from hawk.picture.orthophoto.windows import Window, WindowStalls, map_window
 from hawk.picture.values import PictureError
 from hawk.picture.work_folder import WINDOWS as FOLDER
 from tests.unit.picture.city.fakes import CORE_M, WINDOWS, city, load_fake, looks
@@ -78,14 +77,13 @@ def test_a_window_that_the_memory_does_not_hold_is_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
-    whole = steps.map_window
 
     def short(source: Orthophoto, window: Window, eye: Eye) -> WindowStalls:
         if window == picture.tasks[1].window:
             raise error
-        return whole(source, window, eye)
+        return map_window(source, window, eye)
 
-    monkeypatch.setattr(steps, "map_window", short)
+    monkeypatch.setattr("hawk.picture.orthophoto.steps.map_window", short)
     failures = fill(picture, disk)
     reasons = [failures[task.name] for task in picture.tasks]
     assert "memory" in reasons[1]
