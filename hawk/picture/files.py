@@ -20,9 +20,12 @@ from hawk.runtime.files import replace_whole
 IN_SYSTEM: Final = "stalls-source-crs.geojson"
 """The stalls in the source's own system of coordinates, where that is not WGS-84."""
 
+_PICTURE: Final = "lot.png"
+_SOMETIMES: Final = frozenset({IN_SYSTEM, _PICTURE})
+
 
 def write_files(mapped: Mapped, folder: Path, program: str) -> tuple[Path, ...]:
-    """Write the files of a survey; return their paths. A file that is there is replaced as a whole.
+    """Write the files of a survey; return their paths. A file that is there is replaced as a whole, or removed.
 
     Args:
         mapped: The survey.
@@ -42,10 +45,13 @@ def write_files(mapped: Mapped, folder: Path, program: str) -> tuple[Path, ...]:
     if mapped.crs:
         contents[IN_SYSTEM] = stalls_in_system(mapped)
     if mapped.ground is not None:
-        contents["lot.png"] = cv2.imencode(".png", lot_picture(mapped.survey, mapped.ground))[1].tobytes()
+        contents[_PICTURE] = cv2.imencode(".png", lot_picture(mapped.survey, mapped.ground))[1].tobytes()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return tuple(replace_whole(folder / name, data) for name, data in contents.items())
+        written = tuple(replace_whole(folder / name, data) for name, data in contents.items())
+        for name in _SOMETIMES - contents.keys():  # of another survey by the same folder
+            (folder / name).unlink(missing_ok=True)
+        return written
     except OSError as error:
         raise PictureError(f"--out: {cannot_write(Path(error.filename or folder), error)}") from error
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -21,7 +21,7 @@ import numpy as np
 from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
 from hawk.picture.orthophoto.grid import Box, PixelGrid, measured, system
-from hawk.picture.orthophoto.vrt import missing_parts
+from hawk.picture.orthophoto.vrt import missing_parts, parts_of
 from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, is_coarser, named
 from hawk.runtime.programs import remedy
 
@@ -105,6 +105,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
     """
     if not path.is_file():
         raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
+    _check_parts(path)  # GDAL finds it where it reads them, if it has not kept them
     with opened(path) as dataset:
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
@@ -112,7 +113,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
         taken, is_sure = _time_of(dataset, path)
         factors = dataset.overviews(1)
         has_overviews = bool(factors) and max(factors) >= _LEAST_MASK_STEP
-        identity = _identity(path, dataset.files)
+        identity = _identity([str(path), *dataset.files, *map(str, parts_of(path))])
     return Orthophoto(path, grid, chosen, short, identity, taken, is_sure, has_overviews, tuple(notes))
 
 
@@ -132,14 +133,19 @@ def opened(path: Path) -> Iterator[Any]:
             with rasterio.open(path) as dataset:
                 yield dataset
     except RasterioError as error:
-        missing = missing_parts(path)
-        if missing:
-            raise PictureError(
-                f"{path.name}: is made of files that are not there: {named(missing)}; put them back, or build it of "
-                f"those that are there: gdalbuildvrt {path.name} FOLDER/*.tif"
-            ) from error
+        _check_parts(path)
         reason = str(error.__cause__ or error).splitlines()[0][:160]
         raise PictureError(f"{path.name}: cannot be read as a picture ({reason}); export it again") from error
+
+
+def _check_parts(path: Path) -> None:
+    """Refuse a VRT of files that are not there. Raises PictureError."""
+    missing = missing_parts(path)
+    if missing:
+        raise PictureError(
+            f"{path.name}: is made of files that are not there: {named(missing)}; put them back, or build it of "
+            f"those that are there: gdalbuildvrt {path.name} FOLDER/*.tif"
+        )
 
 
 def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:
@@ -202,17 +208,16 @@ def _time_of(dataset: Any, path: Path) -> tuple[float, bool]:
     return path.stat().st_mtime, False
 
 
-def _identity(path: Path, files: list[str]) -> str:
+def _identity(files: Iterable[str]) -> str:
     """Return the place, size and time of change of each file that a picture consists of, as JSON."""
     found = []
-    for name in sorted({str(path), *files}):
-        file = Path(name).resolve()
+    for name in sorted({str(Path(each).resolve()) for each in files}):
         try:
-            facts = file.stat()
+            facts = Path(name).stat()
         except OSError:  # within an archive, or on another computer
             found.append([name, 0, 0])
         else:
-            found.append([str(file), facts.st_size, facts.st_mtime_ns])
+            found.append([name, facts.st_size, facts.st_mtime_ns])
     return json.dumps(found)
 
 

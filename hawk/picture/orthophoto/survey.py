@@ -18,7 +18,7 @@ from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
 from hawk.lots.finished import JOIN_M, LEAST_M2, OFF_M
 from hawk.lots.place import about
 from hawk.lots.source import Limit, SourceKind
-from hawk.lots.values import fitting_name
+from hawk.lots.values import fitting_name, outline_json
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.picture.limits import UNSEEN_SHARE, source_of
@@ -83,7 +83,8 @@ def to_survey(
     lots = _on_earth(found, source.grid) if outline is None else outline.outline()
     seen_m2 = round(sum(_seen_m2(part, plane) for part in results), 1)
     pictures = source_of(SourceKind.ORTHOPHOTO, source.path.name, tuple(_limits(plane, seen_m2, len(left_out))))
-    survey = _survey(source, origin, lots, _exported(stalls, source, origin), model)
+    place = source.path.resolve().as_uri() + ("" if outline is None else f" {outline_json(lots)}")
+    survey = _survey(source, place, origin, lots, _exported(stalls, source, origin), model)
     ground = ground_of_box(source, box, origin, LARGEST_M)
     return Mapped(
         replace(survey, pictures=pictures),
@@ -123,9 +124,9 @@ def _notes(stalls: Stalls, outside: int, *, has_picture: bool) -> Iterator[str]:
 
 
 def _survey(
-    source: Orthophoto, origin: LatLon, outline: Outline, stalls: tuple[ExportedStall, ...], model: str
+    source: Orthophoto, place: str, origin: LatLon, outline: Outline, stalls: tuple[ExportedStall, ...], model: str
 ) -> ExportedSurvey:
-    place = source.path.resolve().as_uri()
+    """Return what files have. ``place``: text by which the lot has its id: a picture may show many."""
     program = program_name(model)
     return ExportedSurvey(
         lot=_title(source.path),

@@ -9,18 +9,36 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 
+def parts_of(path: Path) -> list[Path]:
+    """Return the files that a VRT names, sorted, with those of the VRTs among them; none for a file of another kind.
+
+    What lies in an archive or on another computer is left out.
+    """
+    found: set[Path] = set()
+    waiting = [path]
+    while waiting:
+        named = _named_by(waiting.pop()) - found
+        found |= named
+        waiting += named
+    return sorted(found)
+
+
 def missing_parts(path: Path) -> list[str]:
-    """Return the files that a VRT names and that are not there, sorted; none for a file of another kind."""
+    """Return the files of `parts_of` that are not there, sorted."""
+    return [str(part) for part in parts_of(path) if not part.exists()]
+
+
+def _named_by(path: Path) -> set[Path]:
     if path.suffix.lower() != ".vrt":
-        return []
+        return set()
     try:
         tree = fromstring(path.read_bytes())
     except (OSError, ParseError, DefusedXmlException):
-        return []
+        return set()
     parts = set()
     for source in tree.iter("SourceFilename"):
         name = (source.text or "").strip()
         is_beside = source.get("relativeToVRT") == "1"
         if name and not name.startswith("/vsi") and "://" not in name:
             parts.add(path.parent / name if is_beside else Path(name))
-    return sorted(str(part) for part in parts if not part.exists())
+    return parts

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pyproj
@@ -38,6 +39,14 @@ def test_a_second_run_replaces_files_as_a_whole(tmp_path: Path) -> None:
     write_files(mapped(), tmp_path, "hawk-drone 1.0")
     assert "old" not in (tmp_path / "stalls.csv").read_text()
     assert not list(tmp_path.glob(".*"))
+
+
+def test_a_second_run_leaves_no_file_of_the_first_one(tmp_path: Path) -> None:
+    first = write_files(mapped(crs="EPSG:28992"), tmp_path, "hawk-drone 1.0")
+    (tmp_path / "mine.txt").write_text("stays")
+    second = write_files(replace(mapped(), ground=None), tmp_path, "hawk-drone 1.0")
+    assert {path.name for path in first} - {path.name for path in second} == {IN_SYSTEM, "lot.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in second} | {"mine.txt"}
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
 from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.vrt import parts_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import UTM, blank, lot_picture, placed, rgb, write
 
@@ -152,8 +153,22 @@ def test_a_virtual_file_changes_with_the_files_that_it_names(tmp_path: Path) -> 
     source = open_orthophoto(path)
     assert np.array_equal(source.read(WHOLE).image, PART)
     assert open_orthophoto(path).identity == source.identity
+    outer = tmp_path / "country.vrt"
+    outer.write_text(f"{head}{bands}</VRTDataset>".replace("part.tif", "city.vrt"))
+    of_country = open_orthophoto(outer).identity
     os.utime(part, (1, 1))
     assert open_orthophoto(path).identity != source.identity
+    assert open_orthophoto(outer).identity != of_country
+    part.unlink()
+    with pytest.raises(PictureError, match=r"country\.vrt: is made of files that are not there: .*part\.tif"):
+        open_orthophoto(outer)
+
+
+def test_files_of_a_vrt_that_names_itself_are_found_once(tmp_path: Path) -> None:
+    path = tmp_path / "loop.vrt"
+    named = "".join(f"<SourceFilename relativeToVRT='1'>{each}</SourceFilename>" for each in ("loop.vrt", "a.tif"))
+    path.write_text(f"<VRTDataset>{named}</VRTDataset>")
+    assert parts_of(path) == [tmp_path / "a.tif", path]
 
 
 def test_a_cloud_optimised_file_shows_its_ground_by_an_overview(tmp_path: Path) -> None:
