@@ -183,7 +183,12 @@ def _read(data: bytes) -> list[Named]:
     if not text.startswith("{"):
         return _kml(data) if "<kml" in text[:2000] else list(_osm_xml(text))
     content = json.loads(text)
-    return list(_osm_json(content)) if "elements" in content else _geojson(content)
+    if "elements" not in content:
+        return _geojson(content)
+    try:
+        return list(_osm_json(content))
+    except ValueError as error:  # a coordinate that is no number
+        raise LotInputError("elements", f"are damaged ({error})") from error
 
 
 def _kml(data: bytes) -> list[Named]:

@@ -185,12 +185,12 @@ def _scale_notes(grid: PixelGrid, name: str) -> list[str]:
     coarse = max(grid.metres)
     if is_coarser(coarse, COARSEST_M):
         raise PictureError(
-            f"{name}: has {coarse:.2f} m a pixel on the ground, {COARSEST_M:.2f} m is the coarsest that shows stalls; "
+            f"{name}: has {coarse:.3g} m a pixel on the ground, {COARSEST_M:.2f} m is the coarsest that shows stalls; "
             "take a finer picture"
         )
     if not is_coarser(coarse, COARSE_M):
         return []
-    return [f"The picture has {coarse * 100:.0f} cm a pixel, more than {COARSE_M * 100:.0f} cm. {_MEASURED}"]
+    return [f"The picture has {coarse * 100:.3g} cm a pixel, more than {COARSE_M * 100:.0f} cm. {_MEASURED}"]
 
 
 def _level_notes(bands: Bands) -> list[str]:

@@ -160,12 +160,16 @@ def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
         return ""
     try:
         found = map_window(source, task.window, eye)
-    except (PictureError, cv2.error, MemoryError) as error:  # one window that is too large for the memory ends no run
-        reason = str(error) or "there is too little memory; close other programs, or start fewer --workers"
-        store.fail(task, task.window.name(source.grid), reason)
-        return reason
-    store.keep(task, found)
-    return ""
+    except PictureError as error:
+        reason = str(error)
+    except (cv2.error, MemoryError) as error:  # one window that is too large for the memory ends no run
+        said = " ".join(f"{type(error).__name__} {error}".split())[:160]
+        reason = f"memory may be short ({said}); close other programs, or start fewer --workers"
+    else:
+        store.keep(task, found)
+        return ""
+    store.fail(task, task.window.name(source.grid), reason)
+    return reason
 
 
 def looked(tasks: Sequence[Task], source: Orthophoto, eye: Eye, store: Store) -> Iterator[tuple[Task, str]]:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 from xml.etree.ElementTree import ParseError
 
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
+
+_SOURCES: Final = ("SourceFilename", "SourceDataset")
+"""Elements that name a file: of a mosaic, and of what gdalwarp writes, where a whole VRT may stand in place of one."""
 
 
 def parts_of(path: Path) -> list[Path]:
@@ -36,9 +40,10 @@ def _named_by(path: Path) -> set[Path]:
     except (OSError, ParseError, DefusedXmlException):
         return set()
     parts = set()
-    for source in tree.iter("SourceFilename"):
+    folder = path.resolve().parent  # GDAL takes that of the file itself, not of a link to it
+    for source in (each for kind in _SOURCES for each in tree.iter(kind)):
         name = (source.text or "").strip()
         is_beside = source.get("relativeToVRT") == "1"
-        if name and not name.startswith("/vsi") and "://" not in name:
-            parts.add(path.parent / name if is_beside else Path(name))
+        if name and not name.startswith(("/vsi", "<")) and "://" not in name:
+            parts.add(folder / name if is_beside else Path(name))
     return parts

@@ -249,3 +249,11 @@ def test_the_store_gets_rings_of_latitude_and_longitude() -> None:
     outline = LotOutline((LOT.difference(HOLE),)).outline()
     assert (len(outline.polygons), len(outline.holes)) == (1, 1)
     assert np.mean(outline.polygons[0], axis=0) == pytest.approx(HERE)
+
+
+def test_a_coordinate_of_openstreetmap_that_is_no_number_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "osm.json"
+    way = {"type": "way", "id": 1, "tags": {"amenity": "parking"}, "geometry": [{"lon": 5.2, "lat": "north"}]}
+    path.write_text(json.dumps({"elements": [way]}))
+    with pytest.raises(PictureError, match=r"osm\.json: elements: are damaged .*'north'.*; name a GeoJSON"):
+        read_outline(path)

@@ -289,3 +289,13 @@ def test_the_missing_file_of_a_virtual_one_is_named(tmp_path: Path) -> None:
         PictureError, match=r"city.vrt: is made of files that are not there: .*blank.tif; .*gdalbuildvrt"
     ):
         open_orthophoto(path).read((0, 0, 20, 20))
+
+
+def test_a_scale_just_beyond_a_limit_is_said_with_the_digit_that_differs(tmp_path: Path) -> None:
+    def there(metres: float) -> Affine:
+        return Affine(metres, 0, 500_000, 0, -metres, 5_700_000)
+
+    (note,) = open_orthophoto(blank(tmp_path, transform=there(0.1235))).notes
+    assert note.startswith("The picture has 12.4 cm a pixel, more than 12 cm.")
+    with pytest.raises(PictureError, match=r"has 0\.206 m a pixel on the ground, 0\.20 m is the coarsest"):
+        open_orthophoto(blank(tmp_path, transform=there(0.2055)))

@@ -102,3 +102,15 @@ def test_a_picture_without_ground_leaves_no_result(tmp_path: Path, is_kept: bool
     with pytest.raises(PictureError, match="shows no ground"):
         settle(picture, store, {})
     assert picture.missing(store) == picture.tasks
+
+
+def test_the_reason_of_a_window_without_memory_has_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def short(*_: object) -> None:
+        raise cv2.error("(-4:Insufficient memory)\n> Failed to allocate 9 bytes\n")
+
+    monkeypatch.setattr("hawk.picture.orthophoto.steps.map_window", short)
+    reasons = set(fill(started(tmp_path, city(tmp_path)), InMemory()).values())
+    assert reasons == {
+        "memory may be short (error (-4:Insufficient memory) > Failed to allocate 9 bytes); close other programs, or "
+        "start fewer --workers"
+    }
