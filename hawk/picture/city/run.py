@@ -109,7 +109,8 @@ def map_city(
     pace = _Pace(count, count - len(missing), progress)
 
     def note(task: Task, reason: str) -> None:
-        results.fail(task, task.window.name(started.source.grid), reason)
+        if results.find(task) is None:  # a worker may die just after it has written
+            results.fail(task, task.window.name(started.source.grid), reason)
 
     failures = _failures(_ended(job, eye, missing, workers, scheduler), pace, note)
     return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)

@@ -18,7 +18,7 @@ from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
 from hawk.lots.finished import JOIN_M, LEAST_M2, OFF_M
 from hawk.lots.place import about
 from hawk.lots.source import Limit, SourceKind
-from hawk.lots.values import fitting_name, outline_json
+from hawk.lots.values import fitting_name
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.picture.limits import UNSEEN_SHARE, source_of
@@ -33,6 +33,8 @@ from hawk.picture.values import COARSE_M, NO_STALLS, LeftOut, Mapped, PictureErr
 
 _DIGITS: Final = 8
 """Of degrees: a millimetre."""
+_SAME_DIGITS: Final = 6
+"""Of degrees, to which outlines are the same: a tenth of a metre, for formats that keep fewer digits."""
 LARGEST_M: Final = 400.0
 """Side of the largest ground of which a picture is drawn."""
 
@@ -83,8 +85,7 @@ def to_survey(
     lots = _on_earth(found, source.grid) if outline is None else outline.outline()
     seen_m2 = round(sum(_seen_m2(part, plane) for part in results), 1)
     pictures = source_of(SourceKind.ORTHOPHOTO, source.path.name, tuple(_limits(plane, seen_m2, len(left_out))))
-    place = source.path.resolve().as_uri() + ("" if outline is None else f" {outline_json(lots)}")
-    survey = _survey(source, place, origin, lots, _exported(stalls, source, origin), model)
+    survey = _survey(source, _place_name(source, outline), origin, lots, _exported(stalls, source, origin), model)
     ground = ground_of_box(source, box, origin, LARGEST_M)
     return Mapped(
         replace(survey, pictures=pictures),
@@ -121,6 +122,16 @@ def _notes(stalls: Stalls, outside: int, *, has_picture: bool) -> Iterator[str]:
         yield f"{outside} stalls whose middle lies outside the outlines are not counted."
     if len(stalls.suggested):
         yield f"Cars stand where no stall is marked: {len(stalls.suggested)} places are not counted."
+
+
+def _place_name(source: Orthophoto, outline: LotOutline | None) -> str:
+    """Return what names the ground of a survey: the picture, with the lots that limit it: a city has many."""
+    place = source.path.resolve().as_uri()
+    if outline is None:
+        return place
+    rounded = (shapely.transform(lot, lambda at: np.round(at, _SAME_DIGITS)) for lot in outline.lots)
+    lots = sorted(shapely.to_wkt(shapely.normalize(lot), rounding_precision=_SAME_DIGITS) for lot in rounded)
+    return " ".join([place, *lots])
 
 
 def _survey(

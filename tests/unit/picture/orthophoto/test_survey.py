@@ -121,14 +121,20 @@ def test_the_same_picture_is_the_same_survey(tmp_path: Path) -> None:
     assert to_survey(source, findings, model="b").survey.survey != first.survey
 
 
-def test_lots_of_one_picture_have_ids_of_their_own(tmp_path: Path) -> None:
+def test_lots_of_one_picture_have_ids_of_their_own_in_whatever_order_and_digits(tmp_path: Path) -> None:
     source = photo(tmp_path)
     (window,) = windows_of(source)
     findings = [result(window, [(300.0, 200.0), (400.0, 200.0)], [0.9, 0.1])]
     north, east = HERE
-    outlines = [LotOutline((shapely.box(east - d, north - d, east + d, north + d),)) for d in (1e-3, 1.1e-3)]
-    surveys = [to_survey(source, findings, outline=each).survey for each in (None, *outlines, outlines[0])]
+
+    def around(d: float) -> shapely.Polygon:
+        return shapely.box(east - d, north - d, east + d, north + d)
+
+    far = shapely.box(east + 0.01, north, east + 0.011, north + 0.001)
+    same = [LotOutline((around(1e-3), far)), LotOutline((far, around(1e-3 + 1e-9)))]
+    outlines = [None, *same, LotOutline((around(1.1e-3), far))]
+    surveys = [to_survey(source, findings, outline=each).survey for each in outlines]
     assert [len(each.stalls) for each in surveys] == [2, 2, 2, 2]
     for ids in ([each.lot_id for each in surveys], [each.survey for each in surveys]):
         assert len(set(ids)) == 3
-        assert ids[1] == ids[3]
+        assert ids[1] == ids[2]
