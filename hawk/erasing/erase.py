@@ -20,11 +20,10 @@ from hawk.lots.pictures import pictures_of
 from hawk.lots.store import lots_file
 from hawk.lots.tables import VERSION
 from hawk.lots.values import LotStoreError
-from hawk.store.recordings import MARK, SUFFIX, survey_of
+from hawk.store.recordings import MARK, SUFFIX, Recordings, survey_of
 from hawk.store.store_lock import StoreInUseError, held_store
 
 JOURNALS: Final = "journal"
-RECORDINGS: Final = "recordings"
 _COPIES: Final = ("{}.version-*", "{}.before-restore*", "{}.damaged*", ".{}.*", "..{}.*")
 """Names of earlier copies of the store, which the program itself keeps, and of copies that are half written."""
 
@@ -62,7 +61,7 @@ def _check_is_store(settings: StoreSettings, path: Path, *, is_everything: bool)
 
     Raises LotStoreError.
     """
-    parts = (pictures_of(path).folder, settings.directory / RECORDINGS, settings.directory / JOURNALS)
+    parts = (pictures_of(path).folder, Recordings(settings).folder, settings.directory / JOURNALS)
     if path.is_file() or (is_everything and any(each.is_dir() for each in parts)):
         return
     if settings.lots is not None:
@@ -96,14 +95,14 @@ def _everything(settings: StoreSettings, path: Path) -> Report:
     surveys = counted(path) if path.is_file() else 0
     pictures, recordings, journals = pictures_of(path), _recordings(settings), _journals(settings)
     report = Report(surveys, len(pictures.surveys()), len(recordings), len(journals), _without_copies(path))
-    _remove([pictures.folder, settings.directory / RECORDINGS, settings.directory / JOURNALS])
+    _remove([pictures.folder, Recordings(settings).folder, settings.directory / JOURNALS])
     _remove(path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal", ""))
     return report
 
 
 def _recordings(settings: StoreSettings) -> list[Path]:
     """Return every recording, whatever its name: one that a person renamed holds the same pictures."""
-    folder = settings.directory / RECORDINGS
+    folder = Recordings(settings).folder
     with _repeatable(folder):
         return sorted(each for each in folder.glob(f"*{SUFFIX}") if each.is_file())
 

@@ -93,16 +93,16 @@ def looks_of(connection: Connection, surveys: Sequence[int]) -> Looks:
         asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(
             LOOKS.c.survey.between(min(surveys), max(surveys))
         )
-        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked).all()}
+        wanted = set(surveys)
+        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked).all() if survey in wanted}
     highest = connection.execute(select(func.max(STALL.c.key))).scalar() or 0
-    damaged = {survey for survey in surveys if survey in found and not _is_whole(*found[survey])}
-    whole = {survey: cast("tuple[float, bytes]", piece) for survey, piece in found.items() if survey not in damaged}
-    damaged |= _with_wrong_values({survey: whole[survey] for survey in surveys if survey in whole}, highest)
+    whole = {survey: cast("tuple[float, bytes]", piece) for survey, piece in found.items() if _is_whole(*piece)}
+    damaged = found.keys() - whole.keys() | _with_wrong_values(whole, highest)
     if damaged:
         _LOG.warning("the looks of surveys %s are damaged: their observations are read", sorted(damaged))
     pieces = []
     for survey in surveys:
-        piece = whole[survey] if survey in whole and survey not in damaged else _read(connection, survey)
+        piece = _read(connection, survey) if survey in damaged or survey not in whole else whole[survey]
         if piece is not None:
             pieces.append((survey, *piece))
     return unpack_looks(pieces)

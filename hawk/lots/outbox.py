@@ -73,8 +73,7 @@ def note_sent(connection: Connection, message: Message, target: str, now: float)
 def give_up(connection: Connection, message: Message, target: str, now: float) -> None:
     """Note that a message is sent no more."""
     _put(connection, message, target, now, tries=message.tries + 1)
-    row = DELIVERY.c.message == message.seq, DELIVERY.c.target == target
-    connection.execute(update(DELIVERY).where(*row).values(given_up=now))
+    _end(connection, message, target, now)
 
 
 def note_failed(connection: Connection, message: Message, target: str, now: float) -> bool:
@@ -84,8 +83,13 @@ def note_failed(connection: Connection, message: Message, target: str, now: floa
     first = float(connection.execute(select(DELIVERY.c.first).where(*row)).scalar_one())
     is_over = now - first >= TRIED_S and message.tries + 1 >= len(WAITS_S)
     if is_over:
-        connection.execute(update(DELIVERY).where(*row).values(given_up=now))
+        _end(connection, message, target, now)
     return is_over
+
+
+def _end(connection: Connection, message: Message, target: str, now: float) -> None:
+    row = DELIVERY.c.message == message.seq, DELIVERY.c.target == target
+    connection.execute(update(DELIVERY).where(*row).values(given_up=now))
 
 
 def _put(

@@ -17,10 +17,10 @@ from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 
-_LOG = logging.getLogger(__name__)
-
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
+
+_LOG = logging.getLogger(__name__)
 
 
 LONGEST_NAME: Final = 80

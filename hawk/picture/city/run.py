@@ -19,6 +19,7 @@ from hawk.algo.vision.network import EngineChoice
 from hawk.picture.city.job import Job, LoadEye
 from hawk.picture.city.results import ResultError, Results
 from hawk.picture.nadir import Eye, program_name
+from hawk.picture.orthophoto.grid import PixelGrid
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.steps import Task, looked, settle, start
 from hawk.picture.orthophoto.windows import CORE_M
@@ -107,12 +108,7 @@ def map_city(
     named = None if model is None else model.resolve()
     job = Job(started.source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
     pace = _Pace(count, count - len(missing), progress)
-
-    def note(task: Task, reason: str) -> None:
-        if results.find(task) is None:  # a worker may die just after it has written
-            results.fail(task, task.window.name(started.source.grid), reason)
-
-    failures = _failures(_ended(job, eye, missing, workers, scheduler), pace, note)
+    failures = _failures(_ended(job, eye, missing, workers, scheduler), pace, results, started.source.grid)
     return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)
 
 
@@ -129,15 +125,16 @@ def _check_reached(scheduler: str) -> None:
 
 
 def _failures(
-    ended: Generator[tuple[str, Task | None, str]], pace: _Pace, note: Callable[[Task, str], None]
+    ended: Generator[tuple[str, Task | None, str]], pace: _Pace, results: Results, grid: PixelGrid
 ) -> dict[str, str]:
-    """Take all tasks of `_ended`; return, by their names, why some failed, and note it: a dead worker cannot."""
+    """Take all tasks of `_ended`; return, by their names, why some failed, and write it: a dead worker cannot."""
     failures = {}
     with contextlib.closing(ended):
         for dashboard, task, reason in ended:
             if task is not None and reason:
                 failures[task.name] = reason
-                note(task, reason)
+                if results.find(task) is None:  # a worker may die just after it has written
+                    results.fail(task, task.window.name(grid), reason)
             pace.step(0 if task is None else 1, bool(reason), dashboard)
     return failures
 

@@ -145,13 +145,13 @@ def _levels(dataset: Any, bands: Bands, name: str) -> tuple[float, float]:
             ))  # fmt: skip
             wide, high = min(_BLOCK, dataset.width - left), min(_BLOCK, dataset.height - top)
             parts.append((rasterio.windows.Window(left, top, wide, high), (high, wide)))
-    values = []
+    values, is_silent = [], _is_silent(dataset, bands)
     for window, size in parts:
         colours = dataset.read(bands.colours, window=window, out_shape=(len(bands.colours), *size))
         valid = valid_pixels(dataset, bands, window, size)
         if bands.has_white:
             valid = valid & ~(colours == np.iinfo(colours.dtype).max).all(axis=0)
-        if _is_silent(dataset, bands):  # a black border is no ground either
+        if is_silent:  # a black border is no ground either
             valid = valid & (colours > 0).any(axis=0)
         values.append(colours[:, valid].reshape(-1))
     shown = np.concatenate(values)

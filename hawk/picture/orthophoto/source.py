@@ -105,7 +105,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
     """
     if not path.is_file():
         raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
-    _check_parts(path)  # GDAL finds it where it reads them, if it has not kept them
+    parts = _parts(path)  # GDAL looks for them where it reads them, and not even there if it has kept them
     with opened(path) as dataset:
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
@@ -113,7 +113,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
         taken, is_sure = _time_of(dataset, path)
         factors = dataset.overviews(1)
         has_overviews = bool(factors) and max(factors) >= _LEAST_MASK_STEP
-        identity = _identity([str(path), *dataset.files, *map(str, parts_of(path))])
+        identity = _identity([str(path), *dataset.files, *map(str, parts)])
     return Orthophoto(path, grid, chosen, short, identity, taken, is_sure, has_overviews, tuple(notes))
 
 
@@ -133,19 +133,20 @@ def opened(path: Path) -> Iterator[Any]:
             with rasterio.open(path) as dataset:
                 yield dataset
     except RasterioError as error:
-        _check_parts(path)
+        _parts(path)
         reason = str(error.__cause__ or error).splitlines()[0][:160]
         raise PictureError(f"{path.name}: cannot be read as a picture ({reason}); export it again") from error
 
 
-def _check_parts(path: Path) -> None:
-    """Refuse a VRT of files that are not there. Raises PictureError."""
-    missing = missing_parts(path)
-    if missing:
+def _parts(path: Path) -> list[Path]:
+    """Return the files that a VRT names. Raises PictureError where some are not there."""
+    parts = parts_of(path)
+    if missing := missing_parts(parts):
         raise PictureError(
             f"{path.name}: is made of files that are not there: {named(missing)}; put them back, or build it of "
             f"those that are there: gdalbuildvrt {path.name} FOLDER/*.tif"
         )
+    return parts
 
 
 def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:

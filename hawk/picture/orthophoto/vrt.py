@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 from xml.etree.ElementTree import ParseError
@@ -27,9 +28,9 @@ def parts_of(path: Path) -> list[Path]:
     return sorted(found)
 
 
-def missing_parts(path: Path) -> list[str]:
-    """Return the files of `parts_of` that are not there, sorted."""
-    return [str(part) for part in parts_of(path) if not part.exists()]
+def missing_parts(parts: Iterable[Path]) -> list[str]:
+    """Return those of `parts_of` that are not there, in their order."""
+    return [str(part) for part in parts if not part.exists()]
 
 
 def _named_by(path: Path) -> set[Path]:

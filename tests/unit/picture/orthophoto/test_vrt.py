@@ -19,7 +19,7 @@ def test_parts_of_parts_are_named_and_what_is_elsewhere_is_not(tmp_path: Path) -
     inner = mosaic(tmp_path / "north" / "a.vrt", "b.tif")
     outer = mosaic(tmp_path / "city.vrt", "north/a.vrt", "/vsizip/a.zip/a.tif", "https://host/a.tif")
     assert parts_of(outer) == [inner, inner.parent / "b.tif"]
-    assert missing_parts(outer) == [str(inner.parent / "b.tif")]
+    assert missing_parts(parts_of(outer)) == [str(inner.parent / "b.tif")]
 
 
 def test_the_picture_that_a_warped_one_is_made_of_is_named(tmp_path: Path) -> None:
@@ -43,5 +43,5 @@ def test_vrts_that_name_each_other_end(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_vrt_has_no_parts(tmp_path: Path) -> None:
     (tmp_path / "a.vrt").write_text("<cut")
-    assert missing_parts(tmp_path / "a.vrt") == missing_parts(tmp_path / "gone.vrt") == []
-    assert missing_parts(mosaic(tmp_path / "a.tif", "b.tif")) == []
+    assert missing_parts(parts_of(tmp_path / "a.vrt")) == missing_parts(parts_of(tmp_path / "gone.vrt")) == []
+    assert missing_parts(parts_of(mosaic(tmp_path / "a.tif", "b.tif"))) == []
