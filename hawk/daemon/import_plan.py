@@ -81,6 +81,7 @@ async def _import(store: LotStore, options: argparse.Namespace) -> None:
     from hawk.lots.importing.asking import asked_of
     from hawk.lots.plan_files.child import read_apart
     from hawk.lots.plan_files.reading import check_size
+    from hawk.lots.store import FILE_S
 
     given = {name: getattr(options, name) for name in _TEXTS if getattr(options, name) is not None}
     given |= {name: "1" for name in ("replace", "rename") if getattr(options, name)}
@@ -89,7 +90,7 @@ async def _import(store: LotStore, options: argparse.Namespace) -> None:
     try:
         packed = await read_apart(options.file.read_bytes(), asked.file)
         if options.dry_run:
-            await store.read(lambda connection: _shown(_previewed(connection, packed, asked, options, store)))
+            await store.read(lambda connection: _shown(_previewed(connection, packed, asked, options, store)), FILE_S)
         else:
             print(await store.write(lambda connection: _taken(connection, packed, asked, options, store)))
     finally:

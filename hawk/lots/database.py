@@ -1,7 +1,8 @@
 """The file of the lots' store: SQLite in WAL mode, opened, checked, migrated, and read or written in transactions.
 
-Everything here blocks on the disk and belongs to one thread. A file that is damaged or of a newer version is never
-written; before a migration a copy of the file is kept beside it.
+Everything here blocks on the disk. Writing belongs to one thread; any thread may read, on a connection of its own,
+which a save never waits for. A file that is damaged or of a newer version is never written; before a migration a copy
+of the file is kept beside it.
 """
 
 from __future__ import annotations
@@ -9,27 +10,35 @@ from __future__ import annotations
 import contextlib
 import secrets
 import sqlite3
-from collections.abc import Iterator, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 from urllib.parse import quote
 
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.exc import DBAPIError
-from sqlalchemy.pool import StaticPool
+from sqlalchemy.pool import QueuePool, StaticPool
 
 from hawk.lots.tables import APPLICATION_ID, VERSION
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import LotStoreError, StoreBusyError
 from hawk.runtime.files import sync_folder
 from hawk.runtime.garbage import uncollected
 
 BUSY_S: Final = 5.0
 """Real seconds to wait for another program that writes the file."""
+KEPT_READERS: Final = 2
+"""Connections for reading that stay open; more are opened, and closed again, when more read at once."""
+_STEPS: Final = 1000
+"""Instructions of SQLite between two questions whether a read is over: some microseconds."""
+_TAG: Final = "hawk.lots.tag"
 _MAGIC: Final = b"SQLite format 3\0"
 _HEADER_BYTES: Final = 100
 _LARGEST_PAGE: Final = 65_536
 """The header's page size is 1 for it (sqlite.org/fileformat.html)."""
 _REVISIONS: Final = Path(__file__).parent / "revisions"
+TOO_LONG: Final = "The store of lots needs too long for this: ask for a shorter period, or again in some seconds."
+"""Words for a read that was ended."""
 _RESTORE: Final = "Nothing was written. Restore a backup: hawk-drone restore FILE"
 
 
@@ -54,8 +63,15 @@ class Database:
                 f"{path} is of version {version}, of a newer hawk-drone; this one knows version {VERSION}. It is only "
                 f"read, and no survey is added. Install the newer hawk-drone again"
             )
+        self.has_left_wal = False
         self._file = self.path.stat().st_ino
         self._engine = self._open()
+        if not self.is_read_only:
+            with explained(path), self._engine.connect():
+                pass  # the file is in WAL mode before somebody reads it
+        self._readers = self._open_readers()
+        self._opened, self._watch = secrets.token_hex(4), threading.Lock()
+        self._watching: sqlite3.Connection | None = None
         if version < VERSION:
             try:
                 self._migrate(version)
@@ -64,10 +80,18 @@ class Database:
                 raise
 
     @contextlib.contextmanager
-    def reading(self) -> Iterator[Connection]:
-        """Give a connection within one consistent view; no garbage is collected meanwhile. Raises LotStoreError."""
-        with uncollected(), explained(self.path), self._engine.connect() as connection, connection.begin():
-            yield connection
+    def reading(self, is_over: Callable[[], bool] | None = None) -> Iterator[Connection]:
+        """Give a connection within one consistent view; no garbage is collected meanwhile.
+
+        Args:
+            is_over: Asked again and again while SQLite works; True ends the read.
+
+        Raises LotStoreError, and StoreBusyError for a read that was ended.
+        """
+        with uncollected(), explained(self.path), self._readers.connect() as connection:
+            connection.info[_TAG] = self._tag()
+            with _ended(_raw(connection), is_over), connection.begin():
+                yield connection
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -77,7 +101,7 @@ class Database:
         with explained(self.path):
             with self._engine.connect() as connection, connection.begin():
                 yield connection
-            self._put_into_file()
+            self.put_into_file()
 
     @property
     def is_replaced(self) -> bool:
@@ -88,7 +112,12 @@ class Database:
             return True
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file. SQLite removes the WAL when the last one that may write it goes: readers go before."""
+        self._readers.dispose()
+        with self._watch:
+            if self._watching is not None:
+                self._watching.close()
+                self._watching = None
         self._engine.dispose()
 
     def _version(self) -> int:
@@ -107,10 +136,34 @@ class Database:
                 opened.execute(f"PRAGMA {name} = {value}")
             return opened
 
-        begin = "BEGIN" if self.is_read_only else "BEGIN IMMEDIATE"
         engine = create_engine("sqlite://", creator=connect, poolclass=StaticPool)
-        event.listen(engine, "begin", lambda connection: connection.exec_driver_sql(begin))
+        event.listen(engine, "begin", lambda connection: connection.exec_driver_sql("BEGIN IMMEDIATE"))
         return engine
+
+    def _open_readers(self) -> Engine:
+        """Make the connections that read: none waits for another one, or for the one that writes."""
+
+        def connect() -> sqlite3.Connection:
+            opened = read_only(self.path, check_same_thread=False)
+            opened.isolation_level = None
+            for name, value in _SAFE.items():
+                opened.execute(f"PRAGMA {name} = {value}")
+            return opened
+
+        pool = {"pool_size": KEPT_READERS, "max_overflow": -1, "pool_use_lifo": True}
+        engine = create_engine("sqlite://", creator=connect, poolclass=QueuePool, **pool)
+        event.listen(engine, "begin", lambda connection: connection.exec_driver_sql("BEGIN"))
+        return engine
+
+    def _tag(self) -> str:
+        """Return a text that differs after every change of the file, by any program, and between runs.
+
+        One connection counts them for all readers (sqlite.org/pragma.html#pragma_data_version). It is asked before a
+        reader's view begins: a change in between is in the view, and makes another tag for the next one.
+        """
+        with self._watch:
+            watching = self._watching = self._watching or read_only(self.path, check_same_thread=False)
+            return f"{self._opened}-{watching.execute('PRAGMA data_version').fetchone()[0]}"
 
     def _migrate(self, version: int) -> None:
         """Keep a copy of the file, and bring it to the newest version in one transaction."""
@@ -121,21 +174,43 @@ class Database:
             migrate(connection)
         self.notice = f"{self.path} was of version {version} and is of version {VERSION} now; {kept} is a copy of it"
 
-    def _put_into_file(self) -> None:
-        """Move what was committed from the WAL into the file: a WAL that is cut loses without an error."""
+    def put_into_file(self) -> None:
+        """Move what was committed from the WAL into the file: a WAL that is cut loses without an error.
+
+        It waits for nobody: what a reader still needs stays in the WAL, and ``has_left_wal`` is True.
+        """
         with contextlib.suppress(DBAPIError), self._engine.connect() as connection:
-            raw = connection.connection.dbapi_connection
-            assert raw is not None  # noqa: S101 - it is connected
-            raw.cursor().execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            cursor = _raw(connection).cursor()
+            cursor.execute("PRAGMA busy_timeout = 0")
+            self.has_left_wal = bool(cursor.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0])
+            cursor.execute(f"PRAGMA busy_timeout = {_SAFE['busy_timeout']}")
+
+
+@contextlib.contextmanager
+def _ended(raw: sqlite3.Connection, is_over: Callable[[], bool] | None) -> Iterator[None]:
+    """End what SQLite does on a connection once it is over."""
+    if is_over is None:
+        yield
+        return
+    raw.set_progress_handler(is_over, _STEPS)
+    try:
+        yield
+    finally:
+        raw.set_progress_handler(None, 0)
+
+
+def _raw(connection: Connection) -> sqlite3.Connection:
+    return cast("sqlite3.Connection", connection.connection.dbapi_connection)
 
 
 _SAFE: Final[Mapping[str, int | str]] = {"foreign_keys": "ON", "trusted_schema": "OFF", "busy_timeout": 5000}
 _WRITTEN: Final[Mapping[str, int | str]] = {"journal_mode": "WAL", "synchronous": "FULL"}
 
 
-def read_only(path: Path) -> sqlite3.Connection:
+def read_only(path: Path, *, check_same_thread: bool = True) -> sqlite3.Connection:
     """Open a file that is there and never write it. Raises sqlite3.Error."""
-    return sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True, timeout=BUSY_S)
+    address = f"file:{quote(str(path.absolute()))}?mode=ro"
+    return sqlite3.connect(address, uri=True, timeout=BUSY_S, check_same_thread=check_same_thread)
 
 
 def check(path: Path) -> int:
@@ -234,9 +309,15 @@ def explained(path: Path) -> Iterator[None]:
     try:
         yield
     except DBAPIError as error:
-        raise LotStoreError(_words(path, error.orig)) from error
+        raise _explained(path, error.orig) from error
     except (sqlite3.Error, OSError) as error:
-        raise LotStoreError(_words(path, error)) from error
+        raise _explained(path, error) from error
+
+
+def _explained(path: Path, error: BaseException | None) -> LotStoreError:
+    if getattr(error, "sqlite_errorname", "") == "SQLITE_INTERRUPT":
+        return StoreBusyError(TOO_LONG)
+    return LotStoreError(_words(path, error))
 
 
 def _words(path: Path, error: BaseException | None) -> str:
@@ -264,10 +345,11 @@ _REASONS: Final = {
 def version_of(connection: Connection) -> str:
     """Return a text that differs after every change of the store, by this program or another one, and between runs.
 
-    SQLite counts the changes of a connection, and those of other ones (sqlite.org/pragma.html#pragma_data_version).
+    ``connection``: one that reads, or writes.
     """
+    tag = connection.info.get(_TAG)
+    if tag is not None:
+        return str(tag)
     opened = connection.info.setdefault("opened", secrets.token_hex(4))
     others = connection.exec_driver_sql("PRAGMA data_version").scalar_one()
-    raw = connection.connection.dbapi_connection
-    assert raw is not None  # noqa: S101 - it is connected
-    return f"{opened}-{others}-{raw.total_changes}"
+    return f"{opened}-{others}-{_raw(connection).total_changes}"

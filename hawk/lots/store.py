@@ -1,7 +1,9 @@
-"""The lots' store for the event loop: every call runs on one thread of its own, which nothing of a flight waits for.
+"""The lots' store for the event loop, on threads that nothing of a flight waits for: one writes, some read.
+
+A save waits for no read. A read ends when its time is over; where too many wait, the next one is refused.
 
 The file is opened by the first call, and again after a call that failed: a disk that was full, or a backup that was
-restored, needs no new start of the program. SQLAlchemy is loaded on that thread.
+restored, needs no new start of the program. SQLAlchemy is loaded on these threads.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from hawk.lots.values import LotStoreError, Register, Saved
+from hawk.lots.values import LotStoreError, Register, Saved, StoreBusyError
 from hawk.model.lot_map import EncodedTile, TileKey
 
 if TYPE_CHECKING:  # loaded on the store's thread
@@ -32,8 +34,17 @@ T = TypeVar("T")
 
 FILE: Final = "lots.db"
 """Name of the store in the folder of the daemon's files."""
+READS: Final = 2
+"""Reads at once. They share the interpreter: more make each slower."""
+MOST_READS: Final = 32
+"""Reads that run or wait; the next one is refused. A page asks for about ten at once."""
+READ_S: Final = 10.0
+"""Real seconds that a read may wait and run."""
+FILE_S: Final = 60.0
+"""The same for one that makes a file, or compares plans."""
+_BUSY: Final = "The store of lots is busy: ask again in some seconds."
 _NICENESS: Final = 15
-"""The thread steps back behind every other one of the program."""
+"""The threads step back behind every other one of the program."""
 
 
 class LotStore:
@@ -62,6 +73,9 @@ class LotStore:
         self._database: Database | None = None
         self._lock: FlightLock | None = None
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="lots", initializer=_step_back)
+        self._readers = ThreadPoolExecutor(READS, thread_name_prefix="lots-read", initializer=_step_back)
+        self._room = threading.BoundedSemaphore(MOST_READS)
+        self._is_closing = threading.Event()
 
     @property
     def is_open(self) -> bool:
@@ -70,6 +84,8 @@ class LotStore:
 
     async def open(self) -> str:
         """Open the file; return words on what an operator should know of it, else nothing. Raises LotStoreError."""
+        if self._database is not None:
+            return self._database.notice  # a read waits for no save
         return await self._run(lambda: self._opened().notice)
 
     async def save(self, landed: LandedSurvey) -> Saved:
@@ -102,14 +118,38 @@ class LotStore:
         except (OSError, LotStoreError) as error:
             _LOG.warning("the picture of the survey is not kept: %s", error)
 
-    async def read(self, query: Callable[[Connection], T]) -> T:
-        """Return what a query finds in one consistent view. Raises LotStoreError."""
+    async def read(self, query: Callable[[Connection], T], limit_s: float = READ_S) -> T:
+        """Return what a query finds in one consistent view.
+
+        Args:
+            query: Runs on a thread that reads.
+            limit_s: Real seconds after which it is ended, its wait for others among them.
+
+        Raises LotStoreError, and StoreBusyError for a read that was ended, or that too many others came before.
+        """
+        until, given_up = time.monotonic() + limit_s, threading.Event()
+
+        def is_over() -> bool:
+            return given_up.is_set() or self._is_closing.is_set() or time.monotonic() > until
 
         def work() -> T:
-            with self._opened().reading() as connection:
+            if is_over():
+                raise StoreBusyError(_BUSY)
+            with self._for_reading().reading(is_over) as connection:
                 return query(connection)
 
-        return await self._run(work)
+        if not self._room.acquire(blocking=False):
+            raise StoreBusyError(_BUSY)
+        try:
+            running = self._readers.submit(work)
+        except RuntimeError:
+            self._room.release()
+            raise LotStoreError(f"{self.path}: the store is closed") from None
+        running.add_done_callback(self._end_read)
+        try:
+            return await asyncio.wrap_future(running)
+        finally:
+            given_up.set()
 
     async def write(self, change: Callable[[Connection], T]) -> T:
         """Change the store in one transaction. Raises LotStoreError; nothing is written then."""
@@ -135,9 +175,11 @@ class LotStore:
         await self._run(work)
 
     async def close(self) -> None:
-        """Close the file. A call that runs is waited for; those that wait behind it are dropped."""
+        """Close the file. Reads are ended; a save that runs is waited for, those that wait behind it are dropped."""
+        self._is_closing.set()
 
         def work() -> None:
+            self._readers.shutdown(wait=True, cancel_futures=True)
             self._drop()
             if self._lock is not None:
                 self._lock.release()
@@ -158,6 +200,25 @@ class LotStore:
         except BaseException:
             self._drop()
             raise
+
+    def _for_reading(self) -> Database:
+        """Return the open store, on a thread that reads: the one that writes opens it."""
+        database = self._database
+        if database is None or database.is_replaced:
+            return self._executor.submit(self._guarded, self._opened).result()
+        return database
+
+    def _end_read(self, _: object) -> None:
+        """Make room for the next read; move into the file what a save had to leave in the WAL for this one."""
+        self._room.release()
+        database = self._database
+        if database is not None and database.has_left_wal:
+            with contextlib.suppress(RuntimeError):  # the store is closed: SQLite does it then
+                self._executor.submit(self._tidy)
+
+    def _tidy(self) -> None:
+        if self._database is not None:
+            self._database.put_into_file()
 
     def _opened(self) -> Database:
         from hawk.lots.database import Database

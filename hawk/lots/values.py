@@ -44,6 +44,10 @@ class NotFoundError(LotStoreError):
     """There is no such lot, survey or change."""
 
 
+class StoreBusyError(LotStoreError):
+    """A read took longer than it may, or too many wait already: it may be asked again."""
+
+
 class BeingEditedError(LotStoreError):
     """A person edits the plan of a lot: ``who``, since ``since`` (UTC, Unix seconds)."""
 

@@ -1,7 +1,7 @@
 """Surveys for other programs: as files, ``/api/surveys/ID.csv`` and its like, and a lot's newest one as a feed in the
 words of a receiver, ``/api/lots/ID/feeds/ngsi-ld``.
 
-Each is made on the store's thread, which nothing of a flight waits for.
+Each is made on a thread of the store that reads, which nothing of a flight waits for.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
 
-from hawk.lots.store import LotStore
+from hawk.lots.store import FILE_S, LotStore
 from hawk.lots.values import LotInputError, NotFoundError
 from hawk.web.lot_answers import ID, answer, now_of
 
@@ -37,7 +37,7 @@ async def survey_file(request: web.Request) -> web.StreamResponse:
         from hawk.exports.files import made
         from hawk.lots.pictures import pictures_of
 
-        content_type, data = await store.read(lambda c: made(c, survey, pictures_of(store.path), suffix))
+        content_type, data = await store.read(lambda c: made(c, survey, pictures_of(store.path), suffix), FILE_S)
         headers = {
             hdrs.CONTENT_TYPE: content_type,
             hdrs.CONTENT_DISPOSITION: f'attachment; filename="survey-{survey[:8]}{suffix}"',

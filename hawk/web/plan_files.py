@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
-from hawk.lots.store import LotStore
+from hawk.lots.store import FILE_S, LotStore
 from hawk.lots.values import LotStoreError
 from hawk.web.lot_answers import FOR_OPERATORS, ID, answer, answered, now_of
 from hawk.web.refusals import Body, check_operator, role_of
@@ -71,7 +72,8 @@ async def _preview(store: LotStore, request: web.Request) -> str:
     lot = request.match_info.get("id")
     packed = await read_apart(await _file(request), asked.file)
     token = new_token()
-    made, text = await store.read(lambda connection: _previewed(connection, lot, packed, asked, store, token))
+    preview = partial(_previewed, lot=lot, packed=packed, asked=asked, store=store, token=token)
+    made, text = await store.read(preview, FILE_S)
     _previews(request).keep(token, made, _clock(request))
     return text
 
@@ -86,7 +88,7 @@ def _asked(request: web.Request) -> ImportAsked:
 def _previewed(
     connection: Connection, lot: str | None, packed: bytes, asked: ImportAsked, store: LotStore, token: str
 ) -> tuple[Preview, str]:
-    """Return the preview and its answer, on the store's thread."""
+    """Return the preview and its answer, on a thread of the store."""
     from hawk.lots.importing.previews import preview as previewed
     from hawk.lots.importing.previews import preview_json
     from hawk.lots.plan.editing import check_lot

@@ -10,7 +10,7 @@ from typing import Any, Final
 from aiohttp import web
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, utc
+from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, StoreBusyError, utc
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.access import ACCESS
 
@@ -43,7 +43,10 @@ REFUSALS: Final = (RefusedError, LotStoreError, NotThatRecordingError)
 
 
 def refusal_of(error: Exception) -> RefusedError:
-    """Return the refusal that one of `REFUSALS` or OSError means: 422 for a value, 404 for an id, 409 for a store."""
+    """Return the refusal that one of `REFUSALS` or OSError means: 422 for a value, 404 for an id, 409 for a store.
+
+    503 for one that is busy.
+    """
     match error:
         case RefusedError():
             return error
@@ -51,6 +54,8 @@ def refusal_of(error: Exception) -> RefusedError:
             return RefusedError(web.HTTPUnprocessableEntity.status_code, error.field, error.reason)
         case NotFoundError():
             return RefusedError(web.HTTPNotFound.status_code, *_named(error))
+        case StoreBusyError():
+            return RefusedError(web.HTTPServiceUnavailable.status_code, "", str(error))
         case BeingEditedError():
             more = {"who": error.who, "since": utc(error.since)}
             return RefusedError(web.HTTPConflict.status_code, *_named(error), more)

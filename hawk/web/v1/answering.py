@@ -1,7 +1,7 @@
 """Answers of the API: JSON of what the store says, with an ETag and packed, or a problem of one form (RFC 9457).
 
-What the store says is read, encoded and packed on its own thread, which nothing of a flight waits for. An answer that
-the client has already, by its ETag, costs the store two numbers.
+What the store says is read, encoded and packed on its threads, which nothing of a flight waits for. An answer that the
+client has already, by its ETag, costs the store two numbers.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Answer:
 
 
 Read = Callable[["Connection", Request[Any]], Answer]
-"""Reads what a request asks for, on the store's thread."""
+"""Reads what a request asks for, on a thread of the store."""
 Prepare = Callable[[LotStore, Request[Any]], Awaitable[None]]
 """Does what a reading needs and may not do itself."""
 LotOf = Callable[[LotStore, web.Request], Awaitable[str]]

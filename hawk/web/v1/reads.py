@@ -1,6 +1,6 @@
 """Reading of lots, layouts, stalls, zones, surveys, observations and statistics for `hawk.web.v1.table`.
 
-Each function runs on the store's thread, where SQLAlchemy is loaded.
+Each function runs on a thread of the store, where SQLAlchemy is loaded.
 """
 
 from __future__ import annotations

@@ -2,19 +2,21 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, select, text
 
 from hawk.lots.backup import restore
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.pictures import pictures_of
-from hawk.lots.store import LotStore, lots_file
+from hawk.lots.store import MOST_READS, READS, LotStore, lots_file
 from hawk.lots.tables import OUTBOX, SURVEY
-from hawk.lots.values import LotStoreError, Placed
+from hawk.lots.values import LotStoreError, Placed, StoreBusyError
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap
 from hawk.model.tile_picture import encode_picture
 from tests.unit.comm.waiting import until
@@ -29,14 +31,15 @@ def names(connection: Connection) -> list[str]:
     return [row.split()[0] for row in connection.execute(select(SURVEY.c.origin)).scalars()]
 
 
-async def test_a_survey_is_saved_on_a_thread_of_the_store_and_read_again(tmp_path: Path) -> None:
+async def test_a_survey_is_saved_on_a_thread_of_the_store_and_read_on_others(tmp_path: Path) -> None:
     store = LotStore(tmp_path / "lots.db")
     assert await store.open() == ""
     saved = await store.save(a_survey())
     assert (saved.placed, saved.lot_name) == (Placed.FIRST, "Lot 1")
     assert await store.read(names) == ["000001-x"]
     threads = {await store.read(lambda _: threading.current_thread().name) for _ in range(3)}
-    assert threads == {"lots_0"}
+    threads |= {await store.write(lambda _: threading.current_thread().name) for _ in range(3)}
+    assert threads - {"lots-read_0", "lots-read_1"} == {"lots_0"}
     await store.close()
 
 
@@ -63,6 +66,90 @@ async def test_the_loop_goes_on_while_the_store_works(tmp_path: Path) -> None:
     assert not reading.done()
     held.set()
     assert await reading == []
+    await store.close()
+
+
+ENDLESS = text("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n")
+READING_S = 3.0
+"""Longer than all that is done meanwhile, on a computer with other work."""
+
+
+def endless(begun: threading.Event) -> Callable[[Connection], object]:
+    def read(connection: Connection) -> object:
+        names(connection)  # from here on it has a view of its own, which saves may not change
+        begun.set()
+        return connection.execute(ENDLESS).scalar()
+
+    return read
+
+
+@pytest.mark.slow
+@pytest.mark.fault(
+    "a read of the lots would take minutes",
+    "it is ended at its deadline, in words; a save meanwhile waits for nothing",
+)
+async def test_a_read_without_end_is_ended_and_a_save_meanwhile_waits_for_nothing(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    await store.save(a_survey())
+    begun, began = threading.Event(), time.monotonic()
+    reading = asyncio.create_task(store.read(endless(begun), READING_S))
+    await until(begun.is_set)
+    await store.save(replace(a_survey(), name="000002-x", utc=1.9e9))
+    assert await store.read(names) == ["000001-x", "000002-x"]
+    assert not reading.done()
+    assert store.path.with_name("lots.db-wal").stat().st_size > 0  # the reader still needs its view
+    with pytest.raises(StoreBusyError, match="needs too long for this: ask for a shorter period"):
+        await reading
+    assert time.monotonic() - began < 2 * READING_S
+    await until(lambda: store.path.with_name("lots.db-wal").stat().st_size == 0)
+    await store.close()
+    assert not store.path.with_name("lots.db-wal").exists()
+
+
+@pytest.mark.parametrize("end", ["the store is closed", "nobody waits for it"])
+async def test_a_long_read_ends_with_those_who_wait_for_it(tmp_path: Path, end: str) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    await store.open()
+    begun, began = threading.Event(), time.monotonic()
+    reading = asyncio.create_task(store.read(endless(begun), 60.0))
+    await until(begun.is_set)
+    if end == "nobody waits for it":
+        reading.cancel()
+        await asyncio.wait([reading])
+    await store.close()
+    await asyncio.wait([reading])
+    assert reading.cancelled() or isinstance(reading.exception(), StoreBusyError)
+    assert time.monotonic() - began < 10
+    with pytest.raises(LotStoreError, match="the store is closed"):
+        await store.read(names)
+
+
+async def test_too_many_reads_are_refused_and_a_save_is_not(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    await store.open()
+    held = threading.Event()
+    many = [asyncio.create_task(store.read(lambda _: held.wait(30))) for _ in range(MOST_READS)]
+    await asyncio.sleep(0)
+    with pytest.raises(StoreBusyError, match="is busy: ask again in some seconds"):
+        await store.read(names)
+    await store.save(a_survey())
+    held.set()
+    assert await asyncio.gather(*many) == [True] * MOST_READS
+    assert await store.read(names) == ["000001-x"]
+    await store.close()
+
+
+async def test_a_read_that_waited_too_long_for_others_is_refused(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "lots.db")
+    await store.open()
+    held = threading.Event()
+    many = [asyncio.create_task(store.read(lambda _: held.wait(30))) for _ in range(READS)]
+    late = asyncio.create_task(store.read(names, 0.0))
+    await asyncio.sleep(0)
+    held.set()
+    with pytest.raises(StoreBusyError, match="is busy"):
+        await late
+    await asyncio.gather(*many)
     await store.close()
 
 

@@ -10,9 +10,11 @@ from typing import Any
 import aiohttp
 import pytest
 from aiohttp.test_utils import make_mocked_request
+from sqlalchemy import text
 
-from hawk.lots.database import Database
+from hawk.lots.database import TOO_LONG, Database
 from hawk.lots.reading import rename
+from hawk.lots.store import READS, LotStore
 from hawk.web.v1 import answering
 from hawk.web.v1.answering import accepts_gzip, is_known
 from tests.unit.web.rig import Rig, browser
@@ -81,12 +83,23 @@ async def test_a_store_that_does_not_answer_is_given_up(archive: Archive, monkey
     def hang(_: Any) -> None:
         asyncio.run_coroutine_threadsafe(release.wait(), loop).result()
 
-    hanging = asyncio.create_task(archive.store.read(hang))
+    hanging = asyncio.gather(*(archive.store.read(hang) for _ in range(READS)))
     await asyncio.sleep(0)
     status, problem = await archive.refused("/lots")
     assert (status, problem["detail"]) == (503, answering.BUSY)
     release.set()
     await hanging
+    assert (await archive.get("/lots"))["next"] is None
+
+
+async def test_a_read_without_end_is_ended_and_refused_in_words(
+    archive: Archive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    endless = text("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n")
+    monkeypatch.setattr("hawk.lots.reading.lots", lambda connection: connection.execute(endless).scalar())
+    monkeypatch.setattr(LotStore.read, "__defaults__", (0.1,))
+    response = await archive.ask("/api/lots.json")
+    assert (response.status, (await response.json())["reason"]) == (503, TOO_LONG)
     assert (await archive.get("/lots"))["next"] is None
 
 
