@@ -187,7 +187,8 @@ class WebServer:
     @property
     def page_url(self) -> str:
         """Address to open, with the configured token when there is one: others are kept as hashes only."""
-        token = self._settings.token
+        configured = self._settings.token
+        token = None if configured is None else configured.get_secret_value()
         is_in_use = token is not None and self._book.tokens.role_of(token) is not None
         return self.url if token is None or not is_in_use else f"{self.url}?token={quote(token, safe='')}"
 

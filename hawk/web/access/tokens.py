@@ -18,6 +18,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from pydantic import SecretStr
+
 from hawk.comm.protocol.authority import Role
 from hawk.runtime.files import leave_to_owner, write_private
 
@@ -123,7 +125,7 @@ def rotate(path: Path, role: Role) -> str:
     return token
 
 
-def with_configured(kept: Tokens, configured: str | None, salt: bytes) -> Tokens:
+def with_configured(kept: Tokens, configured: SecretStr | None, salt: bytes) -> Tokens:
     """Return the tokens of the file; without an operator's token there, `web.token` is that one.
 
     Args:
@@ -136,7 +138,7 @@ def with_configured(kept: Tokens, configured: str | None, salt: bytes) -> Tokens
     if Role.OPERATOR in kept.by_role:
         LOG.warning("web.token is not in use: the token file has an operator's token; remove web.token")
         return kept
-    return Tokens({**kept.by_role, Role.OPERATOR: HashedToken.of(configured, salt)})
+    return Tokens({**kept.by_role, Role.OPERATOR: HashedToken.of(configured.get_secret_value(), salt)})
 
 
 def _digest(salt: bytes, token: str) -> bytes:
