@@ -22,7 +22,7 @@ _NETWORK: Final = re.compile(r"([a-z][a-z0-9+.-]*://)(.*)", re.IGNORECASE | re.D
 _DEVICES: Final = ("file://", "v4l2://", "rpicam:")
 """Kinds of addresses that name something of this computer, by options that are known."""
 _NO_HOST: Final = "hidden"
-"""Stands for a host that cannot be told from a password."""
+"""Stands for a host that may as well be part of a password."""
 _PIPELINE: Final = "gst:"
 _PROPERTY: Final = re.compile(
     r"(?i)\b([\w-]*(?:pw|passw(?:or)?d|passphrase|pwd|token|secret|key|location|uri)\s*=\s*)(\"[^\"]*\"|[^\s&]+)"

@@ -17,7 +17,7 @@ from aiohttp import WSCloseCode, web
 from hawk.web import api, area_file, background, downloads, exports, links, lots, plan_files, plans, recordings
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
-from hawk.web.access.guesses import GUESSES, TokenGuesses
+from hawk.web.access.guesses import GUESSES, LINK_GUESSES, TokenGuesses
 from hawk.web.access.login_page import PUBLIC, LoginPage
 from hawk.web.access.logins import HOUR_S, Login, Logins
 from hawk.web.access.paced_log import PacedLog
@@ -97,7 +97,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     )
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
-    app[GUESSES] = guesses
+    app[GUESSES], app[LINK_GUESSES] = guesses, TokenGuesses(services.monotonic)
     app[links.LINK_LOG] = log
     app[BOOK] = book
     app[OPEN] = keeper.connections

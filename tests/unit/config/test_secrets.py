@@ -246,7 +246,7 @@ async def answers(server: TestServer, headers: dict[str, str], parts: dict[str, 
 
 
 @pytest.mark.slow
-async def test_no_route_tells_a_secret_to_any_role_and_strangers_get_no_setting(
+async def test_no_route_shows_a_secret_to_any_role_and_strangers_get_no_setting(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.DEBUG)
