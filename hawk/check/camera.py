@@ -119,7 +119,7 @@ def without_camera(words: str) -> str:
 
 def remedy(settings: CameraSettings) -> str:
     """Return what to do about a camera without pictures, by the kind of its address."""
-    url = settings.url
+    url = settings.url.get_secret_value()
     if url.startswith("gst:"):
         return "Try the pipeline by hand with gst-launch-1.0 and autovideosink in place of hawk."
     if url.startswith(RPICAM):

@@ -73,7 +73,8 @@ def make_checks(options: argparse.Namespace, end_s: float) -> list[CheckResult]:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from hawk.check.doctor import LAST_FLIGHT, SecretFilter, collect, known_secrets, write_bundle
+    from hawk.check.doctor import LAST_FLIGHT, SecretFilter, collect, write_bundle
+    from hawk.config.secrets import secrets_of
 
     config: Config | None = None
     with contextlib.suppress(ConfigError):  # a check reports it
@@ -83,7 +84,7 @@ def _doctor(options: argparse.Namespace) -> int:
         raise ConfigError(f"--out: {path} must end in .tar.gz")
     refuse_existing(path, "name another file")
     folder = options.store or StoreSettings().directory if config is None else config.store.directory
-    hidden = SecretFilter([] if config is None else known_secrets(config))
+    hidden = SecretFilter([] if config is None else secrets_of(config))
     parts = collect(config, folder, make_checks(options, BUNDLE_S), hidden)
     try:
         bundle = write_bundle(path, parts, time.time())

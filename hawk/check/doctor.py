@@ -22,18 +22,16 @@ from datetime import UTC, datetime
 from importlib.metadata import distributions, version
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import unquote
 
 from hawk.check.result import CheckResult, as_object
-from hawk.config.reference import HIDDEN, reference_text, settings
+from hawk.config.reference import reference_text, settings
+from hawk.config.secrets import HIDDEN
 from hawk.config.sections import Config
 from hawk.runtime.program_log import TRACE
 from hawk.store.journal_state import MAP, SEGMENT, read_records
 
 _LEAST: Final = 4
 """Characters of the shortest secret that is searched for by itself."""
-_LEAST_OF_QUERY: Final = 8
-"""The same for a value of a camera's query, which is often no secret."""
 _PARAMETER: Final = re.compile(
     r"(?i)\b((?:[\w-]*(?:token|passw(?:or)?d|passphrase|pwd|user-pw|secret|cookie|api[_-]?key|authorization))[\"']?\s*[=:]\s*"
     r"(?:bearer\s+|basic\s+)?[\"']?)([^\s\"'&;,}]+)"
@@ -67,20 +65,6 @@ class SecretFilter:
         while previous != text:  # every word after "token", not the first alone
             previous, text = text, _AFTER_TOKEN.sub(rf"\1{HIDDEN}", text)
         return text
-
-
-def known_secrets(config: Config) -> list[str]:
-    """Return the secrets of the settings: the token, and user, password and query of the camera's address."""
-    url = config.camera.url
-    found = [] if config.web.token is None else [config.web.token]
-    for user in re.findall(r"://([^\s\"']*)@", url):
-        name, colon, password = user.partition(":")
-        found += [user, password if colon else name]
-    for query in re.findall(r"\?([^\s\"']+)", url):
-        values = (part.partition("=")[2] for part in query.split("&"))
-        found += [query, *(value for value in values if len(value) >= _LEAST_OF_QUERY)]
-    found += [value for _, value in _PARAMETER.findall(url)]
-    return [*found, *map(unquote, found)]
 
 
 LINES: Final = 20_000

@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from pydantic import SecretStr
+
+from hawk.config.secrets import SecretUrl
 from hawk.config.sections import Config, bounds, section_fields
 
 Value = bool | int | float | str | list[str] | None
 
 SET: Final = "(set)"
 """Stands for the value of a token."""
-HIDDEN: Final = "***"
-"""Stands for name and password in an address."""
 UNITS: Final = {
     "_m_s": "m/s",
     "_cm_per_pixel": "cm/pixel",
@@ -33,7 +34,6 @@ UNITS: Final = {
     "_h": "h",
 }
 """Unit by the end of a setting's name, the longest first."""
-_SECRETS: Final = frozenset({("web", "token"), ("webhooks", "secret")})
 _OWN_UNITS: Final = {("web", "video_width"): "pixels"}
 _HEADER = re.compile(r"\[(\w+)\]")
 _SETTING = re.compile(r"(?:# )?(\w+) = (.+?)(?:  # .*)?")
@@ -86,7 +86,7 @@ def texts(reference: str) -> dict[tuple[str, str], str]:
 
 
 def settings(config: Config, reference: str) -> list[Setting]:
-    """Return all settings in the order of the configuration. Secrets and passwords are not in it."""
+    """Return all settings in the order of the configuration, without secrets."""
     comments, defaults = texts(reference), Config()
     return [
         _setting(section, key, comments, config, defaults) for section, _ in defaults for key in section_fields(section)
@@ -95,7 +95,8 @@ def settings(config: Config, reference: str) -> list[Setting]:
 
 def _setting(section: str, key: str, comments: dict[tuple[str, str], str], config: Config, defaults: Config) -> Setting:
     lowest, highest = bounds(section, key) or (None, None)
-    value, default = (_shown(section, key, getattr(getattr(each, section), key)) for each in (config, defaults))
+    usual = getattr(getattr(defaults, section), key)
+    value, default = _shown(getattr(getattr(config, section), key), usual), _shown(usual, usual)
     return Setting(section, key, comments.get((section, key), ""), _unit(section, key), value, default, lowest, highest)
 
 
@@ -104,12 +105,12 @@ def _unit(section: str, key: str) -> str:
     return own or next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
 
 
-def _shown(section: str, key: str, value: Any) -> Value:
-    """Return a value that JSON holds, without secrets."""
+def _shown(value: Any, usual: Any) -> Value:
+    """Return a value that JSON holds, without secrets. ``usual``: the program's own, which is none."""
     if value is None or isinstance(value, bool | int | float):
         return value
-    if (section, key) in _SECRETS:
+    if isinstance(value, SecretStr):
         return SET
     if isinstance(value, list | tuple | set | frozenset):
         return [str(each) for each in value]
-    return re.sub(r"://[^/\s]*@", f"://{HIDDEN}@", str(value))
+    return value.get_secret_value() if isinstance(value, SecretUrl) and value == usual else str(value)

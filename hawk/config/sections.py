@@ -22,10 +22,20 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 from urllib.parse import urlsplit
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SecretStr,
+    ValidationError,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 
 from hawk.config.addresses import check_autopilot_address, check_camera_address, check_host, usable_path
+from hawk.config.secrets import SecretUrl, is_secret
 
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
@@ -42,9 +52,9 @@ class ConfigError(Exception):
 
 
 class Section(BaseModel):
-    """Base of a section: unknown keys are errors."""
+    """Base of a section: unknown keys are errors. A setting that holds a secret has a type of `hawk.config.secrets`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, hide_input_in_errors=True)
 
 
 class _Removed(NamedTuple):
@@ -60,7 +70,6 @@ _REMOVED: Final = {
     ),
 }
 """By section and key."""
-_WITH_SECRETS: Final = (["web"], ["web", "token"], ["webhooks"], ["webhooks", "secret"])
 _OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 
 
@@ -72,17 +81,32 @@ FilePath = Annotated[Path, BeforeValidator(_path)]
 """A file or folder; ``~`` stands for the home folder."""
 
 
-def _receiver(value: str) -> str:
-    parts = urlsplit(value)
+def _camera(value: SecretUrl) -> SecretUrl:
+    check_camera_address(value.get_secret_value())
+    return value
+
+
+def _receiver(value: SecretUrl) -> SecretUrl:
+    parts = urlsplit(value.get_secret_value())
     if parts.scheme not in ("https", "http") or not parts.hostname:
         raise ValueError("must be an address, as https://example.org/hawk")
     return value
 
 
-def _signing_secret(value: str) -> str:
-    if value.startswith("whsec_"):
+def _at_least(shortest: int) -> Callable[[SecretStr], SecretStr]:
+    def check(value: SecretStr) -> SecretStr:
+        if len(value.get_secret_value()) < shortest:
+            raise ValueError(f"must have at least {shortest} characters")
+        return value
+
+    return check
+
+
+def _signing_secret(value: SecretStr) -> SecretStr:
+    text = value.get_secret_value()
+    if text.startswith("whsec_"):
         try:
-            base64.b64decode(value.removeprefix("whsec_"), validate=True)
+            base64.b64decode(text.removeprefix("whsec_"), validate=True)
         except binascii.Error:
             raise ValueError("must be base64 behind whsec_, as: echo whsec_$(openssl rand -base64 32)") from None
     return value
@@ -164,7 +188,7 @@ class AutopilotSettings(Section):
 class CameraSettings(Section):
     """Source of the pictures, and the camera's optics and mount."""
 
-    url: Annotated[str, AfterValidator(check_camera_address)] = "http://127.0.0.1:8090/stream"
+    url: Annotated[SecretUrl, AfterValidator(_camera)] = SecretUrl("http://127.0.0.1:8090/stream")
     horizontal_fov_deg: float = Field(default=70.0, ge=5, le=170)
     calibration: FilePath | None = None
     mount_roll_deg: Degrees = 0.0
@@ -306,7 +330,7 @@ class WebSettings(Section):
 
     host: Annotated[str, AfterValidator(_page_host)] = "127.0.0.1"
     port: int = Field(default=3000, ge=0, le=65535)
-    token: str | None = Field(default=None, min_length=16)
+    token: Annotated[SecretStr, AfterValidator(_at_least(16))] | None = None
     session_idle_h: float = Field(default=12.0, ge=0.25, le=168)
     session_limit_h: float = Field(default=168.0, ge=1, le=720)
     tls_certificate: FilePath | None = None
@@ -341,8 +365,8 @@ class StoreSettings(Section):
 class WebhooksSettings(Section):
     """Reports of surveys and layouts to other programs."""
 
-    urls: tuple[Annotated[str, AfterValidator(_receiver)], ...] = ()
-    secret: Annotated[str, Field(min_length=24), AfterValidator(_signing_secret)] | None = None
+    urls: tuple[Annotated[SecretUrl, AfterValidator(_receiver)], ...] = ()
+    secret: Annotated[SecretStr, AfterValidator(_at_least(24)), AfterValidator(_signing_secret)] | None = None
     allow_private: bool = False
 
     @model_validator(mode="after")
@@ -504,10 +528,10 @@ def _explain(error: ValidationError, path: Path | None, text: str, variables: Ma
             message = similar if removed is None else removed.remedy
         elif problem["type"] == "missing":
             message = "is missing"
-        elif keys not in _WITH_SECRETS:  # a secret, even a part of one, is not repeated
+        elif not _has_secret(keys):  # a secret, even a part of one, is not repeated
             if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
                 message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
-            message = f"{message} (found {_without_password(problem['input'])!r})"
+            message = f"{message} (found {problem['input']!r})"
         number = _line_of(keys, text)
         place = f"{path}, line {number}: " if number else f"{path}: " if path else ""
         if len(keys) > 1 and (variable := variables.get((keys[0], keys[1]))):
@@ -516,9 +540,11 @@ def _explain(error: ValidationError, path: Path | None, text: str, variables: Ma
     return "\n".join(lines)
 
 
-def _without_password(value: Any) -> Any:
-    """Return what was found; a service's error goes into the journal, and an address may hold a password."""
-    return re.sub(r"\?.*", "?…", re.sub(r"//.*@", "//…@", value)) if isinstance(value, str) else value
+def _has_secret(keys: list[str]) -> bool:
+    """Return True for a setting, a part of one or a section that holds a secret: an error goes into the journal."""
+    fields = section_fields(keys[0]) if len(keys) > 1 else Config.model_fields
+    field = fields.get(keys[min(1, len(keys) - 1)])
+    return field is not None and is_secret(field.annotation)
 
 
 def _similar(keys: list[str]) -> str:

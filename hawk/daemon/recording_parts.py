@@ -47,7 +47,7 @@ def make_recording(
     """
     metadata = {
         "version": version("hawk-drone"),
-        "configuration": config.model_dump_json(exclude={"web": {"token"}}),
+        "configuration": config.model_dump_json(),
         "seed": str(simulation.seed) if simulation else "",
         "speed": str(speed),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from importlib.metadata import version
 
+from hawk.config.secrets import SecretUrl
 from hawk.config.sections import Config, ConfigError
 from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.daemon.start_checks import check_access, check_background, check_files, check_model
@@ -79,7 +80,7 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
     return config.model_copy(
         update={
             "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
-            "camera": config.camera.model_copy(update={"url": address.camera_url}),
+            "camera": config.camera.model_copy(update={"url": SecretUrl(address.camera_url)}),
             "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION, "lots": None}),
         }
     )

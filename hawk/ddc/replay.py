@@ -29,6 +29,8 @@ from hawk.store.replay import NO_END, is_whole, read_metadata, read_recording
 
 NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
 _NOTHING: Final[Mapping[str, Any]] = {"acts": [], "fault": ""}
+_MASKED: Final = frozenset({"web", "webhooks"})
+"""Sections that a recording has without their secrets; they decide nothing."""
 _TOPICS: Final = frozenset({TICK, COMMAND, LEAVE, DECISION, MEMORY})
 _OURS: Final = frozenset({"number", "facts", "client"})
 
@@ -236,9 +238,10 @@ def compare_recording(path: Path) -> Comparison:
     metadata = read_metadata(path)
     remedy = f"use hawk-drone {metadata.get('version', 'of an earlier version')}, which recorded it"
     try:
-        config = Config.model_validate(json.loads(metadata.get("configuration", "")))
-        settings = DdcSettings.from_config(config)
-    except (ValueError, ConfigError) as error:  # of JSON and of pydantic
+        values = json.loads(metadata.get("configuration", ""))
+        decides = {name: value for name, value in values.items() if name not in _MASKED}
+        settings = DdcSettings.from_config(Config.model_validate(decides))
+    except (ValueError, AttributeError, ConfigError) as error:  # of JSON and of pydantic
         raise ReplayError(f"{path}: its settings cannot be used: {error}; {remedy}") from error
     records, whole = _Records(path), is_whole(path)
     try:

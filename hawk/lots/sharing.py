@@ -69,6 +69,11 @@ def lot_of(connection: Connection, token: str, now: float) -> str | None:
     return None if found is None else str(found)
 
 
+def was_link(connection: Connection, token: str) -> bool:
+    """Return True for a token that opens a lot or has opened one: it was made here, and is no guess."""
+    return connection.execute(select(SHARE.c.id).where(SHARE.c.digest == _digest(token))).first() is not None
+
+
 def _days(given: object) -> float:
     is_number = isinstance(given, int | float) and not isinstance(given, bool)
     days = float(given) if is_number else math.nan  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ from typing import Any, Final
 from aiohttp import hdrs, web
 
 from hawk.comm.protocol.commands import schema
-from hawk.web.access.guesses import GUESSES, is_loopback_peer
+from hawk.web.access.guesses import GUESSES, LINK_GUESSES, is_loopback_peer
 from hawk.web.access.proxied import forwarding_header
 from hawk.web.door import DOOR
 from hawk.web.metrics import Access, figures, metrics_text, reader
@@ -110,8 +110,8 @@ async def metrics(request: web.Request) -> web.StreamResponse:
     """Prometheus text format."""
     services = request.app[SERVICES]
     computer = await figures(request.app, services.folder)
-    door, guesses = request.app[DOOR], request.app[GUESSES]
-    access = Access(door.waiting, door.answered, door.closed, guesses.total)
+    door, wrong = request.app[DOOR], request.app[GUESSES].total + request.app[LINK_GUESSES].total
+    access = Access(door.waiting, door.answered, door.closed, wrong)
     text = metrics_text(services, request.app[COUNTERS], access, computer)
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 

@@ -17,7 +17,7 @@ from aiohttp import WSCloseCode, web
 from hawk.web import api, area_file, background, downloads, exports, links, lots, plan_files, plans, recordings
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
-from hawk.web.access.guesses import GUESSES, TokenGuesses
+from hawk.web.access.guesses import GUESSES, LINK_GUESSES, TokenGuesses
 from hawk.web.access.login_page import PUBLIC, LoginPage
 from hawk.web.access.logins import HOUR_S, Login, Logins
 from hawk.web.access.paced_log import PacedLog
@@ -97,7 +97,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     )
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
-    app[GUESSES] = guesses
+    app[GUESSES], app[LINK_GUESSES] = guesses, TokenGuesses(services.monotonic)
     app[links.LINK_LOG] = log
     app[BOOK] = book
     app[OPEN] = keeper.connections
@@ -187,7 +187,8 @@ class WebServer:
     @property
     def page_url(self) -> str:
         """Address to open, with the configured token when there is one: others are kept as hashes only."""
-        token = self._settings.token
+        configured = self._settings.token
+        token = None if configured is None else configured.get_secret_value()
         is_in_use = token is not None and self._book.tokens.role_of(token) is not None
         return self.url if token is None or not is_in_use else f"{self.url}?token={quote(token, safe='')}"
 

@@ -1,6 +1,7 @@
 """Links by which others read one lot, without a login: the token opens the addresses below `SHARED` alone.
 
-No picture, no recording, no person, no drone. Wrong tokens are slowed and logged as those of a login are.
+No picture, no recording, no person, no drone. Guesses are slowed and logged as those of a login are, and apart from
+them; a link that has ended or was taken back is none.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from aiohttp import hdrs, web
 
 from hawk.lots.store import LotStore
 from hawk.lots.values import NotFoundError
-from hawk.web.access.guesses import GUESSES, network_of
+from hawk.web.access.guesses import LINK_GUESSES, network_of
 from hawk.web.access.paced_log import PacedLog
 from hawk.web.lot_answers import now_of
 from hawk.web.refusals import Body
@@ -39,16 +40,18 @@ async def lot_of(store: LotStore, request: web.Request) -> str:
     from hawk.lots import sharing
 
     token = request.match_info["token"]
-    guesses, address, now = request.app[GUESSES], network_of(request.remote), now_of(request)
+    guesses, address, now = request.app[LINK_GUESSES], network_of(request.remote), now_of(request)
     wait = guesses.wait_s(address)
     if wait > 0:
         raise web.HTTPTooManyRequests(
             text=f"Too many wrong links came from your address: wait {math.ceil(wait)} s.",
             headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
         )
-    lot = await store.read(lambda c: sharing.lot_of(c, token, now))
+    lot, was_one = await store.read(lambda c: (sharing.lot_of(c, token, now), sharing.was_link(c, token)))
     if lot is None:
-        request.app[LINK_LOG].warning("wrong link to a lot from %s, its %d.", address, guesses.wrong(address))
+        if not was_one:
+            number = guesses.wrong(address, token)
+            request.app[LINK_LOG].warning("wrong link to a lot from %s, its %d.", address, number)
         await asyncio.sleep(WRONG_TOKEN_S)
         raise NotFoundError(NO_SUCH_LINK)
     return lot

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
+from hawk.config.secrets import SecretUrl, without
 from hawk.config.sections import WebhooksSettings
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
@@ -78,7 +79,7 @@ class WebhookSender:
             for url in self._settings.urls:
                 group.create_task(self._serve(session, url), name="webhook")
 
-    async def _serve(self, session: aiohttp.ClientSession, url: str) -> None:
+    async def _serve(self, session: aiohttp.ClientSession, url: SecretUrl) -> None:
         while True:
             try:
                 while not self._is_flown() and await self.send_one(session, url):
@@ -86,10 +87,10 @@ class WebhookSender:
             except LotStoreError as error:
                 _LOG.warning("webhooks: the outbox cannot be read: %s", error)
             except Exception:  # an error with one receiver must not end the others
-                _LOG.exception("webhook %s failed", shown(url))
+                _LOG.exception("webhook %s failed", url.host)
             await asyncio.sleep(self._times.look_s)
 
-    async def send_one(self, session: aiohttp.ClientSession, url: str) -> bool:
+    async def send_one(self, session: aiohttp.ClientSession, url: SecretUrl) -> bool:
         """Try the next message that is due for a receiver; return False when there was none. Raises LotStoreError."""
         await self._store.open()
         from hawk.lots import outbox
@@ -105,7 +106,7 @@ class WebhookSender:
             await self._store.write(lambda c: outbox.give_up(c, message, target, now))
             self._report_damaged(url, message, str(error))
             return True
-        headers = signing.headers_of(message, body, signing.key_of(self._settings.secret or ""), now)
+        headers = signing.headers_of(message, body, signing.key_of(self._key()), now)
         problem = await self._tried(session, url, body, headers)
         now = self._wall()
         if not problem:
@@ -115,13 +116,15 @@ class WebhookSender:
         self._report(url, message, problem, is_over=is_over)
         return True
 
-    async def _tried(self, session: aiohttp.ClientSession, url: str, body: bytes, headers: dict[str, str]) -> str:
+    async def _tried(self, session: aiohttp.ClientSession, url: SecretUrl, body: bytes, headers: dict[str, str]) -> str:
         """Return why a try failed; nothing when the receiver said yes."""
         try:
             if not self._settings.allow_private:
-                check_literal(url)
+                check_literal(url.get_secret_value())
             async with asyncio.timeout(self._times.try_s):
-                async with session.post(url, data=body, headers=headers, allow_redirects=False) as answer:
+                async with session.post(
+                    url.get_secret_value(), data=body, headers=headers, allow_redirects=False
+                ) as answer:
                     await answer.content.read(LARGEST_ANSWER)
                     answer.close()  # whatever more it says
                     return "" if 200 <= answer.status < 300 else _refused(answer)
@@ -129,16 +132,19 @@ class WebhookSender:
             return f"gave no answer within {self._times.try_s:g} s"
         except (aiohttp.ClientError, OSError, ValueError) as error:
             cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
-            return str(cause) or type(error).__name__
+            return without(str(cause), url.secrets()) or type(error).__name__
 
-    def _report_damaged(self, url: str, message: Message, problem: str) -> None:
-        name = shown(url)
+    def _key(self) -> str:
+        return "" if self._settings.secret is None else self._settings.secret.get_secret_value()
+
+    def _report_damaged(self, url: SecretUrl, message: Message, problem: str) -> None:
+        name = url.host
         _LOG.error("webhook %s: message %d is damaged in the store: %s", name, message.seq, problem)
         words = say("A report to the receiver {name} is damaged in the store: it is left out.", name=name)
         self._add_message("warning", words, problem)
 
-    def _report(self, url: str, message: Message, problem: str, *, is_over: bool) -> None:
-        name = shown(url)
+    def _report(self, url: SecretUrl, message: Message, problem: str, *, is_over: bool) -> None:
+        name = url.host
         _LOG.warning("webhook %s: try %d of message %d: %s", name, message.tries + 1, message.seq, problem)
         if is_over:
             words = say("The receiver {name} got no message for seven days: a report to it is given up.", name=name)
@@ -155,14 +161,9 @@ def _refused(answer: aiohttp.ClientResponse) -> str:
     return f"answered HTTP {answer.status}"
 
 
-def target_of(url: str) -> str:
+def target_of(url: SecretUrl) -> str:
     """Return the name of a receiver in the store, which does not show its address."""
-    return hashlib.sha256(url.encode()).hexdigest()[:16]
-
-
-def shown(url: str) -> str:
-    """Return a receiver's host: path and query may hold a secret."""
-    return url.partition("://")[2].partition("/")[0].rpartition("@")[2].partition("?")[0]
+    return hashlib.sha256(url.get_secret_value().encode()).hexdigest()[:16]
 
 
 @contextlib.asynccontextmanager

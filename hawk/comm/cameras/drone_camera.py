@@ -63,7 +63,7 @@ class CameraFrame:
 
 def make_source(settings: CameraSettings, clock: Clock) -> CameraSource:
     """Return the source for ``settings.url``. Raises ConfigError naming the known kinds."""
-    url = settings.url
+    url = settings.url.get_secret_value()
     if url.startswith(("http://", "https://")):
         return HttpMjpegSource(url, clock)
     if url.startswith("gst:"):
@@ -76,7 +76,9 @@ def make_source(settings: CameraSettings, clock: Clock) -> CameraSource:
         return V4l2Source(v4l2_camera(url), clock)
     if url.startswith("file://"):
         return OpenCvSource(url, clock)
-    raise ConfigError(f"camera.url: {url!r} is no source of pictures: it must start with {', '.join(CAMERA_KINDS)}")
+    raise ConfigError(
+        f"camera.url: {settings.url} is no source of pictures: it must start with {', '.join(CAMERA_KINDS)}"
+    )
 
 
 class DroneCamera:

@@ -126,7 +126,8 @@ class Admission:
     def prove(self, request: web.Request, given: list[str], only: Role | None = None) -> Role | None:
         """Return the role that one of the tokens proves, None when all are wrong.
 
-        A wrong one is counted and logged. Raises 429 while the request's address has to wait.
+        A guess is counted and logged: a token that was valid, or is that of another role, is none. Raises 429 while the
+        request's address has to wait.
         """
         address = network_of(request.remote)
         wait = self._guesses.wait_s(address)
@@ -137,11 +138,12 @@ class Admission:
             )
         found = [self._book.tokens.role_of(each, only) for each in given]
         role = next((each for each in found if each is not None), None)
-        if role is None:
-            self._log.warning("wrong token from %s, its %d.", address, self._guesses.wrong(address))
-        else:
+        if role is not None:
             self._guesses.right(address)
-        return role
+            return role
+        for guess in (each for each in given if not self._book.tokens.is_or_was_one(each)):
+            self._log.warning("wrong token from %s, its %d.", address, self._guesses.wrong(address, guess))
+        return None
 
     def log_in(self, request: web.Request, role: Role) -> web.StreamResponse:
         """Begin a login in place of the one that the browser has; send it to the page, without a token in the address.

@@ -1,11 +1,15 @@
-"""Guesses of the token: each wrong one makes its address wait longer before the next is looked at."""
+"""Guesses of tokens: each wrong one makes its address wait longer before the next is looked at.
+
+A guess is another value each time. A program that goes on with one that is not right any more guesses nothing.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import ipaddress
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from aiohttp import web
@@ -17,6 +21,8 @@ LONGEST_WAIT_S: Final = 30.0
 """Real seconds; the wait doubles with each wrong token. An address that guesses on gets two looks a minute."""
 FORGOTTEN_S: Final = 600.0
 """Real seconds without a wrong token after which an address begins again."""
+SEEN: Final = 16
+"""Wrong values of an address that are known again, as hashes; more than it may send before it waits."""
 ADDRESS_LIMIT: Final = 1024
 """Addresses that are remembered; beyond it the one whose last guess is oldest is forgotten."""
 
@@ -26,10 +32,11 @@ class _Record:
     wrong: int
     last: float
     blocked_until: float
+    seen: list[bytes] = field(default_factory=list)
 
 
 class TokenGuesses:
-    """Counts wrong tokens by address. Times are real seconds."""
+    """Counts wrong values of one kind of token by address. Times are real seconds."""
 
     def __init__(self, monotonic: Callable[[], float]) -> None:
         self._monotonic = monotonic
@@ -45,18 +52,22 @@ class TokenGuesses:
         record = self._records.get(address)
         return 0.0 if record is None else max(0.0, record.blocked_until - self._monotonic())
 
-    def wrong(self, address: str) -> int:
-        """Note a wrong token; return how many have come from this address."""
+    def wrong(self, address: str, value: str) -> int:
+        """Note a wrong token; return how many have come from this address, each counted once."""
         now = self._monotonic()
         record = self._records.pop(address, None)
         if record is None or now - record.last > FORGOTTEN_S:
             record = _Record(0, now, now)
+        self._records[address] = record
+        digest = hashlib.sha256(value.encode("utf-8", "surrogatepass")).digest()
+        if digest in record.seen:
+            return record.wrong
+        record.seen = [*record.seen, digest][-SEEN:]
         record.wrong += 1
         record.last = now
         over = record.wrong - FREE_GUESSES
         if over > 0:
             record.blocked_until = now + min(LONGEST_WAIT_S, FIRST_WAIT_S * 2.0 ** min(over - 1, 16))
-        self._records[address] = record
         self.total += 1
         if len(self._records) > ADDRESS_LIMIT:
             self._records.popitem(last=False)
@@ -68,6 +79,9 @@ class TokenGuesses:
 
 
 GUESSES = web.AppKey("guesses", TokenGuesses)
+"""Of tokens of a role."""
+LINK_GUESSES = web.AppKey("link guesses", TokenGuesses)
+"""Of links: they hold up no token, and tokens no link."""
 
 
 def network_of(host: str | None) -> str:

@@ -13,10 +13,12 @@ import logging
 import secrets
 import stat
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
+
+from pydantic import SecretStr
 
 from hawk.comm.protocol.authority import Role
 from hawk.runtime.files import leave_to_owner, write_private
@@ -26,6 +28,8 @@ LOG = logging.getLogger(__name__)
 TOKEN_FILE: Final = "web-tokens.json"  # noqa: S105 - the file's name
 SECRET_FILE: Final = "page-secret"  # noqa: S105 - the file's name
 TOKEN_BYTES: Final = 16
+FORMER: Final = 16
+"""Former tokens that are known again."""
 _SECRET_BYTES: Final = 32
 _SALT_BYTES: Final = 16
 _LARGEST_BYTES: Final = 64 * 1024
@@ -64,6 +68,8 @@ class Tokens:
     """The token of each role that has one."""
 
     by_role: Mapping[Role, HashedToken] = field(default_factory=dict)
+    former: tuple[HashedToken, ...] = ()
+    """Those that others took the place of, the newest first: they prove nothing, and to send one is no guess."""
 
     def __bool__(self) -> bool:
         """Return True when a token is asked for."""
@@ -78,6 +84,10 @@ class Tokens:
         """
         same = [role for role, token in self.by_role.items() if token.is_same(given)]
         return next((role for role in same if only in (None, role)), None)
+
+    def is_or_was_one(self, given: str) -> bool:
+        """Return True for a token of any role, valid or not any more. Every one is compared."""
+        return sum(token.is_same(given) for token in (*self.by_role.values(), *self.former)) > 0
 
     def proof(self, role: Role) -> str | None:
         """Return the name of a role's present token."""
@@ -99,12 +109,14 @@ def read_tokens(path: Path) -> Tokens:
     try:
         if len(data) > _LARGEST_BYTES:
             raise ValueError("it is too large")
-        found = {Role(name): _read(value) for name, value in json.loads(data)["tokens"].items()}
+        held = json.loads(data)
+        found = {Role(name): _read(value) for name, value in held["tokens"].items()}
+        former = tuple(_read(value) for value in held.get("former", ()))[:FORMER]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise TokensError(
             f"{path} is damaged ({error}): remove it, then make new tokens with hawk-drone tokens rotate operator"
         ) from error
-    return Tokens(found)
+    return Tokens(found, former)
 
 
 def rotate(path: Path, role: Role) -> str:
@@ -113,17 +125,16 @@ def rotate(path: Path, role: Role) -> str:
     token = secrets.token_urlsafe(TOKEN_BYTES)
     made = datetime.now(UTC).isoformat(timespec="seconds")
     by_role = {**tokens.by_role, role: HashedToken.of(token, secrets.token_bytes(_SALT_BYTES), made)}
-    written = {
-        each.value: {"salt": hashed.salt.hex(), "sha256": hashed.digest.hex(), "made": hashed.made}
-        for each, hashed in by_role.items()
-    }
+    replaced = [tokens.by_role[role]] if role in tokens.by_role else []
+    former = [_written(each) for each in (*replaced, *tokens.former)][:FORMER]
+    written = {each.value: _written(hashed) for each, hashed in by_role.items()}
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_private(path, json.dumps({"version": 1, "tokens": written}, indent=2).encode())
+    write_private(path, json.dumps({"version": 1, "tokens": written, "former": former}, indent=2).encode())
     leave_to_owner(path)
     return token
 
 
-def with_configured(kept: Tokens, configured: str | None, salt: bytes) -> Tokens:
+def with_configured(kept: Tokens, configured: SecretStr | None, salt: bytes) -> Tokens:
     """Return the tokens of the file; without an operator's token there, `web.token` is that one.
 
     Args:
@@ -133,14 +144,19 @@ def with_configured(kept: Tokens, configured: str | None, salt: bytes) -> Tokens
     """
     if configured is None:
         return kept
+    ours = HashedToken.of(configured.get_secret_value(), salt)
     if Role.OPERATOR in kept.by_role:
         LOG.warning("web.token is not in use: the token file has an operator's token; remove web.token")
-        return kept
-    return Tokens({**kept.by_role, Role.OPERATOR: HashedToken.of(configured, salt)})
+        return replace(kept, former=(*kept.former, ours))
+    return replace(kept, by_role={**kept.by_role, Role.OPERATOR: ours})
 
 
 def _digest(salt: bytes, token: str) -> bytes:
     return hashlib.sha256(salt + token.encode("utf-8", "surrogatepass")).digest()
+
+
+def _written(token: HashedToken) -> dict[str, str]:
+    return {"salt": token.salt.hex(), "sha256": token.digest.hex(), "made": token.made}
 
 
 def _read(value: Mapping[str, str]) -> HashedToken:

@@ -10,9 +10,10 @@ import pytest
 
 from hawk import cli
 from hawk.check import commands, doctor
-from hawk.check.doctor import SecretFilter, collect, known_secrets, run_command, write_bundle
+from hawk.check.doctor import SecretFilter, collect, run_command, write_bundle
 from hawk.check.result import CheckResult, failed
 from hawk.comm.protocol.authority import Role
+from hawk.config.secrets import secrets_of
 from hawk.config.sections import Config
 from hawk.daemon.announcement import ADDRESS_FILE
 from hawk.store.journal_state import pack
@@ -167,7 +168,7 @@ def test_the_journal_of_a_survey_is_read_and_not_changed(tmp_path: Path) -> None
         asked.append(command)
         return ""
 
-    parts = collect(Config(), tmp_path, checks, SecretFilter(known_secrets(Config())), run)
+    parts = collect(Config(), tmp_path, checks, SecretFilter(secrets_of(Config())), run)
     kept = json.loads(parts["flight-journal.json"])["000001-first"]
     assert kept["values"]["datum"] == '{"latitude": 43.5}'
     assert (kept["map_parts"], kept["lost_bytes"]) == (1, 4)

@@ -49,4 +49,4 @@ def test_an_option_that_is_none_is_an_error_before_anything_starts(url: str, wor
     "url", ["gst:videotestsrc is-live=true ! videoconvert", "rtsp://cam/?number=1", "http://cam/?a=b"]
 )
 def test_queries_of_other_kinds_are_their_own(url: str) -> None:
-    assert CameraSettings(url=url).url == url
+    assert CameraSettings(url=url).url.get_secret_value() == url

@@ -69,7 +69,7 @@ def test_no_token_and_no_password_is_shown() -> None:
     )
     found = shown(config)
     assert found["web", "token"].value == "(set)"
-    assert found["camera", "url"].value == "rtsp://***@10.0.0.4/live"
+    assert found["camera", "url"].value == "rtsp://***@10.0.0.4/***"
     assert found["autopilot", "url"].value == "udpin://127.0.0.1:14550"
     assert found["store", "directory"].value == "/var/lib/hawk"
     assert not any("secret-secret" in str(each.value) or "pass@" in str(each.value) for each in found.values())

@@ -179,7 +179,7 @@ def test_a_slash_behind_the_port_has_one_clear_meaning() -> None:
     ],
 )
 def test_a_camera_is_taken(url: str) -> None:
-    assert load_config(None, {"HAWK_CAMERA__URL": url}).camera.url == url
+    assert load_config(None, {"HAWK_CAMERA__URL": url}).camera.url.get_secret_value() == url
 
 
 SIM = ("--sim",)

@@ -166,3 +166,33 @@ async def test_guesses_of_links_are_slowed_and_logged(archive: Archive, caplog: 
     assert "guess-000001" not in caplog.text
     archive.stand.rig.real.advance(3600)
     assert (await archive.get(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 200
+
+
+@pytest.mark.slow
+async def test_a_link_that_was_one_is_no_guess_and_links_hold_up_no_token(archive: Archive) -> None:
+    operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
+    made = [(await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=days))[1] for days in (1, 7, 7)]
+    await archive.post(operator, f"/api/v1/shares/{made[1]['id']}/take-back")
+    archive.stand.rig.wall.advance(86_401)
+    for each in made[:2]:  # one that has ended, one that was taken back
+        for _ in range(FREE_GUESSES + 2):
+            assert (await archive.get(nobody, f"/api/v1/shared/{each['token']}/{SURVEYS}"))[0] == 404
+    right = f"/api/v1/shared/{made[2]['token']}/{SURVEYS}"
+    assert (await archive.get(nobody, right))[0] == 200
+    for number in range(FREE_GUESSES + 1):
+        await archive.get(nobody, f"/api/v1/shared/guess-{number:06d}/{SURVEYS}")
+    assert (await archive.get(nobody, right))[0] == 429, "guesses of links are slowed"
+    assert (await archive.get(operator, "/api/lots.json"))[0] == 200, "and no token"
+    archive.stand.rig.real.advance(3600)
+    for number in range(FREE_GUESSES + 1):
+        guesser = await archive.stand.browser(headers={"Authorization": f"Bearer guess-{number}"})
+        assert (await archive.get(guesser, "/api/lots.json"))[0] == 401
+    assert (await archive.get(operator, "/api/lots.json"))[0] == 429
+    assert (await archive.get(nobody, right))[0] == 200, "guesses of tokens are slowed, and no link"
+
+
+@pytest.mark.slow
+async def test_one_wrong_link_that_is_read_again_is_one_guess(archive: Archive) -> None:
+    nobody = await archive.stand.browser()
+    for _ in range(FREE_GUESSES + 2):
+        assert (await archive.get(nobody, f"/api/v1/shared/of-an-erased-lot/{SURVEYS}"))[0] == 404

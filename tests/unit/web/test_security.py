@@ -231,7 +231,7 @@ async def test_who_guesses_the_token_has_to_wait_longer_and_longer(
     looked_at = []
     for number in range(240):  # a guess every half a second, for two minutes
         guarded.real.advance(0.5)
-        looked_at.append(await guess(guarded, number))
+        looked_at.append(await guess(guarded, 100 + number))
     assert set(looked_at) == {401, 429}
     assert looked_at.count(401) == 7, "after 1, 3, 7, 15, 31, 61 and 91 s, or a little later"
     lines = [record for record in caplog.records if "wrong token" in record.message]
@@ -269,14 +269,14 @@ def test_guesses_are_counted_for_a_bounded_number_of_addresses() -> None:
     clock = ManualClock()
     guesses = TokenGuesses(clock)
     for number in range(3 * ADDRESS_LIMIT):
-        guesses.wrong(f"10.0.{number // 256}.{number % 256}")
+        guesses.wrong(f"10.0.{number // 256}.{number % 256}", "guess")
     assert len(guesses) == ADDRESS_LIMIT
     assert guesses.total == 3 * ADDRESS_LIMIT
-    for _ in range(40):
-        guesses.wrong("evil")
+    for number in range(40):
+        guesses.wrong("evil", f"{number}")
     assert guesses.wait_s("evil") == LONGEST_WAIT_S
     clock.advance(FORGOTTEN_S + 1)
-    assert guesses.wrong("evil") == 1
+    assert guesses.wrong("evil", "39") == 1
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,12 @@ import aiohttp
 import pytest
 from sqlalchemy import func, select, update
 
+from hawk.config.secrets import SecretUrl
 from hawk.config.sections import WebhooksSettings
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
 from hawk.lots.tables import DELIVERY, OUTBOX
-from hawk.webhooks.sender import WARNED_AT, SenderTimes, WebhookSender, shown, target_of
+from hawk.webhooks.sender import WARNED_AT, SenderTimes, WebhookSender, target_of
 from tests.unit.comm.waiting import until
 from tests.unit.lots.surveys import BEGAN, later, survey
 from tests.unit.webhooks.receivers import Receiver, receiving
@@ -113,7 +114,7 @@ async def test_a_damaged_message_is_left_out_and_holds_up_no_other_one(stand: St
         await stand.has([(1, 1, False), (2, 1, True), (3, 1, True)])
     assert types(receiver) == ["survey.stored", "survey.stored"]
     assert [text for _, text, _ in stand.said] == [
-        f"A report to the receiver {shown(receiver.url)} is damaged in the store: it is left out."
+        f"A report to the receiver {SecretUrl(receiver.url).host} is damaged in the store: it is left out."
     ]
 
 
@@ -173,7 +174,7 @@ async def test_the_operator_hears_of_a_receiver_that_takes_nothing_and_of_the_en
                 stand.now += 3601
             await until(lambda: len(stand.said) == 2)
             assert {text for _, text, _ in stand.said} == {
-                f"The receiver {shown(receiver.url)} takes no report; it is tried on."
+                f"The receiver {SecretUrl(receiver.url).host} takes no report; it is tried on."
             }
             stand.now += 7 * 86_400
             await until(lambda: any("given up" in text for _, text, _ in stand.said))
@@ -186,7 +187,25 @@ async def test_the_host_alone_of_a_receiver_is_named(stand: Stand, caplog: pytes
         await until(lambda: "answered HTTP 500" in caplog.text)
     assert "secret-path" not in caplog.text
     assert "abc" not in caplog.text
-    assert "secret" not in target_of("https://example.org/secret")
+    assert "secret" not in target_of(SecretUrl("https://example.org/secret"))
+
+
+async def test_what_a_library_says_of_a_receiver_holds_no_secret(
+    stand: Stand, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def garbled(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"HTTP/1.1 two hundred\r\n\r\n")  # aiohttp's error holds the whole address
+        await writer.drain()
+        writer.close()
+
+    server = await asyncio.start_server(garbled, "127.0.0.1", 0)
+    port = server.sockets[0].getsockname()[1]
+    async with server, running(stand.sender(f"http://me:word-Ab1@127.0.0.1:{port}/secret-path?key=abcdefgh")):
+        await until(lambda: "400" in caplog.text)
+        stand.now += 86_400
+        await until(lambda: bool(stand.said) or caplog.text.count("400") > 1)
+    said = caplog.text + repr(stand.said)
+    assert not [each for each in ("word-Ab1", "secret-path", "abcdefgh") if each in said]
 
 
 async def test_a_message_that_cannot_be_sent_ends_no_other_receiver(
@@ -196,8 +215,8 @@ async def test_a_message_that_cannot_be_sent_ends_no_other_receiver(
         sender = stand.sender(broken.url, good.url)
         send = sender.send_one
 
-        async def fails(session: aiohttp.ClientSession, url: str) -> bool:
-            if url == broken.url:
+        async def fails(session: aiohttp.ClientSession, url: SecretUrl) -> bool:
+            if url.get_secret_value() == broken.url:
                 raise RuntimeError("a bug")
             return await send(session, url)
 

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, TypeVar
 
-from hawk.comm.cameras.sources.source import CameraError, without_passwords
+from hawk.comm.cameras.sources.source import CameraError
+from hawk.config.secrets import without
 
 T = TypeVar("T")
 
@@ -70,7 +71,7 @@ class Words:
         return self._error or self._warning or self._last
 
     def _take(self, raw: bytes) -> None:
-        line = without_passwords(_STAMP.sub("", raw.decode("utf-8", "replace").strip()))[:_LONGEST_WORDS]
+        line = without(_STAMP.sub("", raw.decode("utf-8", "replace").strip()))[:_LONGEST_WORDS]
         if not line:
             return
         self._last = line

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 
 import aiohttp
 
-from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame, without_secrets
+from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
+from hawk.config.secrets import SecretUrl, shown_address, without
 from hawk.formats.image import whole_jpeg
 
 MAX_PART = 8_000_000
@@ -143,6 +144,7 @@ class HttpMjpegSource(CameraSource):
     ) -> None:
         """``tls``: certificates that are trusted for HTTPS; None: those of the system."""
         self._url = url
+        self._secrets = tuple(SecretUrl(url).secrets())
         self._clock = clock
         self._headers = dict(headers or {})
         self._tls = tls
@@ -150,7 +152,7 @@ class HttpMjpegSource(CameraSource):
 
     async def frames(self) -> AsyncGenerator[SourceFrame, None]:
         """Connect and give the pictures until the stream ends. Raises CameraError."""
-        shown, torn_before = without_secrets(self._url), self.torn
+        shown, torn_before = shown_address(self._url), self.torn
         try:
             async with (
                 aiohttp.ClientSession(timeout=self._timeout, read_bufsize=_READ) as session,
@@ -168,7 +170,7 @@ class HttpMjpegSource(CameraSource):
         except TimeoutError as error:
             raise CameraError(f"{shown}: nothing came for {self._timeout.sock_read:.0f} s") from error
         except (aiohttp.ClientError, OSError, ValueError) as error:
-            raise CameraError(f"{shown}: {error or type(error).__name__}") from error
+            raise CameraError(f"{shown}: {without(str(error), self._secrets) or type(error).__name__}") from error
         raise CameraError(f"{shown}: the stream ended")
 
     @staticmethod

@@ -13,7 +13,8 @@ from typing import Final
 
 from hawk.comm.cameras.sources.child import CHILD_TIMEOUTS, Child, ChildTimeouts, Words
 from hawk.comm.cameras.sources.mjpeg import MultipartParser
-from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame, without_passwords, without_secrets
+from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
+from hawk.config.secrets import SecretUrl, without
 
 PROGRAM: Final = "gst-launch-1.0"
 _BOUNDARY: Final = "hawk-gstreamer"
@@ -41,12 +42,12 @@ class GStreamerSource(CameraSource):
         self._program = program
         self._timeouts = timeouts
         self._packages = _GSTREAMER_PACKAGES
-        self._name = f"gst:{without_passwords(self._pipeline)}"
+        self._address = SecretUrl(f"gst:{self._pipeline}")
 
     async def frames(self) -> AsyncGenerator[SourceFrame, None]:
         """Start the pipeline and give its pictures until it ends. Raises CameraError with GStreamer's first error."""
         if shutil.which(self._program) is None:
-            raise CameraError(f"{self._name}: needs {self._program}, which is not installed: {self._packages}")
+            raise CameraError(f"{self._address}: needs {self._program}, which is not installed: {self._packages}")
         command = (self._program, "--quiet", *self._elements(), *_TAIL)
         words = Words(lambda line: line.startswith("ERROR") or "erroneous pipeline" in line)
         try:
@@ -60,20 +61,21 @@ class GStreamerSource(CameraSource):
                         yield SourceFrame(part.body, part.arrival)
                 said = await child.last_words()
         except CameraError as error:
-            raise CameraError(f"{self._name}: {self._hint(str(error))}") from error
-        raise CameraError(f"{self._name}: {self._hint(said) if said else 'the pipeline ended'}")
+            raise CameraError(f"{self._address}: {self._hint(str(error))}") from error
+        raise CameraError(f"{self._address}: {self._hint(said) if said else 'the pipeline ended'}")
 
     def _elements(self) -> Sequence[str]:
         """Return the pipeline up to its raw pictures, as words of ``gst-launch-1.0``. Raises CameraError."""
         try:
             words = shlex.split(self._pipeline)
         except ValueError as error:
-            raise CameraError(f"{self._name}: cannot be read: {error}") from error
+            raise CameraError(f"{self._address}: cannot be read: {error}") from error
         if not words:
             raise CameraError("gst: names no pipeline; write for example gst:v4l2src ! videoconvert")
         return (*words, *_PACE)
 
     def _hint(self, said: str) -> str:
+        said = without(said, self._address.secrets())
         return f"{said} ({self._packages})" if any(words in said for words in _MISSING) else said
 
 
@@ -95,7 +97,7 @@ class RtspSource(GStreamerSource):
         """``timeouts``: after these times without a picture the process is ended."""
         super().__init__("", clock, program, timeouts)
         self._url = url
-        self._name = without_secrets(url)
+        self._address = SecretUrl(url)
         self._packages = _RTSP_PACKAGES
 
     def _elements(self) -> Sequence[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import re
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -17,9 +16,6 @@ from urllib.parse import unquote, urlsplit
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
-_USER: Final = re.compile(r"://[^/\s@]+@")
-_PASSWORD: Final = re.compile(r"(?i)\b([\w-]*(?:pw|passw(?:or)?d|pwd|token|secret)\s*=\s*)(\"[^\"]*\"|[^\s&]+)")
 
 
 class CameraError(Exception):
@@ -51,21 +47,6 @@ class CameraSource(ABC):
 
     async def close(self) -> None:  # noqa: B027 - most sources need nothing beyond the end of `frames`
         """Release the source; its threads and processes have ended on return."""
-
-
-def without_secrets(url: str) -> str:
-    """Return an address without user, password and query, to show and to log."""
-    try:
-        parts = urlsplit(url)
-        port = f":{parts.port}" if parts.port else ""
-    except ValueError:
-        return "an address that cannot be read"
-    return f"{parts.scheme}://{parts.hostname or ''}{port}{parts.path}"
-
-
-def without_passwords(text: str) -> str:
-    """Return a program's words without the users of addresses and without values that are named as passwords."""
-    return _PASSWORD.sub(r"\1***", _USER.sub("://", text))
 
 
 _CLOSE_S: Final = 6.0
@@ -169,7 +150,7 @@ class OpenCvSource(ThreadedSource):
     """``file:///path``."""
 
     def __init__(self, url: str, clock: Callable[[], float]) -> None:
-        super().__init__(without_secrets(url))
+        super().__init__(url)
         self._path = Path(unquote(urlsplit(url).path))
         self._clock = clock
 

@@ -12,6 +12,7 @@ import pytest
 from hawk.comm.protocol.authority import VIEWERS_COMMAND_NOTHING, Role, role_refusal
 from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
 from hawk.config.sections import WebSettings
+from hawk.web.access.guesses import FREE_GUESSES, GUESSES
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from hawk.web.app import WebServer
 from hawk.web.door import Places
@@ -202,3 +203,30 @@ async def test_a_viewer_with_the_cookie_of_control_is_not_answered_when_too_much
             await operator.socket.close()
     finally:
         await server.close()
+
+
+# -- what was a token is no guess --------------------------------------------------------------------------------------
+
+
+async def test_former_tokens_those_of_another_role_and_old_cookies_are_no_guesses(stand: Stand, tmp_path: Path) -> None:
+    old, viewer = stand.tokens[Role.OPERATOR], await stand.browser(Role.VIEWER)
+    programs = [await stand.tool(Role.OPERATOR)]
+    for _ in range(FREE_GUESSES + 2):  # as many former tokens, each by a program of its own
+        stand.tokens[Role.OPERATOR] = rotate(tmp_path / TOKEN_FILE, Role.OPERATOR)
+        programs.append(await stand.tool(Role.OPERATOR))
+    await stand.look()
+    right = programs.pop()
+    for program in programs:
+        assert [await stand.status(program) for _ in range(2)] == [401, 401]
+    stand.tokens[Role.VIEWER] = rotate(tmp_path / TOKEN_FILE, Role.VIEWER)
+    await stand.look()
+    for _ in range(FREE_GUESSES + 2):
+        assert await stand.status(viewer) == 401, "its cookie has ended"
+    assert stand.rig.app is not None
+    guesses = stand.rig.app[GUESSES]
+    assert (guesses.total, len(guesses)) == (0, 0)
+    assert await stand.status(right) == 200
+    assert old not in (tmp_path / TOKEN_FILE).read_text()
+    for number in range(FREE_GUESSES + 1):
+        await stand.status(await stand.browser(headers={"Authorization": f"Bearer guess {number}"}))
+    assert await stand.status(right) == 429, "true guesses are slowed"

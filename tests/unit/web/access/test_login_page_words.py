@@ -66,7 +66,7 @@ async def test_messages_are_french_and_one_that_is_not_translated_is_marked(stan
     text = await form(stand, "fr", wrong)
     assert f'<p class="bad" role="alert" lang="fr">{FRENCH.wrong}</p>' in text
     assert FRENCH.incomplete in await form(stand, "fr", {"username": "nobody", "password": "x"})
-    for _ in range(FREE_GUESSES):
-        await form(stand, "fr", wrong)
+    for number in range(FREE_GUESSES):
+        await form(stand, "fr", {**wrong, "password": f"guess {number}"})
     text = await form(stand, "fr", {"username": "operator", "password": stand.tokens[Role.OPERATOR]})
     assert '<p class="bad" role="alert" lang="en">Too many wrong tokens' in text

@@ -7,6 +7,7 @@ import stat
 from pathlib import Path
 
 import pytest
+from pydantic import SecretStr
 
 from hawk.cli import EXIT_USAGE, main
 from hawk.comm.protocol.authority import Role
@@ -95,15 +96,19 @@ def test_a_file_that_cannot_be_read_is_named(path: Path) -> None:
 
 def test_the_configured_token_is_the_operators(path: Path) -> None:
     rotate(path, Role.VIEWER)
-    tokens = with_configured(read_tokens(path), CONFIGURED, b"secret")
+    tokens = with_configured(read_tokens(path), SecretStr(CONFIGURED), b"secret")
     assert tokens.role_of(CONFIGURED) is Role.OPERATOR
-    assert tokens.proof(Role.OPERATOR) == with_configured(Tokens(), CONFIGURED, b"secret").proof(Role.OPERATOR)
-    assert tokens.proof(Role.OPERATOR) != with_configured(Tokens(), CONFIGURED + "x", b"secret").proof(Role.OPERATOR)
+    assert tokens.proof(Role.OPERATOR) == with_configured(Tokens(), SecretStr(CONFIGURED), b"secret").proof(
+        Role.OPERATOR
+    )
+    assert tokens.proof(Role.OPERATOR) != with_configured(Tokens(), SecretStr(CONFIGURED + "x"), b"secret").proof(
+        Role.OPERATOR
+    )
 
 
 def test_an_operators_token_of_the_file_ends_the_configured_one(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     token = rotate(path, Role.OPERATOR)
-    tokens = with_configured(read_tokens(path), CONFIGURED, b"secret")
+    tokens = with_configured(read_tokens(path), SecretStr(CONFIGURED), b"secret")
     assert tokens.role_of(CONFIGURED) is None
     assert tokens.role_of(token) is Role.OPERATOR
     assert "web.token is not in use" in caplog.text
