@@ -9,7 +9,8 @@ from __future__ import annotations
 import contextlib
 import secrets
 import sqlite3
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
@@ -36,16 +37,20 @@ _RESTORE: Final = "Nothing was written. Restore a backup: hawk-drone restore FIL
 class Database:
     """An open store. ``is_read_only``: it is of a newer version, named in ``notice``."""
 
-    def __init__(self, path: Path, pragmas: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self, path: Path, pragmas: Mapping[str, int] | None = None, wall: Callable[[], float] = time.time
+    ) -> None:
         """Open the file, make it when there is none, migrate an older one. Raises LotStoreError.
 
         Args:
             path: The file.
             pragmas: SQLite's, set on every connection beside ours.
+            wall: UTC, Unix seconds: SQL's ``hawk_now()``, by which a survey's time has been.
         """
         self.path = path
         self.notice = ""
         self._pragmas = dict(pragmas or {})
+        self._wall = wall
         with explained(path):
             version = self._version()
         self.is_read_only = version > VERSION
@@ -103,6 +108,7 @@ class Database:
         def connect() -> sqlite3.Connection:
             opened = read_only(self.path) if self.is_read_only else sqlite3.connect(self.path, timeout=BUSY_S)
             opened.isolation_level = None  # SQLAlchemy begins the transactions
+            opened.create_function("hawk_now", 0, self._wall, deterministic=True)  # once a statement
             for name, value in {**_SAFE, **({} if self.is_read_only else _WRITTEN), **self._pragmas}.items():
                 opened.execute(f"PRAGMA {name} = {value}")
             return opened
