@@ -69,7 +69,7 @@ def ground_under(connection: Connection, pictures: SurveyPictures, lot: str | No
     rows = [row for each in chosen for row in placed_surveys(connection, each) if row["id"] in there]
     if not rows:
         return None
-    newest = max(rows, key=lambda row: (float(row["taken_at"]), int(row["seq"])))
+    newest = max(rows, key=lambda row: (bool(row["is_ordered"]), float(row["taken_at"]), int(row["seq"])))
     tiles = {key: EncodedTile(1, data) for key, data in pictures.read(newest["id"]).items()}
     datum = float(newest["latitude"]), float(newest["longitude"])
     return Under(datum, OccupancyMap(mosaic=tiles, version=1, map_id=str(newest["id"])))

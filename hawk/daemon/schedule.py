@@ -29,7 +29,10 @@ LATE: Final = timedelta(hours=6)
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """A lot of the schedule as the store has it. ``last``: end of its newest survey, Unix seconds; None: none."""
+    """A lot of the schedule as the store has it. ``last``: end of its newest survey, Unix seconds; None: none.
+
+    Pictures whose time is not sure count as none.
+    """
 
     name: str
     last: float | None
@@ -115,13 +118,15 @@ class Schedule:
         def read(connection: Connection) -> Flown | None:
             from sqlalchemy import func, select
 
+            from hawk.lots.newest import is_ordered
             from hawk.lots.tables import LOT, SURVEY
 
             named = (LOT.c.id == lot) | (LOT.c.name == lot)
             row = connection.execute(select(LOT.c.id, LOT.c.name).where(named, LOT.c.merged_into.is_(None))).first()
             if row is None:
                 return None
-            last = connection.execute(select(func.max(SURVEY.c.ended)).where(SURVEY.c.lot == row.id)).scalar()
+            ended = select(func.max(SURVEY.c.ended)).where(SURVEY.c.lot == row.id, is_ordered())
+            last = connection.execute(ended).scalar()
             return Flown(str(row.name), last)
 
         return await self._store.read(read)

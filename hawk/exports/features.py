@@ -19,7 +19,7 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
 from hawk.exports.shapes import lot_shape
 from hawk.lots.counts import counts_of
-from hawk.lots.newest import last_of, newest_look
+from hawk.lots.newest import has_been, is_sure, last_of, newest_look
 from hawk.lots.plan import geometry
 from hawk.lots.registering import datum_of
 from hawk.lots.source import SOURCE_COLUMNS, source_json
@@ -104,7 +104,8 @@ def extent(connection: Connection) -> Extent:
     texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
     boxes = np.array([box for text in texts if (box := _box_of(_read_rings(text))) is not None]).reshape(-1, 4)
-    begin, end = connection.execute(select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE)).one()
+    span = select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE, has_been())
+    begin, end = connection.execute(span).one()
     if not len(boxes):
         return Extent(None, begin, end)
     west, south = boxes[:, :2].min(axis=0).tolist()
@@ -141,9 +142,10 @@ def _lot(connection: Connection, row: Row[Any], counts: Mapping[str, Any]) -> di
 
 def surveys(connection: Connection, choice: Choice) -> Found:
     """Return surveys in the order of their landings, each with the ground that it mapped."""
-    shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout", "time_is_sure")
+    shown = ("id", "lot", "outline", "began", "ended", "placed", "free", "taken", "unknown", "layout")
     source = ("seq", "simulated", "program", "blurred", *SOURCE_COLUMNS)
-    rows = select(*(SURVEY.c[name] for name in (*shown, *source)), LOT.c.name)
+    columns = (SURVEY.c[name] for name in (*shown, *source))
+    rows = select(*columns, is_sure().label("time_is_sure"), LOT.c.name)
     rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))
     rows = rows.where(_IS_THERE, *choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
     return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)

@@ -16,6 +16,7 @@ import shapely
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey
 from hawk.lots.labels import parts_of
+from hawk.lots.moments import has_been
 from hawk.lots.values import utc
 
 VALID_S: Final = 3600.0
@@ -46,15 +47,18 @@ class Feed:
 
 
 def valid_at(survey: ExportedSurvey, now: float, valid_s: float) -> ExportedSurvey:
-    """Return the survey without the states whose looks are older than ``valid_s`` at ``now`` (Unix seconds).
+    """Return the survey without the states whose looks are older than ``valid_s`` at ``now``, or later (Unix seconds).
 
-    The time of a look that is not sure decides as it is: a clock that was never set makes a look old.
+    A survey whose time is not sure has no state, and no look: it may be of any day.
     """
+    if not survey.time_is_sure:
+        stalls = tuple(replace(stall, state=UNSEEN, taken=None, looked=None) for stall in survey.stalls)
+        return replace(survey, ended=min(survey.ended, now), stalls=stalls)
     return replace(survey, stalls=tuple(_valid(stall, now, valid_s) for stall in survey.stalls))
 
 
 def _valid(stall: ExportedStall, now: float, valid_s: float) -> ExportedStall:
-    is_valid = stall.looked is not None and -valid_s <= now - stall.looked <= valid_s
+    is_valid = stall.looked is not None and now - stall.looked <= valid_s and has_been(stall.looked, now)
     return stall if is_valid else replace(stall, state=UNSEEN, taken=None)
 
 
@@ -97,8 +101,8 @@ def _ngsi_site(survey: ExportedSurvey, site: str) -> dict[str, Any]:
         "occupancyDetectionType": ["singleSpaceDetection"],
         "totalSpotNumber": len(survey.stalls),
         **_ngsi_counts(survey.stalls),
-        "occupancyModified": utc(survey.ended),
-        "observationDateTime": utc(survey.ended),
+        **({"occupancyModified": utc(survey.ended)} if survey.time_is_sure else {}),
+        **({"observationDateTime": utc(survey.ended)} if survey.time_is_sure else {}),
         "source": survey.software,
     }
 
@@ -199,8 +203,14 @@ def _parkapi_site(survey: ExportedSurvey) -> dict[str, Any]:
         "geojson": None if shape.is_empty else shapely.geometry.mapping(shape),
         "capacity": len(survey.stalls),
         **{f"capacity_{name}": len(stalls) for name, stalls in kinds.items() if stalls},
-        "has_realtime_data": True,
         "static_data_updated_at": _offset(survey.ended),
+        **(_realtime(survey, free) if survey.time_is_sure else {"has_realtime_data": False}),
+    }
+
+
+def _realtime(survey: ExportedSurvey, free: int | None) -> dict[str, Any]:
+    return {
+        "has_realtime_data": True,
         "realtime_data_updated_at": _offset(survey.ended),
         "realtime_opening_status": "UNKNOWN",
         "realtime_capacity": len(survey.stalls),
@@ -219,8 +229,14 @@ def _parkapi_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, Any
         "lon": round(stall.place[1], 8),
         "geojson": shapely.geometry.mapping(stall_shape(stall)),
         "restricted_to": [] if audience is None else [{"type": audience}],
-        "has_realtime_data": True,
         "static_data_updated_at": _offset(survey.ended),
+        **(_realtime_spot(stall, survey) if survey.time_is_sure else {"has_realtime_data": False}),
+    }
+
+
+def _realtime_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, Any]:
+    return {
+        "has_realtime_data": True,
         "realtime_data_updated_at": _offset(survey.ended if stall.looked is None else stall.looked),
         "realtime_status": _PARKAPI_STATES.get(stall.state, "UNKNOWN"),
     }

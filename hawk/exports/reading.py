@@ -12,7 +12,7 @@ from sqlalchemy import Connection, RowMapping, select
 
 from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
 from hawk.lots.choosing import chosen_survey
-from hawk.lots.newest import oldest_first
+from hawk.lots.newest import is_sure, oldest_first
 from hawk.lots.plan.reading import stalls_in
 from hawk.lots.plan.values import NEW, PlanStall
 from hawk.lots.registering import datum_accuracy, datum_of
@@ -67,7 +67,8 @@ def read_surveys(connection: Connection, surveys: Sequence[str]) -> list[Exporte
 
 
 def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportedSurvey:
-    row = connection.execute(select(SURVEY).where(SURVEY.c.id == survey)).mappings().one_or_none()
+    asked = select(SURVEY, is_sure().label("is_sure")).where(SURVEY.c.id == survey)
+    row = connection.execute(asked).mappings().one_or_none()
     if row is None or row["lot"] is None:
         raise NotFoundError(f"survey: there is no survey {survey} of a lot")
     lot = layouts.lot(str(row["lot"]))
@@ -79,7 +80,7 @@ def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportedSur
         survey=str(row["id"]),
         began=float(row["began"]),
         ended=float(row["ended"]),
-        time_is_sure=bool(row["time_is_sure"]),
+        time_is_sure=bool(row["is_sure"]),
         layout=row["layout"] if is_placed else None,
         software=f"hawk-drone {row['program']}",
         is_simulated=bool(row["simulated"]),

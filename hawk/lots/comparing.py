@@ -19,7 +19,7 @@ from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.lots.frames import Move, same_stalls
-from hawk.lots.newest import newest_first, taken_at
+from hawk.lots.newest import is_ordered, newest_first, taken_at
 from hawk.lots.plan import geometry
 from hawk.lots.registering import Looked, other_ground, present_stalls
 from hawk.lots.tables import NO_STALLS, SURVEY, ZONE
@@ -66,7 +66,7 @@ class Compared:
 def placed_surveys(connection: Connection, lot: str) -> Iterator[RowMapping]:
     """Yield the surveys of a lot whose place and ground are known, the newest first."""
     is_placed = SURVEY.c.placed.in_(PLACED) & SURVEY.c.north.is_not(None)
-    asked = select(SURVEY, taken_at().label("taken_at")).where(
+    asked = select(SURVEY, is_ordered().label("is_ordered"), taken_at().label("taken_at")).where(
         SURVEY.c.lot == lot, is_placed, SURVEY.c.seen.is_not(None)
     )
     yield from connection.execute(asked.order_by(*newest_first())).mappings()

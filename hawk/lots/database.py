@@ -11,6 +11,7 @@ import contextlib
 import secrets
 import sqlite3
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final, cast
@@ -45,16 +46,20 @@ _RESTORE: Final = "Nothing was written. Restore a backup: hawk-drone restore FIL
 class Database:
     """An open store. ``is_read_only``: it is of a newer version, named in ``notice``."""
 
-    def __init__(self, path: Path, pragmas: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self, path: Path, pragmas: Mapping[str, int] | None = None, wall: Callable[[], float] = time.time
+    ) -> None:
         """Open the file, make it when there is none, migrate an older one. Raises LotStoreError.
 
         Args:
             path: The file.
             pragmas: SQLite's, set on every connection beside ours.
+            wall: UTC, Unix seconds: SQL's ``hawk_now()``, by which a survey's time has been.
         """
         self.path = path
         self.notice = ""
         self._pragmas = dict(pragmas or {})
+        self._wall = wall
         with explained(path):
             version = self._version()
         self.is_read_only = version > VERSION
@@ -131,10 +136,7 @@ class Database:
     def _open(self) -> Engine:
         def connect() -> sqlite3.Connection:
             opened = read_only(self.path) if self.is_read_only else sqlite3.connect(self.path, timeout=BUSY_S)
-            opened.isolation_level = None  # SQLAlchemy begins the transactions
-            for name, value in {**_SAFE, **({} if self.is_read_only else _WRITTEN), **self._pragmas}.items():
-                opened.execute(f"PRAGMA {name} = {value}")
-            return opened
+            return self._prepared(opened, {} if self.is_read_only else _WRITTEN)
 
         engine = create_engine("sqlite://", creator=connect, poolclass=StaticPool)
         event.listen(engine, "begin", lambda connection: connection.exec_driver_sql("BEGIN IMMEDIATE"))
@@ -144,16 +146,19 @@ class Database:
         """Make the connections that read: none waits for another one, or for the one that writes."""
 
         def connect() -> sqlite3.Connection:
-            opened = read_only(self.path, check_same_thread=False)
-            opened.isolation_level = None
-            for name, value in _SAFE.items():
-                opened.execute(f"PRAGMA {name} = {value}")
-            return opened
+            return self._prepared(read_only(self.path, check_same_thread=False), {})
 
         pool = {"pool_size": KEPT_READERS, "max_overflow": -1, "pool_use_lifo": True}
         engine = create_engine("sqlite://", creator=connect, poolclass=QueuePool, **pool)
         event.listen(engine, "begin", lambda connection: connection.exec_driver_sql("BEGIN"))
         return engine
+
+    def _prepared(self, opened: sqlite3.Connection, pragmas: Mapping[str, int | str]) -> sqlite3.Connection:
+        opened.isolation_level = None  # SQLAlchemy begins the transactions
+        opened.create_function("hawk_now", 0, self._wall, deterministic=True)  # once a statement
+        for name, value in {**_SAFE, **pragmas, **self._pragmas}.items():
+            opened.execute(f"PRAGMA {name} = {value}")
+        return opened
 
     def _tag(self) -> str:
         """Return a text that differs after every change of the file, by any program, and between runs.

@@ -1,15 +1,30 @@
 """Order of surveys by the time at which they were taken: pictures of an earlier day may be stored later.
 
-A landing follows the landings before it, whatever its clock says; its time counts where it is sure. Pictures have the
-time of their files, or the one that a person gave. Surveys of one time are in the order in which they were stored.
+A landing follows the landings before it, whatever its clock says; its time counts where it is sure. Pictures whose time
+is not sure, or later than now, come before all others: none of them is the last survey while another one is there.
+Surveys of one time are in the order in which they were stored. `hawk.lots.moments` is the same without a store.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
-from sqlalchemy import ColumnElement, Connection, FromClause, ScalarSelect, case, exists, func, or_, select
+from sqlalchemy import (
+    ColumnElement,
+    Connection,
+    FromClause,
+    RowMapping,
+    ScalarSelect,
+    and_,
+    case,
+    exists,
+    func,
+    or_,
+    select,
+)
 
+from hawk.lots import moments
 from hawk.lots.source import SurveyKind
 from hawk.lots.tables import OBSERVATION, SURVEY
 
@@ -17,23 +32,59 @@ _STALL: Final = OBSERVATION.alias()
 _LOOKED: Final = SURVEY.alias()
 
 
+def has_been(survey: FromClause = SURVEY) -> ColumnElement[bool]:
+    """Return whether a survey's time is not later than now by the clock of the store's connection."""
+    return survey.c.ended <= func.hawk_now() + moments.AHEAD_S
+
+
+def is_sure(survey: FromClause = SURVEY) -> ColumnElement[bool]:
+    """Return whether a survey's time is sure.
+
+    A landing's was compared when it landed (`hawk.lots.moments.at_landing`): the clock here may be the wrong one.
+    """
+    return and_(survey.c.time_is_sure, or_(has_been(survey), survey.c.kind == SurveyKind.FLOWN.value))
+
+
+def now_of(connection: Connection) -> float:
+    """Return now by the clock of the store's connection, Unix seconds."""
+    return float(connection.execute(select(func.hawk_now())).scalar_one())
+
+
+def is_sure_row(row: Mapping[str, Any] | RowMapping, now: float) -> bool:
+    """Return `is_sure` of a row of the table of surveys."""
+    return bool(row["time_is_sure"]) and (row["kind"] == SurveyKind.FLOWN or moments.has_been(row["ended"], now))
+
+
+def is_ordered(survey: FromClause = SURVEY) -> ColumnElement[bool]:
+    """Return whether it is known which surveys a survey follows: by its sure time, or as a landing."""
+    return or_(is_sure(survey), survey.c.kind == SurveyKind.FLOWN.value)
+
+
 def taken_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
-    """Return when a survey was taken, Unix seconds: of a landing without a sure time that of the one before it."""
+    """Return when a survey was taken, Unix seconds: of a landing without a sure time that of the one before it.
+
+    Pictures whose time is later than now have 0.
+    """
     before = SURVEY.alias()
     is_before = before.c.time_is_sure & (before.c.kind == SurveyKind.FLOWN.value) & (before.c.seq < survey.c.seq)
     earlier = select(func.max(before.c.ended)).where(is_before, before.c.lot == survey.c.lot)
-    is_said = or_(survey.c.time_is_sure, survey.c.kind == SurveyKind.PICTURE.value)
-    return case((is_said, survey.c.ended), else_=func.coalesce(earlier.correlate(survey).scalar_subquery(), 0.0))
+    is_picture = survey.c.kind == SurveyKind.PICTURE.value
+    return case(
+        (is_sure(survey), survey.c.ended),
+        (and_(is_picture, has_been(survey)), survey.c.ended),
+        (is_picture, 0.0),
+        else_=func.coalesce(earlier.correlate(survey).scalar_subquery(), 0.0),
+    )
 
 
 def newest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
     """Return the order of surveys with the last one first."""
-    return taken_at(survey).desc(), survey.c.seq.desc()
+    return is_ordered(survey).desc(), taken_at(survey).desc(), survey.c.seq.desc()
 
 
 def oldest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
     """Return the order of surveys with the last one at the end."""
-    return taken_at(survey), survey.c.seq
+    return is_ordered(survey), taken_at(survey), survey.c.seq
 
 
 def last_of(lot: ColumnElement[Any]) -> ScalarSelect[Any]:

@@ -15,7 +15,7 @@ from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered, shapes_of
 from hawk.lots.counts import counts_of
-from hawk.lots.newest import newest_first, newest_look
+from hawk.lots.newest import is_sure_row, newest_first, newest_look, now_of
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
 from hawk.lots.plan.versions import check_not_edited, newest_layout
@@ -320,17 +320,18 @@ def lot_json(connection: Connection, row: _Shown) -> dict[str, Any]:
 
 def surveys_json(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
     """Return surveys of the table, which need `SURVEY_SHOWN` only, each with its counts."""
-    return [_survey_json(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+    now = now_of(connection)
+    return [_survey_json(row, now) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
 
 
-def _survey_json(row: _Shown) -> dict[str, Any]:
+def _survey_json(row: _Shown, now: float) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
-    shown |= {"began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+    shown |= {"began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": is_sure_row(row, now)}
     return {**shown, **source_json(row)}
 
 

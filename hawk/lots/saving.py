@@ -16,6 +16,8 @@ from sqlalchemy import Connection, RowMapping, delete, func, insert, select, upd
 from hawk.lots.frames import Move
 from hawk.lots.labels import lasting_labels
 from hawk.lots.looks import keep_looks
+from hawk.lots.moments import has_been
+from hawk.lots.newest import now_of
 from hawk.lots.place import Answer, LotPlace, which_lot
 from hawk.lots.plan.follow import read_again
 from hawk.lots.plan.versions import newest_layout
@@ -36,6 +38,7 @@ from hawk.lots.values import (
     outline_or_none,
     pack_outline,
     pack_stalls,
+    utc,
 )
 from hawk.model.lot_map import StallState
 
@@ -75,7 +78,11 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
     keep_looks(connection, [seq])
     where = (seq, _id_of(connection, seq), lot, _name_of(connection, lot), placed, candidates)
     saved = Saved(*where, stalls=len(survey.stalls), known=known, doubt=doubt)
-    connection.execute(insert(OUTBOX).values(kind="survey", body=_message(saved, survey), made=survey.ended))
+    connection.execute(
+        insert(OUTBOX).values(
+            kind="survey", body=_message(saved, survey, is_sure=values["time_is_sure"]), made=survey.ended
+        )
+    )
     return saved
 
 
@@ -146,12 +153,12 @@ def _blurred(stalls: Sequence[SurveyStall]) -> int | None:
 
 
 def _time_is_sure(connection: Connection, survey: FinishedSurvey) -> bool:
-    """Return whether the survey's time can be believed: a landing is not before an earlier one.
+    """Return whether the survey's time can be believed: a landing is not before an earlier one, pictures have been.
 
     Pictures are stored at any later time, and in any order.
     """
     if survey.kind is SurveyKind.PICTURE:
-        return survey.time_is_sure
+        return survey.time_is_sure and has_been(survey.ended, now_of(connection))
     flown = SURVEY.c.time_is_sure & (SURVEY.c.kind == SurveyKind.FLOWN.value)
     earlier = select(func.max(SURVEY.c.ended)).where(flown, SURVEY.c.origin != survey.origin)
     newest = connection.execute(earlier).scalar()
@@ -300,6 +307,7 @@ def _name_of(connection: Connection, lot: str | None) -> str:
     return connection.execute(select(LOT.c.name).where(LOT.c.id == lot)).scalar() or ""
 
 
-def _message(saved: Saved, survey: FinishedSurvey) -> str:
+def _message(saved: Saved, survey: FinishedSurvey, *, is_sure: bool) -> str:
     facts = {"survey": saved.survey, "lot": saved.lot, "placed": saved.placed.value, "stalls": len(survey.stalls)}
-    return json.dumps(facts | {"simulated": survey.simulated, "kind": survey.kind.value})
+    facts |= {"simulated": survey.simulated, "kind": survey.kind.value}
+    return json.dumps(facts | {"ended": utc(survey.ended), "time_is_sure": is_sure})

@@ -226,7 +226,7 @@ class LotStore:
         if self._database is not None and self._database.is_replaced:
             self._drop()
         if self._database is None:
-            self._database = Database(self.path, self._pragmas)
+            self._database = Database(self.path, self._pragmas, self._wall)
         return self._database
 
     def _drop(self) -> None:

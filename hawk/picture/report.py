@@ -52,7 +52,10 @@ def text(mapped: Mapped) -> str:
     ]
     lines += [f"  {note}" for note in mapped.notes]
     if not survey.time_is_sure:
-        lines.append("  Its time is not sure, so that no statistics use it: give it by --taken 2026-05-04T10:30+02:00.")
+        lines.append(
+            "  Its time is not sure, so that no statistics and no feed use it: give it by --taken "
+            "2026-05-04T10:30+02:00."
+        )
     if mapped.left_out:
         lines.append(f"  left out: {len(mapped.left_out)}")
         lines += [f"    {each.name}: {each.reason}" for each in mapped.left_out]

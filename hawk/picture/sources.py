@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -12,6 +13,7 @@ from typing import Final
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.lots.finished import LandedSurvey
+from hawk.lots.moments import MomentSource, SurveyMoment, has_been
 from hawk.lots.source import SourceKind
 from hawk.lots.values import LotInputError, fitting_name, utc
 from hawk.model.pictures import CameraModel
@@ -23,7 +25,7 @@ from hawk.picture.looked import Files
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, Taken, survey_folder, survey_shots
 from hawk.picture.stored import landed_of
-from hawk.picture.values import Mapped, PictureError, Progress
+from hawk.picture.values import Mapped, PictureError, Progress, Shot
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
@@ -51,6 +53,7 @@ class Asked:
     focal35_mm: float | None = None
     name: str | None = None
     taken: float | None = None
+    now: float = field(default_factory=time.time)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +72,9 @@ def survey_of_source(asked: Asked, progress: Progress) -> Surveyed:
         surveyed = _named(surveyed, name)
     if asked.taken is None:
         return surveyed
-    if surveyed.mapped.survey.time_is_sure:
-        said = utc(surveyed.mapped.survey.ended)
+    survey = surveyed.mapped.survey
+    if survey.time_is_sure and has_been(survey.ended, asked.now):
+        said = utc(survey.ended)
         raise PictureError(f"--taken: the files say themselves that the last picture is of {said}; leave it out")
     return _at(surveyed, asked.taken)
 
@@ -132,6 +136,7 @@ def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
         crs=asked.crs,
         model=asked.model,
         progress=show,
+        accept=lambda source: _check_moment(asked, source.taken),
     ).mapped
     return Surveyed(mapped, lambda: landed_of(mapped))
 
@@ -140,6 +145,7 @@ def _photographs(asked: Asked, progress: Progress) -> Surveyed:
     _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
     lens = _calibration(asked.calibration)
     read = read_folder(asked.source, lenses=asked.lenses, calibration=lens, height_m=asked.height_m, group=asked.group)
+    _check_times(asked, read.shots, MomentSource.EXIF if read.time_is_sure else MomentSource.CAMERA)
     return _surveyed(survey_folder(read, model=asked.model, work=asked.out / WORK, progress=progress))
 
 
@@ -157,6 +163,7 @@ def _film(asked: Asked, progress: Progress) -> Surveyed:
         progress=progress,
     )
     try:
+        _check_times(asked, film.shots, MomentSource.GNSS if film.time_is_sure else MomentSource.CAMERA)
         work = asked.out / WORK
         taken = Taken(asked.source.name, SourceKind.FILM, film.time_is_sure)
         survey = survey_shots(taken, film.shots, film, model=asked.model, work=work, progress=progress)
@@ -183,11 +190,30 @@ def _project(asked: Asked, progress: Progress) -> Surveyed:
         *_OF_FILMS,
     )
     read = webodm.read_project(asked.source, height_m=asked.height_m)
+    _check_times(asked, read.shots, MomentSource.CAMERA)
     taken = Taken(asked.source.resolve().name, SourceKind.PHOTOGRAPHS)
     survey = survey_shots(taken, read.shots, Files(), model=asked.model, work=asked.out / WORK, progress=progress)
     survey = survey.beside(read.left_out, read.notes)
     mapped = replace(survey.mapped, crs=webodm.system_of(asked.source))
     return Surveyed(mapped, lambda: survey.landed)
+
+
+def _check_times(asked: Asked, shots: Sequence[Shot], source: MomentSource) -> None:
+    """Refuse shots whose last one has not been, as `_check_moment`. ``source``: of their times."""
+    times = [shot.time for shot in shots if shot.time is not None]
+    if not times:
+        times, source = [shot.path.stat().st_mtime for shot in shots], MomentSource.FILE
+    if times:
+        _check_moment(asked, SurveyMoment.said(max(times), source, asked.now))
+
+
+def _check_moment(asked: Asked, moment: SurveyMoment) -> None:
+    """Refuse a moment that has not been, unless a person says another one. Raises PictureError."""
+    if asked.taken is None and not moment.is_possible(asked.now):
+        raise PictureError(
+            f"{asked.source}: was taken at {utc(moment.value)} by {moment.source}, which is later than now; say when "
+            "it was, as --taken 2026-05-04T10:30+02:00, or set this computer's clock"
+        )
 
 
 def _named(surveyed: Surveyed, name: str) -> Surveyed:

@@ -14,6 +14,7 @@ from sqlalchemy import ColumnElement, Connection, Row, and_, or_, select
 from hawk.lots.database import version_of
 from hawk.lots.labels import parts_of
 from hawk.lots.looks import STATES, Looks, looks_of
+from hawk.lots.newest import has_been, is_sure
 from hawk.lots.plan import geometry
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.tables import LOOKS, LOT, NO_STALLS, STALL, SURVEY, ZONE
@@ -34,16 +35,17 @@ from hawk.stats.values import (
     States,
 )
 
-_SURVEY: Final = ("seq", "id", "ended", "placed", "layout", "time_is_sure")
+_SURVEY: Final = ("seq", "id", "ended", "placed", "layout")
 _STALL: Final = ("key", "id", "label", "kind", "north", "east", "begins", "ends")
 UNREGISTERED: Final = "not registered: it is not certain where it lies on the lot; choose its place under Lots"
 NO_TIME: Final = "its time is not sure: neither GNSS nor a time server had set the clock"
+NOT_YET: Final = "its time is later than now: map its pictures again, with --taken"
 MOST_KEPT: Final = 4_000_000
 """Looks of the most surveys that are kept: 24 MB, and at most as much again for a part of them."""
 _KEPT: Final = "hawk.stats.panel"
 _NO_END: Final = np.iinfo(np.int64).max
 NO_LOOKS: Final = "it looked at no stall of the lot"
-CODES: Final = {UNREGISTERED: "unregistered", NO_TIME: "no_time", NO_LOOKS: "no_looks"}
+CODES: Final = {UNREGISTERED: "unregistered", NO_TIME: "no_time", NOT_YET: "no_time", NO_LOOKS: "no_looks"}
 """Codes of the reasons why a survey is left out, for programs and translations."""
 
 
@@ -169,15 +171,16 @@ def _read(connection: Connection, lot: str, period: Period) -> _Looked:
     name = connection.execute(select(LOT.c.name).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))).scalar()
     if name is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
-    asked = select(*(SURVEY.c[each] for each in _SURVEY)).where(SURVEY.c.lot == lot, *period.may_have())
+    columns = (*(SURVEY.c[each] for each in _SURVEY), is_sure(), has_been())
+    asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have())
     rows = connection.execute(asked.order_by(SURVEY.c.ended)).all()
-    why = [_why_not(placed, time_is_sure=is_sure) for _, _, _, placed, _, is_sure in rows]
+    why = [_why_not(row[3], time_is_sure=row[5], has_been=row[6]) for row in rows]
     looks = looks_of(connection, [row[0] for row, reason in zip(rows, why, strict=True) if not reason])
     at = dict(zip(looks.surveys, looks.at.tolist(), strict=True))
     used = sorted((row for row in rows if row[0] in at), key=lambda row: at[row[0]])
     line = {row[0]: number for number, row in enumerate(used)}
     newest = newest_layout(connection, lot)
-    layouts = np.array([newest if layout is None else layout for _, _, _, _, layout, _ in used], np.int64)
+    layouts = np.array([newest if row[4] is None else row[4] for row in used], np.int64)
     stalls = connection.execute(
         select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
     ).all()
@@ -195,11 +198,11 @@ def _read(connection: Connection, lot: str, period: Period) -> _Looked:
     )  # fmt: skip
 
 
-def _why_not(placed: str, *, time_is_sure: bool) -> str:
+def _why_not(placed: str, *, time_is_sure: bool, has_been: bool) -> str:
     """Return why a survey is left out; nothing for one that counts."""
     if placed not in PLACED:
         return UNREGISTERED
-    return "" if time_is_sure else NO_TIME
+    return "" if time_is_sure else NO_TIME if has_been else NOT_YET
 
 
 def _table(looks: Looks, lines: Ints, keys: Ints) -> tuple[Floats32, States]:

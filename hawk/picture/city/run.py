@@ -21,6 +21,7 @@ from hawk.picture.city.results import ResultError, Results
 from hawk.picture.nadir import Eye, program_name
 from hawk.picture.orthophoto.grid import PixelGrid
 from hawk.picture.orthophoto.outline import LotOutline
+from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.steps import Task, looked, settle, start
 from hawk.picture.orthophoto.windows import CORE_M
 from hawk.picture.values import Mapped, PictureError
@@ -74,6 +75,7 @@ def map_city(
     progress: Progress = lambda _: None,
     core_m: float = CORE_M,
     load: LoadEye = Eye.load,
+    accept: Callable[[Orthophoto], None] = lambda _: None,
 ) -> CityRun:
     """Find the stalls of a large picture by many workers. The same call goes on where an earlier one was cut off.
 
@@ -92,6 +94,7 @@ def map_city(
         progress: Is called before the first window and after each one.
         core_m: Side of a window's core, metres.
         load: Loads the eye; workers import it by its name.
+        accept: Is called before the work with the picture; what it raises goes on.
 
     Raises:
         PictureError: Picture, outlines, folder, scheduler or a worker cannot be used, or no window can be looked at;
@@ -102,6 +105,7 @@ def map_city(
     if scheduler is not None:
         _check_reached(scheduler)
     started = start(path.resolve(), outline=outline, crs=crs, load=lambda: load(model, engine), core_m=core_m)
+    accept(started.source)
     eye, results = started.eye, Results(out.resolve())
     results.prepare()
     missing, count = started.missing(results), len(started.tasks)

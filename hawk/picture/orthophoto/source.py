@@ -18,6 +18,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
+from hawk.lots.moments import MomentSource, SurveyMoment
 from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
 from hawk.picture.orthophoto.grid import Box, PixelGrid, measured, system
@@ -45,7 +46,7 @@ class Orthophoto:
     """A picture with its place on Earth.
 
     ``crs``: name of its system as of `grid.system`, "" for WGS-84. ``identity``: changes with the file and with the
-    files that it names. ``taken``: Unix seconds of the picture by its file, ``time_is_sure`` where that says its zone.
+    files that it names. ``taken``: when it was taken, as far as its file says.
     ``has_overviews``: its ground can be seen as a whole at little cost. ``notes``: sentences for its reader.
     """
 
@@ -54,8 +55,7 @@ class Orthophoto:
     bands: Bands
     crs: str
     identity: str = field(repr=False)
-    taken: float
-    time_is_sure: bool = False
+    taken: SurveyMoment
     has_overviews: bool = False
     notes: tuple[str, ...] = ()
 
@@ -110,11 +110,11 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
         notes = [*_scale_notes(grid, path.name), *_level_notes(chosen)]
-        taken, is_sure = _time_of(dataset, path)
+        taken = _time_of(dataset, path)
         factors = dataset.overviews(1)
         has_overviews = bool(factors) and max(factors) >= _LEAST_MASK_STEP
         identity = _identity([str(path), *dataset.files, *map(str, parts)])
-    return Orthophoto(path, grid, chosen, short, identity, taken, is_sure, has_overviews, tuple(notes))
+    return Orthophoto(path, grid, chosen, short, identity, taken, has_overviews, tuple(notes))
 
 
 @contextlib.contextmanager
@@ -201,12 +201,13 @@ def _level_notes(bands: Bands) -> list[str]:
     return [f"The picture has 16 bits: brightness {low:.0f} is shown as black and {high:.0f} as white."]
 
 
-def _time_of(dataset: Any, path: Path) -> tuple[float, bool]:
-    """Return Unix seconds of a picture: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's."""
+def _time_of(dataset: Any, path: Path) -> SurveyMoment:
+    """Return when a picture was taken: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's."""
     with contextlib.suppress(ValueError):
         said = f"{dataset.tags().get('TIFFTAG_DATETIME', '')} +0000"
-        return datetime.strptime(said, "%Y:%m:%d %H:%M:%S %z").timestamp(), False
-    return path.stat().st_mtime, False
+        moment = datetime.strptime(said, "%Y:%m:%d %H:%M:%S %z")
+        return SurveyMoment(moment.timestamp(), MomentSource.TAG, is_sure=False)
+    return SurveyMoment(path.stat().st_mtime, MomentSource.FILE, is_sure=False)
 
 
 def _identity(files: Iterable[str]) -> str:

@@ -102,7 +102,7 @@ class LotSurvey(Sourced):
     doubt: Doubt | None
     began: Utc
     ended: Utc
-    time_is_sure: Annotated[bool, Field(description="false: neither GNSS nor a time server had set the clock")]
+    time_is_sure: Annotated[bool, Field(description="false: no sure clock says the time, or it is later than now")]
 
 
 class Survey(LotSurvey):

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from hawk.config.sections import DAYS, ConfigError, ScheduledSurvey, load_config
 from hawk.daemon.schedule import EARLY, LATE, Schedule, is_flown, moment_due
 from hawk.lots.saving import save
+from hawk.lots.source import PictureSource, SourceKind
 from hawk.lots.store import LotStore
 from tests.unit.lots.surveys import BEGAN, survey
 
@@ -61,6 +63,18 @@ async def test_a_survey_that_was_flown_is_not_due_and_the_next_day_s_is_once(sto
         said = await page.at(tomorrow + later)
     assert said == [f"A survey of Lot 1 is due since {AT}."]
     assert "nothing flies by itself" in page.said[0][2]
+
+
+@pytest.mark.parametrize(
+    ("ended", "is_sure"), [(2_916_000_000.0, True), (2_916_000_000.0, False), (ENDED + 86_400, False)]
+)
+async def test_pictures_whose_time_is_not_sure_are_no_survey_that_was_due(
+    store: LotStore, ended: float, *, is_sure: bool
+) -> None:
+    source = PictureSource(SourceKind.ORTHOPHOTO, "town.tif")
+    wrong = replace(survey(), name="x", began=ended, ended=ended, time_is_sure=is_sure, pictures=source)
+    await store.write(partial(save, survey=wrong))
+    assert await Page(store, entry()).at(NOW + timedelta(days=1)) == [f"A survey of Lot 1 is due since {AT}."]
 
 
 async def test_a_lot_that_is_not_known_is_named_with_the_remedy(store: LotStore) -> None:

@@ -1,28 +1,36 @@
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import select
+from sqlalchemy import select, update
 
 from hawk.daemon.lot_keeper import find_stalls
-from hawk.exports.features import Choice, lots, stalls
-from hawk.exports.reading import survey_of, surveys_of
+from hawk.exports.features import Choice, extent, lots, stalls
+from hawk.exports.feeds import FEEDS, VALID_S, valid_at
+from hawk.exports.reading import read_survey, survey_of, surveys_of
 from hawk.lots import reading
 from hawk.lots.database import Database
 from hawk.lots.newest import newest_first, newest_look
 from hawk.lots.saving import save
 from hawk.lots.source import PictureSource, SourceKind
-from hawk.lots.tables import OBSERVATION, STALL, SURVEY
+from hawk.lots.tables import OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
-from tests.unit.lots.surveys import later, survey
+from hawk.stats.asked import period_of
+from hawk.stats.reading import NO_TIME, NOT_YET, read_panel
+from tests.unit.lots.surveys import BEGAN, later, survey
+
+NOW = BEGAN + 10 * 86_400
+IN_2062 = 2_916_000_000.0
 
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Database]:
-    opened = Database(tmp_path / "lots.db")
+    opened = Database(tmp_path / "lots.db", wall=lambda: NOW)
     yield opened
     opened.close()
 
@@ -92,3 +100,71 @@ def test_without_pictures_a_look_is_found_by_the_index(store: Database) -> None:
         exact = str(newest_look(connection, STALL.c.key))
     assert "max(" in fast
     assert "ORDER BY" in exact
+
+
+def of(ended: float, *, is_sure: bool) -> FinishedSurvey:
+    """Return pictures of the lot whose files say that moment."""
+    found = replace(pictures(9, 0.0), name="of pictures", began=ended - 60.0, ended=ended, time_is_sure=is_sure)
+    return replace(found, stalls=tuple(replace(each, looked=ended) for each in found.stalls))
+
+
+@pytest.mark.parametrize(
+    ("ended", "is_sure", "why"),
+    [
+        (NOW - 60.0, False, NO_TIME),  # the file's time: somebody copied an old picture today
+        (IN_2062, False, NOT_YET),
+        (IN_2062, True, NOT_YET),
+    ],
+)
+@pytest.mark.parametrize("is_stored_before", [False, True])
+def test_a_moment_that_is_not_sure_decides_nothing(
+    store: Database, ended: float, why: str, *, is_sure: bool, is_stored_before: bool
+) -> None:
+    flown = saved(store, survey())
+    wrong = saved(store, of(ended, is_sure=is_sure))
+    assert flown.lot is not None
+    with store.writing() as connection:
+        if is_stored_before:  # by a program that believed it
+            row = SURVEY.c.id == wrong.survey
+            connection.execute(update(SURVEY).where(row).values(time_is_sure=is_sure))
+        lot = reading.lot(connection, flown.lot)
+        assert lot["last_survey"]["id"] == survey_of(connection, flown.lot) == flown.survey
+        assert {each["id"]: each["time_is_sure"] for each in lot["surveys"]} == {
+            flown.survey: True,
+            wrong.survey: False,
+        }
+        assert {stall["looked"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
+        panel = read_panel(connection, flown.lot, period_of(None, None, None))
+        assert [each.id for each in panel.surveys] == [flown.survey]
+        assert [(each.id, each.why) for each in panel.left_out] == [(wrong.survey, why)]
+        assert extent(connection).end == max(each for each in (survey().ended, ended) if each <= NOW)
+        feed = valid_at(read_survey(connection, wrong.survey), ended + 1.0, VALID_S)
+        assert not feed.time_is_sure
+
+
+@pytest.mark.parametrize("name", sorted(FEEDS))
+def test_an_only_survey_whose_moment_is_not_sure_is_no_live_occupancy(store: Database, name: str) -> None:
+    lot = saved(store, of(NOW - 60.0, is_sure=False)).lot
+    assert lot is not None
+    with store.reading() as connection:
+        found = valid_at(read_survey(connection, survey_of(connection, lot)), NOW, VALID_S)
+    text = json.dumps(FEEDS[name].make(found))
+    assert lot in text
+    for word in ("realtime_free_capacity", "AVAILABLE", "TAKEN", "availability_time", '"available"', "availableSpot"):
+        assert word not in text
+    assert not re.search(r'"status": "(free|occupied)"|"has_realtime_data": true|observationDateTime', text)
+
+
+def test_pictures_whose_moment_is_sure_are_last_before_later_ones_that_are_not(store: Database) -> None:
+    last = saved(store, pictures(2, 24.0))
+    saved(store, of(NOW - 60.0, is_sure=False))
+    assert last.lot is not None
+    with store.reading() as connection:
+        assert survey_of(connection, last.lot) == last.survey
+
+
+def test_receivers_hear_whether_the_time_is_sure(store: Database) -> None:
+    saved(store, of(IN_2062, is_sure=True))
+    with store.reading() as connection:
+        bodies = [json.loads(text) for text in connection.execute(select(OUTBOX.c.body)).scalars()]
+    assert [each["time_is_sure"] for each in bodies if "survey" in each] == [False]

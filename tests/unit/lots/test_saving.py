@@ -35,6 +35,7 @@ from hawk.lots.values import (
     outline_of,
     pack_stalls,
     unpack_stalls,
+    utc,
 )
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
@@ -114,7 +115,7 @@ def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database)
     assert json.loads(begun["body"]) == {"lot": first.lot, "version": 1}
     assert json.loads(message["body"]) == {
         "survey": first.survey, "lot": first.lot, "placed": "first", "stalls": 40, "simulated": False,
-            "kind": "flown",
+            "kind": "flown", "ended": utc(BEGAN + 900), "time_is_sure": True,
     }  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -7,9 +8,11 @@ from typing import Any
 import pytest
 
 from hawk.picture import sources
+from hawk.picture.film.app import read_film
 from hawk.picture.sources import Asked, survey_of_source
 from hawk.picture.values import PictureError
 from tests.unit.picture.film.films import Flight, captions, straight, write_film
+from tests.unit.picture.orthophoto.drawn import blank
 
 SHORT = Flight(straight, 2.0)
 VIEW_DEG = 63.22
@@ -64,6 +67,30 @@ def test_a_time_is_refused_where_the_files_say_it_themselves(
     sure = replace(surveyed.mapped, survey=replace(surveyed.mapped.survey, time_is_sure=True))
     monkeypatch.setattr(sources, "_survey", lambda *_: replace(surveyed, mapped=sure))
     assert "--taken: the files say themselves" in _refused(Asked(film, tmp_path / "out", taken=1_767_225_600.0))
+
+
+@pytest.mark.parametrize("is_sure", [True, False])
+def test_a_moment_that_has_not_been_is_refused_before_the_work_with_the_remedy(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_sure: bool
+) -> None:
+    early = Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, now=1_777_800_000.0)  # 25 h before the film
+    monkeypatch.setattr(sources, "read_film", lambda *of, **by: replace(read_film(*of, **by), time_is_sure=is_sure))
+    monkeypatch.setattr(sources, "survey_shots", lambda *_, **__: pytest.fail("it was mapped"))
+    words = _refused(early)
+    assert "which is later than now" in words
+    assert "--taken" in words
+    monkeypatch.undo()
+    timed = survey_of_source(replace(early, taken=1_767_225_600.0), _nothing).mapped.survey
+    assert (timed.ended, timed.time_is_sure) == (1_767_225_600.0, True)
+
+
+def test_an_orthophoto_of_2062_is_refused_before_the_work_with_the_remedy(tmp_path: Path) -> None:
+    path = blank(tmp_path, 400, 600)
+    os.utime(path, (2_916_000_000.0, 2_916_000_000.0))
+    words = _refused(Asked(path, tmp_path / "out"))
+    assert "2062-" in words
+    assert "its file's time of change" in words
+    assert "--taken" in words
 
 
 def test_a_name_that_a_lot_cannot_have_is_refused(film: Path, tmp_path: Path) -> None:
