@@ -41,6 +41,7 @@ EXCEPTIONS: Final = {
     ("tests/unit/lots/plan_files/files.py", "way"): "the same element",
     ("tests/unit/lots/plan_files/test_osm.py", "way"): "the same element",
     ("tests/unit/picture/orthophoto/test_outline.py", "way"): "the same element",
+    ("tests/unit/formats/test_field_inputs.py", "way"): "the same element",
     ("tests/unit/store/test_recording.py", "tell"): "the method of Python's files",
 }
 """File and private word -> the reason for it."""

@@ -31,7 +31,7 @@ _TEXTS: Final = ("layer", "units", "label", "crs")
 def add_import_command(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
     parser = commands.add_parser(
-        COMMAND, help="import an owner's plan (GeoJSON, GeoPackage, DXF, OpenStreetMap's XML) into a lot"
+        COMMAND, help="import an owner's plan (GeoJSON, GeoPackage, KML, DXF, OpenStreetMap's XML) into a lot"
     )
     parser.add_argument("file", type=values.file, metavar="FILE", help="the file with the plan")
     where = parser.add_mutually_exclusive_group(required=True)
@@ -88,7 +88,8 @@ async def _import(store: LotStore, options: argparse.Namespace) -> None:
     asked = asked_of({"name": options.file.name, **given}, options.pin)
     check_size(options.file.stat().st_size)
     try:
-        packed = await read_apart(options.file.read_bytes(), asked.file)
+        log = options.file.with_name(f"{options.file.name}-wal")
+        packed = await read_apart(options.file.read_bytes(), asked.file, log=log if log.is_file() else None)
         if options.dry_run:
             await store.read(lambda connection: _shown(_previewed(connection, packed, asked, options, store)), FILE_S)
         else:

@@ -12,7 +12,7 @@ import json
 import math
 import re
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
@@ -20,6 +20,7 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
+from hawk.formats.text import decoded, json_of
 from hawk.model.sentences import say, series
 
 Ring = tuple[tuple[float, float], ...]
@@ -79,7 +80,7 @@ def read_areas(data: bytes) -> Areas:
     if text.lstrip().startswith("<"):
         return Areas(tuple(_kml_areas(text)))
     try:
-        content = json.loads(text)
+        content = json_of(text)
     except (json.JSONDecodeError, RecursionError) as error:
         raise AreaError(say("cannot be read: neither GeoJSON nor KML ({error})", error=str(error))) from error
     others: list[str] = []
@@ -99,22 +100,23 @@ def checked_place(longitude: object, latitude: object, name: str) -> tuple[float
     return north, east
 
 
-def open_ring(corners: list[tuple[float, float]]) -> Ring:
-    """Return corners without those that repeat the one before, and without the last where it is the first again."""
+def open_ring(corners: Sequence[tuple[float, float]], same: float = SAME_DEG) -> Ring:
+    """Return corners without those that repeat the one before, and without the last where it is the first again.
+
+    ``same``: the difference of each coordinate up to which two corners are one.
+    """
     kept: list[tuple[float, float]] = []
     for corner in corners:
-        if not kept or not _is_same(corner, kept[-1]):
+        if not kept or not _is_same(corner, kept[-1], same):
             kept.append(corner)
-    while len(kept) > 1 and _is_same(kept[0], kept[-1]):
+    while len(kept) > 1 and _is_same(kept[0], kept[-1], same):
         kept.pop()
     return tuple(kept)
 
 
 def _text(data: bytes) -> str:
-    """Return the text: UTF-8 with or without a byte order mark, or UTF-16 with one."""
-    encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
     try:
-        return data.decode(encoding)
+        return decoded(data)
     except UnicodeDecodeError as error:
         raise AreaError(say("cannot be read: it is no text in UTF-8 ({reason})", reason=error.reason)) from error
 
@@ -302,8 +304,8 @@ def _tag(element: Element) -> str:
 # -- values -----------------------------------------------------------------------------------------------------------
 
 
-def _is_same(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return abs(one[0] - other[0]) <= SAME_DEG and abs(one[1] - other[1]) <= SAME_DEG
+def _is_same(one: tuple[float, float], other: tuple[float, float], same: float) -> bool:
+    return abs(one[0] - other[0]) <= same and abs(one[1] - other[1]) <= same
 
 
 def _is_true(value: object) -> bool:

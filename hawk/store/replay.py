@@ -8,13 +8,13 @@ import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Final, TypeVar, cast
+from typing import Any, Final, TypeVar
 
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, DataEnd, Message, Metadata
-from mcap.stream_reader import StreamReader
 
 from hawk.store.frame_codec import FRAME_INPUT, decode_frame, join_frame
+from hawk.store.mcap_records import TooLargeError, records_of
 
 T = TypeVar("T")
 CAMERA: Final = "camera"
@@ -183,28 +183,16 @@ def read_frames(path: Path, kind: type[T]) -> Iterator[T]:
             yield recorded.frame(kind)
 
 
-class _WholeReads:
-    """A stream whose reads are whole or end the file, so a torn last message is not read as a short one."""
-
-    def __init__(self, stream: IO[bytes]) -> None:
-        self._stream = stream
-
-    def read(self, length: int) -> bytes:
-        data = self._stream.read(length)
-        if len(data) < length:
-            raise EndOfFile
-        return data
-
-
 def _records(path: Path) -> Iterator[Any]:
     try:
-        with path.open("rb") as stream:
-            for record in StreamReader(cast("IO[bytes]", _WholeReads(stream))).records:
-                if isinstance(record, DataEnd):
-                    return
-                yield record
+        for record in records_of(path):
+            if isinstance(record, DataEnd):
+                return
+            yield record
     except EndOfFile:
         return
+    except TooLargeError as error:
+        raise RecordingError(f"{path}: {error}") from error
     except (McapError, ValueError, OverflowError, LookupError, struct.error) as error:
         raise RecordingError(f"{path}: is no recording, or damaged: {error}") from error
     except OSError as error:

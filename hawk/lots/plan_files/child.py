@@ -1,57 +1,40 @@
-"""Reads a stranger's file in a process of its own, with bounds on its memory and time: a flight feels none of it.
+"""Reads a stranger's plan in the box (`hawk.formats.box`): a flight feels none of it.
 
 The file goes in as bytes; stalls come back as lines of JSON. A file that takes too much ends that process alone.
 """
 
 from __future__ import annotations
 
-import asyncio
 import json
-import os
-import sys
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, Final
 
+from hawk.formats.box import PLANS, Limits, RefusedError
+from hawk.formats.box import read_apart as apart
 from hawk.lots.plan_files.values import Asked, FileStall, LeftOut, PlanFile
 from hawk.lots.values import LotInputError
 
-MODULE: Final = "hawk.lots.plan_files"
-MEMORY_BYTES: Final = 1_200_000_000
-"""Of the process's own data. A DXF of 6 MB takes 130 MB while it is read, the worst JSON of 32 MB 900 MB."""
-CPU_S: Final = 120
-LONGEST_S: Final = 180.0
-"""Real seconds for a file on a computer that does other work."""
-REFUSED: Final = 3
-"""Exit status of a file that cannot be used; the output says the field and the reason."""
-TOO_MUCH: Final = "takes more memory or time than a plan does: leave other layers out"
-NICENESS: Final = 15
+READER: Final = "hawk.lots.plan_files.child:read"
 
 
-async def read_apart(data: bytes, asked: Asked, longest_s: float = LONGEST_S) -> bytes:
-    """Return the stalls of a file as `packed` makes them. Raises LotInputError."""
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", MODULE, json.dumps(asdict(asked)),
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.DEVNULL,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PROJ_NETWORK": "OFF"},
-        start_new_session=True,
-    )  # fmt: skip
+async def read_apart(data: bytes, asked: Asked, limits: Limits = PLANS, *, log: Path | None = None) -> bytes:
+    """Return the stalls of a file as `packed` makes them. Raises LotInputError.
+
+    ``log``: the file beside a GeoPackage in which a program that has it open keeps its newest stalls.
+    """
     try:
-        async with asyncio.timeout(longest_s):
-            said, _ = await process.communicate(data)
-    except TimeoutError:
-        raise LotInputError("file", f"takes more than {longest_s:.0f} s to read: leave other layers out") from None
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
-    if process.returncode == REFUSED:
-        refusal = json.loads(said)
-        raise LotInputError(refusal["field"], refusal["reason"])
-    if process.returncode != 0:
-        raise LotInputError("file", TOO_MUCH)
-    return said
+        return await apart(READER, data, {"asked": asdict(asked), "log": None if log is None else str(log)}, limits)
+    except RefusedError as error:
+        raise LotInputError(error.field, error.reason) from None
+
+
+def read(data: bytes, asked: dict[str, Any]) -> bytes:
+    """Return the stalls of a file, in the box. Raises LotInputError, OSError."""
+    from hawk.lots.plan_files.reading import read_plan  # half of the process's start
+
+    log = b"" if asked["log"] is None else Path(asked["log"]).read_bytes()
+    return packed(read_plan(data, Asked(**asked["asked"]), log))
 
 
 def packed(plan: PlanFile) -> bytes:

@@ -50,15 +50,22 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     metres = _metres(document, asked.units)
     outlines: list[tuple[str, str, Floats]] = []
     texts: list[tuple[str, tuple[float, float]]] = []
+    hidden = _hidden(document)
+    gone: Counter[str] = Counter()
     for number, entity in enumerate(_entities(document.modelspace(), 0)):
         if number >= _MOST_ENTITIES:
             words = f"has more than {_MOST_ENTITIES} entities, with those of its blocks: delete other layers"
             raise LotInputError("file", words)
         kind = entity.dxftype()
-        if kind in ("LWPOLYLINE", "POLYLINE"):
+        if entity.dxf.get("layer", "0").lower() in hidden or entity.dxf.get("invisible", 0):
+            gone[str(entity.dxf.get("layer", "0"))] += kind in ("LWPOLYLINE", "POLYLINE")
+        elif kind in ("LWPOLYLINE", "POLYLINE"):
             _add_outline(entity, outlines, notes)
         elif kind in _TEXTS:
             texts.append(_text(entity))
+    for layer, count in sorted(gone.items()):
+        if count:
+            notes.add(f"layer {layer}", f"{count} polylines on it are frozen or off: thaw it, if they are stalls")
     counts = Counter(layer for layer, _, _ in outlines)
     if asked.layer:
         if asked.layer not in counts:
@@ -97,6 +104,11 @@ def _document(data: bytes, notes: Notes) -> Document:
     if auditor.has_errors and len(document.modelspace()) == 0:
         raise LotInputError("file", "is damaged, and its model space is empty: save it again as DXF 2000 or later")
     return document
+
+
+def _hidden(document: Document) -> frozenset[str]:
+    """Return the layers, in small letters, that a drawing freezes or switches off: nobody sees what is on them."""
+    return frozenset(layer.dxf.name.lower() for layer in document.layers if layer.is_frozen() or layer.is_off())
 
 
 def _metres(document: Document, units: str) -> float:

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from hawk.formats.text import features_of, json_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.values import SHAPE
 from hawk.lots.plan_files.facts import kind_of, label_of
@@ -32,7 +33,7 @@ class _FeatureError(ValueError):
 def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     """Return the outlines of a file. Raises LotInputError for one that is none, or is cut."""
     try:
-        content = json.loads(text_of(data))
+        content = json_of(text_of(data))
     except (json.JSONDecodeError, RecursionError) as error:
         words = f"is no whole JSON ({error}): export it again, and copy all of it"
         raise LotInputError("file", words) from None
@@ -42,9 +43,10 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
         return _lot(content, notes)
     if "elements" in content:
         raise LotInputError("file", "is JSON of Overpass: ask for [out:xml], or export it as GeoJSON")
-    if content.get("type") != "FeatureCollection" or not isinstance(content.get("features"), list):
+    features = features_of(content)
+    if features is None:
         raise LotInputError("file", "is no GeoJSON of type FeatureCollection: save the layer with its features")
-    return _features(content["features"], _crs(content), asked, notes)
+    return _features(features, _crs(content), asked, notes)
 
 
 def _features(features: list[Any], crs: str, asked: Asked, notes: Notes) -> Drawing:

@@ -30,7 +30,7 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     root = root_of(text_of(data))
     if len(root) > 5 * MOST_FEATURES:
         raise LotInputError("file", f"has {len(root)} elements: export a smaller part of the map")
-    there = [each for each in root if each.tag in _PARTS and each.get("action") != "delete"]
+    there = parts_of(root)
     nodes = {each.get("id", ""): place_of(each) for each in there if each.tag == "node"}
     drawn = []
     for element in there:
@@ -61,6 +61,12 @@ def root_of(text: str) -> Element:
         words = "save it as GeoJSON" if tag == "kml" else "export OpenStreetMap's XML, or GeoJSON"
         raise LotInputError("file", f"is XML of another kind ({tag}): {words}")
     return root
+
+
+def parts_of(root: Element) -> list[Element]:
+    """Return the objects of a file that are there: an editor (JOSM) marks those that it deleted."""
+    gone = ("delete", "false")
+    return [e for e in root if e.tag in _PARTS and e.get("action") not in gone and e.get("visible") not in gone]
 
 
 def place_of(node: Element) -> tuple[float, float]:

@@ -6,31 +6,26 @@ import io
 import zipfile
 from typing import Final
 
+from hawk.formats.kind import HEAD_BYTES, kind_of
 from hawk.lots.plan_files.shapes import plan_of
 from hawk.lots.plan_files.values import LARGEST_BYTES, LARGEST_UNPACKED_BYTES, Asked, Drawing, Notes, PlanFile
 from hawk.lots.values import LotInputError
 
-_ENDS: Final = (".geojson", ".json", ".gpkg", ".dxf", ".osm", ".xml")
+ENDS: Final = (".geojson", ".geojsonl", ".geojsons", ".ndjson", ".json", ".gpkg", ".dxf", ".osm", ".xml", ".kml")
 """Ends of the names within an archive that may be a plan."""
-_OTHERS: Final = (
-    (b"AC10", "is a DWG: save it as DXF"),
-    (b"%PDF", "is a PDF: export the drawing as DXF, or the layer as GeoJSON"),
-    (b"\x00\x00\x27\x0a", "is a shapefile: save the layer as GeoPackage or GeoJSON"),
-    (b"\x1f\x8b", "is packed by gzip: unpack it first"),
-    (b"Rar!", "is packed as RAR: unpack it first"),
-    (b"7z\xbc\xaf", "is packed as 7z: unpack it first"),
-    (b"\x89PNG", "is a picture: export the drawing as DXF, or the layer as GeoJSON"),
-    (b"\xff\xd8\xff", "is a picture: export the drawing as DXF, or the layer as GeoJSON"),
-)
-"""Beginnings of files that people have instead -> words behind "the file"."""
-_KNOWN: Final = "GeoJSON, GeoPackage, DXF and OpenStreetMap's XML are read"
+_PICTURE: Final = "export the drawing as DXF, or the layer as GeoJSON"
+_PICTURES: Final = dict.fromkeys(("JPEG", "PNG", "TIFF", "JPEG 2000", "VRT", "MP4"), _PICTURE)
+_KNOWN: Final = "GeoJSON, GeoPackage, KML, DXF and OpenStreetMap's XML are read"
 
 
-def read_plan(data: bytes, asked: Asked) -> PlanFile:
-    """Return the stalls of a file. Loads the packages that its kind needs. Raises LotInputError."""
+def read_plan(data: bytes, asked: Asked, log: bytes = b"") -> PlanFile:
+    """Return the stalls of a file. Loads the packages that its kind needs. Raises LotInputError.
+
+    ``log``: as of `hawk.lots.plan_files.layers.read`.
+    """
     notes = Notes()
     check_size(len(data))
-    return plan_of(_drawing(_unpacked(data), asked, notes), asked, notes)
+    return plan_of(_drawing(unpacked(data, ENDS), asked, notes, log), asked, notes)
 
 
 def check_size(count: int) -> None:
@@ -40,44 +35,36 @@ def check_size(count: int) -> None:
         raise LotInputError("file", f"is too large: {most} MB are read at most; leave other layers out")
 
 
-def _drawing(data: bytes, asked: Asked, notes: Notes) -> Drawing:
-    for begin, words in _OTHERS:
-        if data.startswith(begin):
-            raise LotInputError("file", words)
-    if data.startswith(b"SQLite format 3\0"):
-        from hawk.lots.plan_files import geopackage
+def _drawing(data: bytes, asked: Asked, notes: Notes, log: bytes) -> Drawing:
+    kind = kind_of(data[:HEAD_BYTES])
+    match kind.name:
+        case "GeoPackage" | "KML":
+            from hawk.lots.plan_files import layers
 
-        return geopackage.read(data, asked, notes)
-    head = _head(data)
-    if head.startswith(("{", "[")):
-        from hawk.lots.plan_files import geojson
+            return layers.read(data, asked, notes, log)
+        case "JSON":
+            from hawk.lots.plan_files import geojson
 
-        return geojson.read(data, asked, notes)
-    if head.startswith("<"):
-        from hawk.lots.plan_files import osm
+            return geojson.read(data, asked, notes)
+        case "OSM" | "XML":
+            from hawk.lots.plan_files import osm
 
-        return osm.read(data, asked, notes)
-    if head.startswith(("0\nSECTION", "999\n", "AutoCAD Binary DXF")):
-        from hawk.lots.plan_files import dxf
+            return osm.read(data, asked, notes)
+        case "DXF":
+            from hawk.lots.plan_files import dxf
 
-        return dxf.read(data, asked, notes)
-    raise LotInputError("file", f"is empty: {_KNOWN}" if not data.strip() else f"is of no kind that is known: {_KNOWN}")
-
-
-def _head(data: bytes) -> str:
-    """Return how the text of a file begins, each line without spaces about it."""
-    encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
-    text = data[:400].decode(encoding, "ignore")
-    return "\n".join(line.strip() for line in text.strip().splitlines())
+            return dxf.read(data, asked, notes)
+    remedy = kind.remedy or _PICTURES.get(kind.name, _KNOWN)
+    raise LotInputError("file", f"{kind.words}: {remedy}")
 
 
-def _unpacked(data: bytes) -> bytes:
-    """Return the one plan in an archive; other data as it is. Raises LotInputError."""
+def unpacked(data: bytes, ends: tuple[str, ...]) -> bytes:
+    """Return the one file in an archive whose name ends so; other data as it is. Raises LotInputError."""
     if not data.startswith(b"PK\x03\x04"):
         return data
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            plans = [each for each in archive.infolist() if each.filename.lower().endswith(_ENDS)]
+            plans = [each for each in archive.infolist() if each.filename.lower().endswith(ends)]
             if len(plans) != 1:
                 words = "no plan" if not plans else f"{len(plans)} plans"
                 raise LotInputError("file", f"is an archive with {words} in it: send the one file. {_KNOWN}")

@@ -14,17 +14,23 @@ import pymap3d
 import shapely
 from numpy.typing import NDArray
 
+from hawk.formats.area_file import open_ring
 from hawk.lots.plan import geometry
 from hawk.lots.plan.asked import FARTHEST_M, LENGTHS_M, WIDTHS_M
 from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan_files.crs import to_wgs_84
+from hawk.lots.plan_files.dxf import UNITS
 from hawk.lots.plan_files.geojson import FORMAT as GEOJSON
 from hawk.lots.plan_files.geojson import WGS_84, crs_name
 from hawk.lots.plan_files.values import MOST_STALLS, Asked, Drawing, Drawn, FileStall, Floats, Notes, PlanFile
 from hawk.lots.values import LotInputError
 
+USUAL_M2: Final = (7.0, 30.0)
+"""Area of a stall for a car: 2 by 3.5 m to 3.7 by 8 m."""
 LEAST_COVER: Final = 0.70
 """Share of its least rectangle that an outline fills: stalls that lean by 45° fill 0.75, a triangle fills 0.5."""
+_SAME_M: Final = 1e-3
+"""Metres within which two corners of an outline are one, as `hawk.formats.area_file` has it in degrees."""
 _ROUNDING: Final = 1e-4
 """Stalls of a file may overlap by less than those of a plan by this: placing them rounds."""
 
@@ -52,7 +58,10 @@ def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
         x, y = np.median(places, axis=0).tolist()
         origin = (x, y)
         corners = (places - origin)[:, ::-1] * metres
-    fits = _fitting(drawing.drawn, np.split(corners, np.cumsum(counts)[:-1]), notes)
+    rings = np.split(corners, np.cumsum(counts)[:-1])
+    if not crs and not asked.units:
+        _check_units(rings, metres)
+    fits = _fitting(drawing.drawn, rings, notes)
     stalls = _without_overlaps(fits, notes)
     if not stalls:
         raise LotInputError("file", _nothing(notes, "draw each stall as a closed outline of its own size"))
@@ -60,6 +69,31 @@ def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
         drawing.format, tuple(stalls), crs, datum, origin, metres, drawing.layers,
         tuple(notes.left_out), notes.count, accuracy,
     )  # fmt: skip
+
+
+def _check_units(rings: Sequence[Floats], metres: float) -> None:
+    """Refuse a drawing that says one unit and shows stalls in another: its template may have said it.
+
+    Raises LotInputError with the units by which it would fit; the one who names units is believed.
+    """
+    areas = np.array([abs(_area(ring)) for ring in rings if len(ring) >= 3])
+    counts = {unit: _usual(areas * (scale / metres) ** 2) for unit, scale in UNITS.items()}
+    fitting = [unit for unit, count in counts.items() if count == max(counts.values())]
+    if _usual(areas) == 0 and 2 * counts[fitting[0]] >= len(areas) > 0:
+        raise LotInputError(
+            "units",
+            f"of the drawing do not fit: by what it says ($INSUNITS) its outlines have {np.median(areas):.2g} m², "
+            f"by {' or '.join(fitting)} they are stalls: write {fitting[0]}",
+        )
+
+
+def _usual(areas: Floats) -> int:
+    return int(((areas >= USUAL_M2[0]) & (areas <= USUAL_M2[1])).sum())
+
+
+def _area(ring: Floats) -> float:
+    x, y = ring.T
+    return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
 
 
 def _nothing(notes: Notes, remedy: str) -> str:
@@ -72,6 +106,7 @@ def _nothing(notes: Notes, remedy: str) -> str:
 
 def _fitting(drawn: Sequence[Drawn], rings: Sequence[Floats], notes: Notes) -> list[FileStall]:
     """Return the outlines that are stalls; their ``rings`` are corners (north, east), metres."""
+    rings = [np.array(open_ring(ring.tolist(), _SAME_M), np.float64).reshape(-1, 2) for ring in rings]
     is_ring = np.array([len(ring) >= 3 for ring in rings])
     blank = np.zeros((4, 2))
     outlines = shapely.polygons(

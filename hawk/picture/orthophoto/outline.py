@@ -6,9 +6,7 @@ do not. Points and lines beside them are left out.
 
 from __future__ import annotations
 
-import contextlib
 import json
-import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,11 +18,15 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from hawk.formats.area_file import AreaError, read_areas
-from hawk.lots.plan_files import geopackage
+from hawk.formats.area_file import SAME_DEG, AreaError, read_areas
+from hawk.formats.box import RefusedError, read_and_wait
+from hawk.formats.kind import HEAD_BYTES, Kind, kind_of, kind_of_file
+from hawk.formats.text import features_of, json_of
 from hawk.lots.plan_files.crs import to_wgs_84
 from hawk.lots.plan_files.geojson import WGS_84, crs_name
-from hawk.lots.plan_files.osm import OUTLINE, place_of, root_of
+from hawk.lots.plan_files.layers import AREAS
+from hawk.lots.plan_files.osm import OUTLINE, parts_of, place_of, root_of
+from hawk.lots.plan_files.reading import ENDS, unpacked
 from hawk.lots.plan_files.text import text_of
 from hawk.lots.values import LotInputError
 from hawk.model.plans import Outline
@@ -123,14 +125,13 @@ def read_outline(path: Path) -> LotOutline:
     try:
         if path.stat().st_size > LARGEST_BYTES:
             raise PictureError(f"{path}: is too large for outlines; export the layer with the lots alone")
-        with path.open("rb") as file:
-            is_database = file.read(len(geopackage.MAGIC)) == geopackage.MAGIC
-        found = _geopackage(path) if is_database else _read(path.read_bytes())
+        kind = kind_of_file(path)
+        found = _geopackage(path) if kind.name == "GeoPackage" else _read(path.read_bytes(), kind)
     except OSError as error:
         raise PictureError(f"{path}: cannot be read ({error.strerror}); {_REMEDY}") from error
     except (AttributeError, TypeError, KeyError) as error:  # a value of another kind than its format has
         raise PictureError(f"{path}: is damaged ({error}); {_REMEDY}") from error
-    except (LotInputError, AreaError, sqlite3.Error, json.JSONDecodeError, RecursionError) as error:
+    except (LotInputError, AreaError, json.JSONDecodeError, RecursionError) as error:
         words = f"{error}; {_REMEDY}"
         if isinstance(error, LotInputError) and error.field == "crs":  # its reason has a remedy of its own
             words = error.reason
@@ -176,13 +177,19 @@ def _parts(shape: BaseGeometry) -> Iterator[BaseGeometry]:
         yield from _parts(part)
 
 
-def _read(data: bytes) -> list[Named]:
-    if data.startswith(b"PK"):
+def _read(data: bytes, kind: Kind) -> list[Named]:
+    if kind.name == "zip":
+        data = unpacked(data, ENDS)
+        kind = kind_of(data[:HEAD_BYTES])
+    if kind.name == "KML":
         return _kml(data)
-    text = text_of(data).lstrip()
-    if not text.startswith("{"):
-        return _kml(data) if "<kml" in text[:2000] else list(_osm_xml(text))
-    content = json.loads(text)
+    if kind.name in ("OSM", "XML"):
+        return list(_osm_xml(text_of(data)))
+    if kind.name != "JSON":
+        raise LotInputError("file", str(kind))
+    content = json_of(text_of(data))
+    if not isinstance(content, dict):
+        raise LotInputError("file", "is JSON, but no GeoJSON")
     if "elements" not in content:
         return _geojson(content)
     try:
@@ -202,21 +209,39 @@ def _kml(data: bytes) -> list[Named]:
 def _geojson(content: dict[str, Any]) -> list[Named]:
     found: list[Named] = []
     crs = _system_of(content.get("crs"))
-    features = content["features"] if isinstance(content.get("features"), list) else [content]
-    for number, feature in enumerate(features, 1):
+    for number, feature in enumerate(features_of(content) or (), 1):
         if not isinstance(feature, dict):
             continue
-        geometry = feature.get("geometry") if "geometry" in feature else feature
+        geometry = feature["geometry"]
         if not isinstance(geometry, dict) or geometry.get("type") not in ("Polygon", "MultiPolygon"):
             continue
         try:
-            shape = shapely.force_2d(shapely.from_geojson(json.dumps(geometry)))
+            shape = shapely.force_2d(shapely.from_geojson(json.dumps(_closed(geometry))))
         except shapely.errors.ShapelyError as error:
             reason = str(error).strip()[:120]
             raise LotInputError("features", f"hold an area that cannot be read ({reason})") from error
         facts = feature.get("properties")
         found.append(Named(facts if isinstance(facts, dict) else {}, shape, number))
     return _on_earth(found, crs)
+
+
+def _closed(geometry: dict[str, Any]) -> dict[str, Any]:
+    """Return a Polygon or MultiPolygon whose rings end at their first corner, as the fence's reader takes them."""
+
+    def close(part: Any, depth: int) -> Any:
+        if not isinstance(part, list) or not part or depth > 2:
+            return part
+        if isinstance(part[0], list) and part[0] and not isinstance(part[0][0], list):
+            return [*part[:-1], part[0]] if _is_near(part[0], part[-1]) else [*part, part[0]]
+        return [close(each, depth + 1) for each in part]
+
+    return {**geometry, "coordinates": close(geometry.get("coordinates"), 0)}
+
+
+def _is_near(one: Any, other: Any) -> bool:
+    pairs = zip(one[:2], other[:2], strict=True) if isinstance(other, list) and len(other) >= 2 <= len(one) else ()
+    apart = [abs(a - b) for a, b in pairs if isinstance(a, int | float) and isinstance(b, int | float)]
+    return len(apart) == 2 and max(apart) <= SAME_DEG
 
 
 def _system_of(crs: object) -> str:
@@ -231,34 +256,27 @@ def _system_of(crs: object) -> str:
 
 
 def _geopackage(path: Path) -> list[Named]:
-    named: list[Named] = []
-    with contextlib.closing(geopackage.open_geopackage(path)) as opened:
-        tables = {str(row[0]) for row in opened.execute("SELECT name FROM sqlite_master")}
-        if "gpkg_geometry_columns" not in tables:
-            raise LotInputError("file", "is an SQLite file without layers, no GeoPackage")
-        layers = [row for row in opened.execute(geopackage.LAYERS).fetchall() if row[2] in geopackage.AREAS]
-        for layer in layers:
-            rows = opened.execute(f"SELECT * FROM {geopackage.quoted(str(layer[0]))}")  # noqa: S608 - it is quoted
-            names = [each[0] for each in rows.description]
-            found: list[Named] = []
-            for number, row in enumerate(rows, 1):
-                facts = dict(zip(names, row, strict=True))
-                with contextlib.suppress(geopackage.GeometryError):  # of a row without an area
-                    shape = shapely.force_2d(geopackage.geometry_of(facts.pop(str(layer[1]), None)))
-                    if isinstance(shape, Polygon | MultiPolygon):
-                        found.append(Named(facts, shape, number))
-            named += _on_earth(found, geopackage.system_of(layer) or WGS_84)
-    return named
+    """Return the areas of a GeoPackage as GDAL reads them in the box. Raises LotInputError."""
+    try:
+        said = read_and_wait(AREAS, b"", {"path": str(path.resolve())})
+    except RefusedError as error:
+        raise LotInputError(error.field, error.reason) from None
+    by_system: dict[str, list[Named]] = {}
+    for line in said.splitlines():
+        facts, number, crs, shape = json.loads(line)
+        by_system.setdefault(crs, []).append(Named(facts, shapely.from_wkb(bytes.fromhex(shape)), number))
+    return [each for crs, found in by_system.items() for each in _on_earth(found, crs or WGS_84)]
 
 
 def _osm_xml(text: str) -> Iterator[Named]:
-    root = root_of(text)
-    nodes = {each.get("id", ""): place_of(each) for each in root.iter("node")}
+    there = parts_of(root_of(text))
+    nodes = {each.get("id", ""): place_of(each) for each in there if each.tag == "node"}
     outlines = {
         each.get("id", ""): [nodes.get(node.get("ref", ""), (np.nan, np.nan)) for node in each.iter("nd")]
-        for each in root.iter(OUTLINE)
+        for each in there
+        if each.tag == OUTLINE
     }
-    for element in root:
+    for element in there:
         facts = {tag.get("k", ""): tag.get("v", "") for tag in element.iter("tag")}
         members = [(each.get("role", ""), each.get("ref", "")) for each in element.iter("member")]
         yield from _osm_area(element.tag, element.get("id", ""), facts, members, outlines)

@@ -18,6 +18,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
+from hawk.formats import gdal
 from hawk.lots.moments import MomentSource, SurveyMoment
 from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
@@ -37,6 +38,14 @@ _CACHE_MIB: Final = 64
 """Memory of GDAL for blocks that were read."""
 _STRIP_PIXELS: Final = 8_000_000
 """Pixels that are read at once."""
+_MOST_BLOCK_BYTES: Final = 256_000_000
+"""Of a part that GDAL reads as a whole: a strip or tile."""
+_FEW_PIXELS: Final = 1_000_000_000
+_PIXELS_A_BYTE: Final = 300
+"""Pixels of larger pictures by the bytes of their files: ground as JPEG has 3 to 20, a city of which 5 % is mapped up
+to 200, and Deflate makes 340 of nothing."""
+_LONGEST_SIDE: Final = 4_000_000
+"""Pixels: 400 km at 10 cm."""
 _LEAST_MASK_STEP: Final = 8
 """An overview this much smaller shows at little cost where ground is."""
 
@@ -68,7 +77,7 @@ class Orthophoto:
         columns, rows = (right - left) // step, (bottom - top) // step
         image, valid = np.empty((rows, columns, 3), np.uint8), np.empty((rows, columns), np.bool_)
         high = max(1, _STRIP_PIXELS // max(1, (right - left) * step))  # rows of the result at once
-        with opened(self.path) as dataset:
+        with opened(self.path, is_checked=True) as dataset:
             for row in range(0, rows, high):
                 last = min(row + high, rows)
                 part = self._strip(dataset, (left, top + row * step, left + columns * step, top + last * step))
@@ -88,7 +97,7 @@ class Orthophoto:
             return None
         scale = max(1.0, max(self.grid.columns, self.grid.rows) / most)
         size = (max(1, round(self.grid.rows / scale)), max(1, round(self.grid.columns / scale)))
-        with opened(self.path) as dataset:
+        with opened(self.path, is_checked=True) as dataset:
             valid = band_choice.valid_pixels(dataset, self.bands, None, size)
         return valid[::-1] if self.grid.is_mirrored else valid
 
@@ -107,6 +116,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
         raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
     parts = _parts(path)  # GDAL looks for them where it reads them, and not even there if it has kept them
     with opened(path) as dataset:
+        _check_work(dataset, path, parts)
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
         notes = [*_scale_notes(grid, path.name), *_level_notes(chosen)]
@@ -118,8 +128,9 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
 
 
 @contextlib.contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """Open a picture by rasterio. Raises PictureError for what cannot be opened or read."""
+def opened(path: Path, *, is_checked: bool = False) -> Iterator[Any]:
+    """Open a picture as `hawk.formats.gdal` does. Raises PictureError for what cannot be opened or read."""
+    gdal.prepare()
     try:
         import pyproj  # noqa: F401 - of the same extra
         import rasterio
@@ -130,12 +141,15 @@ def opened(path: Path) -> Iterator[Any]:
     try:
         with rasterio.Env(GDAL_CACHEMAX=_CACHE_MIB), warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with rasterio.open(path) as dataset:
+            with gdal.open_picture(path, is_checked=is_checked) as dataset:
                 yield dataset
     except RasterioError as error:
         _parts(path)
         reason = str(error.__cause__ or error).splitlines()[0][:160]
         raise PictureError(f"{path.name}: cannot be read as a picture ({reason}); export it again") from error
+    except (gdal.UnsafeError, OSError) as error:
+        said = error.strerror if isinstance(error, OSError) else None
+        raise PictureError(f"{path.name}: {said or error}") from error
 
 
 def _parts(path: Path) -> list[Path]:
@@ -147,6 +161,27 @@ def _parts(path: Path) -> list[Path]:
             f"those that are there: gdalbuildvrt {path.name} FOLDER/*.tif"
         )
     return parts
+
+
+def _check_work(dataset: Any, path: Path, parts: Iterable[Path]) -> None:
+    """Refuse a picture that would take more memory or time than its files can have ground. Raises PictureError."""
+    wide, high = max(dataset.block_shapes, key=lambda shape: shape[0] * shape[1], default=(1, 1))
+    deep = max((np.dtype(kind).itemsize for kind in dataset.dtypes if not kind.startswith("complex_int")), default=8)
+    block = wide * high * deep * (dataset.count if dataset.interleaving is not None else 1)
+    if block > _MOST_BLOCK_BYTES:
+        raise PictureError(
+            f"{path.name}: is stored in parts of {block / 1e6:,.0f} MB, each of which is read as a whole; store it in "
+            f"tiles: gdal_translate -co TILED=YES {path.name} tiled.tif"
+        )
+    pixels, size = dataset.width * dataset.height, 0
+    for each in {str(path), *dataset.files, *map(str, parts)}:
+        with contextlib.suppress(OSError):
+            size += Path(each).stat().st_size
+    if max(dataset.width, dataset.height) > _LONGEST_SIDE or pixels > max(_FEW_PIXELS, _PIXELS_A_BYTE * size):
+        raise PictureError(
+            f"{path.name}: has {dataset.width:,} by {dataset.height:,} pixels in {size / 1e6:,.2f} MB: nearly all of "
+            "it is empty; cut it to its ground: gdal_translate -projwin LEFT TOP RIGHT BOTTOM IN.tif ground.tif"
+        )
 
 
 def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Final
-from xml.etree.ElementTree import ParseError
 
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
-
-_SOURCES: Final = ("SourceFilename", "SourceDataset")
-"""Elements that name a file: of a mosaic, and of what gdalwarp writes, where a whole VRT may stand in place of one."""
+from hawk.formats.gdal import sources_of
 
 
 def parts_of(path: Path) -> list[Path]:
@@ -34,17 +28,7 @@ def missing_parts(parts: Iterable[Path]) -> list[str]:
 
 
 def _named_by(path: Path) -> set[Path]:
-    if path.suffix.lower() != ".vrt":
-        return set()
     try:
-        tree = fromstring(path.read_bytes())
-    except (OSError, ParseError, DefusedXmlException):
+        return {source for _, source in sources_of(path) if source is not None}
+    except OSError:
         return set()
-    parts = set()
-    folder = path.resolve().parent  # GDAL takes that of the file itself, not of a link to it
-    for source in (each for kind in _SOURCES for each in tree.iter(kind)):
-        name = (source.text or "").strip()
-        is_beside = source.get("relativeToVRT") == "1"
-        if name and not name.startswith(("/vsi", "<")) and "://" not in name:
-            parts.add(folder / name if is_beside else Path(name))
-    return parts

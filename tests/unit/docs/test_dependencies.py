@@ -83,7 +83,8 @@ def test_every_dependency_to_run_is_imported() -> None:
     [
         ("pymavlink", ["picture", "sim"]),
         ("PIL", ["picture", "sim"]),
-        ("rasterio", ["background", "exports", "picture"]),
+        ("pyogrio", ["lots"]),
+        ("rasterio", ["background", "exports", "formats", "picture"]),
         ("ezdxf", ["lots"]),
         ("pyproj", ["lots", "picture"]),
     ],

@@ -65,7 +65,12 @@ def outline(number: int, ring: Ring, **tags: str) -> str:
 
 
 def geopackage(
-    folder: Path, rows: Sequence[tuple[object, str]], kind: str = "POLYGON", srs: int = 4326, table: str = "stalls"
+    folder: Path,
+    rows: Sequence[tuple[object, str]],
+    kind: str = "POLYGON",
+    srs: int = 4326,
+    table: str = "stalls",
+    column: str = "ref",
 ) -> bytes:
     """Return a GeoPackage of one layer: shapes of shapely or raw values, each with its label."""
     path = folder / "plan.gpkg"
@@ -74,18 +79,23 @@ def geopackage(
     opened.executescript(
         f"""
         PRAGMA application_id = 0x47504B47;
-        CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT, srs_id INTEGER PRIMARY KEY, organization TEXT,
-            organization_coordsys_id INTEGER, definition TEXT);
-        CREATE TABLE gpkg_contents (table_name TEXT PRIMARY KEY, data_type TEXT);
-        CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT, srs_id INTEGER);
-        CREATE TABLE "{table}" (fid INTEGER PRIMARY KEY, geom BLOB, ref TEXT);
-        INSERT INTO gpkg_contents VALUES ('{table}', 'features');
-        INSERT INTO gpkg_geometry_columns VALUES ('{table}', 'geom', '{kind}', {srs});
-        INSERT INTO gpkg_spatial_ref_sys VALUES ('', {srs}, 'EPSG', {srs}, '');
+        PRAGMA user_version = 10300;
+        CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY,
+            organization TEXT NOT NULL, organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL,
+            description TEXT);
+        CREATE TABLE gpkg_contents (table_name TEXT PRIMARY KEY, data_type TEXT NOT NULL, identifier TEXT,
+            description TEXT, last_change TEXT, min_x DOUBLE, min_y DOUBLE, max_x DOUBLE, max_y DOUBLE, srs_id INTEGER);
+        CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT, srs_id INTEGER,
+            z TINYINT, m TINYINT, PRIMARY KEY (table_name, column_name));
+        CREATE TABLE "{table}" (fid INTEGER PRIMARY KEY, geom BLOB, {column} TEXT);
+        INSERT INTO gpkg_contents (table_name, data_type, identifier, srs_id)
+            VALUES ('{table}', 'features', 'x', {srs});
+        INSERT INTO gpkg_geometry_columns VALUES ('{table}', 'geom', '{kind}', {srs}, 2, 2);
+        INSERT INTO gpkg_spatial_ref_sys VALUES ('x', {srs}, 'EPSG', {srs}, 'undefined', '');
         """  # noqa: S608 - our own names
     )
     values = [(blob(shape, srs) if hasattr(shape, "wkb") else shape, label) for shape, label in rows]
-    opened.executemany(f'INSERT INTO "{table}" (geom, ref) VALUES (?, ?)', values)  # noqa: S608 - our own name
+    opened.executemany(f'INSERT INTO "{table}" (geom, {column}) VALUES (?, ?)', values)  # noqa: S608 - our own name
     opened.commit()
     opened.close()
     return path.read_bytes()

@@ -59,7 +59,7 @@ BOMB = b"""<?xml version="1.0"?><!DOCTYPE osm [<!ENTITY a "aaaaaaaaaa"><!ENTITY 
     [
         (BOMB, "has definitions of its own"),
         (osm(outline(1, A_ROW[0], **STALL))[:-30], "is no whole XML"),
-        (b"<kml><Document/></kml>", r"is XML of another kind \(kml\): save it as GeoJSON"),
+        (b"<kml><Document/></kml>", "has no layer of polygons"),
         (osm(), "holds no stall: draw each stall"),
     ],
 )

@@ -31,13 +31,13 @@ def test_an_archive_that_grows_beyond_the_bound_is_refused(monkeypatch: pytest.M
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "is empty: GeoJSON, GeoPackage, DXF"),
+        (b"", "is empty: GeoJSON, GeoPackage, KML, DXF"),
         (b"  \n", "is empty"),
         (b"label;lat;lon\n1;52;5\n", "is of no kind that is known"),
         (b"%PDF-1.7", "is a PDF: export the drawing as DXF"),
         (b"\x00\x00\x27\x0a", "is a shapefile: save the layer as GeoPackage"),
         (b"\x1f\x8b\x08", "is packed by gzip"),
-        (b"\x89PNG\r\n", "is a picture"),
+        (b"\x89PNG\r\n", "is a PNG picture: export the drawing"),
         (archive(plan__geojson=geojson(numbered(2)))[:60], "cannot be unpacked"),
         (bytes(32_000_001), "is too large: 32 MB are read at most"),
     ],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from shapely import MultiPolygon, Polygon
 from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.source import open_orthophoto
 from hawk.picture.values import PictureError
+from tests.unit.lots.plan_files.files import geopackage
 from tests.unit.picture.orthophoto.drawn import HERE, blank
 
 LOT = shapely.box(5.199, 52.099, 5.201, 52.101)
@@ -101,24 +101,9 @@ def test_another_system_of_geojson_is_brought_to_wgs_84(tmp_path: Path) -> None:
 
 
 def test_a_geopackage_is_read_by_its_layers(tmp_path: Path) -> None:
+    rows = [(LOT, "parking"), (OTHER, "school"), (None, "parking")]
     path = tmp_path / "lots.gpkg"
-    head = b"GP\x00\x01" + (4326).to_bytes(4, "little")
-    with sqlite3.connect(path) as opened:
-        opened.executescript(
-            "CREATE TABLE gpkg_contents (table_name TEXT, data_type TEXT, srs_id INTEGER);"
-            "CREATE TABLE gpkg_geometry_columns (table_name TEXT, column_name TEXT, geometry_type_name TEXT,"
-            " srs_id INTEGER);"
-            "CREATE TABLE gpkg_spatial_ref_sys (srs_id INTEGER, organization TEXT, organization_coordsys_id INTEGER,"
-            " definition TEXT);"
-            "INSERT INTO gpkg_contents VALUES ('lots', 'features', 4326);"
-            "INSERT INTO gpkg_geometry_columns VALUES ('lots', 'geom', 'POLYGON', 4326);"
-            "INSERT INTO gpkg_spatial_ref_sys VALUES (4326, 'EPSG', 4326, '');"
-            "CREATE TABLE lots (fid INTEGER PRIMARY KEY, geom BLOB, amenity TEXT);"
-        )
-        for shape, amenity in ((LOT, "parking"), (OTHER, "school"), (None, "parking")):
-            blob = None if shape is None else head + shapely.to_wkb(shape)
-            opened.execute("INSERT INTO lots (geom, amenity) VALUES (?, ?)", (blob, amenity))
-    opened.close()
+    path.write_bytes(geopackage(tmp_path, rows, column="amenity"))
     assert same(read_outline(path), LOT)
 
 
@@ -171,9 +156,10 @@ def test_kml_is_read_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", r"no whole XML|cannot be read"),
+        ("", r"is empty"),
         ("{", r"Expecting property name"),
-        ("<html/>", r"XML of another kind"),
+        ("<html/>", r"is a page of the web: download the file itself"),
+        ("<rss/>", r"XML of another kind"),
         (features((OTHER, {"amenity": "school"})), r"holds no area that is a lot"),
         (features((shapely.Point(5, 52), {})), r"holds no area that is a lot"),
         ('{"type":"Polygon","coordinates":[[[1,2]]]}', r"an area that cannot be read"),

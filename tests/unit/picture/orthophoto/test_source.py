@@ -227,7 +227,7 @@ def refused(tmp_path: Path, kind: str) -> tuple[Path, str | None, str]:
         return path, None, r"is no file; name a GeoTIFF"
     if kind == "text":
         path.write_text("no picture")
-        return path, None, r"text\.tif: cannot be read as a picture .*export it again"
+        return path, None, r"text\.tif: is of no kind that is known: export it as GeoTIFF"
     if kind == "float":
         return write(path, grey.astype(np.float32)), None, "has pixels of type float32.*gdal_translate -ot Byte"
     if kind == "many":

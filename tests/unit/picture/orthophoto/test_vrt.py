@@ -44,4 +44,9 @@ def test_vrts_that_name_each_other_end(tmp_path: Path) -> None:
 def test_a_file_that_is_no_vrt_has_no_parts(tmp_path: Path) -> None:
     (tmp_path / "a.vrt").write_text("<cut")
     assert missing_parts(parts_of(tmp_path / "a.vrt")) == missing_parts(parts_of(tmp_path / "gone.vrt")) == []
-    assert missing_parts(parts_of(mosaic(tmp_path / "a.tif", "b.tif"))) == []
+    (tmp_path / "b.tif").write_bytes(b"II*\x00")
+    assert parts_of(tmp_path / "b.tif") == []
+
+
+def test_a_vrt_is_one_by_its_bytes_whatever_its_name_says(tmp_path: Path) -> None:
+    assert missing_parts(parts_of(mosaic(tmp_path / "a.tif", "b.tif"))) == [str(tmp_path / "b.tif")]

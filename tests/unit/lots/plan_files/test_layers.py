@@ -42,10 +42,10 @@ def test_the_system_of_a_layer_is_read(tmp_path: Path) -> None:
         (Point(5.0, 52.0), "is a Point"),
         (MultiPolygon(SHAPES[1:]), "is a MultiPolygon"),
         (BOWTIE, "crosses itself"),
-        (None, "holds no geometry"),
-        (b"GP", "holds no geometry"),
-        (b"GP\x00\x0f" + bytes(40), "holds a geometry of another kind"),
-        (blob(SHAPES[1], 4326)[:-20], "holds a geometry that cannot be read"),
+        (None, "holds none that can be read"),
+        (b"GP", "holds none that can be read"),
+        (b"GP\x00\x0f" + bytes(40), "holds none that can be read"),
+        (blob(SHAPES[1], 4326)[:-20], "holds none that can be read"),
         (NAN, "finite numbers"),
         (Polygon(), "is empty"),
     ],
@@ -80,7 +80,7 @@ def test_a_file_that_is_cut_or_no_geopackage_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LotInputError, match="cut or damaged"):
         plan(data[:200])
     other = data.replace(b"gpkg_contents", b"xxxx_contents").replace(b"gpkg_contents", b"xxxx_contents")
-    with pytest.raises(LotInputError, match="no GeoPackage"):
+    with pytest.raises(LotInputError, match="required GeoPackage tables"):
         plan(other)
 
 

@@ -1,0 +1,163 @@
+"""GDAL for strangers' pictures: few drivers, no network, and no VRT that reads what is no picture.
+
+rasterio's wheel brings some 150 drivers, of which several ask servers. Here a picture is opened by the one driver of
+its first bytes, a VRT is read by us before GDAL does, and GDAL's own doors to the network are closed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+from xml.etree.ElementTree import Element, ParseError
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
+from hawk.formats.kind import kind_of_file
+
+DRIVERS: Final = {
+    "TIFF": "GTiff",
+    "DNG": "GTiff",
+    "VRT": "VRT",
+    "JPEG": "JPEG",
+    "PNG": "PNG",
+    "JPEG 2000": "JP2OpenJPEG",
+}
+"""Kinds of `hawk.formats.kind` -> the driver of GDAL that opens them; no other one is let."""
+OPTIONS: Final = {
+    "CPL_VSIL_CURL_ALLOWED_FILENAME": "none",
+    "GDAL_HTTP_PROXY": "http://127.0.0.1:9",
+    "GDAL_HTTP_MAX_RETRY": "0",
+    "GDAL_VRT_ENABLE_PYTHON": "NO",
+    "GDAL_VRT_ENABLE_RAWRASTERBAND": "NO",
+    "GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE": "SIBLING_OR_CHILD_OF_VRT_PATH",
+    "GDAL_NUM_THREADS": "1",
+}
+"""GDAL's settings (https://gdal.org/en/stable/user/configoptions.html): every file beyond this computer is refused."""
+_SKIP: Final = (
+    "AmigoCloud Carto CSW DAAS EEDA EEDAI Elasticsearch ESRIC GDALG GTI HTTP KMLSUPEROVERLAY MRF NGW OAPIF OGCAPI "
+    "PDF PLMOSAIC PLScenes STACIT STACTA WCS WFS WMS WMTS Zarr"
+)
+"""Drivers that ask servers, or that read files which name others; GDAL reads their names as it begins."""
+_SOURCES: Final = ("SourceFilename", "SourceDataset", "GCPProjectionFile", "OverviewFile")
+"""Elements of a VRT that name a file, each in place of which a whole VRT may stand."""
+_REFUSED: Final = {
+    "VRTRawRasterBand": "reads bytes of any file as pixels",
+    "VRTDerivedRasterBand": "computes its pixels by a program",
+    "VRTProcessedDataset": "computes its pixels by a program",
+    "GDALTileIndexDataset": "asks for other files",
+}
+_COMPUTED: Final = ("PixelFunctionType", "PixelFunctionCode", "ProcessingSteps", "AlgorithmOptions")
+_DEEPEST: Final = 8
+_MOST_BYTES: Final = 64_000_000
+"""Of a VRT: a city's of 30,000 tiles has 40 MB."""
+
+
+class UnsafeError(ValueError):
+    """A picture is not opened; the text says why behind the name of the file, with the remedy."""
+
+
+def prepare() -> None:
+    """Close GDAL's doors in this process, before rasterio or pyogrio are loaded for the first time."""
+    os.environ.setdefault("GDAL_SKIP", _SKIP.replace(" ", ","))
+    os.environ.setdefault("PROJ_NETWORK", "OFF")
+    for name, value in OPTIONS.items():
+        os.environ.setdefault(name, value)
+
+
+def driver_of(path: Path) -> str:
+    """Return the driver that opens a picture. Raises UnsafeError for a file of another kind, OSError."""
+    kind = kind_of_file(path)
+    driver = DRIVERS.get(kind.name)
+    if driver is None:
+        remedy = "" if kind.remedy else ": export it as GeoTIFF"
+        raise UnsafeError(f"{kind}{remedy}")
+    return driver
+
+
+def check_vrt(path: Path) -> None:
+    """Refuse a VRT that would read what is no picture on this computer, at any depth. Raises UnsafeError, OSError."""
+    seen: set[Path] = set()
+    waiting = [(path, 0)]
+    while waiting:
+        each, depth = waiting.pop()
+        if each in seen:
+            continue
+        seen.add(each)
+        if depth > _DEEPEST:
+            raise UnsafeError(f"has VRTs within VRTs, more than {_DEEPEST} deep: build one of the pictures themselves")
+        waiting += [(source, depth + 1) for source in _checked_sources(each)]
+
+
+def sources_of(path: Path) -> list[tuple[str, Path | None]]:
+    """Return the names that a VRT's elements have, with the files that they mean; None for what is no local file.
+
+    Empty for a file that is no VRT, or none that can be read. Raises OSError.
+    """
+    tree = _tree(path)
+    return [] if tree is None else list(_sources(tree, path))
+
+
+def _tree(path: Path) -> Element | None:
+    if kind_of_file(path).name != "VRT" or path.stat().st_size > _MOST_BYTES:
+        return None
+    try:
+        found: Element = fromstring(path.read_bytes(), forbid_dtd=True)
+    except (ParseError, DefusedXmlException, ValueError, RecursionError):
+        return None
+    return found
+
+
+def _sources(tree: Element, path: Path) -> Iterator[tuple[str, Path | None]]:
+    folder = path.resolve().parent  # GDAL takes that of the file itself, not of a link to it
+    for source in tree.iter():
+        if source.tag not in _SOURCES:
+            continue
+        name = (source.text or "").strip()
+        is_beside = next((value for key, value in source.items() if key.lower() == "relativetovrt"), "0") == "1"
+        is_file = bool(name) and not name.startswith(("/vsi", "<")) and "://" not in name
+        if name:
+            yield name, ((folder / name) if is_beside else Path(name)) if is_file else None
+
+
+def _checked_sources(path: Path) -> Iterator[Path]:
+    """Yield the VRTs that a VRT is made of, after a check of all that it names."""
+    tree = _tree(path)
+    if tree is None:
+        raise UnsafeError("is no whole VRT: build it again: gdalbuildvrt city.vrt FOLDER/*.tif")
+    for element in tree.iter():
+        kind = element.get("subClass", "")
+        said = _REFUSED.get(kind) or (_REFUSED["VRTDerivedRasterBand"] if element.tag in _COMPUTED else "")
+        if said:
+            raise UnsafeError(f"{said} ({kind or element.tag}), which is not read: gdal_translate it to a GeoTIFF")
+    for name, source in _sources(tree, path):
+        if source is None:
+            raise UnsafeError(f"names {name[:80]}, no file of this computer: copy it here, build the VRT again")
+        if not source.is_file():
+            continue  # whoever opens it says which are missing
+        try:
+            driver = driver_of(source)
+        except UnsafeError as error:
+            raise UnsafeError(f"names {source.name}, which {error}") from None
+        if driver == "VRT":
+            yield source
+
+
+def open_picture(path: Path, *, is_checked: bool = False) -> Any:
+    """Open a picture by rasterio, by its own driver.
+
+    Args:
+        path: The picture.
+        is_checked: `check_vrt` has passed it: that of a city takes a second.
+
+    Raises UnsafeError, OSError, ImportError, and rasterio's errors.
+    """
+    prepare()
+    import rasterio
+
+    driver = driver_of(path)
+    if driver == "VRT" and not is_checked:
+        check_vrt(path)
+    return rasterio.open(path, driver=driver)

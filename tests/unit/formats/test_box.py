@@ -1,0 +1,76 @@
+"""The box: its bounds end the process that reads, it has no network, and every end of a reader is told in words."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from hawk.formats import box
+
+HERE = "tests.unit.formats.test_box"
+
+
+class _FieldError(ValueError):
+    field = "layer"
+    reason = "is not there"
+
+
+def takes_memory(data: bytes, asked: dict[str, Any]) -> bytes:
+    return bytes(bytearray(b"x") * int(asked["bytes"]))[:1]
+
+
+def fails(data: bytes, asked: dict[str, Any]) -> bytes:
+    raise {"KeyError": KeyError("layer"), "field": _FieldError()}[asked["error"]]
+
+
+def ends(data: bytes, asked: dict[str, Any]) -> bytes:
+    os._exit(139)
+
+
+def connects(data: bytes, asked: dict[str, Any]) -> bytes:
+    with socket.socket() as opened:
+        opened.settimeout(2.0)
+        return str(opened.connect_ex(("127.0.0.1", int(asked["port"])))).encode()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("reader", "asked", "field", "words"),
+    [
+        ("takes_memory", {"bytes": 400_000_000}, "file", "takes more memory or time"),
+        ("fails", {"error": "KeyError"}, "file", r"cannot be read \(KeyError\): export it again"),
+        ("fails", {"error": "field"}, "layer", "is not there"),
+        ("ends", {}, "file", "takes more memory or time"),
+    ],
+)
+def test_every_end_of_a_reader_is_told_in_words(reader: str, asked: dict[str, Any], field: str, words: str) -> None:
+    with pytest.raises(box.RefusedError, match=words) as refused:
+        box.read_and_wait(f"{HERE}:{reader}", b"x", asked, box.Limits(300_000_000))
+    assert refused.value.field == field
+
+
+@pytest.mark.slow
+def test_a_reader_reaches_no_network_where_the_system_can_take_it_away() -> None:
+    can = subprocess.run(
+        [sys.executable, "-c", "from hawk.formats.box import cut_network; exit(not cut_network())"], check=False
+    )
+    if can.returncode != 0:
+        pytest.skip("this system lets no process leave its network")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        assert box.read_and_wait(f"{HERE}:connects", b"", {"port": port}) != b"0"
+
+
+def test_a_command_may_take_most_of_what_is_free_and_its_bound_goes_afterwards() -> None:
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    with box.entered(needs_network=True):
+        within = resource.getrlimit(resource.RLIMIT_DATA)[0]
+    assert within == box.memory_for_command() or abs(within - box.memory_for_command()) < 2_000_000_000
+    assert resource.getrlimit(resource.RLIMIT_DATA) == before
