@@ -14,9 +14,18 @@ from pathlib import Path
 from typing import Final
 
 from hawk.config.sections import StoreSettings
-from hawk.erasing.rows import Found, counted, emptied, erase_rows, found_lot, found_survey
-from hawk.lots.database import check
+from hawk.lots.database import check, make
 from hawk.lots.pictures import pictures_of
+from hawk.lots.removal import (
+    Found,
+    counted,
+    emptied,
+    erase_rows,
+    found_lot,
+    found_survey,
+    ids_in,
+    note_erased,
+)
 from hawk.lots.store import lots_file
 from hawk.lots.tables import VERSION
 from hawk.lots.values import LotStoreError
@@ -92,11 +101,16 @@ def _files_of(settings: StoreSettings, path: Path, found: Found) -> Report:
 
 
 def _everything(settings: StoreSettings, path: Path) -> Report:
-    surveys = counted(path) if path.is_file() else 0
+    surveys, erased = counted(path) if path.is_file() else 0, ids_in(path)
     pictures, recordings, journals = pictures_of(path), _recordings(settings), _journals(settings)
     report = Report(surveys, len(pictures.surveys()), len(recordings), len(journals), _without_copies(path))
     _remove([pictures.folder, Recordings(settings).folder, settings.directory / JOURNALS])
-    _remove(path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal", ""))
+    beside = [path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal")]
+    if erased:
+        _remove(beside)
+        make(path, lambda store: note_erased(store, erased))
+    else:
+        _remove([*beside, path])
     return report
 
 

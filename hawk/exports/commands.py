@@ -69,9 +69,11 @@ def _export(store: Path, options: argparse.Namespace) -> str:
     from hawk.exports.reading import survey_of, surveys_of
     from hawk.lots.database import Database
     from hawk.lots.pictures import pictures_of
+    from hawk.lots.store import show_damage
     from hawk.lots.teaching import lot_named
 
     with closing(Database(store)) as database, database.reading() as connection:
+        show_damage(database.damage)
         lot = lot_named(connection, options.lot)
         if options.survey == _ALL:
             surveys = surveys_of(connection, lot)
@@ -87,9 +89,11 @@ def _teach(store: Path, options: argparse.Namespace) -> str:
     from hawk.exports.files import written_to
     from hawk.lots.database import Database
     from hawk.lots.pictures import pictures_of
+    from hawk.lots.store import show_damage
     from hawk.lots.teaching import lot_named, read_lesson, write_lesson
 
     with closing(Database(store)) as database, database.reading() as connection:
+        show_damage(database.damage)
         lesson = read_lesson(connection, lot_named(connection, options.lot))
     with written_to(options.training, "--training"):
         taught = write_lesson(lesson, pictures_of(store), options.training)

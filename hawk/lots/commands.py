@@ -1,4 +1,4 @@
-"""The commands ``hawk-drone backup`` and ``restore``: a copy of the lots' store, and its return."""
+"""The commands ``hawk-drone backup``, ``restore`` and ``verify``: a copy of the lots' store, its return, its check."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Final
 from hawk.config import options as values
 from hawk.config.sections import config_of
 
-LOT_COMMANDS: Final = frozenset({"backup", "restore"})
+LOT_COMMANDS: Final = frozenset({"backup", "restore", "verify"})
 _FAILED: Final = 1
 
 
@@ -22,7 +22,12 @@ def add_lot_commands(commands: Any) -> None:
     restore = commands.add_parser("restore", help="put a backup of lots and surveys in place of those in the store")
     restore.add_argument("file", type=values.file, metavar="FILE", help="a file that hawk-drone backup wrote")
     restore.set_defaults(action_of=_restore)
-    for parser in (backup, restore):
+    verify = commands.add_parser("verify", help="check every byte of all lots and surveys, or of a backup of them")
+    verify.add_argument(
+        "file", type=values.file, metavar="FILE", nargs="?", help="a backup; without one the store is checked"
+    )
+    verify.set_defaults(action_of=_verify)
+    for parser in (backup, restore, verify):
         parser.set_defaults(action=_run)
         values.add_settings(parser)
 
@@ -38,20 +43,34 @@ def _run(options: argparse.Namespace) -> int:
         print(f"hawk-drone: {error}", file=sys.stderr)
         return _FAILED
     except OSError as error:
-        print(f"hawk-drone: {error.filename or options.file}: {error.strerror or error}", file=sys.stderr)
+        print(f"hawk-drone: {error.filename or options.file or '--store'}: {error.strerror or error}", file=sys.stderr)
         return _FAILED
     return 0
 
 
 def _backup(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.backup import backup
+    from hawk.lots.values import LotStoreError
 
-    backup(store, options.file)
-    return f"{options.file}: a copy of {store}, {options.file.stat().st_size / 1e6:.1f} MB"
+    damage = backup(store, options.file)
+    written = f"{options.file}: a copy of {store}, {options.file.stat().st_size / 1e6:.1f} MB"
+    if damage:
+        raise LotStoreError(f"{written}, with its damage. Keep the backups before it. {damage}")
+    return written
 
 
 def _restore(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.backup import restore
 
-    kept = restore(store, options.file)
-    return f"{store}: restored from {options.file}" + ("" if kept is None else f"; {kept} keeps the former content")
+    done = restore(store, options.file)
+    kept = "" if done.kept is None else f"; {done.kept} keeps the former content"
+    return "\n".join([f"{store}: restored from {options.file}{kept}", *done.notes])
+
+
+def _verify(store: Path, options: argparse.Namespace) -> str:
+    from hawk.lots.backup import verify
+    from hawk.lots.store import check_there
+
+    if options.file is None:
+        check_there(store)
+    return verify(options.file or store)

@@ -21,7 +21,9 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.pool import QueuePool, StaticPool
 
-from hawk.lots.tables import APPLICATION_ID, VERSION
+from hawk.lots.digests import Part, damaged_parts, note_damaged, pass_over, seal, seal_everything, words_of
+from hawk.lots.schema import Schema, difference, schema_of
+from hawk.lots.tables import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.values import LotStoreError, StoreBusyError
 from hawk.runtime.files import sync_folder
 from hawk.runtime.garbage import uncollected
@@ -44,7 +46,11 @@ _RESTORE: Final = "Nothing was written. Restore a backup: hawk-drone restore FIL
 
 
 class Database:
-    """An open store. ``is_read_only``: it is of a newer version, named in ``notice``."""
+    """An open store.
+
+    ``is_read_only``: it is of a newer version, named in ``notice``. ``damaged``: parts that readers pass over, named in
+    ``damage`` and ``notice``.
+    """
 
     def __init__(
         self, path: Path, pragmas: Mapping[str, int] | None = None, wall: Callable[[], float] = time.time
@@ -57,7 +63,8 @@ class Database:
             wall: UTC, Unix seconds: SQL's ``hawk_now()``, by which a survey's time has been.
         """
         self.path = path
-        self.notice = ""
+        self.notice, self.damage = "", ""
+        self.damaged: tuple[Part, ...] = ()
         self._pragmas = dict(pragmas or {})
         self._wall = wall
         with explained(path):
@@ -77,12 +84,14 @@ class Database:
         self._readers = self._open_readers()
         self._opened, self._watch = secrets.token_hex(4), threading.Lock()
         self._watching: sqlite3.Connection | None = None
-        if version < VERSION:
-            try:
+        try:
+            if version < VERSION:
                 self._migrate(version)
-            except BaseException:
-                self.close()
-                raise
+            if not self.is_read_only:
+                self._find_damage()
+        except BaseException:
+            self.close()
+            raise
 
     @contextlib.contextmanager
     def reading(self, is_over: Callable[[], bool] | None = None) -> Iterator[Connection]:
@@ -95,6 +104,7 @@ class Database:
         """
         with uncollected(), explained(self.path), self._readers.connect() as connection:
             connection.info[_TAG] = self._tag()
+            note_damaged(connection, self.damaged)
             with _ended(_raw(connection), is_over), connection.begin():
                 yield connection
 
@@ -105,7 +115,9 @@ class Database:
             raise LotStoreError(self.notice)
         with explained(self.path):
             with self._engine.connect() as connection, connection.begin():
+                note_damaged(connection, self.damaged)
                 yield connection
+                seal(_raw(connection), self.damaged)
             self.put_into_file()
 
     @property
@@ -146,7 +158,10 @@ class Database:
         """Make the connections that read: none waits for another one, or for the one that writes."""
 
         def connect() -> sqlite3.Connection:
-            return self._prepared(read_only(self.path, check_same_thread=False), {})
+            opened = self._prepared(read_only(self.path, check_same_thread=False), {})
+            if self.damaged:
+                pass_over(opened, self.damaged)
+            return opened
 
         pool = {"pool_size": KEPT_READERS, "max_overflow": -1, "pool_use_lifo": True}
         engine = create_engine("sqlite://", creator=connect, poolclass=QueuePool, **pool)
@@ -159,6 +174,15 @@ class Database:
         for name, value in {**_SAFE, **pragmas, **self._pragmas}.items():
             opened.execute(f"PRAGMA {name} = {value}")
         return opened
+
+    def _find_damage(self) -> None:
+        with explained(self.path), contextlib.closing(read_only(self.path)) as opened:
+            opened.execute("BEGIN")
+            self.damaged = damaged_parts(opened)
+            self.damage = words_of(opened, self.damaged)
+        self.notice = ". ".join(
+            each for each in (self.notice, f"{self.path}: {self.damage}" * bool(self.damage)) if each
+        )
 
     def _tag(self) -> str:
         """Return a text that differs after every change of the file, by any program, and between runs.
@@ -218,18 +242,45 @@ def read_only(path: Path, *, check_same_thread: bool = True) -> sqlite3.Connecti
     return sqlite3.connect(address, uri=True, timeout=BUSY_S, check_same_thread=check_same_thread)
 
 
-def check(path: Path) -> int:
-    """Return the version of a file, after `PRAGMA quick_check`. Raises LotStoreError for one that is damaged."""
+def check(path: Path, remedy: str = _RESTORE) -> int:
+    """Return the version of a file that is whole, with the schema of a store of that version, as far as it is known.
+
+    Raises LotStoreError with the ``remedy``.
+    """
     with explained(path):
         _check_ends(path)
         with contextlib.closing(read_only(path)) as opened:
-            found = opened.execute("PRAGMA quick_check(3)").fetchall()
-            if found != [("ok",)]:
-                words = "; ".join(" ".join(str(row[0]).split()) for row in found)
-                raise LotStoreError(f"{path} is damaged: {words}. {_RESTORE}")
+            opened.execute("PRAGMA trusted_schema = OFF")
             if opened.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 raise LotStoreError(f"{path} is no store of lots. Name another file: store.lots")
-            return int(opened.execute("PRAGMA user_version").fetchone()[0])
+            version = int(opened.execute("PRAGMA user_version").fetchone()[0])
+            if version <= VERSION:
+                _check_schema(path, opened, version, remedy)
+            found = opened.execute("PRAGMA integrity_check(3)").fetchall()
+            if found != [("ok",)]:
+                words = "; ".join(" ".join(str(row[0]).split()) for row in found)
+                raise LotStoreError(f"{path} is damaged: {words}. {remedy}")
+            return version
+
+
+def _check_schema(path: Path, opened: sqlite3.Connection, version: int, remedy: str) -> None:
+    """Refuse a file with other tables, columns, indices or triggers than a store of its version has."""
+    known = SCHEMA if version == VERSION else ""
+    words = "it has no version" if version < 1 else difference(schema_of(opened), known, lambda: fresh_schema(version))
+    if words:
+        raise LotStoreError(f"{path} is damaged, or not made by this program: {words}. {remedy}")
+
+
+def fresh_schema(version: int) -> Schema:
+    """Return the schema of a fresh store of a version."""
+    engine = create_engine("sqlite://", creator=lambda: sqlite3.connect(":memory:", isolation_level=None))
+    try:
+        with engine.begin() as connection:
+            connection.exec_driver_sql("BEGIN")
+            migrate(connection, f"{version:04d}")
+            return schema_of(_raw(connection))
+    finally:
+        engine.dispose()
 
 
 def _check_ends(path: Path) -> None:
@@ -244,13 +295,23 @@ def _check_ends(path: Path) -> None:
         raise LotStoreError(f"{path} is damaged: its last page is cut. {_RESTORE}")
 
 
-def make(path: Path) -> None:
-    """Make an empty store. A program that is killed meanwhile leaves none. Raises LotStoreError."""
+def make(path: Path, fill: Callable[[sqlite3.Connection], object] | None = None) -> None:
+    """Make an empty store in the place of what is there. A program that is killed meanwhile leaves that.
+
+    Args:
+        path: The file.
+        fill: Writes into it before it is there.
+
+    Raises LotStoreError.
+    """
     partial = path.with_name(f".{path.name}.new")
     with explained(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.unlink(missing_ok=True)
         migrate_file(partial)
+        if fill is not None:
+            with contextlib.closing(sqlite3.connect(partial)) as made, made:
+                fill(made)
         partial.replace(path)
         sync_folder(path.parent)
 
@@ -283,6 +344,8 @@ def migrate(connection: Connection, target: str = "head") -> None:
     with EnvironmentContext(Config(), scripts, fn=steps, destination_rev=target) as context:
         context.configure(connection=connection, transactional_ddl=True)
         context.run_migrations()
+    if target in ("head", f"{VERSION:04d}"):
+        seal_everything(_raw(connection))
 
 
 def copy(source: Path, target: Path) -> None:
@@ -315,7 +378,7 @@ def explained(path: Path) -> Iterator[None]:
         yield
     except DBAPIError as error:
         raise _explained(path, error.orig) from error
-    except (sqlite3.Error, OSError) as error:
+    except (sqlite3.Error, OSError, UnicodeError) as error:  # SQLite's own words may repeat a damaged text
         raise _explained(path, error) from error
 
 
@@ -326,6 +389,8 @@ def _explained(path: Path, error: BaseException | None) -> LotStoreError:
 
 
 def _words(path: Path, error: BaseException | None) -> str:
+    if isinstance(error, UnicodeError) or str(error).startswith(_DAMAGE):
+        return f"{path} is damaged: {ascii(str(error))[1:80]}. {_RESTORE}"
     if isinstance(error, OSError):
         return f"{path}: {error.strerror or error}. Look at disk and rights of the folder"
     name = getattr(error, "sqlite_errorname", "") or ""
@@ -335,6 +400,8 @@ def _words(path: Path, error: BaseException | None) -> str:
     return f"{path}: {error} ({name or type(error).__name__}). Look at disk and rights of the folder"
 
 
+_DAMAGE: Final = ("Could not decode to UTF-8", "malformed", "no such table", "no such column")
+"""Beginnings of what SQLite and its driver say of a file whose bytes are wrong."""
 _REASONS: Final = {
     "SQLITE_FULL": "cannot grow: the disk is full, nothing of this was written. Make room",
     "SQLITE_CORRUPT": f"is damaged. {_RESTORE}",

@@ -15,6 +15,7 @@ from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered, shapes_of
 from hawk.lots.counts import counts_of
+from hawk.lots.digests import check_whole
 from hawk.lots.newest import is_sure_row, newest_first, newest_look, now_of
 from hawk.lots.operations import LotRows
 from hawk.lots.plan import editing, follow, shown
@@ -216,6 +217,7 @@ def pin(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str,
 
 def undo(connection: Connection, seq: int, now: float) -> str:
     """Undo a change; return its kind. Raises NotFoundError, and LotStoreError when something followed it."""
+    check_whole(connection, "change", seq, "change")
     kind = connection.execute(select(CHANGE.c.kind).where(CHANGE.c.seq == seq)).scalar()
     if kind != editing.KIND:
         return changes.undo(connection, seq, now)
@@ -246,6 +248,7 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
 def survey_row(connection: Connection, survey_id: str) -> Row:
     """Return a survey by its id. Raises NotFoundError."""
     found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
+    check_whole(connection, "survey", found, "survey")
     if found is None:
         raise NotFoundError("survey: there is none with this id; reload the list")
     return changes.row_of(connection, SURVEY.name, (found,))
@@ -279,6 +282,7 @@ def _move(
 
 def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
     """Return a lot that was not merged into another one. Raises NotFoundError."""
+    check_whole(connection, "lot", lot_id, field)
     found = changes.row_of(
         connection, LOT.name, (lot_id if lot_id.isascii() else "",)
     )  # SQLite takes no half character

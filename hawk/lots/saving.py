@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
+from hawk.lots.digests import is_damaged
 from hawk.lots.frames import Move
 from hawk.lots.labels import lasting_labels
 from hawk.lots.looks import keep_looks
@@ -56,6 +57,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
     before = connection.execute(select(SURVEY).where(SURVEY.c.origin == survey.origin)).mappings().first()
     lot, placed, candidates = _place(connection, survey, before)
     values = _row(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
+    known, doubt = 0, ""
     if before is None:
         inserted = connection.execute(insert(SURVEY).values(id=new_id(), **values))
         seq = int(inserted.inserted_primary_key[0])  # type: ignore[index]
@@ -65,10 +67,13 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
             values["began"] = min(survey.began, before["began"])
         connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
         connection.execute(delete(OBSERVATION).where(OBSERVATION.c.survey == seq))
+    if lot is not None and is_damaged(connection, "lot", lot):  # the survey is kept; nothing is read of that plan
+        placed, register = Placed.UNREGISTERED, None
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(placed=placed.value))
+        doubt = "the lot's plan is damaged on the disk"
     if placed is Placed.FIRST:
         lot = lot or make_lot(connection, survey, seq)
         extend_layout(connection, lot, seq, survey)
-    known, doubt = 0, ""
     if placed is Placed.UNREGISTERED and lot is not None and register is not None:
         outcome = _register(connection, lot, seq, survey, register, before)
         if isinstance(outcome, Registration):

@@ -12,6 +12,7 @@ import asyncio
 import contextlib
 import logging
 import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -113,8 +114,10 @@ class LotStore:
         try:
             pictures = pictures_of(self.path)
             pictures.write(survey, mosaic)
-            with self._opened().reading() as connection:
-                pictures.keep(worth_keeping(connection))
+            database = self._opened()
+            if not database.damaged:  # a backup may bring back surveys that are passed over
+                with database.reading() as connection:
+                    pictures.keep(worth_keeping(connection))
         except (OSError, LotStoreError) as error:
             _LOG.warning("the picture of the survey is not kept: %s", error)
 
@@ -239,6 +242,12 @@ def check_there(store: Path) -> None:
     """Refuse a store that is not there. Raises LotStoreError."""
     if not store.exists():
         raise LotStoreError(f"{store}: there is no store of lots; name its folder by --store, and fly a survey first")
+
+
+def show_damage(words: str) -> None:
+    """Say on the terminal, beside what a command prints, what is damaged in the store."""
+    if words:
+        print(f"hawk-drone: {words}", file=sys.stderr)
 
 
 def lots_file(folder: Path, named: Path | None = None) -> Path:

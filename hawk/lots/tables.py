@@ -23,8 +23,10 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 10
+VERSION: Final = 11
 """Newest version, as in SQLite's user_version and in the names of the revisions."""
+SCHEMA: Final = "6c7f34449514388c612ff1909e936621"
+"""`hawk.lots.schema.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
 
@@ -271,3 +273,15 @@ STEP: Final = Table(
 )
 """Operations of edits. ``state``: `hawk.lots.plan.steps.State`. ``revision``: of the plan when it was last done,
 undone or done again. ``body``: `hawk.lots.plan.steps.Group`s as JSON."""
+DIGEST: Final = Table(
+    "digest",
+    METADATA,
+    Column("part", String(8), primary_key=True),
+    Column("key", String(36), primary_key=True),
+    Column("digest", LargeBinary),
+    sqlite_with_rowid=False,
+)
+"""Digests of the parts of the store (`hawk.lots.digests`)."""
+Index("ix_digest_changed", DIGEST.c.part, DIGEST.c.key, sqlite_where=DIGEST.c.digest.is_(None))
+ERASED: Final = Table("erased", METADATA, Column("id", String(64), primary_key=True))
+"""SHA-256 of the ids of lots and surveys that were erased: a backup that is restored does not bring them back."""

@@ -55,7 +55,7 @@ def _run(options: argparse.Namespace) -> int:
 def _answer(store: Path, options: argparse.Namespace) -> str:
     from hawk.lots.database import Database
     from hawk.lots.looks import keep_looks, missing_looks
-    from hawk.lots.store import check_there
+    from hawk.lots.store import check_there, show_damage
     from hawk.lots.teaching import lot_named
     from hawk.stats.answering import statistics
     from hawk.stats.asked import period_of
@@ -64,6 +64,7 @@ def _answer(store: Path, options: argparse.Namespace) -> str:
     period = period_of(options.begin, options.end, options.time_zone)
     check_there(store)
     with closing(Database(store)) as database:
+        show_damage(database.damage)
         with database.reading() as connection:
             lot = lot_named(connection, options.lot)
             missing = missing_looks(connection, lot)

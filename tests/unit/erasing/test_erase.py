@@ -13,10 +13,9 @@ from mcap.writer import Writer
 
 from hawk.cli import main
 from hawk.config.sections import StoreSettings
-from hawk.erasing import rows
 from hawk.erasing.erase import erase
-from hawk.lots import reading, sharing
-from hawk.lots.database import Database, read_only
+from hawk.lots import reading, removal, sharing
+from hawk.lots.database import Database, migrate_file, read_only
 from hawk.lots.pictures import SurveyPictures, pictures_of
 from hawk.lots.saving import save
 from hawk.lots.store import FILE
@@ -186,7 +185,12 @@ def test_everything_is_erased_but_the_settings_and_the_tokens(kept: Kept) -> Non
     report = erase(kept.settings, lot=None, survey=None)
     assert (report.surveys, report.pictures, report.recordings, report.journals, report.copies) == (3, 3, 3, 3, 1)
     left = sorted(path.name for path in kept.folder.rglob("*"))
-    assert left == ["camera.yaml", "params.json", "web-tokens.json"]
+    assert left == ["camera.yaml", FILE, "params.json", "web-tokens.json"]
+    assert kept.holds(*kept.secret, OTHER_NAME) == set()  # the store is a new one, which knows hashes of what is gone
+    opened = Database(kept.folder / FILE)
+    with opened.reading() as connection:
+        assert reading.lots(connection) == {"lots": [], "undecided": [], "changes": []}
+    opened.close()
 
 
 def test_a_recording_that_names_no_survey_may_hold_one(kept: Kept) -> None:
@@ -246,7 +250,7 @@ def test_after_an_error_the_same_command_erases_the_rest(
 def test_nothing_is_erased_while_another_program_has_the_store_open(
     lot: str | None, kept: Kept, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rows, "BUSY_S", 0.0)
+    monkeypatch.setattr(removal, "BUSY_S", 0.0)
     with closing(read_only(kept.folder / FILE)) as reader:
         reader.execute("SELECT count(*) FROM survey").fetchone()
         with pytest.raises(LotStoreError, match=f"{FILE} is used by another program: end it, and erase again"):
@@ -308,8 +312,8 @@ def test_two_lots_of_one_name_need_an_id(kept: Kept) -> None:
 
 
 def test_a_store_of_another_version_is_left_alone(kept: Kept) -> None:
-    with closing(sqlite3.connect(kept.folder / FILE)) as opened:
-        opened.execute("PRAGMA user_version = 5")
+    (kept.folder / FILE).unlink()
+    migrate_file(kept.folder / FILE, "0005")
     with pytest.raises(LotStoreError, match="is of another version: start this hawk-drone once"):
         erase(kept.settings, lot=NAME, survey=None)
 

@@ -90,14 +90,14 @@ def test_a_restore_replaces_the_content_under_a_program_that_has_it_open_and_kee
     add(running, 1)
     backup(path, tmp_path / "copy.db")
     add(running, 2, 3)
-    kept = restore(path, tmp_path / "copy.db")
+    kept = restore(path, tmp_path / "copy.db").kept
     assert origins(running) == ["000001"]
     add(running, 4)
     assert origins(running) == ["000001", "000004"]
     running.close()
     assert kept == tmp_path / "lots.db.before-restore"
     assert read(kept) == ["000001", "000002", "000003"]
-    assert restore(path, tmp_path / "copy.db") == tmp_path / "lots.db.before-restore-2"
+    assert restore(path, tmp_path / "copy.db").kept == tmp_path / "lots.db.before-restore-2"
 
 
 @pytest.mark.fault(
@@ -111,7 +111,7 @@ def test_a_restore_replaces_a_damaged_store_and_keeps_it_with_its_wal(tmp_path: 
     damaged = path.read_bytes()[:left]
     path.write_bytes(damaged)
     path.with_name("lots.db-wal").write_bytes(b"the rest")
-    kept = restore(path, tmp_path / "copy.db")
+    kept = restore(path, tmp_path / "copy.db").kept
     assert kept is not None
     assert kept.read_bytes() == damaged
     assert kept.with_name(f"{kept.name}-wal").read_bytes() == b"the rest"
@@ -120,7 +120,7 @@ def test_a_restore_replaces_a_damaged_store_and_keeps_it_with_its_wal(tmp_path: 
 
 def test_a_restore_where_there_is_no_store_makes_it(tmp_path: Path) -> None:
     copy = made(tmp_path / "copy.db", 1)
-    assert restore(tmp_path / "new" / "lots.db", copy) is None
+    assert restore(tmp_path / "new" / "lots.db", copy).kept is None
     assert read(tmp_path / "new" / "lots.db") == ["000001"]
 
 

@@ -1,11 +1,13 @@
 """Rows of the lots' store that hold something of a survey or of a lot, and their removal.
 
-Changes and messages repeat rows as text: those that name what is erased go, too, and can be undone no more.
+Changes and messages repeat rows as text: those that name what is erased go, too, and can be undone no more. Of each id
+that is erased its SHA-256 stays, so that a backup that is restored does not bring it back.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator
@@ -14,7 +16,8 @@ from pathlib import Path
 from typing import Final
 
 from hawk.lots.choosing import chosen_survey
-from hawk.lots.database import BUSY_S, explained
+from hawk.lots.database import BUSY_S, explained, read_only
+from hawk.lots.digests import damaged_parts, seal
 from hawk.lots.values import LotStoreError, NotFoundError, Placed
 
 _LOT_TABLES: Final = ("former", "label", "zone", "dropped", "pin", "plan", "share")
@@ -61,13 +64,47 @@ def found_lot(store: sqlite3.Connection, lot: str) -> Found:
 
 
 def erase_rows(store: sqlite3.Connection, found: Found) -> None:
-    """Remove the rows. Of a survey without its lot the stalls that it found stay: they are the lot's."""
+    """Remove the rows, and note their ids. Of a survey without its lot the stalls that it found stay: the lot's."""
+    damaged = damaged_parts(store)
+    note_erased(store, map(erased_id, (*found.ids, *found.lots)))
     _erase_surveys(store, found)
     _forget_texts(store, [text for each in found.lots for text in _words_of(store, each)])
     for each in found.lots:
         _erase_ground(store, each)
     for each in found.lots[::-1]:
         store.execute("DELETE FROM lot WHERE id = ?", (each,))
+    seal(store, damaged)
+
+
+def erased_id(given: str) -> str:
+    """Return what is kept of an id that is erased."""
+    return hashlib.sha256(given.encode()).hexdigest()
+
+
+def note_erased(store: sqlite3.Connection, erased: Iterable[str]) -> None:
+    """Keep in a store what was erased, as of `erased_id`."""
+    store.executemany("INSERT INTO erased (id) VALUES (?) ON CONFLICT DO NOTHING", [(each,) for each in erased])
+
+
+def all_erased(store: sqlite3.Connection) -> set[str]:
+    """Return what a store says of erasures, as of `erased_id`."""
+    return {str(each) for (each,) in store.execute("SELECT id FROM erased")}
+
+
+def erase_again(store: sqlite3.Connection) -> Found:
+    """Remove what the store itself says was erased, and return it.
+
+    A survey that was not erased, but is of a lot that was, waits for a person to say which lot it is of.
+    """
+    erased = all_erased(store)
+    surveys = store.execute("SELECT seq, id, origin FROM survey").fetchall()
+    lots = [each for (each,) in store.execute("SELECT id FROM lot") if erased_id(each) in erased]
+    found = Found(tuple(row for row in surveys if erased_id(row[1]) in erased), tuple(lots))
+    if found.surveys or found.lots:
+        for each in found.lots:
+            store.execute("UPDATE lot SET merged_into = NULL WHERE merged_into = ?1 OR id = ?1", (each,))
+        erase_rows(store, found)
+    return found
 
 
 def _lot_of(store: sqlite3.Connection, lot: str) -> str:
@@ -131,6 +168,9 @@ def _erase_ground(store: sqlite3.Connection, lot: str) -> None:
         store.execute(f"DELETE FROM {table} WHERE lot = ?", (lot,))  # noqa: S608 - our own words
     store.execute("DELETE FROM stall WHERE lot = ?", (lot,))
     store.execute("DELETE FROM layout WHERE lot = ?", (lot,))
+    homeless = "lot = NULL, layout = NULL, north = NULL, east = NULL, turn = NULL, doubt = NULL, candidates = '[]'"
+    waits = (Placed.UNDECIDED.value, lot)
+    store.execute(f"UPDATE survey SET {homeless}, placed = ? WHERE lot = ?", waits)  # noqa: S608 - our own words
 
 
 def _erase_surveys(store: sqlite3.Connection, found: Found) -> None:
@@ -177,6 +217,16 @@ def counted(path: Path) -> int:
             return int(store.execute("SELECT count(*) FROM survey").fetchone()[0])
     except sqlite3.Error:
         return 0
+
+
+def ids_in(path: Path) -> set[str]:
+    """Return what is to be kept of every id in a store, and of earlier erasures; none where it cannot be read."""
+    try:
+        with contextlib.closing(read_only(path)) as store:
+            ids = [each for table in ("survey", "lot") for (each,) in store.execute(f"SELECT id FROM {table}")]  # noqa: S608
+            return {erased_id(str(each)) for each in ids} | all_erased(store)
+    except (sqlite3.Error, UnicodeError):
+        return set()
 
 
 @contextlib.contextmanager

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.erasing import rows
-from hawk.erasing.rows import counted, emptied
+from hawk.lots import removal
+from hawk.lots.removal import counted, emptied
 from hawk.lots.values import LotStoreError, NotFoundError
 
 SECRET = "behind the cinema"
@@ -54,7 +54,7 @@ def test_a_try_that_ended_before_the_file_was_written_is_finished_by_the_next(
             shutil.copy(each, lost)
 
     with monkeypatch.context() as patched:
-        patched.setattr(rows, "_write_again", power_goes)
+        patched.setattr(removal, "_write_again", power_goes)
         with emptied(store) as opened:
             opened.execute("DELETE FROM survey")
     for each in store.parent.glob("lots.db*"):
@@ -76,10 +76,10 @@ def test_a_reader_that_keeps_bytes_in_the_file_is_an_error(store: Path) -> None:
         reader.execute("SELECT count(*) FROM survey").fetchone()
         opened.execute("DELETE FROM survey")
         with pytest.raises(LotStoreError, match=r"is used by another program: end it, and erase again\. The file"):
-            rows._write_again(opened, store)
+            removal._write_again(opened, store)
         assert holds(store)
         reader.execute("ROLLBACK")
-        rows._write_again(opened, store)
+        removal._write_again(opened, store)
     assert not holds(store)
 
 
@@ -87,7 +87,7 @@ def test_a_file_that_cannot_be_written_again_is_an_error(store: Path) -> None:
     with closing(sqlite3.connect(store, isolation_level=None)) as opened:
         opened.execute("BEGIN")
         with pytest.raises(LotStoreError, match=r"cannot VACUUM from within a transaction .* The file may still hold"):
-            rows._write_again(opened, store)
+            removal._write_again(opened, store)
 
 
 def test_surveys_of_a_file_that_is_no_store_are_none(tmp_path: Path) -> None:
