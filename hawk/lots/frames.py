@@ -121,7 +121,7 @@ def is_in_place(known: Floats, placed: Floats) -> NDArray[np.bool_]:
     """Return which pairs of a known stall and a find are one, both (N, 5): north, east, angle, width, length.
 
     A find that is off its stall by more than `FITS` is another stall, and so is one that lies between two stalls: it is
-    off by another distance across than the finds beside it in its row. Those tell the error of the map from a change,
+    off by another distance across than the finds beside it in its row. Those show the error of the map beside a change,
     so that the ids of a row keep their order, and none goes to its neighbour.
     """
     away = placed[:, :2] - known[:, :2]

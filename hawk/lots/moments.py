@@ -19,7 +19,7 @@ _APART_S: Final = 86_400.0
 
 
 class MomentSource(StrEnum):
-    """Who says a moment; the value is what a sentence calls it. ``EXIF``: GNSS's time, or a clock with its zone."""
+    """Source of a moment; the value is what a sentence calls it. ``EXIF``: GNSS's time, or a clock with its zone."""
 
     GNSS = "GNSS"
     EXIF = "the photographs' tags"

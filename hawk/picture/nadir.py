@@ -49,7 +49,7 @@ BEYOND_CELLS: Final = 16
 """Cells beyond a picture's end that the network is shown in the usual colour of its ground, 3.2 m: at an end it takes
 what it was filled up with, or nothing, for more of the lot (docs/results/perception.md)."""
 _EVERY: Final = 7
-"""Each so many pixels give the usual colour."""
+"""One pixel of this number gives the usual colour."""
 _EDGE_CELLS: Final = 2
 """Cells of the network's answer about missing ground that it judges by what is not there."""
 _LEAST_SHOWN: Final = 0.5
@@ -59,7 +59,7 @@ _GREY: Final = 127
 _SURE: Final = 1e-6
 Mask = NDArray[np.bool_]
 Ends = tuple[bool, bool, bool, bool]
-"""Whether a picture ends at its left, upper, right and lower side; else other ground was cut off there."""
+"""Sides (left, upper, right, lower) at which a picture ends; at the others ground was cut off."""
 ALL_ENDS: Final[Ends] = (True, True, True, True)
 
 
