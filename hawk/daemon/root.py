@@ -495,7 +495,8 @@ class Daemon:
             return None
         heard = self.autopilot.telemetry.utc_at(self.clock())
         heard_s = None if heard is None else heard.timestamp()
-        moment = at_landing(heard_s, time.time(), is_kept=is_wall_clock_kept())
+        is_witness = heard is None or not self._options.is_simulation  # a simulated day is another one
+        moment = at_landing(heard_s, time.time(), is_kept=is_wall_clock_kept() and is_witness)
         return LandedSurvey(
             name=self._journal.survey_id,
             datum=datum,
