@@ -494,9 +494,7 @@ class Daemon:
         if current is None or datum is None or not (current.tiles or current.stalls):
             return None
         heard = self.autopilot.telemetry.utc_at(self.clock())
-        heard_s = None if heard is None else heard.timestamp()
-        is_witness = heard is None or not self._options.is_simulation  # a simulated day is another one
-        moment = at_landing(heard_s, time.time(), is_kept=is_wall_clock_kept() and is_witness)
+        moment = at_landing(heard, time.time(), is_kept=is_wall_clock_kept(), is_simulated=self._options.is_simulation)
         return LandedSurvey(
             name=self._journal.survey_id,
             datum=datum,

@@ -7,6 +7,7 @@ a live feed gives, what statistics count, what is due.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 from enum import StrEnum
 from typing import Final
 
@@ -58,14 +59,17 @@ def has_been(value: float, now: float) -> bool:
     return value <= now + AHEAD_S
 
 
-def at_landing(heard: float | None, clock: float, *, is_kept: bool) -> SurveyMoment:
+def at_landing(heard: datetime | None, clock: float, *, is_kept: bool, is_simulated: bool = False) -> SurveyMoment:
     """Return the moment of a landing.
 
     Args:
-        heard: Unix seconds by the autopilot's GNSS; None where it has no time.
+        heard: Moment by the autopilot's GNSS; None where it has no time.
         clock: Unix seconds by this computer.
         is_kept: A time server or a GNSS receiver keeps this computer's clock: each is the other's witness then.
+        is_simulated: The autopilot's day is a drawn one, which no clock here knows.
     """
     if heard is None:
         return SurveyMoment(clock, MomentSource.COMPUTER, is_kept)
-    return SurveyMoment(heard, MomentSource.AUTOPILOT, not is_kept or abs(heard - clock) <= _APART_S)
+    is_alone = is_simulated or not is_kept
+    moment = heard.timestamp()
+    return SurveyMoment(moment, MomentSource.AUTOPILOT, is_alone or abs(moment - clock) <= _APART_S)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 import pytest
 
 from hawk.lots.moments import AHEAD_S, MomentSource, SurveyMoment, at_landing
@@ -48,6 +50,8 @@ def test_a_clock_without_a_zone_may_be_ahead_by_its_zone() -> None:
 def test_the_autopilots_time_and_a_clock_that_is_kept_witness_each_other(
     heard: float | None, is_kept: bool, is_sure: bool
 ) -> None:
-    moment = at_landing(heard, NOW, is_kept=is_kept)
+    said = None if heard is None else datetime.fromtimestamp(heard, UTC)
+    moment = at_landing(said, NOW, is_kept=is_kept)
     assert moment.is_sure is is_sure
+    assert at_landing(said, NOW, is_kept=is_kept, is_simulated=True).is_sure is (is_sure if said is None else True)
     assert moment.value == (NOW if heard is None else heard)
