@@ -7,7 +7,6 @@ a live feed gives, what statistics count, what is due.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import datetime
 from enum import StrEnum
 from typing import Final
 
@@ -15,8 +14,6 @@ AHEAD_S: Final = 600.0
 """Seconds by which a moment may be later than a computer's clock: by more, one of both is wrong."""
 _AHEAD_OF_UTC_S: Final = 14 * 3600.0
 """A clock without a zone, which is taken as UTC, may be ahead of it by so much (UTC+14)."""
-_APART_S: Final = 86_400.0
-"""Seconds between GNSS's time and a clock that a time server keeps, from which neither is believed."""
 
 
 class MomentSource(StrEnum):
@@ -57,19 +54,3 @@ class SurveyMoment:
 def has_been(value: float, now: float) -> bool:
     """Return False for a moment that is later than ``now``, both Unix seconds."""
     return value <= now + AHEAD_S
-
-
-def at_landing(heard: datetime | None, clock: float, *, is_kept: bool, is_simulated: bool = False) -> SurveyMoment:
-    """Return the moment of a landing.
-
-    Args:
-        heard: Moment by the autopilot's GNSS; None where it has no time.
-        clock: Unix seconds by this computer.
-        is_kept: A time server or a GNSS receiver keeps this computer's clock: each is the other's witness then.
-        is_simulated: The autopilot's day is a drawn one, which no clock here knows.
-    """
-    if heard is None:
-        return SurveyMoment(clock, MomentSource.COMPUTER, is_kept)
-    is_alone = is_simulated or not is_kept
-    moment = heard.timestamp()
-    return SurveyMoment(moment, MomentSource.AUTOPILOT, is_alone or abs(moment - clock) <= _APART_S)
