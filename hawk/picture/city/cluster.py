@@ -121,6 +121,8 @@ def _on_this_computer(count: int) -> Iterator[LocalCluster]:
 def _own_keys() -> Security:
     """Return keys for this run, which stand in no file. Raises PictureError."""
     try:
+        import cryptography  # noqa: F401 - Dask's own import names neither extra nor remedy
+
         made: Security = Security.temporary()
         return made
     except ImportError as error:
