@@ -112,3 +112,10 @@ def test_stalls_without_cells_have_their_hull_and_nothing_has_no_outline() -> No
 def test_a_stall_without_a_place_is_refused_by_name() -> None:
     with pytest.raises(LotInputError, match=r"stalls\[1\]\.north: must be a finite number"):
         finished(landed(lot_map({1: replace(STALL, north=math.nan)})))
+
+
+def test_a_survey_that_ends_before_it_begins_is_refused_with_field_and_remedy() -> None:
+    flown = replace(landed(lot_map({1: STALL})), flown_s=-60.0)
+    with pytest.raises(LotInputError, match=r"^ended: .* is before began, .*: correct the clock"):
+        finished(flown)
+    assert finished(replace(flown, flown_s=0.0)).began == BEGAN, "pictures of one moment"
