@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.network import Engine, EngineChoice
-from hawk.picture.nadir import Eye, Found
+from hawk.picture.nadir import ALL_ENDS, Ends, Eye, Found
 
 LOOKS: Final = "HAWK_CITY_LOOKS"
 """Environment variable with the file that gets a line for each look."""
@@ -35,11 +35,12 @@ class CountedEye(Eye):
         image: NDArray[np.uint8],
         metres_per_pixel: float | tuple[float, float],
         valid: NDArray[np.bool_] | None = None,
+        ends: Ends = ALL_ENDS,
     ) -> Found:
         """Write a line, then look: a look that is cut off counts."""
         with self._looks.open("a") as file:
             file.write(f"{os.getpid()}\n")
-        return self._eye.look(image, metres_per_pixel, valid)
+        return self._eye.look(image, metres_per_pixel, valid, ends)
 
 
 def load_counted(model: Path | None, engine: EngineChoice) -> Eye:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,6 +26,9 @@ from hawk.survey.scoring import match
 from hawk.worlds.world import World
 
 _FAST: Final = {"synchronous": 0}
+MOVED_M: Final = 1.0
+"""An id whose find lies this far from the find that first had it is that of another place: .4 of a usual stall's width,
+where a third is what a find may be off its stall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,19 +48,23 @@ class Repainted:
 
 @dataclass(frozen=True, slots=True)
 class Surveyed:
-    """One stored survey: ``ids`` says which stored stall each true stall was taken for."""
+    """One stored survey: ``ids`` says which stored stall each true stall was taken for, ``at`` where the find of each
+    stored stall lies among the true ones, metres north and east: also of finds that are no true stall.
+    """
 
     visit: Visit
     saved: Saved
     found: int
     ids: dict[int, str] = field(repr=False)
     repainted: Repainted | None = field(default=None, repr=False)
+    at: dict[str, tuple[float, float]] = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
     """The surveys of one lot. ``again`` stalls were seen by a survey before, of which ``same`` have the id of then, and
-    ``wrong`` that of another stall. ``doubts``: why surveys of the lot were not registered. Of ``stayed`` known stalls
+    ``wrong`` is the number of ids that another stall has, or a find at another place, as one between two stalls that
+    overlaps neither. ``doubts``: why surveys of the lot were not registered. Of ``stayed`` known stalls
     that a repaint left alone, ``kept`` have their ids after the take-over. Of ``changed`` ones, ``reported`` were
     proposed.
     """
@@ -96,6 +104,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
     mine = [one for one in surveys if not one.visit.is_next_door]
     first_id: dict[int, str] = {}
     owner: dict[str, int] = {}
+    place: dict[str, tuple[float, float]] = {}
     again = same = wrong = 0
     stayed = kept = changed = reported = 0
     for one in surveys:
@@ -112,14 +121,22 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
             if stall in first_id:
                 again += 1
                 same += first_id[stall] == stored
-            wrong += owner.setdefault(stored, stall) != stall
             first_id.setdefault(stall, stored)
+        wrong += len(_wrong(one, world, owner, place))
     doubts = tuple(
         f"{one.visit.number}: {one.saved.doubt or one.saved.placed.value}"
         for one in mine
         if one.saved.placed not in PLACED
     )
     return Judged(name, len(mine), again, same, wrong, doubts, stayed, kept, changed, reported)
+
+
+def _wrong(one: Surveyed, world: int, owner: dict[str, int], place: dict[str, tuple[float, float]]) -> set[str]:
+    """Return the ids of a survey that were another true stall's, or were elsewhere; note those that are new."""
+    wrong = {
+        stored for true, stored in one.ids.items() if owner.setdefault(stored, true * 2 + world) != true * 2 + world
+    }
+    return wrong | {stored for stored, at in one.at.items() if math.dist(place.setdefault(stored, at), at) > MOVED_M}
 
 
 def _survey(
@@ -139,9 +156,11 @@ def _survey(
         repainted = _taken_over(store, saved, look, former, world)
     with store.reading() as connection:
         ids, begun = stored_ids(connection, saved, look), _begun(connection)
+        stored = _stored(connection, saved)
     lasting = {} if visit.is_next_door else lasting_ids(first, world)
     lasted = {true if each in begun else lasting.get(true, true): each for true, each in ids.items()}
-    return Surveyed(visit, saved, len(look.survey.stalls), lasted, repainted)
+    at = {stored[number]: place for number, place in look.at.items() if number in stored}
+    return Surveyed(visit, saved, len(look.survey.stalls), lasted, repainted, at)
 
 
 def _begun(connection: Connection) -> set[str]:
@@ -190,7 +209,13 @@ def known_at(connection: Connection, datum: tuple[float, float]) -> KnownLot | N
 
 
 def stored_ids(connection: Connection, saved: Saved, look: Look) -> dict[int, str]:
-    """Return the stored id of each true stall that the survey observed: its looks have the stall's number as time."""
+    """Return the stored id of each true stall that the survey observed."""
+    stored = _stored(connection, saved)
+    return {true: stored[number] for number, true in look.true.items() if number in stored}
+
+
+def _stored(connection: Connection, saved: Saved) -> dict[int, str]:
+    """Return the stored id of each stall that the survey observed: its looks have the stall's number as time."""
     if saved.placed not in PLACED:
         return {}
     rows = connection.execute(
@@ -198,5 +223,4 @@ def stored_ids(connection: Connection, saved: Saved, look: Look) -> dict[int, st
         .join(STALL, STALL.c.key == OBSERVATION.c.stall)
         .where(OBSERVATION.c.survey == saved.seq)
     )
-    stored = {round(looked): stall for looked, stall in rows}
-    return {true: stored[number] for number, true in look.true.items() if number in stored}
+    return {round(looked): stall for looked, stall in rows}

@@ -49,10 +49,14 @@ _AROUND_M: Final = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """A survey with the truth: ``true`` is the id of the true stall that each of its stalls is, by the stall's id."""
+    """A survey with the truth, by the ids of its stalls.
+
+    ``true`` is the id of the true stall that each is; ``at`` where each lies among the true ones, metres (north, east).
+    """
 
     survey: FinishedSurvey = field(repr=False)
     true: dict[int, int] = field(repr=False)
+    at: dict[int, tuple[float, float]] = field(default_factory=dict, repr=False)
 
 
 def datum_of(world: World, visit: Visit) -> GlobalPose:
@@ -102,7 +106,7 @@ class StillEye:
             outline=_outline(world, lots.intersection(ground), datum, move), stalls=stalls, program="benchmark",
             seen=_outline(world, ground, datum, move),
         )  # fmt: skip
-        return Look(survey, true_ids(world, places, [stall.id for stall in stalls]))
+        return looked(survey, world, places)
 
 
 class FlownEye:
@@ -117,7 +121,7 @@ class FlownEye:
         survey = landed(flown, datum_of(world, visit), visit)
         places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
         turned = Move(turn=-turn_of(world, places, visit.compass)).of(places)
-        return Look(survey, true_ids(world, turned, [stall.id for stall in survey.stalls]))
+        return looked(survey, world, turned)
 
 
 Eye = StillEye | FlownEye
@@ -128,6 +132,15 @@ def on_map(world: World, found: Rectangles) -> tuple[FloatArray, FloatArray]:
     x, y = world.start()
     places = np.column_stack([y - found.centres[:, 1], found.centres[:, 0] - x])
     return places, (np.pi / 2 + found.angle) % np.pi
+
+
+def looked(survey: FinishedSurvey, world: World, places: FloatArray) -> Look:
+    """Return a survey with the truth; ``places`` (N, 2) of its stalls are without the compass's error."""
+    ids = [stall.id for stall in survey.stalls]
+    true = _true_places(world)
+    moved = (places + _shift(true, places)).tolist() if len(places) and len(true) else []
+    at = {k: (north, east) for k, (north, east) in zip(ids, moved, strict=False)}
+    return Look(survey, true_ids(world, places, ids), at)
 
 
 def true_ids(world: World, places: FloatArray, ids: list[int]) -> dict[int, int]:

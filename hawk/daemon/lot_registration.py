@@ -16,7 +16,7 @@ from hawk.algo.registration.whole_map import Candidate, Doubt, register
 from hawk.algo.registration.whole_map import Registration as Outcome
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
-from hawk.lots.frames import Move
+from hawk.lots.frames import Move, is_in_place
 from hawk.lots.values import (
     Doubtful,
     FoundStalls,
@@ -29,7 +29,7 @@ from hawk.lots.values import (
 from hawk.model.sentences import say
 
 FITS: Final = 0.5
-"""Intersection over union from which a found stall is the known one at its place."""
+"""Intersection over union from which a found stall may be the known one at its place."""
 _WORDS: Final = {
     Doubt.TOO_FEW: say("too few stalls are on ground that both saw"),
     Doubt.ALIKE: say("two places fit alike"),
@@ -55,7 +55,10 @@ def registration(known: KnownStalls, found: FoundStalls) -> Registration | Doubt
 
 
 def _fits(mine: Rectangles, theirs: Rectangles, outcome: Outcome) -> NDArray[np.bool_]:
-    """Return which pairs (K,) of a registration overlap by half: a stall of a row at another pitch is another one."""
+    """Return which pairs (K,) of a registration are one: a stall of a row at another pitch is another one.
+
+    They overlap by half, and none lies between two.
+    """
     if outcome.best is None:
         return np.zeros(0, np.bool_)
     i, j = outcome.pairs.T
@@ -64,7 +67,12 @@ def _fits(mine: Rectangles, theirs: Rectangles, outcome: Outcome) -> NDArray[np.
         centres=outcome.best.placement.of(theirs.centres[j]),
         angle=theirs.angle[j] + outcome.best.placement.turn,
     )
-    return quads.overlap_more(mine[i].corners(), placed.corners(), FITS)
+    overlap = quads.overlap_more(mine[i].corners(), placed.corners(), FITS)
+    return np.asarray(overlap & is_in_place(_shapes(mine[i]), _shapes(placed)))
+
+
+def _shapes(stalls: Rectangles) -> NDArray[np.float64]:
+    return np.column_stack([stalls.centres, stalls.angle, stalls.width, stalls.length])
 
 
 def _map(stalls: tuple[StoredStall, ...] | tuple[SurveyStall, ...], seen: BaseGeometry) -> StallMap:

@@ -50,8 +50,7 @@ from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
-from hawk.lots.finished import LandedSurvey
-from hawk.lots.moments import at_landing
+from hawk.lots.finished import LandedSurvey, at_landing
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.moment import is_wall_clock_kept, this_moment
 from hawk.model.operation import StateName
@@ -494,8 +493,7 @@ class Daemon:
         if current is None or datum is None or not (current.tiles or current.stalls):
             return None
         heard = self.autopilot.telemetry.utc_at(self.clock())
-        heard_s = None if heard is None else heard.timestamp()
-        moment = at_landing(heard_s, time.time(), is_kept=is_wall_clock_kept())
+        moment = at_landing(heard, time.time(), is_kept=is_wall_clock_kept(), is_simulated=self._options.is_simulation)
         return LandedSurvey(
             name=self._journal.survey_id,
             datum=datum,

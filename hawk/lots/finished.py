@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from datetime import datetime
 from typing import Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.lots.moments import MomentSource, SurveyMoment
 from hawk.lots.source import PictureSource
 from hawk.lots.values import FinishedSurvey, SurveyStall
 from hawk.model.lot_map import Cell, OccupancyMap, StallState
@@ -27,6 +29,8 @@ OFF_M: Final = 0.6
 """Distance by which a simplified outline may leave the cells."""
 _SEEN_OFF_M: Final = 0.5
 """The same for the ground that was seen."""
+_APART_S: Final = 86_400.0
+"""Seconds between GNSS's time and a clock that a time server keeps, from which neither is believed."""
 _LEAST_HOLE_M2: Final = 4.0
 """A smaller hole in the ground that was seen hides no stall."""
 
@@ -55,6 +59,22 @@ class LandedSurvey:
     accuracy: float | None = None
     pictures: PictureSource | None = None
     title: str = ""
+
+
+def at_landing(heard: datetime | None, clock: float, *, is_kept: bool, is_simulated: bool = False) -> SurveyMoment:
+    """Return the moment of a landing.
+
+    Args:
+        heard: Moment by the autopilot's GNSS; None where it has no time.
+        clock: Unix seconds by this computer.
+        is_kept: A time server or a GNSS receiver keeps this computer's clock: each is the other's witness then.
+        is_simulated: The autopilot's day is a drawn one, which no clock here knows.
+    """
+    if heard is None:
+        return SurveyMoment(clock, MomentSource.COMPUTER, is_kept)
+    is_alone = is_simulated or not is_kept
+    moment = heard.timestamp()
+    return SurveyMoment(moment, MomentSource.AUTOPILOT, is_alone or abs(moment - clock) <= _APART_S)
 
 
 def finished(landed: LandedSurvey) -> FinishedSurvey:

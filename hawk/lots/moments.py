@@ -14,12 +14,10 @@ AHEAD_S: Final = 600.0
 """Seconds by which a moment may be later than a computer's clock: by more, one of both is wrong."""
 _AHEAD_OF_UTC_S: Final = 14 * 3600.0
 """A clock without a zone, which is taken as UTC, may be ahead of it by so much (UTC+14)."""
-_APART_S: Final = 86_400.0
-"""Seconds between GNSS's time and a clock that a time server keeps, from which neither is believed."""
 
 
 class MomentSource(StrEnum):
-    """Who says a moment; the value is what a sentence calls it. ``EXIF``: GNSS's time, or a clock with its zone."""
+    """Source of a moment; the value is what a sentence calls it. ``EXIF``: GNSS's time, or a clock with its zone."""
 
     GNSS = "GNSS"
     EXIF = "the photographs' tags"
@@ -56,16 +54,3 @@ class SurveyMoment:
 def has_been(value: float, now: float) -> bool:
     """Return False for a moment that is later than ``now``, both Unix seconds."""
     return value <= now + AHEAD_S
-
-
-def at_landing(heard: float | None, clock: float, *, is_kept: bool) -> SurveyMoment:
-    """Return the moment of a landing.
-
-    Args:
-        heard: Unix seconds by the autopilot's GNSS; None where it has no time.
-        clock: Unix seconds by this computer.
-        is_kept: A time server or a GNSS receiver keeps this computer's clock: each is the other's witness then.
-    """
-    if heard is None:
-        return SurveyMoment(clock, MomentSource.COMPUTER, is_kept)
-    return SurveyMoment(heard, MomentSource.AUTOPILOT, not is_kept or abs(heard - clock) <= _APART_S)

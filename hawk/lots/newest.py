@@ -40,7 +40,7 @@ def has_been(survey: FromClause = SURVEY) -> ColumnElement[bool]:
 def is_sure(survey: FromClause = SURVEY) -> ColumnElement[bool]:
     """Return whether a survey's time is sure.
 
-    A landing's was compared when it landed (`hawk.lots.moments.at_landing`): the clock here may be the wrong one.
+    A landing's was compared when it landed (`hawk.lots.finished.at_landing`): the clock here may be the wrong one.
     """
     return and_(survey.c.time_is_sure, or_(has_been(survey), survey.c.kind == SurveyKind.FLOWN.value))
 

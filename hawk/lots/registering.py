@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Final, Self
 
@@ -17,7 +17,7 @@ from shapely import MultiPoint, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
-from hawk.lots.frames import Floats, Move, frame_of, frames_of, same_stalls, turned
+from hawk.lots.frames import Floats, Move, frame_of, frames_of, is_in_place, same_stalls, turned
 from hawk.lots.place import ground_about
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.tables import LOT, STALL, SURVEY
@@ -139,9 +139,17 @@ def registered(connection: Connection, lot: str, looked: Looked, register: Regis
 
 
 def placed_by(connection: Connection, lot: str, looked: Looked, move: Move) -> Registration:
-    """Return the registration of a survey by a known move: its stalls are the nearest ones of the lot."""
-    same = same_stalls(tuple(present_stalls(connection, lot)), move.stalls(looked.stalls))
-    return Registration(move.north, move.east, move.turn, same)
+    """Return the registration of a survey by a known move: its stalls are the nearest of the lot in their place."""
+    present = {stall.id: stall for stall in present_stalls(connection, lot)}
+    placed = {stall.id: stall for stall in move.stalls(looked.stalls)}
+    same = same_stalls(tuple(present.values()), tuple(placed.values()))
+    known, found = _shapes([present[each] for each in same.values()]), _shapes([placed[each] for each in same])
+    fitting = zip(same.items(), is_in_place(known, found).tolist(), strict=True)
+    return Registration(move.north, move.east, move.turn, dict(pair for pair, fits in fitting if fits))
+
+
+def _shapes(stalls: Sequence[StoredStall] | Sequence[SurveyStall]) -> Floats:
+    return np.array([(s.north, s.east, s.angle, s.width, s.length) for s in stalls], np.float64).reshape(-1, 5)
 
 
 def present_stalls(connection: Connection, lot: str) -> dict[StoredStall, int]:

@@ -7,9 +7,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from typing import Final
+from unicodedata import category, normalize
 
-_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
+_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
 """A spreadsheet reads a text that begins so as a formula (OWASP, CSV injection)."""
+_UNSEEN: Final = ("Cc", "Cf", "Zs")
+"""Categories of characters that are not seen: some spreadsheets leave them out."""
 
 
 _encoded: Final = json.JSONEncoder(allow_nan=False).encode
@@ -27,4 +30,6 @@ def json_text(value: object) -> str:
 
 def table_text(text: str) -> str:
     """Return a text as the cell of a table that no spreadsheet takes for a formula: names are people's own."""
-    return f"'{text}" if text.startswith(_FORMULA) else text
+    first = next((each for each in text if category(each) not in _UNSEEN), "")
+    plain = normalize("NFKC", first).replace("\N{MINUS SIGN}", "-")  # a full-width sign is a sign to some
+    return f"'{text}" if text.startswith(_FORMULA) or plain.startswith(_FORMULA) else text

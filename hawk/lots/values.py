@@ -122,7 +122,7 @@ class SurveyStall:
         return not self.known or self.score >= WITNESS_SCORE
 
     def __post_init__(self) -> None:
-        """Refuse what is no number. Raises LotInputError."""
+        """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, float) and not math.isfinite(value):
@@ -183,7 +183,7 @@ class FinishedSurvey:
     title: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what is no number. Raises LotInputError."""
+        """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
         given = {"datum.latitude": self.datum.latitude, "datum.longitude": self.datum.longitude}
         given |= {"began": self.began, "ended": self.ended, "accuracy": self.accuracy or 0.0}
         corners = [corner for ring in (*self.outline.polygons, *self.outline.holes) for corner in ring]
@@ -191,6 +191,9 @@ class FinishedSurvey:
         for name, value in given.items():
             if not math.isfinite(value):
                 raise LotInputError(name, f"must be a finite number, not {value}")
+        if self.ended < self.began:
+            words = f"{utc(self.ended)} is before began, {utc(self.began)}: correct the clock or the files' times"
+            raise LotInputError("ended", words)
 
     @property
     def kind(self) -> SurveyKind:

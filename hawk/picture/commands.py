@@ -20,6 +20,7 @@ from hawk.config.sections import ConfigError, load_settings
 from hawk.picture.work_folder import is_ours, kept_source, other_source
 
 if TYPE_CHECKING:
+    from hawk.picture.city.scheduler import Scheduler
     from hawk.picture.sources import Surveyed
     from hawk.picture.stored import Stored
 
@@ -73,8 +74,14 @@ def _add_orthophoto(group: Any) -> None:
         "--workers", type=values.whole(1, _MOST_WORKERS), metavar="N", help="processes on this computer (1)"
     )
     group.add_argument(
-        "--scheduler", type=_scheduler, metavar="ADDRESS", help="a Dask scheduler whose workers do it, tcp://HOST:8786"
+        "--scheduler", type=_scheduler, metavar="ADDRESS", help="a Dask scheduler whose workers do it, tls://HOST:8786"
     )
+    for name, words in (
+        ("--tls-ca-file", "authority of the scheduler's certificate (PEM)"),
+        ("--tls-cert", "certificate that the scheduler asks for (PEM)"),
+        ("--tls-key", "key of that certificate (PEM)"),
+    ):
+        group.add_argument(name, type=values.file, metavar="FILE", help=words)
 
 
 def _add_photographs(group: Any) -> None:
@@ -121,7 +128,7 @@ def _source(text: str) -> Path:
 def _scheduler(text: str) -> str:
     found = _SCHEDULER.fullmatch(text)
     if found is None or not 0 < int(found[3]) <= MOST_PORT:
-        raise argparse.ArgumentTypeError(f"{text} is no address of a scheduler; give it as tcp://HOST:PORT")
+        raise argparse.ArgumentTypeError(f"{text} is no address of a scheduler; give it as tls://HOST:PORT")
     return text.rstrip("/")
 
 
@@ -133,7 +140,7 @@ def _run(options: argparse.Namespace) -> int:
 
     asked = Asked(
         source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
-        workers=options.workers, scheduler=options.scheduler, height_m=options.height, lenses=options.lenses,
+        workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
         taken=options.taken,
@@ -176,10 +183,32 @@ def _check(options: argparse.Namespace) -> None:
         _check_store(options.store)
     if options.scheduler is not None and options.workers is not None:
         raise ConfigError("--workers: not together with --scheduler, which has its own")
+    _check_scheduler(options)
     if options.port is not None and not options.page:
         raise ConfigError("--port: only together with --page")
     if options.page:
         _check_port(options)
+
+
+def _named_scheduler(options: argparse.Namespace) -> Scheduler | None:
+    from hawk.picture.city.scheduler import Scheduler
+
+    files = (options.tls_ca_file, options.tls_cert, options.tls_key)
+    return None if options.scheduler is None else Scheduler(options.scheduler, *files)
+
+
+def _check_scheduler(options: argparse.Namespace) -> None:
+    """Refuse a scheduler that others can use, and files without one. Raises ConfigError."""
+    from hawk.picture.values import PictureError
+
+    for name in ("tls_ca_file", "tls_cert", "tls_key"):
+        if getattr(options, name) is not None and options.scheduler is None:
+            raise ConfigError(f"--{name.replace('_', '-')}: only together with --scheduler")
+    try:
+        if (scheduler := _named_scheduler(options)) is not None:
+            scheduler.check()
+    except PictureError as error:
+        raise ConfigError(str(error)) from error
 
 
 def _check_store(folder: Path) -> None:

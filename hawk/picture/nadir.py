@@ -7,7 +7,7 @@ right and y down.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -45,6 +45,11 @@ GROUND_M: Final = 0.10
 CELL_M: Final = GROUND_M * CELL_PIXELS
 LOT_M: Final = 2 * CELL_M
 """Side of a cell of the found lot, metres."""
+BEYOND_CELLS: Final = 16
+"""Cells beyond a picture's end that the network is shown in the usual colour of its ground, 3.2 m: at an end it takes
+what it was filled up with, or nothing, for more of the lot (docs/results/perception.md)."""
+_EVERY: Final = 7
+"""One pixel of this number gives the usual colour."""
 _EDGE_CELLS: Final = 2
 """Cells of the network's answer about missing ground that it judges by what is not there."""
 _LEAST_SHOWN: Final = 0.5
@@ -53,6 +58,9 @@ _GREY: Final = 127
 """Colour of missing ground, the middle of the network's input."""
 _SURE: Final = 1e-6
 Mask = NDArray[np.bool_]
+Ends = tuple[bool, bool, bool, bool]
+"""Sides (left, upper, right, lower) at which a picture ends; at the others ground was cut off."""
+ALL_ENDS: Final[Ends] = (True, True, True, True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +129,11 @@ class Eye:
         return self._network.engine
 
     def look(
-        self, image: NDArray[np.uint8], metres_per_pixel: float | tuple[float, float], valid: Mask | None = None
+        self,
+        image: NDArray[np.uint8],
+        metres_per_pixel: float | tuple[float, float],
+        valid: Mask | None = None,
+        ends: Ends = ALL_ENDS,
     ) -> Found:
         """Return what a picture (H, W, 3), BGR, shows.
 
@@ -129,6 +141,7 @@ class Eye:
             image: The picture.
             metres_per_pixel: Its scale; along columns and along rows where the two differ.
             valid: Pixels (H, W) that show ground; None: all do. Elsewhere nothing is found.
+            ends: Sides at which the picture ends.
 
         Raises:
             PictureError: The network cannot be run.
@@ -136,15 +149,32 @@ class Eye:
         is_whole = valid is None or bool(valid.all())
         shown = at_ground_scale(image if valid is None or is_whole else _without(image, valid), metres_per_pixel)
         seen = None if valid is None or is_whole else _cells_of(valid, shown.shape)
+        colour = _usual_colour(image if valid is None or is_whole else image[valid][None])
         try:
-            maps = self._network.run(shown, self._sun)
+            maps = self._run(shown, colour, ends)
         except VisionModelError as error:
             raise of_model(error) from error
         return found_in(maps, seen)
 
     def maps(self, image: NDArray[np.uint8], metres_per_pixel: float) -> NetworkMaps:
         """Return the network's maps of a picture. Raises VisionModelError."""
-        return self._network.run(at_ground_scale(image, metres_per_pixel), self._sun)
+        return self._run(at_ground_scale(image, metres_per_pixel), _usual_colour(image), ALL_ENDS)
+
+    def _run(self, shown: NDArray[np.uint8], colour: tuple[float, ...], ends: Ends) -> NetworkMaps:
+        """Return the maps of a picture at `GROUND_M` a pixel: nothing of what was shown beyond its ends is in them."""
+        left, top, right, bottom = (BEYOND_CELLS * CELL_PIXELS * is_end for is_end in ends)
+        around = cv2.copyMakeBorder(shown, top, bottom, left, right, cv2.BORDER_CONSTANT, value=colour)
+        maps = self._network.run(np.asarray(around, np.uint8), self._sun)
+        rows, columns = (-(-side // CELL_PIXELS) for side in shown.shape[:2])
+        first = top // CELL_PIXELS, left // CELL_PIXELS
+        own = slice(first[0], first[0] + rows), slice(first[1], first[1] + columns)
+        return replace(maps, **{f.name: np.ascontiguousarray(getattr(maps, f.name)[own]) for f in fields(maps)})
+
+
+def _usual_colour(image: NDArray[np.uint8]) -> tuple[float, ...]:
+    """Return the median of each channel of a picture (H, W, 3)."""
+    some = image.reshape(-1, 3)[::_EVERY]
+    return tuple(np.median(some, axis=0).tolist())
 
 
 def at_ground_scale(image: NDArray[np.uint8], metres_per_pixel: float | tuple[float, float]) -> NDArray[np.uint8]:

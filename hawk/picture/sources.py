@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +17,7 @@ from hawk.lots.source import SourceKind
 from hawk.lots.values import LotInputError, fitting_name, utc
 from hawk.model.pictures import CameraModel
 from hawk.picture import webodm
+from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
 from hawk.picture.limits import source_of
@@ -42,7 +42,7 @@ class Asked:
     outline: Path | None = None
     crs: str | None = None
     workers: int | None = None
-    scheduler: str | None = None
+    scheduler: Scheduler | None = None
     height_m: float | None = None
     lenses: Path | None = None
     calibration: Path | None = None
@@ -119,12 +119,7 @@ def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
     _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", *_OF_FILMS)
     from hawk.picture.city.run import CityProgress, map_city
 
-    shown: set[str] = set()
-
     def show(city: CityProgress) -> None:
-        if city.dashboard and not shown:
-            shown.add(city.dashboard)
-            print(f"Dask's page: {city.dashboard}", file=sys.stderr)
         progress("map", city.done, city.count)
 
     mapped = map_city(

@@ -21,14 +21,38 @@ class PrivateAddressError(OSError):
     """An address in a private network; the text names it and the setting that allows it."""
 
 
+_NAT64: Final = ipaddress.ip_network("64:ff9b::/96")
+"""Addresses that a translator makes of IPv4 ones (RFC 6052, 2.1)."""
+_INNER: Final = (
+    ipaddress.ip_network("64:ff9b:1::/48"),
+    ipaddress.ip_network("2001::/32"),
+    ipaddress.ip_network("::/96"),
+)
+"""Translation within a network (RFC 8215), Teredo (RFC 4380), and IPv4-compatible addresses (RFC 4291, 2.5.5.1): where
+they lead is known to that network alone."""
+
+
 def is_public(host: str) -> bool:
-    """Return True for an address that belongs to the public Internet; False for text that is no address."""
+    """Return True for an address that belongs to the public Internet; False for text that is no address.
+
+    Of an IPv6 address that stands for an IPv4 one, that one counts, too.
+    """
     try:
         address = ipaddress.ip_address(host.partition("%")[0])
     except ValueError:
         return False
-    mapped = getattr(address, "ipv4_mapped", None) or getattr(address, "sixtofour", None)
-    return (mapped or address).is_global and not address.is_multicast
+    if isinstance(address, ipaddress.IPv4Address):
+        return _is_global(address)
+    if any(address in network for network in _INNER):
+        return False
+    inner = address.ipv4_mapped or address.sixtofour
+    if address in _NAT64:
+        inner = ipaddress.IPv4Address(int(address) & 0xFFFFFFFF)
+    return _is_global(inner or address)
+
+
+def _is_global(address: ipaddress.IPv4Address | ipaddress.IPv6Address) -> bool:
+    return address.is_global and not address.is_multicast
 
 
 def check_literal(url: str) -> None:

@@ -12,13 +12,15 @@ from multiprocessing import resource_tracker
 from typing import Any, Final
 
 import dask
-from distributed import CancelledError, Client, KilledWorker, LocalCluster, as_completed
+from distributed import CancelledError, Client, KilledWorker, LocalCluster, Security, as_completed
 
 from hawk.picture.city.job import Job
 from hawk.picture.city.results import ResultError
+from hawk.picture.city.scheduler import START, Scheduler
 from hawk.picture.city.worker import CityWorker, look_here
 from hawk.picture.orthophoto.steps import Task
 from hawk.picture.values import PictureError
+from hawk.runtime.programs import remedy
 
 MEMORY: Final = "2GiB"
 """Memory of a worker on this computer; one that needs more is started again, and its window repeated."""
@@ -34,11 +36,14 @@ _QUIETER: Final = {
     "admin.system-monitor.interval": "2s",  # 500 ms
 }
 """Time between two looks of Dask at itself, for tasks of a tenth of a second and more; beside each, Dask's own."""
+_NO_PAGES: Final[dict[str, list[str]]] = {"scheduler.http.routes": [], "worker.http.routes": []}
+"""Dask always opens a port for its pages; with these it is of the loopback and has none."""
 _AHEAD: Final = 8
 """Windows a worker that the scheduler knows of: it is never without one, and never flooded."""
 _JOIN_S: Final = 30
 _CONNECT_S: Final = 10
 _KIND: Final = "window"
+_FILES: Final = " --tls-ca-file CA --tls-cert CERTIFICATE --tls-key KEY"
 _LOST: Final = "the scheduler was lost; what is done is kept: start it again, and go on by --resume"
 
 
@@ -51,41 +56,46 @@ class Outcome:
 
 
 @contextlib.contextmanager
-def workers_of(scheduler: str | None, count: int) -> Iterator[Client]:
+def workers_of(scheduler: Scheduler | None, count: int) -> Iterator[Client]:
     """Connect to a scheduler; without one start workers on this computer, a process of one thread each.
 
     Args:
-        scheduler: Its address, as ``tcp://HOST:8786``.
+        scheduler: One of the user's own.
         count: Workers to start where no scheduler is named.
 
     Raises:
         PictureError: The scheduler does not answer, or has no worker.
     """
     with contextlib.ExitStack() as stack:
-        place: Any = scheduler or stack.enter_context(_on_this_computer(count))
+        if scheduler is None:
+            local = stack.enter_context(_on_this_computer(count))
+            place, security = local.scheduler_address, local.security
+        else:
+            scheduler.check()
+            place, security = scheduler.address, scheduler.security()
         try:
-            client = stack.enter_context(Client(place, timeout=_CONNECT_S, set_as_default=False))
+            client = stack.enter_context(Client(place, timeout=_CONNECT_S, set_as_default=False, security=security))
         except (OSError, ValueError) as error:
-            raise PictureError(
-                f"--scheduler {scheduler}: does not answer ({error}); start it by dask scheduler, and name it as "
-                "tcp://HOST:8786"
-            ) from error
+            raise PictureError(f"--scheduler {place}: does not answer ({error}); {START}") from error
         try:
             client.wait_for_workers(1 if scheduler else count, timeout=_JOIN_S)
         except TimeoutError as error:
             raise PictureError(
-                f"no worker has joined {scheduler or 'in time'}; start some on each computer: dask worker "
-                f"{scheduler or 'tcp://HOST:8786'} --nthreads 1 --nworkers -1"
+                f"no worker has joined {'in time' if scheduler is None else place}; start some on each computer: dask "
+                f"worker {place} --nthreads 1 --nworkers -1{_FILES if place.startswith('tls') else ''}"
             ) from error
         yield client
 
 
 @contextlib.contextmanager
 def _on_this_computer(count: int) -> Iterator[LocalCluster]:
-    """Start workers. Ctrl-C, which a terminal sends to all processes, is kept from them: they end with the cluster."""
+    """Start workers that nobody else can use: on the loopback, by TLS with keys that this process and they alone have.
+
+    Ctrl-C, which a terminal sends to all processes, is kept from them: they end with the cluster.
+    """
     resource_tracker.ensure_running()  # it would unblock the signal
     with contextlib.ExitStack() as stack:
-        ours = {f"nanny.pre-spawn-environ.{name}": value for name, value in _MALLOC.items()} | _QUIETER
+        ours = {f"nanny.pre-spawn-environ.{name}": value for name, value in _MALLOC.items()} | _QUIETER | _NO_PAGES
         stack.enter_context(dask.config.set({f"distributed.{name}": value for name, value in ours.items()}))
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:  # the cluster's thread, and the processes that it starts now and later, inherit the mask
@@ -95,15 +105,29 @@ def _on_this_computer(count: int) -> Iterator[LocalCluster]:
                     processes=True,
                     threads_per_worker=1,
                     memory_limit=MEMORY,
+                    host="127.0.0.1",
+                    security=_own_keys(),
                     dashboard_address="127.0.0.1:0",
                     silence_logs=logging.CRITICAL,
                     # a window that needs too much memory would otherwise end worker after worker
-                    scheduler_kwargs={"allowed_failures": MOST_KILLS},
+                    scheduler_kwargs={"allowed_failures": MOST_KILLS, "dashboard": False},
                 )
             )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         yield local
+
+
+def _own_keys() -> Security:
+    """Return keys for this run, which stand in no file. Raises PictureError."""
+    try:
+        import cryptography  # noqa: F401 - Dask's own import names neither extra nor remedy
+
+        made: Security = Security.temporary()
+        return made
+    except ImportError as error:
+        words = f"cryptography is not installed, which makes the workers' keys: {remedy('cluster')}"
+        raise PictureError(words) from error
 
 
 def run_on(client: Client, job: Job, tasks: Sequence[Task]) -> Iterator[Outcome]:

@@ -6,18 +6,16 @@ With one worker and no scheduler everything runs in this process; the files are 
 from __future__ import annotations
 
 import contextlib
-import socket
 import time
 import uuid
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
-from urllib.parse import urlsplit
 
 from hawk.algo.vision.network import EngineChoice
 from hawk.picture.city.job import Job, LoadEye
 from hawk.picture.city.results import ResultError, Results
+from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.nadir import Eye, program_name
 from hawk.picture.orthophoto.grid import PixelGrid
 from hawk.picture.orthophoto.outline import LotOutline
@@ -27,15 +25,12 @@ from hawk.picture.orthophoto.windows import CORE_M
 from hawk.picture.values import Mapped, PictureError
 from hawk.runtime.programs import remedy
 
-_REACH_S: Final = 5.0
-
 
 @dataclass(frozen=True, slots=True)
 class CityProgress:
     """Windows of a run: all of it, those that are done, of these ones found from earlier runs, and failed ones.
 
-    ``left_s``: seconds left by the pace up to now, None before the first window. ``dashboard``: address of Dask's
-    page, "" without Dask; it has pictures where bokeh is installed.
+    ``left_s``: seconds left by the pace up to now, None before the first window.
     """
 
     count: int
@@ -43,7 +38,6 @@ class CityProgress:
     reused: int
     failed: int
     left_s: float | None
-    dashboard: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +62,7 @@ def map_city(
     out: Path,
     outline: Path | LotOutline | None = None,
     workers: int = 1,
-    scheduler: str | None = None,
+    scheduler: Scheduler | None = None,
     crs: str | None = None,
     model: Path | None = None,
     engine: EngineChoice = "auto",
@@ -87,7 +81,7 @@ def map_city(
         out: Folder of the results, a file a window.
         outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
         workers: Processes on this computer.
-        scheduler: Address of a Dask scheduler, whose workers are used instead; they share the disk at the same paths.
+        scheduler: A Dask scheduler, whose workers are used instead; they share the disk at the same paths.
         crs: The picture's system of coordinates, where its file does not say it.
         model: The network's ONNX file; None: that of the package.
         engine: Runs the network on all workers; "auto": the fastest that this computer has.
@@ -103,7 +97,8 @@ def map_city(
     if workers < 1:
         raise PictureError(f"--workers: {workers} is no number of processes; give 1 or more")
     if scheduler is not None:
-        _check_reached(scheduler)
+        scheduler.check()
+        scheduler.check_reached()
     started = start(path.resolve(), outline=outline, crs=crs, load=lambda: load(model, engine), core_m=core_m)
     accept(started.source)
     eye, results = started.eye, Results(out.resolve())
@@ -116,30 +111,18 @@ def map_city(
     return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)
 
 
-def _check_reached(scheduler: str) -> None:
-    """Find before the work whether a scheduler listens. Raises PictureError."""
-    try:
-        place = urlsplit(scheduler)
-        socket.create_connection((place.hostname or "", place.port or 0), timeout=_REACH_S).close()
-    except (OSError, ValueError) as error:
-        raise PictureError(
-            f"--scheduler {scheduler}: does not answer ({error}); start it by dask scheduler, and name it as "
-            "tcp://HOST:8786"
-        ) from error
-
-
 def _failures(
-    ended: Generator[tuple[str, Task | None, str]], pace: _Pace, results: Results, grid: PixelGrid
+    ended: Generator[tuple[Task | None, str]], pace: _Pace, results: Results, grid: PixelGrid
 ) -> dict[str, str]:
     """Take all tasks of `_ended`; return, by their names, why some failed, and write it: a dead worker cannot."""
     failures = {}
     with contextlib.closing(ended):
-        for dashboard, task, reason in ended:
+        for task, reason in ended:
             if task is not None and reason:
                 failures[task.name] = reason
                 if results.find(task) is None:  # a worker may die just after it has written
                     results.fail(task, task.window.name(grid), reason)
-            pace.step(0 if task is None else 1, bool(reason), dashboard)
+            pace.step(0 if task is None else 1, bool(reason))
     return failures
 
 
@@ -154,7 +137,7 @@ class _Pace:
         self._failed = 0
         self._began = time.monotonic()
 
-    def step(self, done: int, is_failed: bool, dashboard: str) -> None:
+    def step(self, done: int, is_failed: bool) -> None:
         """Count windows that have ended."""
         if not done:
             self._began = time.monotonic()  # starting the workers is no looking
@@ -162,9 +145,7 @@ class _Pace:
         self._failed += is_failed
         left = self._count - self._reused - self._done
         left_s = self.seconds / self._done * left if self._done else None
-        self._progress(
-            CityProgress(self._count, self._reused + self._done, self._reused, self._failed, left_s, dashboard)
-        )
+        self._progress(CityProgress(self._count, self._reused + self._done, self._reused, self._failed, left_s))
 
     @property
     def seconds(self) -> float:
@@ -173,22 +154,21 @@ class _Pace:
 
 
 def _ended(
-    job: Job, eye: Eye, tasks: Sequence[Task], workers: int, scheduler: str | None
-) -> Generator[tuple[str, Task | None, str]]:
-    """Yield the dashboard's address, a task that has ended, and why it failed; first once without a task."""
+    job: Job, eye: Eye, tasks: Sequence[Task], workers: int, scheduler: Scheduler | None
+) -> Generator[tuple[Task | None, str]]:
+    """Yield a task that has ended, and why it failed; first once without a task."""
     if not tasks or (workers == 1 and scheduler is None):
-        yield "", None, ""
-        for task, reason in looked(tasks, job.source, eye, Results(job.folder)):
-            yield "", task, reason
+        yield None, ""
+        yield from looked(tasks, job.source, eye, Results(job.folder))
         return
     try:
         from hawk.picture.city.cluster import run_on, workers_of
     except ImportError as error:
         raise PictureError(f"distributed is not installed, which runs workers: {remedy('cluster')}") from error
     with workers_of(scheduler, min(workers, len(tasks))) as client, _marked(job) as marked:
-        yield client.dashboard_link, None, ""
+        yield None, ""
         for outcome in run_on(client, marked, tasks):
-            yield client.dashboard_link, outcome.task, outcome.reason
+            yield outcome.task, outcome.reason
 
 
 @contextlib.contextmanager

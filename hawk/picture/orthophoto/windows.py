@@ -210,7 +210,9 @@ def map_window(source: Orthophoto, window: Window, eye: Eye) -> WindowStalls:
         shape = lot_cells(part.valid, side, core).shape
         blank, none = np.zeros(shape, np.bool_), np.zeros((0, 4, 2))
         return WindowStalls(window, none, np.zeros(0), np.zeros(0), none, blank, blank)
-    found = eye.look(part.image, side, part.valid)
+    step = window.step
+    ends = left == 0, top == 0, right + step > source.grid.columns, bottom + step > source.grid.rows
+    found = eye.look(part.image, side, part.valid, ends)
     whole = (part.image.shape[1] * side[0], part.image.shape[0] * side[1])
     kept = _touch(found.stalls, core) & _is_in(found.stalls.mean(axis=1), (0.0, 0.0, *whole))
     suggested = found.suggested[_is_in(found.suggested.mean(axis=1), core)]

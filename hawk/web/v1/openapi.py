@@ -33,8 +33,9 @@ VERSION: Final = "1"
 WORDS: Final = """Lots, layouts, stalls, zones, surveys, observations, statistics and recordings of a drone or a desk.
 
 Viewers may read, operators may change. Lists come in parts: `next` of one part is `after` of the next one. An answer
-has an ETag: send it as `If-None-Match`, and 304 says that nothing has changed. A refusal is a problem (RFC 9457) that
-names the value and the remedy. Times are UTC, angles radians, lengths metres, where nothing else is said."""
+has an ETag: send it as `If-None-Match` to the same address, and 304 says that nothing has changed. A refusal is a
+problem (RFC 9457) that names the value and the remedy. Times are UTC, angles radians, lengths metres, where nothing
+else is said."""
 _FIELDS: Final = {
     "id": "id (UUID)",
     "version": "version of the layout",

@@ -48,6 +48,14 @@ def test_ids_of_before_are_the_same_and_those_of_another_stall_are_wrong() -> No
     assert (found.again, found.same, found.wrong) == (3, 1, 1)
 
 
+def test_an_id_that_goes_to_a_find_between_two_stalls_is_wrong_though_that_is_none() -> None:
+    first = replace(surveyed(1, {1: "a", 2: "b"}, Placed.FIRST), at={"a": (0.0, 0.0), "b": (0.0, 2.5), "c": (0.0, 5.0)})
+    near = replace(surveyed(2, {1: "a"}), at={"a": (0.0, 0.6), "b": (0.3, 2.5), "c": (0.0, 5.2)})
+    between = replace(surveyed(3, {1: "a"}), at={"b": (0.0, 3.75), "c": (0.0, 3.9)})
+    assert judged("one", [first, near]).wrong == 0
+    assert judged("one", [first, near, between]).wrong == 2
+
+
 def test_the_lot_next_door_has_stalls_of_its_own_and_its_doubts_do_not_count() -> None:
     found = judged(
         "one",

@@ -259,7 +259,8 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "SOURCE": (("--out", "o"), (*NO_PATH, "/nowhere/a.tif")),
         "--out": ((__file__,), NO_PATH),
         **dict.fromkeys(
-            ("--model", "--outline", "--lenses", "--calibration", "--log"), ((__file__, "--out", "o"), NOT_THERE)
+            ("--model", "--outline", "--lenses", "--calibration", "--log", "--tls-ca-file", "--tls-cert", "--tls-key"),
+            ((__file__, "--out", "o"), NOT_THERE),
         ),
         **dict.fromkeys(("--crs", "--scheduler", "--name"), ((__file__, "--out", "o"), EMPTY)),
         "--taken": ((__file__, "--out", "o"), ("2026-05-04", "2026-05-04T10:30", "3026-05-04T10:30Z", "x", "")),

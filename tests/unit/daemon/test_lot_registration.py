@@ -21,7 +21,16 @@ from hawk.lots.frames import Move, frame_of
 from hawk.lots.saving import save
 from hawk.lots.tables import LOT as LOT_TABLE
 from hawk.lots.tables import OBSERVATION, STALL, SURVEY
-from hawk.lots.values import FinishedSurvey, LotInputError, LotStoreError, Placed, Saved, SurveyStall
+from hawk.lots.values import (
+    Doubtful,
+    FinishedSurvey,
+    LotInputError,
+    LotStoreError,
+    Placed,
+    PossiblePlace,
+    Saved,
+    SurveyStall,
+)
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -129,6 +138,61 @@ def test_other_cars_a_bias_of_gnss_and_a_turn_change_no_id(
     placed = Move(row["north"], row["east"], row["turn"]).of(stalls.centres)
     assert np.abs(placed - LOT.stalls.centres[which]).max() < 0.9
     assert np.abs((placed - LOT.stalls.centres[which]).mean(axis=0)).max() < 0.1
+
+
+def shifted(shifts: dict[int, float], gone: set[int]) -> tuple[FinishedSurvey, list[int]]:
+    """Return a survey whose finds lie on the lot's stalls but for some, off along the row by shares of a pitch.
+
+    Stalls by their numbers in the lot, from 0; those that are ``gone`` have no find. Also the stall of each find.
+    """
+    left = [k for k in range(len(LOT.stalls)) if k not in gone]
+    centres = LOT.stalls.centres.copy()
+    for k, share in shifts.items():
+        centres[k, 1] += share * PITCH_M
+    return survey_of(2, StallMap(replace(LOT.stalls[left], centres=centres[left]), LOT.seen)), left
+
+
+ROW = range(14, 23)
+"""The second row: nine stalls."""
+
+
+@pytest.mark.parametrize("is_chosen", [False, True])
+@pytest.mark.parametrize(
+    ("shifts", "gone", "without"),
+    [
+        ({18: 0.5}, {19}, {18}),  # between two stalls, of which one has another find
+        ({18: 0.5}, {17, 19}, {18}),
+        ({18: 0.3}, {19}, {18}),  # it overlaps its stall by half, and lies between
+        ({18: -0.3}, {17}, {18}),
+        ({18: 0.7}, {19}, {18}),  # it overlaps its neighbour by half, whose own find vanished
+        ({14: 0.3}, {15}, {14}),  # at the end of a row
+        (dict.fromkeys(ROW, 0.5), set(), set(ROW)),  # the row was painted again, half a pitch farther
+        (dict.fromkeys(ROW, -0.5), set(), set(ROW)),
+        (dict.fromkeys(ROW, 0.3), set(), set()),  # the map errs: all of the row, in its order
+        (dict.fromkeys(ROW, 1.0), {22}, set()),  # a pitch farther: each is the stall at its place
+        ({}, {18}, set()),  # a neighbour vanished
+    ],
+)
+def test_an_id_never_goes_to_a_neighbour_or_to_what_lies_between_two(
+    store: Database, shifts: dict[int, float], gone: set[int], without: set[int], *, is_chosen: bool
+) -> None:
+    saved(store, survey_of(1, LOT))
+    flown, left = shifted(shifts, gone)
+    if is_chosen:  # a person says where the survey lies
+        with store.writing() as connection:
+            doubt = Doubtful("two places fit alike", (PossiblePlace(0.0, 0.0, 0.0, 1.0),))
+            second = save(connection, flown, lambda *_: doubt)
+            reading.choose(connection, second.survey, {"place": 0}, "somebody", BEGAN)
+    elif saved(store, flown).placed is not Placed.REGISTERED:  # no id at all: a whole row is off the others
+        assert len(shifts) == len(ROW)
+        assert looks(store, 2) == {}
+        return
+    of = {stall.taken: left[k] for k, stall in enumerate(flown.stalls)}
+    whole = 1 if set(shifts.values()) == {1.0} else 0
+    for number, taken in looks(store, 2).items():
+        assert number - 1 == of[taken] + (whole if of[taken] in shifts else 0)
+    expected = len(left) - len(without)
+    assert len(looks(store, 2)) == expected
 
 
 def test_half_a_lot_is_that_half_and_the_other_half_is_not_missed(store: Database) -> None:

@@ -3,11 +3,12 @@ from __future__ import annotations
 import math
 import zlib
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
 
-from hawk.lots.finished import LandedSurvey, finished, seen_ground, seen_lot
+from hawk.lots.finished import LandedSurvey, at_landing, finished, seen_ground, seen_lot
 from hawk.lots.place import about, ground_about
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, EncodedTile, OccupancyMap, Stall, StallState
@@ -112,3 +113,35 @@ def test_stalls_without_cells_have_their_hull_and_nothing_has_no_outline() -> No
 def test_a_stall_without_a_place_is_refused_by_name() -> None:
     with pytest.raises(LotInputError, match=r"stalls\[1\]\.north: must be a finite number"):
         finished(landed(lot_map({1: replace(STALL, north=math.nan)})))
+
+
+CLOCK = 1_795_000_000.0
+
+
+@pytest.mark.parametrize(
+    ("heard", "is_kept", "is_sure"),
+    [
+        (CLOCK + 2.0, True, True),
+        (CLOCK + 2.0, False, True),
+        (CLOCK + 40 * 365 * 86_400.0, True, False),  # GNSS is in 2062, a time server is not
+        (CLOCK - 1024 * 7 * 86_400.0, True, False),  # a receiver after the roll-over of its weeks
+        (CLOCK + 90 * 86_400.0, False, True),  # a computer without a clock of its own
+        (None, True, True),
+        (None, False, False),
+    ],
+)
+def test_the_autopilots_time_and_a_clock_that_is_kept_witness_each_other(
+    heard: float | None, is_kept: bool, is_sure: bool
+) -> None:
+    said = None if heard is None else datetime.fromtimestamp(heard, UTC)
+    moment = at_landing(said, CLOCK, is_kept=is_kept)
+    assert moment.is_sure is is_sure
+    assert at_landing(said, CLOCK, is_kept=is_kept, is_simulated=True).is_sure is (is_sure if said is None else True)
+    assert moment.value == (CLOCK if heard is None else heard)
+
+
+def test_a_survey_that_ends_before_it_begins_is_refused_with_field_and_remedy() -> None:
+    flown = replace(landed(lot_map({1: STALL})), flown_s=-60.0)
+    with pytest.raises(LotInputError, match=r"^ended: .* is before began, .*: correct the clock"):
+        finished(flown)
+    assert finished(replace(flown, flown_s=0.0)).began == BEGAN, "pictures of one moment"

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.lots.moments import AHEAD_S, MomentSource, SurveyMoment, at_landing
+from hawk.lots.moments import AHEAD_S, MomentSource, SurveyMoment
 
 NOW = 1_795_000_000.0
 
@@ -31,23 +31,3 @@ def test_a_clock_without_a_zone_may_be_ahead_by_its_zone() -> None:
     for source in MomentSource:
         is_without = source in (MomentSource.CAMERA, MomentSource.TAG)
         assert SurveyMoment.said(NOW + 13 * 3600.0, source, NOW).is_possible(NOW) is is_without
-
-
-@pytest.mark.parametrize(
-    ("heard", "is_kept", "is_sure"),
-    [
-        (NOW + 2.0, True, True),
-        (NOW + 2.0, False, True),
-        (NOW + 40 * 365 * 86_400.0, True, False),  # GNSS is in 2062, a time server is not
-        (NOW - 1024 * 7 * 86_400.0, True, False),  # a receiver after the roll-over of its weeks
-        (NOW + 90 * 86_400.0, False, True),  # a computer without a clock of its own
-        (None, True, True),
-        (None, False, False),
-    ],
-)
-def test_the_autopilots_time_and_a_clock_that_is_kept_witness_each_other(
-    heard: float | None, is_kept: bool, is_sure: bool
-) -> None:
-    moment = at_landing(heard, NOW, is_kept=is_kept)
-    assert moment.is_sure is is_sure
-    assert moment.value == (NOW if heard is None else heard)

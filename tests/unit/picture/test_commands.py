@@ -63,10 +63,13 @@ def test_an_orthophoto_becomes_files_and_a_survey_in_the_store(
     ("more", "named"),
     [
         (["--port", "3000"], "--port"),
-        (["--scheduler", "tcp://a:1", "--workers", "2"], "--workers"),
+        (["--scheduler", "tcp://localhost:1", "--workers", "2"], "--workers"),
         (["--height", "60"], "--height"),
-        (["--scheduler", "foo"], "tcp://HOST:PORT"),
-        (["--scheduler", "tcp://host:0"], "tcp://HOST:PORT"),
+        (["--scheduler", "foo"], "tls://HOST:PORT"),
+        (["--scheduler", "tcp://host:0"], "tls://HOST:PORT"),
+        (["--scheduler", "tcp://10.0.0.1:8786"], "everybody on that network can run programs"),
+        (["--scheduler", "tls://10.0.0.1:8786"], "--tls-ca-file is missing"),
+        (["--tls-cert", __file__], "--tls-cert: only together with --scheduler"),
         (["--scheduler", "tcp://127.0.0.1:9"], "does not answer"),
     ],
 )

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from hawk.algo.vision.network import NetworkMaps, StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.picture.nadir import GROUND_M, Eye, at_ground_scale, program_name, states_of
+from hawk.picture.nadir import BEYOND_CELLS, GROUND_M, Eye, at_ground_scale, program_name, states_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import METRES, eye, lot_picture
 
@@ -71,3 +73,42 @@ def test_a_network_that_cannot_be_used_is_refused_by_its_name(tmp_path: Path) ->
 def test_a_survey_names_the_program_and_its_network() -> None:
     assert len(eye().model) == 64
     assert program_name(eye().model).endswith(f"network {eye().model[:8]}")
+
+
+def row_of_stalls(stalls: int, margin_m: float) -> NDArray[np.uint8]:
+    """Return a drawn row of free stalls of 2.5 by 5 m, with its lines, and that much ground about it."""
+    pixels = [round(margin_m / METRES) + round(k * 2.5 / METRES) for k in range(stalls + 1)]
+    high = round((2 * margin_m + 5.0) / METRES)
+    picture = np.full((high, pixels[-1] + round(margin_m / METRES) + 1, 3), 90, np.uint8)
+    top, bottom = round(margin_m / METRES), round((margin_m + 5.0) / METRES)
+    for column in pixels:
+        picture[top:bottom, column : column + 1] = 230
+    picture[top : top + 1, pixels[0] : pixels[-1]] = 230
+    return picture
+
+
+@pytest.mark.parametrize("margin_m", [0.0, 0.3, 9.0])
+def test_a_row_is_found_in_a_picture_that_is_cut_close_to_it(margin_m: float) -> None:
+    picture = row_of_stalls(12, margin_m)
+    found = eye().look(picture, METRES)
+    assert len(found.stalls) >= 11
+    high, wide = np.array(picture.shape[:2]) * METRES
+    places = found.stalls.mean(axis=1)
+    assert ((places > 0) & (places < (wide, high))).all()
+    assert found.lot.shape == eye().look(picture, METRES, ends=(False, False, False, False)).lot.shape
+
+
+def test_ground_that_was_cut_off_is_not_looked_beyond(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = Eye.load()
+    shapes: list[tuple[int, ...]] = []
+    run = StallNetwork.run
+
+    def noted(self: StallNetwork, picture: NDArray[np.uint8], sun: NDArray[np.float32] | None = None) -> NetworkMaps:
+        shapes.append(picture.shape)
+        return run(self, picture, sun)
+
+    monkeypatch.setattr(StallNetwork, "run", noted)
+    picture, beyond = np.full((96, 128, 3), 90, np.uint8), round(BEYOND_CELLS * 2)
+    for ends in ((False, False, False, False), (True, False, False, True), (True, True, True, True)):
+        looked.look(picture, GROUND_M, ends=ends)
+    assert shapes == [(96, 128, 3), (96 + beyond, 128 + beyond, 3), (96 + 2 * beyond, 128 + 2 * beyond, 3)]

@@ -11,13 +11,24 @@ from hawk.webhooks.network import PrivateAddressError, PublicResolver, check_lit
 @pytest.mark.parametrize(
     "host",
     ["127.0.0.1", "10.1.2.3", "192.168.1.1", "172.16.0.1", "169.254.169.254", "0.0.0.0", "100.64.0.1", "224.0.0.1",
-     "::1", "fe80::1", "fe80::1%eth0", "fd00::1", "ff02::1", "::ffff:10.0.0.1", "2002:7f00:1::", "no address"],
+     "::1", "fe80::1", "fe80::1%eth0", "fd00::1", "ff02::1", "::ffff:10.0.0.1", "2002:7f00:1::", "no address",
+     "64:ff9b::10.0.0.1", "64:ff9b::7f00:1", "64:ff9b:1::5db8:d822", "64:ff9b:1:a00:0:100::", "2001:0:4136:e378::1",
+     "::10.0.0.1", "::93.184.216.34"],
 )  # fmt: skip
 def test_what_is_not_of_the_public_internet_is_private(host: str) -> None:
     assert not is_public(host)
 
 
-@pytest.mark.parametrize("host", ["93.184.216.34", "2606:2800:220:1:248:1893:25c8:1946", "::ffff:93.184.216.34"])
+@pytest.mark.parametrize(
+    "host",
+    [
+        "93.184.216.34",
+        "2606:2800:220:1:248:1893:25c8:1946",
+        "::ffff:93.184.216.34",
+        "64:ff9b::93.184.216.34",
+        "2002:5db8:d822::1",
+    ],
+)
 def test_other_addresses_are_public(host: str) -> None:
     assert is_public(host)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision.network import Engine, EngineChoice
 from hawk.picture.city.job import Job
-from hawk.picture.nadir import LOT_M, Eye, Found, program_name
+from hawk.picture.nadir import ALL_ENDS, LOT_M, Ends, Eye, Found, program_name
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.steps import Task, tasks_of
 from hawk.picture.orthophoto.windows import windows_of
@@ -42,6 +42,7 @@ class FakeEye(Eye):
         image: NDArray[np.uint8],
         metres_per_pixel: float | tuple[float, float],
         valid: NDArray[np.bool_] | None = None,
+        ends: Ends = ALL_ENDS,
     ) -> Found:
         with (self._folder / LOOKS).open("a") as file:
             file.write(f"{os.getpid()} {os.environ.get('MALLOC_TRIM_THRESHOLD_', '')}\n")

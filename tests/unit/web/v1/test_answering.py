@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import gzip
+import re
+import uuid
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from hawk.lots.reading import rename
 from hawk.lots.store import READS, LotStore
 from hawk.web.v1 import answering
 from hawk.web.v1.answering import accepts_gzip, is_known
+from hawk.web.v1.table import OPERATIONS
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.v1.archive import Archive
 
@@ -27,6 +30,22 @@ async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive)
     again = await archive.ask(f"/lots/{archive.lot}/stalls", If_None_Match=f'"other", {tag}')
     assert (again.status, await again.read(), again.headers["ETag"]) == (304, b"", tag)
     assert again.headers["Cache-Control"] == first.headers["Cache-Control"] == "private, no-cache"
+
+
+async def test_what_is_not_there_is_never_said_to_be_unchanged(archive: Archive) -> None:
+    tag = (await archive.ask("/lots")).headers["ETag"]
+    there = (await archive.ask(f"/lots/{archive.lot}/stalls")).headers["ETag"]
+    routes = [each.route for each in OPERATIONS if each.method == "GET" and "{" in each.route]
+    assert len(routes) > 20
+    for route in routes:
+        path = re.sub(r"\{(\w+)\}", lambda part: "99" if part[1] in ("version", "seq") else str(uuid.uuid4()), route)
+        plain = await archive.ask(path)
+        assert plain.status >= 400, path
+        for given in ("*", tag, there, f'W/"x", {tag}'):
+            answer = await archive.ask(path, If_None_Match=given)
+            assert answer.status == plain.status, (path, given)
+    assert (await archive.ask("/lots", If_None_Match="*")).status == 304
+    assert (await archive.ask("/lots?limit=1", If_None_Match=tag)).status == 200
 
 
 async def test_a_change_of_the_store_makes_another_tag_also_by_another_program(archive: Archive) -> None:
