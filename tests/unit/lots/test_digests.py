@@ -214,6 +214,24 @@ def test_a_damaged_survey_is_passed_over_and_named(tmp_path: Path, capsys: pytes
     assert damaged_in(path) == ()
 
 
+def test_what_is_damaged_while_the_store_is_open_is_refused_where_it_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    lot = filled(path)
+    store = Database(path)
+    with store.reading() as connection:
+        first = reading.lot(connection, lot)["surveys"][0]["id"]
+        reading.lot(connection, lot)
+    spoil(path, "UPDATE stall SET label = 'B9' WHERE key = 1", Part("lot", lot))
+    spoil(path, "UPDATE observation SET taken = 1 - taken WHERE stall = 1", Part("survey", "1"))
+    for access in (store.reading, store.writing):
+        with access() as connection:
+            with pytest.raises(LotStoreError, match="lot: it is damaged on the disk"):
+                reading.lot(connection, lot)
+            with pytest.raises(LotStoreError, match="survey: it is damaged on the disk"):
+                reading.survey_row(connection, first)
+    store.close()
+
+
 def test_what_is_written_into_a_damaged_part_heals_nothing(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     lot = filled(path)
