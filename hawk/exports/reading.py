@@ -12,6 +12,8 @@ from sqlalchemy import Connection, RowMapping, select
 
 from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
 from hawk.lots.choosing import chosen_survey
+from hawk.lots.database import version_of
+from hawk.lots.digests import check_whole
 from hawk.lots.newest import is_sure, oldest_first
 from hawk.lots.plan.reading import stalls_in
 from hawk.lots.plan.values import NEW, PlanStall
@@ -71,6 +73,7 @@ def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportedSur
     row = connection.execute(asked).mappings().one_or_none()
     if row is None or row["lot"] is None:
         raise NotFoundError(f"survey: there is no survey {survey} of a lot")
+    check_whole(connection, "survey", row["seq"], "survey", version_of(connection))
     lot = layouts.lot(str(row["lot"]))
     is_placed = row["placed"] in PLACED
     datum = lot.datum if is_placed else (float(row["latitude"]), float(row["longitude"]))

@@ -1,4 +1,4 @@
-"""What a restore carries over from the store that was there: links that were taken back, and what was erased.
+"""Knowledge that a restore carries over from the store that was there: links that were taken back, and what was erased.
 
 A backup knows nothing of what was done after it. A link opens after a restore only where the store before had it open.
 """

@@ -104,7 +104,8 @@ class Database:
         """
         with uncollected(), explained(self.path), self._readers.connect() as connection:
             connection.info[_TAG] = self._tag()
-            note_damaged(connection, self.damaged)
+            if not self.is_read_only:
+                note_damaged(connection, self.damaged)
             with _ended(_raw(connection), is_over), connection.begin():
                 yield connection
 
@@ -378,7 +379,7 @@ def explained(path: Path) -> Iterator[None]:
         yield
     except DBAPIError as error:
         raise _explained(path, error.orig) from error
-    except (sqlite3.Error, OSError, UnicodeError) as error:  # SQLite's own words may repeat a damaged text
+    except (sqlite3.Error, OSError, UnicodeDecodeError) as error:  # SQLite's own words may repeat a damaged text
         raise _explained(path, error) from error
 
 
@@ -389,7 +390,7 @@ def _explained(path: Path, error: BaseException | None) -> LotStoreError:
 
 
 def _words(path: Path, error: BaseException | None) -> str:
-    if isinstance(error, UnicodeError) or str(error).startswith(_DAMAGE):
+    if isinstance(error, UnicodeDecodeError) or str(error).startswith(_DAMAGE):
         return f"{path} is damaged: {ascii(str(error))[1:80]}. {_RESTORE}"
     if isinstance(error, OSError):
         return f"{path}: {error.strerror or error}. Look at disk and rights of the folder"

@@ -1,8 +1,9 @@
 """Digests of what the store holds, part by part: a survey, a lot with its plan, a step of an edit, a change, a message.
 
 A disk that changes a bit is no error to SQLite. Each transaction stores the digests of the parts that it changed, which
-triggers have noted. They are compared when the file is opened, at a backup, and by `hawk-drone verify`. A part that is
-damaged is passed over by every reader and named; it stays damaged when something is written into it.
+triggers have noted. They are compared when the file is opened, at a backup, by `hawk-drone verify`, and where one
+survey or lot is read or changed. A part that is damaged is passed over by every reader and named; it stays damaged when
+something is written into it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import sqlite3
 import struct
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, cast
 
 from sqlalchemy import Connection
 
@@ -25,6 +26,7 @@ DAMAGED: Final = b""
 """In place of the digest of a part that was damaged before it was changed."""
 REMEDY: Final = "Restore a backup that has it whole: hawk-drone restore FILE"
 _KNOWN: Final = "hawk.lots.damaged"
+_CHECKED: Final = "hawk.lots.checked"
 _OF_LOT: Final = ("layout", "stall", "former", "label", "zone", "share", "pin", "plan", "edit")
 TABLES: Final = {
     "survey": {"survey": "seq", "observation": "survey", "looks": "survey", "dropped": "survey"},
@@ -186,7 +188,7 @@ def pass_over(store: sqlite3.Connection, parts: Collection[Part]) -> None:
 
 
 def note_damaged(connection: Connection, parts: Collection[Part]) -> None:
-    """Let `check_whole` know what is damaged."""
+    """Let `check_whole` know what was damaged when the file was opened."""
     connection.info[_KNOWN] = parts
 
 
@@ -195,7 +197,37 @@ def is_damaged(connection: Connection, kind: str, key: object) -> bool:
     return Part(kind, str(key)) in connection.info.get(_KNOWN, ())
 
 
-def check_whole(connection: Connection, kind: str, key: object, field: str) -> None:
-    """Refuse a part that is damaged. Raises LotStoreError."""
-    if is_damaged(connection, kind, key):
+def check_whole(connection: Connection, kind: str, key: object, field: str, version: str = "") -> None:
+    """Refuse a part that is damaged: when the file was opened, or now.
+
+    Args:
+        connection: One that reads or writes.
+        kind: Of `TABLES`.
+        key: Its key.
+        field: What the refusal names.
+        version: Of the store; a part is compared once in each. "": it is compared.
+
+    Raises LotStoreError.
+    """
+    if _KNOWN not in connection.info:
+        return  # a store of a newer version, whose digests may be others
+    part = Part(kind, str(key))
+    if is_damaged(connection, kind, key) or _is_changed(connection, part, version):
         raise LotStoreError(f"{field}: it is damaged on the disk. {REMEDY}")
+
+
+def _is_changed(connection: Connection, part: Part, version: str) -> bool:
+    checked: set[tuple[str, Part]] = connection.info.setdefault(_CHECKED, set())
+    if version and (version, part) in checked:
+        return False
+    store = cast("sqlite3.Connection", connection.connection.dbapi_connection)
+    asked = "SELECT digest FROM main.digest WHERE part = ? AND key = ?"
+    found = store.execute(asked, (part.kind, part.key)).fetchone()
+    if found is None or found[0] is None:  # there is none, or the transaction under way has changed it
+        return False
+    if _differs(store, part, found[0]):
+        return True
+    if not any(each == version for each, _ in checked):
+        checked.clear()
+    checked.add((version, part))
+    return False

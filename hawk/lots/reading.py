@@ -15,6 +15,7 @@ from hawk.lots import changes, operations, pinning, proposing, taking
 from hawk.lots.changes import Change, Done, Row
 from hawk.lots.comparing import newest_registered, shapes_of
 from hawk.lots.counts import counts_of
+from hawk.lots.database import version_of
 from hawk.lots.digests import check_whole
 from hawk.lots.newest import is_sure_row, newest_first, newest_look, now_of
 from hawk.lots.operations import LotRows
@@ -248,7 +249,7 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
 def survey_row(connection: Connection, survey_id: str) -> Row:
     """Return a survey by its id. Raises NotFoundError."""
     found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
-    check_whole(connection, "survey", found, "survey")
+    check_whole(connection, "survey", found, "survey", version_of(connection))
     if found is None:
         raise NotFoundError("survey: there is none with this id; reload the list")
     return changes.row_of(connection, SURVEY.name, (found,))
@@ -282,10 +283,9 @@ def _move(
 
 def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
     """Return a lot that was not merged into another one. Raises NotFoundError."""
-    check_whole(connection, "lot", lot_id, field)
-    found = changes.row_of(
-        connection, LOT.name, (lot_id if lot_id.isascii() else "",)
-    )  # SQLite takes no half character
+    known = lot_id if lot_id.isascii() else ""  # SQLite takes no half character
+    check_whole(connection, "lot", known, field, version_of(connection))
+    found = changes.row_of(connection, LOT.name, (known,))
     if found.values is None or found.values["merged_into"] is not None:
         raise NotFoundError(f"{field}: there is no lot with this id; reload the list")
     return found

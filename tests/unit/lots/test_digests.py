@@ -1,4 +1,4 @@
-"""Digests of the store's parts: a bit that the disk changes is told in words, and never as a value."""
+"""Digests of the store's parts: a bit that the disk changes is stated in words, and never shown as a value."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def damaged_in(path: Path) -> tuple[Part, ...]:
         return damaged_parts(opened)
 
 
-def told(path: Path) -> tuple[str, str]:
-    """Return all that the lists tell of a store, and the words beside it."""
+def shown(path: Path) -> tuple[str, str]:
+    """Return all that the lists show of a store, and the words beside it."""
     store = Database(path)
     try:
         with store.reading() as connection:
@@ -83,9 +83,9 @@ def told(path: Path) -> tuple[str, str]:
         store.close()
 
 
-def told_or_refused(path: Path) -> tuple[str | None, str]:
+def shown_or_refused(path: Path) -> tuple[str | None, str]:
     try:
-        return told(path)
+        return shown(path)
     except LotStoreError as error:
         return None, str(error)
 
@@ -122,25 +122,25 @@ def test_whatever_the_program_writes_has_its_digests(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.fault(
     "the disk changes a bit of the store of lots",
-    "refused, or the damaged part is passed over and named; no changed value is told without a word",
+    "refused, or the damaged part is passed over and named; no changed value is shown without a word",
 )
-def test_no_bit_that_the_disk_changes_is_told_as_a_value(tmp_path: Path) -> None:
+def test_no_bit_that_the_disk_changes_is_shown_as_a_value(tmp_path: Path) -> None:
     path, drawn = tmp_path / "lots.db", random.Random(49)
     filled(path)
-    whole, (before, _) = path.read_bytes(), told(path)
+    whole, (before, _) = path.read_bytes(), shown(path)
     used = [n for n, byte in enumerate(whole) if byte]  # zeros are mostly room that nothing uses
-    found = {"refused": 0, "told": 0}
+    found = {"refused": 0, "stated": 0}
     for _ in range(FLIPS):
         flipped, at = bytearray(whole), drawn.choice(used)
         flipped[at] ^= 1 << drawn.randrange(8)
         path.write_bytes(flipped)
-        after, words = told_or_refused(path)
+        after, words = shown_or_refused(path)
         assert "hawk-drone restore FILE" in words or "Name another file" in words or not words, words
         if after is None:
             found["refused"] += 1
             continue
-        assert after == before or words, f"byte {at} was told without a word"
-        found["told"] += bool(words)
+        assert after == before or words, f"byte {at} was shown without a word"
+        found["stated"] += bool(words)
     assert min(found.values()) > 5, found
 
 
@@ -181,7 +181,7 @@ def test_no_command_ends_in_a_traceback_and_a_backup_is_restored_over_any_damage
 
 @pytest.mark.fault(
     "a survey in the store of lots is damaged",
-    "passed over and named; the others are told, a backup says it, a restore mends it",
+    "passed over and named; the others are shown, a backup says it, a restore mends it",
 )
 def test_a_damaged_survey_is_passed_over_and_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, copy, later_copy = tmp_path / "lots.db", tmp_path / "copy.db", tmp_path / "later.db"
@@ -212,6 +212,24 @@ def test_a_damaged_survey_is_passed_over_and_named(tmp_path: Path, capsys: pytes
     assert any(gone[:8] in note for note in restore(path, later_copy).notes)
     restore(path, copy)
     assert damaged_in(path) == ()
+
+
+def test_what_is_damaged_while_the_store_is_open_is_refused_where_it_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    lot = filled(path)
+    store = Database(path)
+    with store.reading() as connection:
+        first = reading.lot(connection, lot)["surveys"][0]["id"]
+        reading.lot(connection, lot)
+    spoil(path, "UPDATE stall SET label = 'B9' WHERE key = 1", Part("lot", lot))
+    spoil(path, "UPDATE observation SET taken = 1 - taken WHERE stall = 1", Part("survey", "1"))
+    for access in (store.reading, store.writing):
+        with access() as connection:
+            with pytest.raises(LotStoreError, match="lot: it is damaged on the disk"):
+                reading.lot(connection, lot)
+            with pytest.raises(LotStoreError, match="survey: it is damaged on the disk"):
+                reading.survey_row(connection, first)
+    store.close()
 
 
 def test_what_is_written_into_a_damaged_part_heals_nothing(tmp_path: Path) -> None:

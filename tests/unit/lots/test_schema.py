@@ -76,7 +76,7 @@ def test_the_known_schema_is_that_of_a_fresh_store(tmp_path: Path) -> None:
     assert check(made(tmp_path / "lots.db", 1)) == VERSION
 
 
-def test_a_store_whose_schema_is_written_in_another_way_is_ours() -> None:
+def test_a_store_whose_schema_is_written_otherwise_is_ours() -> None:
     """Another version of SQLite or SQLAlchemy may write it with other spaces, or another order of columns."""
     fresh = fresh_schema(VERSION)
     assert difference(fresh, "", lambda: fresh) == ""

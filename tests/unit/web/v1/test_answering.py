@@ -108,6 +108,7 @@ async def test_a_store_that_does_not_answer_is_given_up(archive: Archive, monkey
     assert (status, problem["detail"]) == (503, answering.BUSY)
     release.set()
     await hanging
+    monkeypatch.undo()
     assert (await archive.get("/lots"))["next"] is None
 
 
