@@ -65,7 +65,7 @@ class RefusedError(ValueError):
 
 
 class Reader(Protocol):
-    """What the box calls. Raises errors with ``field`` and ``reason`` for a file that cannot be used."""
+    """A function that the box calls. Raises errors with ``field`` and ``reason`` for a file that cannot be used."""
 
     def __call__(self, data: bytes, asked: dict[str, Any]) -> bytes:
         """Return what becomes of a file."""

@@ -235,7 +235,7 @@ def explained(path: Path) -> Iterator[None]:
         yield
     except DBAPIError as error:
         raise LotStoreError(_words(path, error.orig)) from error
-    except (sqlite3.Error, OSError) as error:
+    except (sqlite3.Error, OSError, UnicodeDecodeError) as error:  # a damaged text in SQLite's own words
         raise LotStoreError(_words(path, error)) from error
 
 

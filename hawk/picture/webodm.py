@@ -174,7 +174,7 @@ def _json(path: Path) -> Any:
         return json.loads(path.read_bytes())
     except OSError as error:
         raise PictureError(f"{path} cannot be read ({error.strerror or error}); {_RERUN}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise PictureError(f"{path}: is no JSON ({error}); {_RERUN}") from None
 
 
