@@ -25,6 +25,7 @@ from hawk.erasing.commands import COMMAND as ERASE
 from hawk.erasing.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
 from hawk.exports.commands import add_export_command
+from hawk.formats.box import COMMAND_TOO_MUCH, enter_command
 from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
 from hawk.picture.commands import COMMAND as MAP
 from hawk.picture.commands import add_map_command
@@ -86,7 +87,12 @@ def _run_command(arguments: Sequence[str] | None) -> int:
         given.insert(0, "run")
     try:
         options = make_parser().parse_args(given)
+        if arguments is None and "boxed" in options:  # a process of its own that reads strangers' files
+            enter_command(needs_network=options.boxed(options))
         return int(options.action(options))
+    except MemoryError:
+        print(f"hawk-drone {given[0]}: {COMMAND_TOO_MUCH}", file=sys.stderr)
+        return EXIT_FAILED
     except (ConfigError, SimulationError) as error:
         words = plain_lines(str(error))
         if given[0] == MAP and "--json" in given:  # the parser may not have read it

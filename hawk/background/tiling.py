@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
+from hawk.formats import gdal
 from hawk.runtime.programs import remedy
 from hawk.web.background import DEEPEST_ZOOM
 
@@ -78,8 +79,10 @@ def open_picture(path: Path) -> Iterator[GroundPicture]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
         try:
-            dataset = rasterio.open(path)
-        except rasterio.errors.RasterioIOError as error:
+            dataset = gdal.open_picture(path)
+        except gdal.UnsafeError as error:
+            raise PictureError(f"{path} {error}") from error
+        except OSError as error:
             raise PictureError(f"{path} cannot be read as a picture: {error}") from error
     with dataset:
         _check(path, rasterio, dataset)
@@ -142,6 +145,7 @@ def _alpha_band(rasterio: Any, dataset: Any) -> int:
 
 
 def _rasterio() -> Any:
+    gdal.prepare()
     try:
         import rasterio
         import rasterio._err

@@ -450,7 +450,7 @@ def load_config(
             raise ConfigError(f"{path}: cannot be read: {error}") from error
     try:
         values: dict[str, Any] = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise ConfigError(f"{path}: not TOML: {error}") from error
     variables: dict[tuple[str, str], str] = {}
     for name in sorted(name for name in environment if name.upper().startswith(ENVIRONMENT_PREFIX)):

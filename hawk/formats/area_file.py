@@ -12,6 +12,7 @@ import json
 import math
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -221,7 +222,7 @@ def _unpacked(data: bytes) -> str:
                 raise AreaError(_TOO_LARGE)
             with archive.open(names[0]) as file:
                 content = file.read(LARGEST_BYTES + 1)
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError, zlib.error) as error:
         if isinstance(error, AreaError):
             raise
         raise AreaError(say("cannot be unpacked: {error}; save it as KML", error=str(error))) from error

@@ -16,7 +16,7 @@ import os
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Protocol
@@ -24,6 +24,9 @@ from typing import Any, Final, Protocol
 MODULE: Final = "hawk.formats.box"
 REFUSED: Final = 3
 """Exit status of a file that cannot be used; the output says the field and the reason."""
+COMMAND_TOO_MUCH: Final = (
+    "takes more memory than is free here: close other programs, or give a smaller part of the pictures"
+)
 TOO_MUCH: Final = "takes more memory or time than such a file does: leave other layers out"
 NICENESS: Final = 15
 _CLONE_NEWUSER, _CLONE_NEWNET = 0x1000_0000, 0x4000_0000
@@ -62,7 +65,7 @@ class RefusedError(ValueError):
 
 
 class Reader(Protocol):
-    """What the box calls. Raises errors with ``field`` and ``reason`` for a file that cannot be used."""
+    """A function that the box calls. Raises errors with ``field`` and ``reason`` for a file that cannot be used."""
 
     def __call__(self, data: bytes, asked: dict[str, Any]) -> bytes:
         """Return what becomes of a file."""
@@ -144,23 +147,12 @@ def enter(limits: Limits, *, needs_network: bool = False) -> None:
     for kind, count in ((resource.RLIMIT_DATA, limits.memory_bytes), (resource.RLIMIT_CPU, limits.cpu_s)):
         highest = resource.getrlimit(kind)[1]
         with contextlib.suppress(OSError, ValueError):
-            resource.setrlimit(kind, (count if highest < 0 else min(count, highest), highest))
+            resource.setrlimit(kind, (min(count, highest) if 0 <= highest < count else count, highest))
 
 
-@contextlib.contextmanager
-def entered(*, needs_network: bool = False) -> Iterator[None]:
-    """Keep a command's work within the memory that is free as it begins, and off the network unless it needs it.
-
-    The network stays off afterwards; the bound on memory goes.
-    """
-    import resource
-
-    before = resource.getrlimit(resource.RLIMIT_DATA)
+def enter_command(*, needs_network: bool) -> None:
+    """Put a command of the terminal into the box, before its work has threads: its process does nothing else."""
     enter(Limits(memory_for_command(), -1), needs_network=needs_network)
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_DATA, before)
 
 
 def memory_for_command() -> int:
@@ -205,11 +197,11 @@ def main(reader: str, asked: str, limits: str) -> int:
     except MemoryError:
         return _refuse("file", TOO_MUCH)
     except Exception as error:  # a stranger's file, and packages that expect whole ones
-        return _refuse(*told(error))
+        return _refuse(*words_of_error(error))
     return 0
 
 
-def told(error: Exception) -> tuple[str, str]:
+def words_of_error(error: Exception) -> tuple[str, str]:
     """Return field and reason of an error by which a reader ended."""
     field, reason = getattr(error, "field", None), getattr(error, "reason", None)
     if isinstance(field, str) and isinstance(reason, str):

@@ -19,7 +19,6 @@ from hawk.formats.kind import kind_of_file
 
 DRIVERS: Final = {
     "TIFF": "GTiff",
-    "DNG": "GTiff",
     "VRT": "VRT",
     "JPEG": "JPEG",
     "PNG": "PNG",
@@ -136,7 +135,7 @@ def _checked_sources(path: Path) -> Iterator[Path]:
         if source is None:
             raise UnsafeError(f"names {name[:80]}, no file of this computer: copy it here, build the VRT again")
         if not source.is_file():
-            continue  # whoever opens it says which are missing
+            continue  # its opener says which are missing
         try:
             driver = driver_of(source)
         except UnsafeError as error:

@@ -87,6 +87,8 @@ def _over_a_row(values: NDArray[np.float32], columns: int) -> NDArray[np.float32
 
 Picture = NDArray[np.uint8]
 
+MOST_PIXELS: Final = 200_000_000
+"""Of a JPEG that is decoded: the largest sensors in the air have 151 million. A file of 1 MB may say 4,000 million."""
 JPEG_START: Final = b"\xff\xd8"
 _SCAN: Final = 0xDA
 _EXIF: Final = 0xE1
@@ -215,6 +217,9 @@ def decode(data: bytes, reduction: int = 1) -> Picture:
         head = read_jpeg(data)
     except ValueError as error:
         raise NoImage(say("the picture cannot be decoded: {error}", error=str(error))) from None
+    if head.size[0] * head.size[1] > MOST_PIXELS * reduction**2:
+        size = {"width": head.size[0], "height": head.size[1], "most": MOST_PIXELS // 1_000_000}
+        raise NoImage(say("the picture has {width} by {height} pixels, {most} million are the most", **size))
     if head.end is None:
         raise DamagedImage(say("the picture is torn: its end is missing"))
     image = _decoded(data[: head.end], head, reduction)

@@ -1,8 +1,9 @@
-"""What a file is by its first bytes, whatever its name says: a refusal says it, with the remedy of its kind."""
+"""Kinds of files by their first bytes, whatever their names say: a refusal says it, with the remedy of its kind."""
 
 from __future__ import annotations
 
 import re
+import struct
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +13,8 @@ from typing import Final
 HEAD_BYTES: Final = 4096
 _FTYP: Final = b"ftyp"
 _HEIF: Final = (b"heic", b"heix", b"hevc", b"heim", b"heis", b"mif1", b"msf1", b"avif")
-_DNG_TAG: Final = (b"\x12\xc6\x01\x00", b"\xc6\x12\x00\x01")
-"""The tag DNGVersion (50706) with its type, by the file's order of bytes (DNG 1.7, chapter 4)."""
+_DNG_VERSION: Final = 50706
+"""Tag that every DNG has in its first directory (DNG 1.7, chapter 4)."""
 _APPLICATION: Final = slice(68, 72)
 """SQLite's application id (sqlite.org/fileformat.html, 1.3)."""
 _GPKG: Final = (b"GPKG", b"GP10", b"GP11")
@@ -41,7 +42,7 @@ _VRT: Final = Kind("VRT", "is a VRT of GDAL")
 _GDAL_XML: Final = Kind(
     "service",
     "is XML by which GDAL asks a server",
-    "save the picture itself: gdal_translate FILE out.tif",
+    "save the picture itself as GeoTIFF",
 )
 _MP4: Final = Kind("MP4", "is a film")
 
@@ -100,9 +101,20 @@ def kind_of_file(path: Path) -> Kind:
 def _of_tiff(head: bytes) -> Kind | None:
     if head[:4] not in (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+"):
         return None
-    if any(tag in head for tag in _DNG_TAG):
+    if _DNG_VERSION in _tags(head):
         return Kind("DNG", "is a raw photograph (DNG)", "name the folder of the JPEGs beside it, or make JPEGs of it")
     return _TIFF
+
+
+def _tags(head: bytes) -> set[int]:
+    """Return the tags of a TIFF's first directory, as far as it lies in the first bytes (TIFF 6.0, section 2)."""
+    order = "<" if head.startswith(b"II") else ">"
+    try:
+        (at,) = struct.unpack_from(f"{order}I", head, 4)
+        (count,) = struct.unpack_from(f"{order}H", head, at)
+        return {struct.unpack_from(f"{order}H", head, at + 2 + 12 * number)[0] for number in range(count)}
+    except struct.error:
+        return set()
 
 
 def _of_box(head: bytes) -> Kind | None:
@@ -133,7 +145,7 @@ _MBTILES: Final = Kind(
 
 
 def _tiles(path: Path) -> Kind:
-    """Tell MBTiles without their id from other SQLite files by the names of their tables."""
+    """Distinguish MBTiles without their id from other SQLite files by the names of their tables."""
     with path.open("rb") as file:
         return _MBTILES if b"tile_column" in file.read(1 << 16) else _DATABASE
 

@@ -407,7 +407,10 @@ _REASONS: Final = {
     "SQLITE_FULL": "cannot grow: the disk is full, nothing of this was written. Make room",
     "SQLITE_CORRUPT": f"is damaged. {_RESTORE}",
     "SQLITE_NOTADB": f"is damaged or no store of lots. {_RESTORE}",
-    "SQLITE_BUSY": "is written by another program. Try again, or end that one",
+    "SQLITE_BUSY": (
+        "cannot be locked: another program writes it, or it lies on a share without locks (SMB, NFS). Try again; put "
+        "the store on a disk of this computer"
+    ),
     "SQLITE_READONLY": "cannot be written. Give this user the right to write file and folder",
     "SQLITE_CANTOPEN": "cannot be opened. Give this user the right to read and write file and folder",
     "SQLITE_IOERR": "cannot be read or written: the disk reports an error. Check the disk",

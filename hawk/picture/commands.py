@@ -59,7 +59,7 @@ def add_map_command(commands: Any) -> None:
     _add_orthophoto(parser.add_argument_group("orthophotos"))
     _add_photographs(parser.add_argument_group("photographs and films"))
     _add_store(parser.add_argument_group("store and page"))
-    parser.set_defaults(action=_run)
+    parser.set_defaults(action=_run, boxed=_needs_network)
 
 
 def _add_orthophoto(group: Any) -> None:
@@ -130,6 +130,10 @@ def _scheduler(text: str) -> str:
     if found is None or not 0 < int(found[3]) <= MOST_PORT:
         raise argparse.ArgumentTypeError(f"{text} is no address of a scheduler; give it as tls://HOST:PORT")
     return text.rstrip("/")
+
+
+def _needs_network(options: argparse.Namespace) -> bool:
+    return options.page or options.scheduler is not None or (options.workers or 1) > 1
 
 
 def _run(options: argparse.Namespace) -> int:

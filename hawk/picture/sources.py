@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,6 +13,8 @@ from typing import Final
 
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
+from hawk.formats import gdal
+from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.moments import MomentSource, SurveyMoment, has_been
 from hawk.lots.source import SourceKind
@@ -96,23 +100,53 @@ def _survey(asked: Asked, progress: Progress) -> Surveyed:
             return _project(asked, progress)
         _refuse_tiles(source)
         return _photographs(asked, progress)
-    suffix = source.suffix.lower()
-    if suffix in ORTHOPHOTOS:
-        return _orthophoto(asked, progress)
+    kind, suffix = _kind(source), source.suffix.lower()
+    if kind.remedy:
+        raise PictureError(f"{source}: {kind.words}; {kind.remedy}")
     if suffix in FILMS:
         return _film(asked, progress)
-    raise PictureError(f"{source}: its kind is not known; name one that ends in {', '.join((*ORTHOPHOTOS, *FILMS))}")
+    if suffix in ORTHOPHOTOS or kind.name in gdal.DRIVERS:
+        return _orthophoto(asked, progress)
+    every = ", ".join((*ORTHOPHOTOS, *FILMS))
+    raise PictureError(f"{source}: {kind.words}; name one that ends in {every}")
+
+
+def _kind(source: Path) -> Kind:
+    """Return what a file is by its first bytes; `UNKNOWN` where it cannot be opened, as its reader says."""
+    try:
+        return kind_of_file(source)
+    except OSError:
+        return UNKNOWN
 
 
 def _refuse_tiles(folder: Path) -> None:
-    """Refuse a folder of an orthophoto's tiles. Raises PictureError with the command that makes one picture of it."""
-    by_ending = {entry.suffix.lower(): entry for entry in folder.iterdir()}
-    tiles = by_ending.get(".tif") or by_ending.get(".tiff")
-    if tiles is not None and not by_ending.keys() & {".jpg", ".jpeg"}:
-        raise PictureError(
-            f"{folder}: holds GeoTIFFs and no photographs; make one picture of its tiles, and map that: "
-            f"gdalbuildvrt {folder.name}.vrt {folder}/*{tiles.suffix}"
-        )
+    """Refuse a folder without JPEGs by what lies in it. Raises PictureError with the remedy of that kind."""
+    by_ending = {entry.suffix.lower(): entry for entry in sorted(folder.iterdir(), reverse=True) if entry.is_file()}
+    if by_ending.keys() & {".jpg", ".jpeg"}:
+        return
+    for first in by_ending.values():
+        kind = _kind(first)
+        if kind.name == "TIFF" and _is_placed(first):
+            raise PictureError(
+                f"{folder}: holds GeoTIFFs and no photographs; make one picture of its tiles, and map that: "
+                f"gdalbuildvrt {folder.name}.vrt {folder}/*{first.suffix}"
+            )
+        if kind.name == "TIFF":
+            raise PictureError(
+                f"{folder}: holds photographs as TIFF ({first.name}); save them as JPEGs beside, and copy their tags: "
+                f"exiftool -tagsFromFile %d%f{first.suffix} -ext jpg -overwrite_original {folder}"
+            )
+        if kind.name in ("HEIC", "DNG", "zip"):
+            raise PictureError(f"{folder}: no JPEG photograph is in it; {first.name} {kind}")
+
+
+def _is_placed(path: Path) -> bool:
+    """Return whether a TIFF has a place on Earth by its pixels, as a tile of an orthophoto has."""
+    with contextlib.suppress(Exception), warnings.catch_warnings():  # whatever it is, it is none then
+        warnings.simplefilter("ignore")
+        with gdal.open_picture(path) as opened:
+            return not opened.transform.is_identity
+    return False
 
 
 def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:

@@ -23,6 +23,7 @@ import pymap3d
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 
+from hawk.formats import gdal
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, angles
 from hawk.picture.photographs.heights import with_heights
 from hawk.picture.photographs.lenses import Lenses
@@ -173,7 +174,7 @@ def _json(path: Path) -> Any:
         return json.loads(path.read_bytes())
     except OSError as error:
         raise PictureError(f"{path} cannot be read ({error.strerror or error}); {_RERUN}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise PictureError(f"{path}: is no JSON ({error}); {_RERUN}") from None
 
 
@@ -276,10 +277,10 @@ def _above_ground(shots: list[Shot], model: Path) -> list[Shot]:
     from rasterio.warp import transform
 
     try:
-        with rasterio.open(model) as raster:
+        with gdal.open_picture(model) as raster:
             xs, ys = transform("EPSG:4326", raster.crs, [s.longitude for s in shots], [s.latitude for s in shots])
             rows = list(raster.sample(zip(xs, ys, strict=True), masked=True))
-    except rasterio.errors.RasterioError as error:
+    except (rasterio.errors.RasterioError, gdal.UnsafeError, OSError) as error:
         raise PictureError(f"{model} cannot be read ({error}); {_RERUN}") from None
     ground = [math.nan if np.ma.is_masked(row) else float(row[0]) for row in rows]
     return _lowered(shots, np.array(ground, np.float64))
@@ -309,14 +310,15 @@ def system_of(path: Path) -> str:
             raise PictureError(f"{said} cannot be read ({error}); {_RERUN}") from None
     rasterio = _rasterio(found)
     try:
-        with rasterio.open(found) as raster:
+        with gdal.open_picture(found) as raster:
             code = raster.crs.to_authority() if raster.crs else None
             return f"{code[0]}:{code[1]}" if code else raster.crs.to_wkt() if raster.crs else ""
-    except rasterio.errors.RasterioError as error:
+    except (rasterio.errors.RasterioError, gdal.UnsafeError, OSError) as error:
         raise PictureError(f"{found} cannot be read ({error}); {_RERUN}") from None
 
 
 def _rasterio(path: Path) -> Any:
+    gdal.prepare()
     try:
         import rasterio  # only desks that map pictures have it
         import rasterio.errors

@@ -49,7 +49,7 @@ def add_replay_command(commands: Any) -> None:
         help=f"port of the page that shows the flight without any of these ({PORT}); 0: a free one",
     )  # fmt: skip
     replay.add_argument("--json", type=values.new(".json"), metavar="FILE", help="write what differs as JSON (.json)")
-    replay.set_defaults(action=_run)
+    replay.set_defaults(action=_run, boxed=_is_shown)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -70,6 +70,11 @@ def _run(options: argparse.Namespace) -> int:
         return _FAILED
 
 
+def _is_shown(options: argparse.Namespace) -> bool:
+    """Return whether the flight is shown on a page: other work needs no network."""
+    return not (options.check or options.process or options.model is not None or options.to_odm is not None)
+
+
 def _check(options: argparse.Namespace, *, is_process: bool) -> None:
     """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
     if options.model is not None and (options.check or options.to_odm is not None):
@@ -78,7 +83,7 @@ def _check(options: argparse.Namespace, *, is_process: bool) -> None:
         raise ConfigError("--out: only together with --process, whose map is written there")
     if options.json is not None and options.to_odm is not None:
         raise ConfigError("--json: not together with --to-odm, which compares nothing")
-    is_shown = not (options.check or is_process or options.to_odm is not None)
+    is_shown = _is_shown(options)
     if options.json is not None and is_shown:
         raise ConfigError("--json: only together with --check or --process, which compare")
     if options.port is not None and not is_shown:

@@ -9,6 +9,8 @@ all answered. Then datagrams go to the autopilot's port: MAVLink with random fie
 other vehicles and of a stranger. Nothing may raise, an honest heartbeat is heard after each 64, no stranger is
 believed, and the pose is honest again afterwards. A finding names its case: ``--first N --messages 32 --datagrams 64``
 sends it again. Status 1 when there is one.
+
+``python -m proving.fuzz files`` sends damaged files to their readers (`proving.fuzz.files`).
 """
 
 from __future__ import annotations
@@ -29,6 +31,11 @@ EXIT_FAILED = 1
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Send, print, write."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given[:1] == ["files"]:
+        from proving.fuzz.files import main as fuzz_files
+
+        return fuzz_files(given[1:])
     parser = argparse.ArgumentParser(
         prog="python -m proving.fuzz", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -37,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the cases (default 1)")
     parser.add_argument("--first", type=int, default=0, help="number of the first case (default 0)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(given)
     sections = []
     if options.messages:
         with tempfile.TemporaryDirectory(prefix="hawk-fuzz-") as folder:

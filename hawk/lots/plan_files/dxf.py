@@ -23,7 +23,16 @@ if TYPE_CHECKING:
     from ezdxf.document import Drawing as Document
 
 FORMAT: Final = "DXF"
-_BROKEN: Final = (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, AssertionError, StopIteration)
+_BROKEN: Final = (
+    OSError,
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    AssertionError,
+    StopIteration,
+)
 """Errors by which ezdxf ends at a file that is damaged, beside its own."""
 BINARY: Final = b"AutoCAD Binary DXF\r\n\x1a\x00"
 UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "ft": 0.3048, "in": 0.0254}

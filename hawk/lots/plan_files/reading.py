@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from typing import Final
 
 from hawk.formats.kind import HEAD_BYTES, kind_of
@@ -72,7 +73,7 @@ def unpacked(data: bytes, ends: tuple[str, ...]) -> bytes:
                 raise LotInputError("file", _BOMB)
             with archive.open(plans[0]) as file:
                 content = file.read(LARGEST_UNPACKED_BYTES + 1)
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError, zlib.error) as error:
         raise LotInputError("file", f"cannot be unpacked ({error}): send the file itself") from None
     if len(content) > LARGEST_UNPACKED_BYTES:  # the archive's list of sizes lies
         raise LotInputError("file", _BOMB)

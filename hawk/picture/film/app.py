@@ -122,6 +122,11 @@ def _log_of(path: Path, log: Path | None) -> Path:
         found = captions.beside(path, suffix)
         if found is not None:
             return found
+    if _made(path).has_captions:
+        raise PictureError(
+            f"{path}: its captions are a track of the film itself; write them beside it: "
+            f"ffmpeg -i {path} -map 0:s:0 {path.with_suffix('.SRT')}"
+        )
     raise PictureError(
         f"{path}: no captions ({path.stem}.SRT) and no log lie beside it, so nothing says where it was taken; copy the "
         "captions from the drone's card, or name an ArduPilot log by --log"

@@ -17,20 +17,25 @@ _EARLIEST: Final = 946_684_800
 """Unix time of 2000: a camera without a clock writes 0 or 1904."""
 _MOST: Final = 1 << 16
 """Bytes of a box that is read."""
+_TEXTS: Final = (b"text", b"sbtl", b"subt")
 _MODEL: Final = (b"\xa9mdl", b"\xa9mod", b"modl")
 
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """``begun``: Unix seconds at which the camera began the film, by its clock. None, "": the file does not say."""
+    """``begun``: Unix seconds at which the camera began the film, by its clock. None, "": the file does not say.
+
+    ``has_captions``: a track of the film itself is of text.
+    """
 
     begun: float | None = None
     model: str = ""
+    has_captions: bool = False
 
 
 def read_made(path: Path) -> Made:
     """Return what a film's boxes say; nothing for an AVI or a damaged file. Raises OSError."""
-    begun, model = None, ""
+    begun, model, has_captions = None, "", False
     with path.open("rb") as stream:
         size = path.stat().st_size
         for name, start, end in _boxes(stream, 0, size):
@@ -41,7 +46,9 @@ def read_made(path: Path) -> Made:
                     begun = _begun(_bytes(stream, at, to))
                 elif inner == b"udta":
                     model = _model(stream, at, to)
-    return Made(begun, model)
+                elif inner == b"trak":
+                    has_captions |= _handler(stream, at, to) in _TEXTS
+    return Made(begun, model, has_captions)
 
 
 def _boxes(stream: IO[bytes], at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
@@ -75,6 +82,15 @@ def _begun(header: bytes) -> float | None:
         return None
     unix = float(seconds - _EPOCH_1904)
     return unix if unix >= _EARLIEST else None
+
+
+def _handler(stream: IO[bytes], begin: int, end: int) -> bytes:
+    """Return what a track is, by its ``mdia``'s ``hdlr`` (ISO 14496-12, 8.4.3)."""
+    for name, at, to in _boxes(stream, begin, end):
+        if name == b"mdia":
+            found = (_bytes(stream, start, stop) for box, start, stop in _boxes(stream, at, to) if box == b"hdlr")
+            return next(found, b"")[8:12]
+    return b""
 
 
 def _model(stream: IO[bytes], begin: int, end: int) -> str:

@@ -13,11 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.formats.image import NoImage
+from hawk.formats.kind import kind_of_file
 from hawk.picture.values import PictureError
 
 SUFFIXES: Final = (".mp4", ".mov", ".m4v", ".mkv", ".avi")
 Picture = NDArray[np.uint8]
 _RATES: Final = (0.5, 1000.0)
+_MOST_PIXELS: Final = 67_000_000
+"""Of a frame: twice those of a film in 8K."""
+_KINDS: Final = frozenset({"MP4", "Matroska", "AVI"})
 _DAMAGED: Final = "copy it again from the camera's card, or repair it by ffmpeg"
 
 
@@ -35,6 +39,10 @@ class Video:
         if not (math.isfinite(fps) and _RATES[0] <= fps <= _RATES[1]) or frames < 1 or min(size) < 1:
             self.close()
             raise PictureError(f"{path}: no frame of it can be read: it is torn or no film; {_DAMAGED}")
+        if size[0] * size[1] > _MOST_PIXELS:
+            self.close()
+            words = f"its frames have {size[0]} by {size[1]} pixels, {_MOST_PIXELS / 1e6:.0f} million are the most"
+            raise PictureError(f"{path}: {words}; make it smaller by ffmpeg")
         self.fps = fps
         """Frames a second."""
         self.frames = frames
@@ -65,6 +73,7 @@ class Video:
         self._capture.release()
 
     def _opened(self) -> cv2.VideoCapture:
+        _check_kind(self.path)
         with _quiet():
             capture = cv2.VideoCapture(str(self.path), cv2.CAP_FFMPEG)
         if not capture.isOpened():
@@ -91,6 +100,16 @@ class Video:
         if not done or picture is None or picture.shape[:2] != (self.size[1], self.size[0]):
             return None
         return np.asarray(picture, np.uint8)
+
+
+def _check_kind(path: Path) -> None:
+    """Refuse what is no film by its first bytes: ffmpeg would follow a list to other files. Raises PictureError."""
+    try:
+        kind = kind_of_file(path)
+    except OSError as error:
+        raise PictureError(f"{path} cannot be read ({error.strerror or error}); {_DAMAGED}") from None
+    if kind.name not in _KINDS:
+        raise PictureError(f"{path}: cannot be read as a film: it {kind.words}; {kind.remedy or _DAMAGED}")
 
 
 @contextlib.contextmanager

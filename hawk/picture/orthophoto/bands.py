@@ -62,6 +62,11 @@ def bands_of(dataset: Any, name: str) -> Bands:
     """
     kinds = [kind.name for kind in dataset.colorinterp]
     types = set(dataset.dtypes)
+    if len(kinds) == 1 and types <= {"float32", "float64", "int16", "int32"}:
+        raise PictureError(
+            f"{name}: is a model of heights (DSM, DTM; {types.pop()}), no picture; name the orthophoto that was made "
+            "with it, as odm_orthophoto.tif"
+        )
     if not types <= {"uint8", "uint16"}:
         raise PictureError(
             f"{name}: has pixels of type {', '.join(sorted(types))}, 8 or 16 bits are read; convert it: "

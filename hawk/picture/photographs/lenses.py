@@ -158,7 +158,7 @@ def _is_plausible(camera: CameraModel) -> bool:
 def _read(text: str, name: str) -> list[LensEntry]:
     try:
         return _Table.model_validate(tomllib.loads(text)).lens
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise PictureError(f"{name} is no TOML ({error}); docs/photographs.md shows a table of lenses") from None
     except ValidationError as error:
         first = error.errors()[0]

@@ -1,18 +1,23 @@
 from __future__ import annotations
 
 import os
+import shlex
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import ExifTags, Image
 
 from hawk.picture import sources
 from hawk.picture.film.app import read_film
 from hawk.picture.sources import Asked, survey_of_source
 from hawk.picture.values import PictureError
 from tests.unit.picture.film.films import Flight, captions, straight, write_film
-from tests.unit.picture.orthophoto.drawn import blank
+from tests.unit.picture.orthophoto.drawn import blank, write
 
 SHORT = Flight(straight, 2.0)
 VIEW_DEG = 63.22
@@ -190,5 +195,37 @@ def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_folder_of_tiles_is_refused_with_the_command_that_joins_them(tmp_path: Path) -> None:
-    (tmp_path / "a.tif").touch()
+    write(tmp_path / "a.tif", np.full((3, 64, 64), 90, np.uint8))
     assert f"gdalbuildvrt {tmp_path.name}.vrt {tmp_path}/*.tif" in _refused(Asked(tmp_path, tmp_path / "out"))
+
+
+def test_a_folder_of_tiff_photographs_is_refused_with_a_command_that_keeps_their_tags(tmp_path: Path) -> None:
+    folder = tmp_path / "flight"
+    folder.mkdir()
+    Image.new("RGB", (64, 48), (90, 90, 90)).save(folder / "DJI_0001.tif")
+    words = _refused(Asked(folder, tmp_path / "out"))
+    assert "holds photographs as TIFF (DJI_0001.tif); save them as JPEGs beside" in words
+    command = shlex.split(words[words.index("exiftool") :])
+    if shutil.which(command[0]) is None:
+        pytest.skip("exiftool is not installed")
+    placed = ("-Make=DJI", "-GPSLatitude=52.09", "-GPSLatitudeRef=N", "-overwrite_original")
+    subprocess.run([command[0], *placed, str(folder / "DJI_0001.tif")], check=True, capture_output=True)
+    with Image.open(folder / "DJI_0001.tif") as opened:
+        opened.save(folder / "DJI_0001.jpg", exif=b"")
+    subprocess.run(command, check=True, capture_output=True)
+    with Image.open(folder / "DJI_0001.jpg") as opened:
+        kept = opened.getexif()
+    assert kept[271] == "DJI"
+    assert [float(each) for each in kept.get_ifd(ExifTags.IFD.GPSInfo)[2]] == pytest.approx([52, 5, 24])
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("a.heic", b"\0\0\0\x18ftypheic", "a.heic is a photograph as HEIC: save it as JPEG"),
+        ("all.zip", b"PK\x03\x04", "all.zip is a ZIP archive that is cut or damaged: copy it again"),
+    ],
+)
+def test_a_folder_without_jpegs_says_what_lies_in_it(tmp_path: Path, name: str, data: bytes, words: str) -> None:
+    (tmp_path / name).write_bytes(data)
+    assert words in _refused(Asked(tmp_path, tmp_path / "out"))

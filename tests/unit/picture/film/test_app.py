@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import math
+import shlex
 import shutil
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -152,6 +154,22 @@ def test_steady_flight_fits_at_several_places_and_is_asked_for(tmp_path: Path, s
 def test_a_film_without_a_log_is_refused(straight_film: Path) -> None:
     with pytest.raises(PictureError, match=r"no captions \(DJI_0001.SRT\) and no log.*--log"):
         read_film(straight_film, lens=CHOICE)
+
+
+def test_a_film_with_its_captions_in_a_track_is_refused_with_the_command_that_writes_them(
+    tmp_path: Path, straight_film: Path
+) -> None:
+    if shutil.which("ffmpeg") is None:
+        pytest.skip("ffmpeg is not installed; test_container sees the track")
+    given, film = tmp_path / "given.srt", tmp_path / "DJI_0001.MP4"
+    given.write_text(captions(STRAIGHT), encoding="utf-8")
+    both = ["-i", str(straight_film), "-i", str(given), "-c:v", "copy", "-c:s", "mov_text", str(film)]
+    subprocess.run(["ffmpeg", "-v", "error", *both], check=True)
+    with pytest.raises(PictureError, match="its captions are a track of the film itself") as refused:
+        read_film(film, lens=CHOICE)
+    words = str(refused.value)
+    subprocess.run(shlex.split(words[words.index("ffmpeg -i") :]), check=True, capture_output=True)
+    assert read_film(film, lens=CHOICE).shots
 
 
 def test_logs_of_other_kinds_and_lost_ones_are_refused(tmp_path: Path, straight_film: Path) -> None:

@@ -53,3 +53,11 @@ def test_any_bytes_are_read_without_an_error(data: bytes, cut: int, tmp_path_fac
     film = tmp_path_factory.getbasetemp() / "any.MP4"
     film.write_bytes(_box(b"moov", _header(0) + data)[:cut] + data)
     read_made(film)
+
+
+@pytest.mark.parametrize(("kind", "has"), [(b"text", True), (b"sbtl", True), (b"subt", True), (b"vide", False)])
+def test_captions_in_the_film_s_own_track_are_seen(tmp_path: Path, kind: bytes, has: bool) -> None:
+    film = tmp_path / "a.MP4"
+    track = _box(b"trak", _box(b"tkhd", bytes(84)) + _box(b"mdia", _box(b"hdlr", bytes(8) + kind + bytes(13))))
+    film.write_bytes(_box(b"moov", _header(0) + track))
+    assert read_made(film).has_captions is has

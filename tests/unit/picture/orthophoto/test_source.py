@@ -228,6 +228,12 @@ def refused(tmp_path: Path, kind: str) -> tuple[Path, str | None, str]:
     if kind == "text":
         path.write_text("no picture")
         return path, None, r"text\.tif: is of no kind that is known: export it as GeoTIFF"
+    if kind == "heights":
+        return (
+            write(path, grey[:1].astype(np.float32)),
+            None,
+            r"is a model of heights \(DSM, DTM; float32\), no picture",
+        )
     if kind == "float":
         return write(path, grey.astype(np.float32)), None, "has pixels of type float32.*gdal_translate -ot Byte"
     if kind == "many":
@@ -250,7 +256,7 @@ def refused(tmp_path: Path, kind: str) -> tuple[Path, str | None, str]:
 
 @pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
 @pytest.mark.parametrize(
-    "kind", ["missing", "text", "float", "many", "empty", "unplaced", "unknown", "named", "points"]
+    "kind", ["missing", "text", "heights", "float", "many", "empty", "unplaced", "unknown", "named", "points"]
 )
 def test_what_cannot_be_mapped_is_refused_with_the_remedy(tmp_path: Path, kind: str) -> None:
     path, crs, words = refused(tmp_path, kind)
