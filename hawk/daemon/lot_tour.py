@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hawk.ddc.fence.geometry import to_map
-from hawk.model.known_lot import KnownLot, LotAhead, LotsAhead, LotTour
+from hawk.model.known_lot import KnownLot, LotAhead, LotsAhead, LotTour, PlanOffer
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters
@@ -37,6 +37,10 @@ class Surroundings:
     fence: Callable[[GlobalPose, GlobalPose], Fence | None]
     state: Callable[[], StateName]
     publish: Callable[[LotsAhead], object]
+    is_flying: Callable[[], bool] = lambda: False
+    """Returns True while the motors are on: the plan of the lot stays then."""
+    taken: Callable[[], str] = lambda: ""
+    """Id of the changed plan that who has control took last, else ""."""
 
 
 class TourKeeper:
@@ -50,6 +54,7 @@ class TourKeeper:
         self._planned: tuple[object, ...] = ()
         self._start = (math.inf, math.inf)
         self._ahead: tuple[LotAhead, ...] = ()
+        self._offer: PlanOffer | None = None
         self.current: LotTour | None = None
 
     def close(self) -> None:
@@ -66,13 +71,31 @@ class TourKeeper:
         """Place of the drone; None while it is not known."""
         return self._around.here()
 
+    @property
+    def is_flying(self) -> bool:
+        """True while the motors are on."""
+        return self._around.is_flying()
+
+    @property
+    def taken(self) -> str:
+        """Id of the changed plan that who has control took last, else ""."""
+        return self._around.taken()
+
     def fail(self, problem: str) -> None:
         """Say that the store cannot be read. A tour that was planned stays."""
         self._publish(problem)
 
-    async def follow(self, known: KnownLot | None, datum: GlobalPose, ahead: tuple[LotAhead, ...]) -> None:
-        """Plan the tour where another one is due. ``known`` is the plan of the lot, on the map of a datum."""
-        around, self._ahead = self._around, ahead
+    async def follow(
+        self,
+        known: KnownLot | None,
+        datum: GlobalPose,
+        ahead: tuple[LotAhead, ...],
+        offer: PlanOffer | None = None,
+    ) -> None:
+        """Plan the tour where another one is due. ``known`` is the plan of the lot, on the map of a datum; ``offer`` is
+        a changed one, which is shown and not flown.
+        """
+        around, self._ahead, self._offer = self._around, ahead, offer
         if known is None or known.id != around.asked():
             self._planned, self.current = (), None
             self._publish()
@@ -95,7 +118,7 @@ class TourKeeper:
     def _publish(self, problem: str = "") -> None:
         tour = self.current
         length, missed = (None, 0) if tour is None else (round(tour.distance_m, 1), tour.missed)
-        self._around.publish(LotsAhead(self._ahead, problem, length, missed))
+        self._around.publish(LotsAhead(self._ahead, problem, length, missed, self._offer))
 
 
 def _planned_tour(

@@ -278,6 +278,13 @@ class UseOutline:
 
 
 @dataclass(frozen=True, slots=True)
+class TakePlan:
+    """Fly with this changed plan of the lot, the id of an offer, from now on."""
+
+    plan: str
+
+
+@dataclass(frozen=True, slots=True)
 class SetDatum:
     """Set the origin of the map frame."""
 
@@ -360,6 +367,7 @@ Act = (
     | AskPlace
     | UseHeights
     | UseOutline
+    | TakePlan
     | SetDatum
     | BeginSurvey
     | PutFenceInForce

@@ -215,11 +215,13 @@ class ToLand:
 class ToCommunicationLost:
     """Hold, then return home. ``passive`` as for `ToHover`.
 
-    ``given_back_by``: name of the one who gave control back; empty when the operator was lost.
+    ``given_back_by``: name of the one who gave control back; empty when the operator was lost. ``is_hidden``: the
+    operator's page was hidden for too long.
     """
 
     passive: bool = False
     given_back_by: str = ""
+    is_hidden: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,6 +124,8 @@ class Performer:
                 tools.topics.heights_pub.publish(heights)
             case actions.UseOutline(outline):
                 tools.outlines.use(outline)
+            case actions.TakePlan(plan):
+                tools.topics.taken_plan_pub.publish(plan)
             case actions.PutFenceInForce(fence):
                 tools.topics.fence_pub.publish(fence)
                 self._executor.submit(fence_path.prepare, fence)  # before the first path is asked for, in the air

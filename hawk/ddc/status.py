@@ -171,6 +171,7 @@ def site_status(situation: Situation) -> heartbeat.SiteStatus:
         outline_area=None if outline is None else round(outline.area, 1),
         outline_outside=None if outline is None else round(outline.outside, 1),
         again_distance=situation.facts.lots.tour_m if outline is not None and outline.again else None,
+        plan_offer=None if (offer := situation.facts.lots.offer) is None else heartbeat.PlanOfferStatus.of(offer),
     )
 
 

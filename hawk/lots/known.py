@@ -12,11 +12,12 @@ from sqlalchemy import Connection, func, select
 
 from hawk.lots.frames import frame_of
 from hawk.lots.place import ground_about
+from hawk.lots.plan.editing import KIND as OF_AN_EDIT
 from hawk.lots.plan.follow import revision_of
 from hawk.lots.plan.reading import in_plan
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.registering import datum_of, known_ground, present_stalls
-from hawk.lots.tables import LOT, STALL, SURVEY
+from hawk.lots.tables import CHANGE, EDIT, LOT, STALL, SURVEY
 from hawk.lots.values import outline_or_none
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
 from hawk.model.plans import Outline
@@ -47,6 +48,18 @@ def lot_near(connection: Connection, place: tuple[float, float], again: str = ""
         return None
     lot_id, name = str(nearest[1]["id"]), str(nearest[1]["name"])
     return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
+
+
+def last_author(connection: Connection, lot: str) -> str:
+    """Return the name of the person whose edit of a lot's plan is the newest change of the store; "" where another
+    change is: of its maker the store keeps a role.
+    """
+    edits = select(EDIT.c.who, EDIT.c.touched).where(EDIT.c.lot == lot).order_by(EDIT.c.touched.desc())
+    newest = connection.execute(edits).first()
+    is_other = (CHANGE.c.kind != OF_AN_EDIT) | CHANGE.c.undone.is_not(None)
+    moment = func.max(func.coalesce(CHANGE.c.undone, CHANGE.c.made))
+    other = connection.execute(select(moment).where(is_other)).scalar()
+    return "" if newest is None or (other is not None and other > newest.touched) else str(newest.who)
 
 
 def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotAhead, ...]:

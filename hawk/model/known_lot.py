@@ -68,14 +68,30 @@ class LotAhead:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanOffer:
+    """The plan of the lot that is flown over, as somebody changed it since the motors are on.
+
+    The flight goes on with the plan that it began with until who has control takes this one by its ``id``. ``by`` names
+    who changed it, "" where that is not known; ``stalls`` are those of this plan, ``before`` those of the one flown.
+    """
+
+    id: str
+    lot: str
+    by: str
+    stalls: int
+    before: int
+
+
+@dataclass(frozen=True, slots=True)
 class LotsAhead:
     """The lots of the store, and why it cannot be read, else "".
 
     ``tour_m`` is the length of the flight over the lot that is surveyed again, metres; None while it is not planned.
-    ``missed`` of its stalls no place inside the fence shows.
+    ``missed`` of its stalls no place inside the fence shows. ``offer`` is a changed plan that waits for an answer.
     """
 
     lots: tuple[LotAhead, ...] = ()
     problem: str = ""
     tour_m: float | None = None
     missed: int = 0
+    offer: PlanOffer | None = None

@@ -15,7 +15,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.message_socket import Gate, ServerMessageSocket
 from hawk.comm.protocol.authority import role_refusal
 from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
-from hawk.comm.protocol.commands import Ack, Command, Control, MapResync, OperatorName, Outgoing
+from hawk.comm.protocol.commands import Ack, Command, Control, MapResync, OperatorHeartbeat, OperatorName, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.config.reference import Setting
@@ -136,7 +136,10 @@ def _session_gate(desk: ControlDesk, hub: ClientHub) -> Gate:
         if refused := role_refusal(sender_of(command.type), desk.role(client)):
             return Ack(id=command.id, accepted=False, reason=refused)
         row = COMMAND_TABLE[command.type]
-        desk.sign_of_life(client)
+        if isinstance(command, OperatorHeartbeat):
+            desk.sign_of_life(client, is_hidden=command.hidden)
+        else:
+            desk.sign_of_life(client, is_hidden=None if row.sent_by_itself else False)
         if not row.sent_by_itself:
             desk.acted(client)
         if not row.answered_by_web_server:

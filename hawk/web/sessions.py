@@ -35,6 +35,10 @@ class Session:
     renamed: float = -math.inf
     last_sign: float = -math.inf
     connections: int = 0
+    hidden_since: float | None = None
+    """Since when each of its pages that show life is hidden, seconds; None while one is shown."""
+    looks: dict[ClientId, tuple[float, bool]] = field(default_factory=dict, repr=False)
+    """When each of its connections showed life last, and whether its page was hidden then."""
     successor: Session | None = field(default=None, repr=False)
     """The session that took control while this one was lost."""
 
@@ -106,6 +110,7 @@ class ControlDesk:
         session = self._clients.pop(client, None)
         if session is not None:
             session.connections -= 1
+            session.looks.pop(client, None)
 
     def keeps_place(self, secret: str | None) -> bool:
         """Return True for the cookie of the session in control: it gets in when the server is full.
@@ -127,13 +132,25 @@ class ControlDesk:
         session = self._clients.get(client)
         return Role.VIEWER if session is None else session.role
 
-    def sign_of_life(self, client: ClientId) -> None:
-        """Note that the client sent something."""
-        session = self._clients.get(client)
-        if session is not None:
-            if session is self._holder and not self.operator_present(self._clock()):
-                self._asking.acted()  # it was lost and could not answer
-            session.last_sign = self._clock()
+    def sign_of_life(self, client: ClientId, *, is_hidden: bool | None = False) -> None:
+        """Note that the client sent something. ``is_hidden``: nobody sees its page; None: it says nothing of that."""
+        session, now = self._clients.get(client), self._clock()
+        if session is None:
+            return
+        if session is self._holder and not self.operator_present(now):
+            self._asking.acted()  # it was lost and could not answer
+        session.last_sign = now
+        if is_hidden is not None:
+            session.looks[client] = (now, is_hidden)
+        self._note_hidden(session, now)
+
+    def _note_hidden(self, session: Session, now: float) -> None:
+        """Note since when nobody sees a page of a session. A page that shows no life any more shows nothing."""
+        alive = [hidden for at, hidden in session.looks.values() if now - at <= self._settings.operator_timeout_s]
+        if not all(alive):
+            session.hidden_since = None
+        elif alive and session.hidden_since is None:
+            session.hidden_since = now
 
     def acted(self, client: ClientId) -> None:
         """Note a command of this client beyond a sign of life."""
@@ -224,6 +241,11 @@ class ControlDesk:
         """Return True when the session with control showed a sign of life within ``operator_timeout_s``."""
         holder = self._lease()
         return holder is not None and now - holder.last_sign <= self._settings.operator_timeout_s
+
+    def hidden_since(self) -> float | None:
+        """Since when each page of the session with control is hidden, seconds; None while one is shown."""
+        holder = self._lease()
+        return None if holder is None else holder.hidden_since
 
     def controller(self) -> str | None:
         """Name of the session that has control."""

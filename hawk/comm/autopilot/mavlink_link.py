@@ -427,7 +427,7 @@ class Link:
     def _overhear(self, datagram: bytes) -> None:
         """Take what another station writes to the autopilot."""
         for write in writes(datagram):
-            foreign = write.system not in (self._vehicle_id, self._system_id)
+            foreign = write.system not in (0, self._vehicle_id, self._system_id)
             if foreign and write.target in (0, self._vehicle_id):
                 fields = {"subjects": write.subjects}
                 sender = (write.system, write.component)

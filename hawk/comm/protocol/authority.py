@@ -25,6 +25,9 @@ class OperatorDesk(Protocol):
     def operator_present(self, now: float) -> bool:
         """Return True when a session with control showed a sign of life within ``operator_timeout_s``."""
 
+    def hidden_since(self) -> float | None:
+        """Return since when each page of the session with control is hidden, seconds; None while one is shown."""
+
     def controller(self) -> str | None:
         """Return the name of the session that has control."""
 

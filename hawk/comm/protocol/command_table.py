@@ -49,6 +49,7 @@ class Need(Enum):
     NOT_SETTING = "no failsafes being set"
     DRAWN_FENCE = "a drawn fence"
     OUTLINE = "an outline"
+    OFFER = "a plan of the lot that was changed in flight"
     DISARMED = "the motors off"
     MAP = "a map that is not empty"
 
@@ -99,7 +100,7 @@ class CommandRow:
     sent_unheard: bool = False
     """Sent to an armed drone that is not heard, whatever the state; nothing answers then."""
     taken_while_cutting: bool = False
-    """Taken while the motors are being cut."""
+    """Taken while the motors are being cut, from those who may cut them."""
     answered_by_web_server: bool = False
     """It concerns the session only and never reaches the drone."""
     sent_by_itself: bool = False
@@ -235,6 +236,7 @@ _ROWS: Final = (
         needs=(Need.LINK, Need.NO_CAUSE, Need.AIR),
         urgency=Urgency.SAVING,
         button="hold",
+        taken_while_cutting=True,
     ),
     CommandRow(
         example=commands.ReturnToLaunch(confirmed=False),
@@ -250,6 +252,7 @@ _ROWS: Final = (
         urgency=Urgency.SAVING,
         button="home",
         sent_unheard=True,
+        taken_while_cutting=True,
     ),
     CommandRow(
         example=commands.Land(confirmed=True),
@@ -260,6 +263,7 @@ _ROWS: Final = (
         urgency=Urgency.SAVING,
         button="land",
         sent_unheard=True,
+        taken_while_cutting=True,
     ),
     CommandRow(
         example=commands.Disarm(),
@@ -341,6 +345,12 @@ _ROWS: Final = (
         button="survey-again",
     ),
     CommandRow(
+        example=commands.FlyPlan(plan="0b5f8a52-3c1e-4d7a-9c55-6f1f3f1f6a10-2-7"),
+        states={**ALWAYS, S.COMMUNICATION_LOST: LOST, S.MANUAL: PILOT_FLIES},
+        needs=(Need.OFFER,),
+        button="fly-plan",
+    ),
+    CommandRow(
         example=commands.NewSurvey(),
         states=BEFORE_FLIGHT,
         needs=(Need.LINK, Need.DISARMED, Need.MAP),
@@ -371,7 +381,7 @@ _ROWS: Final = (
         answered_by_web_server=True,
     ),
     CommandRow(
-        example=commands.OperatorHeartbeat(),
+        example=commands.OperatorHeartbeat(hidden=False),
         sender=Sender.EVERYBODY,
         answered_by_web_server=True,
         sent_by_itself=True,

@@ -85,6 +85,16 @@ class SurveyAgain(Command):
     """Id of the lot, as in ``/api/lots.json``."""
 
 
+class FlyPlan(Command):
+    """Fly the plan of the lot as somebody changed it since the motors are on. Without this the flight goes on with the
+    plan that it began with, and the next one begins with the changed one.
+    """
+
+    type: Literal["Fly Plan"] = "Fly Plan"
+    plan: str = Field(min_length=1, max_length=80)
+    """``Plan`` of the heartbeat's ``Plan Offer``."""
+
+
 class Control(Command):
     """Control: Request it, Release it; Ask the one who has it, Withdraw that; answer such a question by Give or Keep.
 
@@ -303,6 +313,8 @@ class OperatorHeartbeat(Command):
     """The operator's sign of life."""
 
     type: Literal["Heartbeat"] = "Heartbeat"
+    hidden: bool = False
+    """The page is hidden, as in a pocket or behind another window: nobody looks at it. A program leaves it out."""
 
 
 class MapResync(Command):
@@ -335,6 +347,7 @@ AnyCommand = Annotated[
     | SetOutline
     | ClearOutline
     | SurveyAgain
+    | FlyPlan
     | OperatorHeartbeat
     | OperatorName
     | Control

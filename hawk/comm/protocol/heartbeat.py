@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal, Protocol, Self
 
 from pydantic import Field, WithJsonSchema
 
 from hawk.comm.protocol.base import Command, Finite, Known, Model, Outgoing, Spoken, Words
+from hawk.model.known_lot import PlanOffer
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.plans import LeftOut
 from hawk.model.poses import MapPoint
@@ -282,6 +283,25 @@ class PoseStatus(Outgoing):
         return None if self.north is None or self.east is None else MapPoint(self.north, self.east)
 
 
+class PlanOfferStatus(Outgoing):
+    """The plan of the lot that is flown over, as somebody changed it since the motors are on; Fly Plan takes it."""
+
+    plan: str
+    """Id of the offer."""
+    lot: str
+    """Name of the lot."""
+    by: str | None = None
+    """Name of the one who changed it; null where it is not known."""
+    stalls: int
+    before: int
+    """Stalls of the plan that is flown."""
+
+    @classmethod
+    def of(cls, offer: PlanOffer) -> Self:
+        """Return the status of an offer."""
+        return cls(plan=offer.id, lot=offer.lot, by=offer.by or None, stalls=offer.stalls, before=offer.before)
+
+
 class SiteStatus(Outgoing):
     """Home, map origin and limits of the flight. Metres; heights above the arm place."""
 
@@ -305,6 +325,8 @@ class SiteStatus(Outgoing):
     """Square metres of the outline that the fence leaves out; null without one."""
     again_distance: Known = None
     """Length of the planned flight over the lot that is surveyed again, metres; null until it is planned."""
+    plan_offer: PlanOfferStatus | None = None
+    """The changed plan that waits for an answer; null while the flight has the newest one."""
 
 
 class TravelStatus(Outgoing):

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from hawk.comm.protocol.authority import OperatorDesk, Tenure
 from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.readings.instant import Instant, Reading
 from hawk.model.sentences import say
 
+HIDDEN_S: Final = 30.0
+"""A page that is hidden for so long in a task is as good as lost, seconds: its sign of life comes from a worker, also
+in a pocket."""
 SOME_OPERATOR = say("the operator")
 """Stands for a name that is not known: recordings from before the names."""
 
@@ -27,6 +31,8 @@ class OperatorFacts:
     """Each connection with the name of its session. Names are shown and decide nothing."""
     given_back_by: str = ""
     """Name of the one who gave control back, while nobody has taken it since; empty otherwise."""
+    hidden_s: float | None = None
+    """Seconds for which nobody sees a page of the session in control; None while one is shown, and for a program."""
 
     @property
     def tenure(self) -> Tenure:
@@ -34,6 +40,11 @@ class OperatorFacts:
         if not self.is_controlled:
             return Tenure.FREE
         return Tenure.HELD if self.is_present else Tenure.LOST
+
+    @property
+    def is_away(self) -> bool:
+        """True when nobody has seen a page of the session in control for `HIDDEN_S`."""
+        return self.hidden_s is not None and self.hidden_s >= HIDDEN_S
 
     def name(self, client: ClientId) -> str:
         """Return the name of a connection's session; empty when it is not known."""
@@ -52,7 +63,7 @@ class OperatorReading(Reading):
     def facts(self, instant: Instant) -> OperatorFacts:
         """Return what is known."""
         desk = self._desk
-        controller = desk.controller()
+        controller, hidden_since = desk.controller(), desk.hidden_since()
         return OperatorFacts(
             is_present=desk.operator_present(instant.now),
             is_controlled=controller is not None,
@@ -60,4 +71,5 @@ class OperatorReading(Reading):
             controller=controller or "",
             names=tuple(desk.names().items()),
             given_back_by=desk.given_back_by(),
+            hidden_s=None if hidden_since is None else max(0.0, instant.now - hidden_since),
         )

@@ -102,6 +102,8 @@ class DdcTopicInterface:
         self.fence_pub: Topic[Fence] = Topic("fence", clock)
         self.heights_pub: Topic[HeightParameters] = Topic("heights", clock)
         self.home_pub: Topic[MapPoint] = Topic("home", clock)
+        self.taken_plan_pub: Topic[str] = Topic("taken_plan", clock)
+        """Id of the changed plan of the lot that who has control took last (`hawk.model.known_lot.PlanOffer`)."""
         self.doubt_pub: Topic[str] = Topic("doubt", clock)
         """Why the reported place is doubted; empty while it is not."""
 

@@ -21,6 +21,7 @@ from hawk.ddc.acts import (
     Record,
     Reply,
     ShowUserError,
+    TakePlan,
     UseOutline,
 )
 from hawk.ddc.facts import Facts
@@ -285,14 +286,22 @@ class CommandDesk:
             case commands.SurveyAgain() if (lot := lot_of(command, facts)) is not None:
                 asked = say("{name} is surveyed again: {stalls} stalls.", name=lot.name, stalls=lot.stalls)
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(again_outline(lot)), Log("ok", asked)))
+            case commands.FlyPlan() if (offer := facts.lots.offer) is not None:
+                flown = say(
+                    "The changed plan of {name} is flown: {stalls} stalls.", name=offer.lot, stalls=offer.stalls
+                )
+                return Ruling(accepted, (NO_USER_ERROR, TakePlan(offer.id), Log("ok", flown)))
             case commands.ClearOutline():
                 gone = Log("ok", say("The outline was removed; Explore finds the lot by looking."))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
             case commands.AutonomousMove():
                 return Ruling(acts=self.lot_check.open(client, command, _move_order(command, facts), facts))
+        replaced = self._kill_switch.replace(command.type)
         if is_sent_unheard(facts, COMMAND_TABLE[command.type]):
-            return self._send_unheard(client, command, facts)
-        return Ruling(accepted, self._begin(), _order(client, command, situation))
+            ruling = self._send_unheard(client, command, facts)
+        else:
+            ruling = Ruling(accepted, self._begin(), _order(client, command, situation))
+        return replace(ruling, acts=(*replaced, *ruling.acts)) if replaced else ruling
 
     def _send_unheard(self, client: ClientId, command: commands.Command, facts: Facts) -> Ruling:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.rules.silence` sends its mode."""

@@ -11,6 +11,7 @@ from hawk.ddc.fence.geometry import recovery_words
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToLand, ToReturn, Transition
 from hawk.ddc.readings.clearance import LOW_S
+from hawk.ddc.readings.operator import HIDDEN_S
 from hawk.ddc.readings.position import POSITION_CONFIRM_S
 from hawk.ddc.readings.sight import FAULT_CONFIRM_S
 from hawk.ddc.readings.topic_interface import POSE_TIMEOUT_S
@@ -70,6 +71,8 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
         found.append(Reaction(Rank.RETURN_TO_LAUNCH, ToReturn(cause)))
     if state.needs_operator and not facts.operator.is_present:
         found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost(given_back_by=facts.operator.given_back_by)))
+    elif state.is_task and facts.operator.is_away and state.age(facts) >= HIDDEN_S:
+        found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost(is_hidden=True)))
     if state.stops_at_fence and facts.is_breached:
         found.append(Reaction(Rank.FENCE, ToHover(say("Beyond the fence."), level="warning")))
     low_s = facts.position.below.low_s

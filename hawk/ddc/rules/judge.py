@@ -8,7 +8,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from hawk.comm.protocol import commands
-from hawk.comm.protocol.authority import authority_refusal
+from hawk.comm.protocol.authority import Sender, authority_refusal
 from hawk.comm.protocol.command_table import COMMAND_TABLE, CommandRow, Confirm, sender_of
 from hawk.comm.protocol.heartbeat import ClientId, CommandOption
 from hawk.ddc.facts import Facts
@@ -17,7 +17,7 @@ from hawk.ddc.fence.outline import OutlineError, check_rings, ground_of, outline
 from hawk.ddc.fence.plan import fence_refusal
 from hawk.ddc.parameters.heights import heights_problem
 from hawk.ddc.rules.again import again_refusal
-from hawk.ddc.rules.needs import POSITION_UNKNOWN, Refusal, Situation, unmet
+from hawk.ddc.rules.needs import NO_SUCH_PLAN, POSITION_UNKNOWN, Refusal, Situation, unmet
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName, UserError
 from hawk.model.plans import Fence, HeightParameters, Route
@@ -40,9 +40,11 @@ def options(situation: Situation) -> tuple[CommandOption, ...]:
 
 def refusal(situation: Situation, client: ClientId, command: commands.Command) -> Refusal | None:
     """Return the reason why a command of this client is refused; None when it is accepted."""
-    operator = situation.facts.operator
+    operator, sender = situation.facts.operator, sender_of(command.type)
+    if situation.interlocks.kill_state == "sending" and sender is Sender.OPERATORS_UNLESS_HOMING:
+        sender = Sender.CONTROL_OR_FREE  # Hold replaces a Kill, which is not everybody's to undo
     unauthorised = authority_refusal(
-        sender_of(command.type),
+        sender,
         has_control=client in operator.clients,
         control=operator.tenure,
         homing=situation.state.is_homing,
@@ -92,6 +94,9 @@ def _content(situation: Situation, command: commands.Command) -> Refusal | None:
             reason = _outline_refusal(command, facts, settings)
         case commands.SurveyAgain():
             reason = again_refusal(command, facts, fence_ahead(facts, settings))
+        case commands.FlyPlan():
+            is_newest = facts.lots.offer is not None and facts.lots.offer.id == command.plan
+            reason = "" if is_newest else NO_SUCH_PLAN
         case commands.AutonomousMove():
             return _placed(facts, command)
         case commands.CompulsiveMove():

@@ -115,6 +115,16 @@ class KillSwitch:
             return (Ask(CutMotors(), now),)
         return ()
 
+    def replace(self, command: str) -> Acts:
+        """End the repetition: who may cut the motors wants another thing by now. Arm stays locked.
+
+        A command that is under way, or that the autopilot has taken, cannot be taken back.
+        """
+        if self._sending is None:
+            return ()
+        self._end("none")
+        return (Log("warning", say("{command} came first: the motors are cut no more.", command=command)),)
+
     def follow(self, facts: Facts) -> Acts:
         """Lock Arm after a fall; return the acts that report and journal it: its place follows the drone at first."""
         fall, known = facts.fall, self.fall

@@ -29,6 +29,7 @@ LOT_IS_SEEN = say(
 )
 OUTLINE_IS_SEEN = say("Explored already: the outline is seen whole. Set another one, or land for a new survey.")
 NOTHING_INSIDE = say("Nothing of the outline lies inside the fence: set another outline, or clear it.")
+NO_SUCH_PLAN = say("No such changed plan waits: look at the newest one.")
 _PUT_BACK = say("It is being put back: wait.")
 
 
@@ -212,6 +213,7 @@ _NEEDS: Final[Mapping[Need, Callable[[Situation], Refusal | None]]] = {
         say("No fence is drawn: the standard one is used."),
     ),
     Need.OUTLINE: _holds(lambda now: now.facts.limits.outline is not None, say("No outline is set.")),
+    Need.OFFER: _holds(lambda now: now.facts.lots.offer is not None, NO_SUCH_PLAN),
     Need.MAP: _holds(
         lambda now: not (now.facts.sight.lot_area <= 0.0 and now.facts.sight.counts.total == 0),
         say("The map is empty: the next flight begins it."),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Final
+
+from hawk.comm.mavlink.foreign_writes import MODE, mode_subject
 from hawk.ddc import orders
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.facts import Facts
@@ -10,11 +13,15 @@ from hawk.ddc.states.base import State
 from hawk.ddc.states.explore import AutonomousExploreState
 from hawk.ddc.states.ground import ArmState, ConfigureFenceState, ConfigureState, IdleState, TakeoffState
 from hawk.ddc.states.homing import HomingState, LandState, ReturnToLaunchState
-from hawk.ddc.states.hover import CommunicationLostState, HoverState, ManualState
+from hawk.ddc.states.hover import PAGE_HIDDEN, CommunicationLostState, HoverState, ManualState
 from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
 from hawk.ddc.words import direction, metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.sentences import joined, say
+from hawk.model.vehicle import ForeignWrite
+
+ASKED_S: Final = 3.0
+"""A mode shows at once: a station that asked for it longer ago did not cause it, seconds."""
 
 
 def make_state(transition: orders.Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
@@ -52,19 +59,20 @@ def _make(transition: orders.Transition, facts: Facts, settings: DdcSettings) ->
         case orders.ToLand(cause, by_autopilot):
             land = LandState(now, cause, by_autopilot)
             return _home(land, transition.by, say("The autopilot lands by itself."))
-        case orders.ToCommunicationLost(passive, given_back_by):
+        case orders.ToCommunicationLost(passive, given_back_by, is_hidden):
             lost = CommunicationLostState(now, settings, passive, given_back_by)
             hold = seconds(settings.operator.operator_hold_s)
             then = say("Holds for {hold}, then returns home.", hold=hold)
-            return lost, (Log("warning", joined(lost.reason, then)),)
+            return lost, (Log("warning", joined(PAGE_HIDDEN if is_hidden else lost.reason, then)),)
         case orders.ToManual():  # pragma: no branch - the last kind of transition
             text = say("Someone else flies, in {mode}.", mode=facts.vehicle.mode or say("an unknown mode"))
-            return ManualState(now), (Log("warning", text, facts.link.words),)
+            who = "" if _asking_station(facts) is None else _begun_by(facts)
+            return ManualState(now), (Log("warning", text, joined(who, facts.link.words)),)
 
 
 def adopted(name: StateName, facts: Facts) -> orders.Transition:
     """Return the transition to the state that stands for the autopilot's activity: adopting it sends nothing."""
-    own = orders.Cause("", orders.CauseKind.ALWAYS, facts.link.words)
+    own = orders.Cause(_begun_by(facts), orders.CauseKind.ALWAYS, facts.link.words)
     match name:
         case StateName.RETURN_TO_LAUNCH:
             return orders.ToReturn(own, by_autopilot=True)
@@ -74,9 +82,8 @@ def adopted(name: StateName, facts: Facts) -> orders.Transition:
             return orders.ToManual()
         case StateName.HOVER:
             mode = facts.vehicle.mode or say("an unknown mode")
-            return orders.ToHover(
-                say("The autopilot went to {mode} by itself.", mode=mode), passive=True, level="warning"
-            )
+            by_itself = say("The autopilot went to {mode} by itself.", mode=mode)
+            return orders.ToHover(_begun_by(facts) or by_itself, passive=True, level="warning")
         case StateName.COMMUNICATION_LOST:
             return orders.ToCommunicationLost(passive=True)
         case StateName.ARM:
@@ -85,10 +92,29 @@ def adopted(name: StateName, facts: Facts) -> orders.Transition:
             return orders.ToIdle()
 
 
+def _begun_by(facts: Facts) -> str:
+    """Return who asked for the mode that nobody here asked for; empty where the autopilot itself says why."""
+    if (station := _asking_station(facts)) is not None:
+        return say(
+            "Station {system} (component {component}) asked for it.",
+            system=station.system,
+            component=station.component,
+        )
+    return "" if facts.link.words else say("Another station asked for it, or the autopilot itself began it.")
+
+
+def _asking_station(facts: Facts) -> ForeignWrite | None:
+    """Return the station that asked for the present mode a moment ago; most links bring no word of it."""
+    named = (MODE, mode_subject(facts.vehicle.custom_mode or 0))
+    writes = (write for write in reversed(facts.link.foreign_writes) if facts.now - write.time <= ASKED_S)
+    return next((write for write in writes if write.subject in named), None)
+
+
 def _home(state: HomingState, by: str, by_itself: str) -> tuple[State, Acts]:
     cause, text = state.cause, state.doing.asked(by) if by else state.doing.plain
     if state.by_autopilot:
-        return state, (Log("warning", by_itself, "" if cause is None else cause.details),)
+        words = joined(text, cause.text) if cause is not None and cause.text else by_itself
+        return state, (Log("warning", words, "" if cause is None else cause.details),)
     if cause is None:
         return state, (Log("info", text),)
     return state, (Log("warning", joined(cause.text, text)),)

@@ -99,7 +99,8 @@ class HomingState(AirborneState):
         if self._keeper.reason:
             return self.doing.trying(self._keeper.reason)
         if self.by_autopilot:
-            return joined(self.doing.begun, self._words())
+            begun = self.doing.begun if not self._begun_by else joined(self.doing.plain, self._begun_by)
+            return joined(begun, self._words())
         if self.cause:
             return joined(self.doing.plain, self.cause.text)
         return self.doing.asked(self.asked_by) if self.asked_by else self.doing.plain
@@ -107,6 +108,8 @@ class HomingState(AirborneState):
     def hold_refusal(self, facts: Facts) -> str:
         """Return the reason why Hold is refused now; empty when it is not."""
         if self.by_autopilot:
+            if self._begun_by:
+                return say("Not while this lasts: {cause}", cause=joined(self._begun_by, self._words()))
             return joined(say("The autopilot does this by itself."), self._words())
         if self.cause is not None and self.cause.lasts(facts):
             return say("Not while this lasts: {cause}", cause=self.cause.text)
@@ -126,6 +129,11 @@ class HomingState(AirborneState):
             self._reported = self._keeper.refusals
             acts += (Log("error", self.doing.refused, self._keeper.reason),)
         return acts
+
+    @property
+    def _begun_by(self) -> str:
+        """One sentence on who began it, where the autopilot does not say so itself."""
+        return "" if self.cause is None else self.cause.text
 
     def _words(self) -> str:
         return "" if self.cause is None else self.cause.details

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Final
 
 from hawk.comm.protocol.commands import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
@@ -284,6 +285,9 @@ class HoverState(AirborneState):
         return _astray(facts, self._holding) or STAY
 
 
+PAGE_HIDDEN: Final = say("The page of the operator in control is hidden.")
+
+
 class CommunicationLostState(AirborneState):
     """Holds for ``operator_hold_s``, then returns home; nothing resumes by itself when the operator is back."""
 
@@ -314,9 +318,8 @@ class CommunicationLostState(AirborneState):
 
     def detail(self, facts: Facts) -> str:
         """Return the time until the drone returns home."""
-        return say(
-            "{reason} Returns home in {return_in}.", reason=self.reason, return_in=seconds(self.return_in(facts))
-        )
+        reason = PAGE_HIDDEN if facts.operator.is_present and facts.operator.is_away else self.reason
+        return say("{reason} Returns home in {return_in}.", reason=reason, return_in=seconds(self.return_in(facts)))
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -327,7 +330,7 @@ class CommunicationLostState(AirborneState):
         return self._holding.process(facts)
 
     def _decide(self, facts: Facts) -> Step:
-        if facts.operator.is_present:
+        if facts.operator.is_present and not facts.operator.is_away:
             return Step(ToHover(self._words_of_return(facts), passive=self._passive))
         if self.return_in(facts) <= 0:
             text = say("Nobody took control.") if self._given_back_by else say("The operator is lost.")

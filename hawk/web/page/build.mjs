@@ -41,8 +41,10 @@ function withoutArchive(lines) {
   });
 }
 
+/** Fluent needs one space before the further lines of a message, and none within the braces of a value. */
 function messageLines(text) {
-  return text.split("\n").filter((line) => line !== "" && !line.startsWith("#"));
+  const lines = text.split("\n").filter((line) => line !== "" && !line.startsWith("#"));
+  return lines.map((line) => line.replace(/^ +/, " ").replace(/\{ (\$[\w-]+) \}/g, "{$1}"));
 }
 
 const shared = {

@@ -451,9 +451,13 @@ class FakeDesk:
     present: bool = True
     known: dict[ClientId, str] = field(default_factory=lambda: {"ana": "Ana", "eve": "Eve"})
     former: str = ""
+    hidden: float | None = None
 
     def operator_present(self, now: float) -> bool:
         return self.present and self.client is not None
+
+    def hidden_since(self) -> float | None:
+        return None if self.client is None else self.hidden
 
     def controller(self) -> ClientId | None:
         return self.client

@@ -72,6 +72,10 @@ def _without_operator(facts: Facts) -> Facts:
     return replace(facts, operator=replace(facts.operator, is_present=False))
 
 
+def _hidden(facts: Facts) -> Facts:
+    return replace(facts, operator=replace(facts.operator, is_present=True, hidden_s=60.0))
+
+
 def _with_operator(facts: Facts) -> Facts:
     return replace(facts, operator=replace(facts.operator, is_present=True))
 
@@ -295,6 +299,7 @@ EVENTS: tuple[Event, ...] = (
     Event("Fence", "Drone outside for 10 s", _breach(10.0)),
     Event("Operator", "Is back", _with_operator),
     Event("Operator", "Lost", _without_operator),
+    Event("Operator", "Page hidden for 31 s", _hidden, steps=(31.0, 31.05)),
     Event("Operator", "Lost for 31 s", _without_operator, steps=tuple(0.5 * tick for tick in range(2, 65))),
     Event("Task", "Climbed to the desired height", _at(0.0, 35.0)),
     Event("Task", "At the place of the Move", _at(40.0, 30.0)),

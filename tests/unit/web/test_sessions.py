@@ -163,3 +163,60 @@ def test_sessions_are_bounded_and_the_one_in_control_is_kept(desk: ControlDesk) 
         desk.connect(f"n{number}", None)
         desk.disconnect(f"n{number}")
     assert desk.connect("again", secret).name == desk.controller()
+
+
+# -- hidden pages -----------------------------------------------------------------------------------------------------
+
+
+def test_a_hidden_page_shows_life_and_says_since_when_it_is_hidden(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.connect("phone", None)
+    desk.request("phone")
+    desk.sign_of_life("phone", is_hidden=False)
+    assert desk.hidden_since() is None
+    clock.advance(5.0)
+    desk.sign_of_life("phone", is_hidden=True)
+    hidden_at = clock()
+    for _ in range(40):
+        clock.advance(1.0)
+        desk.sign_of_life("phone", is_hidden=True)
+    assert desk.hidden_since() == hidden_at
+    assert desk.operator_present(clock())
+    desk.sign_of_life("phone", is_hidden=False)
+    assert desk.hidden_since() is None
+
+
+def test_a_shown_page_of_the_same_session_is_enough_while_it_shows_life(desk: ControlDesk, clock: ManualClock) -> None:
+    session = desk.connect("phone", None)
+    desk.connect("tablet", session.secret)
+    desk.request("phone")
+    for _ in range(40):
+        clock.advance(1.0)
+        desk.sign_of_life("phone", is_hidden=True)
+        desk.sign_of_life("tablet", is_hidden=False)
+    assert desk.hidden_since() is None
+    for _ in range(12):  # the tablet froze
+        clock.advance(1.0)
+        desk.sign_of_life("phone", is_hidden=True)
+    assert desk.hidden_since() == clock() - 1.0
+    desk.disconnect("tablet")
+    desk.sign_of_life("phone", is_hidden=True)
+    assert desk.hidden_since() == clock() - 1.0
+
+
+def test_a_program_that_says_nothing_of_a_page_counts_as_shown(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.connect("program", None)
+    desk.request("program")
+    for _ in range(40):
+        clock.advance(1.0)
+        desk.sign_of_life("program")
+    assert desk.hidden_since() is None
+
+
+def test_a_page_that_cannot_say_anything_is_lost_whatever_it_said_last(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.connect("phone", None)
+    desk.request("phone")
+    for hidden in (False, True):
+        desk.sign_of_life("phone", is_hidden=hidden)
+        assert desk.operator_present(clock())
+        clock.advance(10.1)  # the browser froze the tab
+        assert not desk.operator_present(clock())

@@ -493,3 +493,19 @@ async def test_a_writer_that_fails_ends_the_connection_so_that_the_client_connec
         while not page.socket.closed:
             await page.socket.receive()
     await rig.nobody_connected()
+
+
+async def test_a_page_says_that_it_is_hidden_and_any_other_command_shows_somebody_there(
+    rig: Rig, connect: Connect
+) -> None:
+    page = await connect()
+    await page.take_control()
+    await page.ask(Type="Heartbeat", Hidden=True, Id="hidden")
+    assert rig.side.desk.hidden_since() == rig.clock()
+    rig.clock.advance(1.0)
+    await page.ask(Type="Map Resync", Id="by itself")
+    assert rig.side.desk.hidden_since() == rig.clock() - 1.0
+    await page.ask(Type="Control", Action="Request", Id="a click")
+    assert rig.side.desk.hidden_since() is None
+    answer = await refused(rig, page, Type="Heartbeat", Hidden="yes")
+    assert "Hidden" in answer["Reason"]

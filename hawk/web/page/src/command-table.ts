@@ -32,6 +32,7 @@ export const COMMAND_TABLE = {
   "Set Outline": { button: "set-outline", confirm: "never" },
   "Clear Outline": { button: "remove-outline", confirm: "never" },
   "Survey Again": { button: "survey-again", confirm: "never" },
+  "Fly Plan": { button: "fly-plan", confirm: "never" },
   "New Survey": { button: "new-survey", confirm: "slide" },
   "Route Request": { button: null, confirm: "never" },
   "Check Fence": { button: null, confirm: "never" },

@@ -64,7 +64,8 @@ for (const app of document.querySelectorAll("hawk-app")) {
 operator.connect();
 
 const life = new Worker(new URL("life-worker.js", document.baseURI));
-life.onmessage = () => operator.signOfLife();
+life.onmessage = () => operator.signOfLife(document.hidden);
+document.addEventListener("visibilitychange", () => operator.signOfLife(document.hidden));
 
 setInterval(() => {
   const silent = operator.view().silence;

@@ -80,6 +80,13 @@ export interface DisarmCommand {
   Id?: string | number | null;
 }
 
+/** Fly the plan of the lot as somebody changed it since the motors are on. Without this the flight goes on with the */
+export interface FlyPlanCommand {
+  Type: "Fly Plan";
+  Id?: string | number | null;
+  Plan: string;
+}
+
 /** Stop and stay. */
 export interface HoldCommand {
   Type: "Hold";
@@ -122,6 +129,7 @@ export interface NewSurveyCommand {
 export interface OperatorHeartbeatCommand {
   Type: "Heartbeat";
   Id?: string | number | null;
+  Hidden?: boolean;
 }
 
 /** The name by which the others know the sender; null: none. It is shown, and proves nothing. */
@@ -202,6 +210,7 @@ export type Command =
   | ConfigureCommand
   | ControlCommand
   | DisarmCommand
+  | FlyPlanCommand
   | HoldCommand
   | KillCommand
   | KillRequestCommand
@@ -361,6 +370,7 @@ export interface Heartbeat {
   "Outline Area": number | null;
   "Outline Outside": number | null;
   "Again Distance": number | null;
+  "Plan Offer": PlanOfferStatus | null;
   Target: Point | null;
   Route: Point[];
   "Flight Time": number | null;
@@ -435,6 +445,15 @@ export interface OutlineSetup {
   Holes: FenceCorner[][];
   Area: number;
   Again: string;
+}
+
+/** The plan of the lot that is flown over, as somebody changed it since the motors are on; Fly Plan takes it. */
+export interface PlanOfferStatus {
+  Plan: string;
+  Lot: string;
+  By: string | null;
+  Stalls: number;
+  Before: number;
 }
 
 /** A place in the map frame, metres. */

@@ -9,6 +9,7 @@ import type { Operator } from "../src/state/operator.ts";
 import { CELL } from "../src/state/tile-data.ts";
 import { ActionBar } from "../src/ui/action-bar.ts";
 import { ChecksTab } from "../src/ui/checks-tab.ts";
+import { ControlNotePart } from "../src/ui/control-note.ts";
 import { EarlierSurvey } from "../src/ui/earlier-survey.ts";
 import { FenceButton } from "../src/ui/fence-button.ts";
 import { GlanceLine } from "../src/ui/glance-line.ts";
@@ -119,6 +120,10 @@ const SCENES: Record<WithButton, Scene> = {
       await stage.drawn();
       await stage.press(say("survey-again-of", { name: "South" }));
     },
+  },
+  "Fly Plan": {
+    part: () => new ControlNotePart(),
+    drone: { "Plan Offer": { Plan: "lot-2-7", Lot: "South", By: "Ben", Stalls: 50, Before: 40 } },
   },
   "New Survey": { part: () => new EarlierSurvey(), drone: { ...GROUND, "Occupancy Map": mapUpdate({ Stalls: [stall(1)] }), Free: 1 } },
   Name: { part: () => new OwnName(), before: (_, stage) => (stage.input("input").value = "Anna") },

@@ -58,6 +58,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Outline Setup": null,
     "Outline Area": null,
     "Outline Outside": null,
+    "Plan Offer": null,
     "Again Distance": null,
     "Outline Unseen": null,
     "Left Out": null,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -14,8 +15,8 @@ STATION = mavlink.MAVLink(None, 254, 190)
 ZEROS = (0.0,) * 6
 
 
-def command(number: int) -> Any:
-    return mavlink.MAVLink_command_long_message(1, 1, number, 0, 0.0, *ZEROS)
+def command(number: int, *values: float) -> Any:
+    return mavlink.MAVLink_command_long_message(1, 1, number, 0, *(*values, 0.0, *ZEROS)[:7])
 
 
 @pytest.mark.parametrize(
@@ -31,7 +32,13 @@ def command(number: int) -> Any:
         (mavlink.MAVLink_mission_clear_all_message(1, 1, 255), 1, (FENCE, RALLY)),
         (mavlink.MAVLink_mission_clear_all_message(1, 1, 0), 1, ()),
         (command(207), 1, (FENCE,)),
-        (command(176), 1, ()),
+        (command(176, 0.0, 9.0), 1, ("mode 9",)),
+        (command(176, 0.0, math.nan), 1, ()),
+        (command(20), 1, ("mode 6",)),
+        (command(21), 1, ("mode 9",)),
+        (command(22), 1, ()),
+        (mavlink.MAVLink_command_int_message(1, 1, 0, 176, 0, 0, 1, 6, 0, 0, 0, 0, 0.0), 1, ("mode 6",)),
+        (mavlink.MAVLink_set_mode_message(1, 1, 5), 1, ("mode 5",)),
         (mavlink.MAVLink_command_int_message(1, 1, 0, 179, 0, 0, 0, 0, 0, 0, 1, 2, 3.0), 1, (HOME,)),
         (mavlink.MAVLink_attitude_message(0, 0, 0, 0, 0, 0, 0), 1, ()),
     ],
@@ -39,6 +46,21 @@ def command(number: int) -> Any:
 def test_what_a_message_writes(message: Any, target: int, written: tuple[str, ...]) -> None:
     found = list(writes(message.pack(STATION)))
     assert found == ([Write(254, 190, target, written)] if written else [])
+
+
+@pytest.mark.parametrize(
+    ("answer", "written"),
+    [
+        ((176, 0, 0, 0, 255, 190), [Write(255, 190, 1, ("mode",))]),
+        ((20, 0, 0, 0, 255, 190), [Write(255, 190, 1, ("mode",))]),
+        ((176, 4, 0, 0, 255, 190), []),
+        ((400, 0, 0, 0, 255, 190), []),
+    ],
+    ids=["a mode", "a return", "refused", "another command"],
+)
+def test_an_answer_of_the_autopilot_says_who_asked_for_a_mode(answer: tuple[int, ...], written: list[Write]) -> None:
+    autopilot = mavlink.MAVLink(None, 1, 1)
+    assert list(writes(mavlink.MAVLink_command_ack_message(*answer).pack(autopilot))) == written
 
 
 def test_each_frame_of_a_datagram_is_read_and_a_damaged_one_is_not() -> None:

@@ -72,11 +72,14 @@ def test_the_state_that_stands_for_the_autopilot(
     assert state_from_autopilot(armed, where, mode, at_start) is state
 
 
+WHO = "Another station asked for it, or the autopilot itself began it."
+
+
 @pytest.mark.parametrize(
     ("mode", "where", "following"),
     [
-        (M.RTL, LandedState.IN_AIR, ToReturn(Cause("", CauseKind.ALWAYS), by_autopilot=True)),
-        (M.LAND, LandedState.UNDEFINED, ToLand(Cause("", CauseKind.ALWAYS), by_autopilot=True)),
+        (M.RTL, LandedState.IN_AIR, ToReturn(Cause(WHO, CauseKind.ALWAYS), by_autopilot=True)),
+        (M.LAND, LandedState.UNDEFINED, ToLand(Cause(WHO, CauseKind.ALWAYS), by_autopilot=True)),
         (M.LOITER, LandedState.IN_AIR, ToManual()),
         (M.GUIDED, LandedState.IN_AIR, ToHover("Somebody else took off.", passive=True, level="warning")),
         (M.GUIDED, LandedState.UNDEFINED, ToHover("Not known to stand on the ground.", passive=True, level="warning")),

@@ -25,7 +25,18 @@ from hawk.ddc.facts import Facts, KeptFacts
 from hawk.ddc.fence.geometry import ring_from_map
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.fence.plan import FencePlan
-from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
+from hawk.ddc.orders import (
+    Cause,
+    CauseKind,
+    ToArm,
+    ToExplore,
+    ToHover,
+    ToIdle,
+    ToManual,
+    ToReturn,
+    ToTakeoff,
+    Transition,
+)
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.rules.judge import fence_ahead, is_sent_unheard, options, place_refusal, refusal, route_refusal
 from hawk.ddc.rules.needs import LOT_IS_SEEN, OUTLINE_IS_SEEN, RESUME_WAIT_S, Interlocks, Situation
@@ -100,9 +111,23 @@ def test_a_move_from_outside_the_fence_is_refused() -> None:
     assert "Outside the fence" in reason(breached, ToHover(), CompulsiveMove(x=10, y=0))
 
 
-def test_while_the_motors_are_cut_only_kill_and_its_request_are_taken() -> None:
-    sending = situation(flying(1.0), ToHover(), Interlocks(kill_state="sending"))
-    assert {option.command for option in options(sending) if option.possible} == {"Kill Request", "Kill"}
+CUTTING = Interlocks(kill_state="sending")
+
+
+def test_while_the_motors_are_cut_only_kill_and_what_replaces_it_are_taken() -> None:
+    sending = situation(flying(1.0), ToExplore(), CUTTING)
+    taken = {option.command for option in options(sending) if option.possible}
+    assert taken == {"Kill Request", "Kill", "Hold", "Return To Launch", "Land"}
+
+
+@pytest.mark.parametrize("command", [Hold(), ReturnToLaunch(), Land()])
+def test_who_may_not_cut_the_motors_undoes_no_cut(command: Command) -> None:
+    cutting, free = (situation(flying(1.0), ToExplore(), locks) for locks in (CUTTING, Interlocks()))
+    refused = refusal(cutting, "eve", command)
+    assert refused is not None
+    assert refused.reason == "Someone else has control."
+    assert refusal(cutting, "ana", command) is None
+    assert (refusal(free, "eve", command) is None) is isinstance(command, Hold)
 
 
 def test_return_and_land_go_to_an_armed_drone_that_is_not_heard_and_nothing_else_does() -> None:

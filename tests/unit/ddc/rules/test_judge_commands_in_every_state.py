@@ -89,6 +89,7 @@ Clear Fence        | undrawn saving   disarm land    land  land    land   land  
 Set Outline        | yes    saving    yes    yes     yes   explores yes   yes    yes    yes    lost pilot
 Clear Outline      | unset  saving    unset  unset   unset explores unset unset  unset  unset  lost pilot
 Survey Again       | no-lot saving    no-lot no-lot  no-lot explores no-lot no-lot no-lot no-lot lost pilot
+Fly Plan           | newest newest    newest newest  newest newest newest newest newest newest lost pilot
 New Survey         | empty  saving    disarm land    land  land    land   land   land   land   land pilot
 """
 """Answer to each command in each state of a drone on which all is well: "yes", or a word of `REASONS`."""
@@ -123,6 +124,7 @@ REASONS = {
     "undrawn": "No fence is drawn: the standard one is used.",
     "unset": "No outline is set.",
     "no-lot": "Lot: no lot has this id: open the list of lots, then choose one.",
+    "newest": "No such changed plan waits: look at the newest one.",
     "empty": "The map is empty: the next flight begins it.",
 }
 

@@ -4,7 +4,18 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.protocol.commands import Ack, Arm, ClearKill, Hold, Kill, KillRequest, KillToken
+from hawk.comm.protocol.commands import (
+    Ack,
+    Arm,
+    ClearKill,
+    Command,
+    Hold,
+    Kill,
+    KillRequest,
+    KillToken,
+    Land,
+    ReturnToLaunch,
+)
 from hawk.ddc.acts import Acts, Ask, CutMotors
 from hawk.ddc.facts import Facts
 from hawk.ddc.readings.link import LinkFacts
@@ -189,7 +200,7 @@ async def test_it_cuts_confirms_and_locks_arm_until_it_is_cleared(flying: Rig) -
     answer = flying.manager.handle_now("ana", Kill(token=token_of(flying)))
     assert isinstance(answer, Ack)
     assert answer.accepted
-    assert flying.command(Hold()).reason == "The motors are being cut."
+    assert flying.command(Arm()).reason == "The motors are being cut."
     await flying.tick(2)
     flying.expect(StateName.IDLE)
     assert flying.log[-2:] == ["Motors are being cut by Ana.", "Motors cut. Arm is locked until you clear it."]
@@ -212,6 +223,52 @@ async def test_nothing_else_is_sent_while_it_is_being_sent(flying: Rig) -> None:
     assert flying.autopilot.count("kill") == pytest.approx(23, abs=1)
     assert len(flying.autopilot.targets) == targets
     assert flying.autopilot.count("set_mode") == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "state", "mode"),
+    [
+        (Hold(), StateName.HOVER, None),
+        (ReturnToLaunch(), StateName.RETURN_TO_LAUNCH, CopterMode.RTL),
+        (Land(), StateName.LAND, CopterMode.LAND),
+    ],
+)
+async def test_a_kill_that_the_wire_swallowed_is_replaced_by_what_who_has_control_wants_now(
+    flying: Rig, command: Command, state: StateName, mode: CopterMode | None
+) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.tick(4)
+    refused = flying.manager.handle_now("eve", command)
+    assert isinstance(refused, Ack)
+    assert not refused.accepted, "who may not cut the motors undoes no cut"
+    sent = flying.autopilot.count("kill")
+    await flying.tick(8)
+    assert flying.autopilot.count("kill") > sent
+    accepted = flying.manager.handle_now("ana", command)
+    assert isinstance(accepted, Ack)
+    assert accepted.accepted
+    flying.expect(state)
+    assert f"{command.type} came first: the motors are cut no more." in flying.log
+    sent = flying.autopilot.count("kill")
+    await flying.tick(20)
+    assert flying.autopilot.count("kill") == sent
+    assert mode is None or flying.autopilot.mode == mode
+    assert flying.manager.status.value is not None
+    operation = flying.manager.status.value.operation
+    assert (operation.kill_state, operation.killed) == ("none", True)
+
+
+async def test_motors_that_stop_after_all_leave_arm_locked(flying: Rig) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.tick(4)
+    flying.manager.handle_now("ana", Land())
+    flying.autopilot.silent.clear()
+    await flying.autopilot.kill()  # the cut that was under way
+    await flying.run(2.0)
+    flying.expect(StateName.IDLE)
+    assert flying.command(Arm()).reason == "The motors were cut: clear it first."
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ from hawk.ddc.rules.judge import options
 from hawk.ddc.rules.needs import Interlocks, Situation, unmet
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.witnesses.place import PlaceFacts
+from hawk.model.known_lot import LotsAhead, PlanOffer
 from hawk.model.operation import Fall
 from hawk.model.plans import ExploreStatus, PathPlan
 from hawk.model.vehicle import CopterMode, LandedState
@@ -73,6 +74,7 @@ def standing() -> Facts:
 GROUND = Scene(standing(), ToIdle())
 ARMED = Scene(standing(), ToArm(armed=True)).having("vehicle", armed=True)
 AIR = Scene(flying(NOW), ToHover())
+AIR_OFFERED = replace(AIR, facts=replace(AIR.facts, lots=LotsAhead(offer=PlanOffer("lot-2-7", "Lot 1", "Ann", 52, 40))))
 WELL = {
     "Configure": GROUND,
     "Arm": GROUND,
@@ -84,6 +86,7 @@ WELL = {
     "Set Fence": GROUND,
     "Clear Fence": GROUND.having("limits", plan=FencePlan("drawn", (), 100.0)),
     "Clear Outline": GROUND.having("limits", outline=OutlineFacts(900.0, 0.0)),
+    "Fly Plan": AIR_OFFERED,
     "New Survey": GROUND.having("sight", lot_area=12.0),
 }
 """Scenes in which each command is possible; the others in the air."""
@@ -173,6 +176,10 @@ UNMET: dict[Need, tuple[Callable[[Scene], Scene], str]] = {
     ),
     Need.OUTLINE: (lambda scene: scene.having("limits", outline=None), "No outline is set."),
     Need.DISARMED: (lambda scene: scene.having("vehicle", armed=True), "Armed: disarm first."),
+    Need.OFFER: (
+        lambda scene: scene.having("lots", offer=None),
+        "No such changed plan waits: look at the newest one.",
+    ),
     Need.MAP: (lambda scene: scene.having("sight", lot_area=0.0), "The map is empty: the next flight begins it."),
 }
 """Need -> a change by which it is not met, and the reason of the refusal then."""

@@ -33,7 +33,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.states.base import MODE_RETRY_S, ModeKeeper
 from hawk.ddc.states.factory import adopted, make_state
 from hawk.model.operation import StateName
-from hawk.model.vehicle import CopterMode
+from hawk.model.vehicle import CopterMode, ForeignWrite
 from tests.unit.ddc.by_facts import (
     HEIGHTS,
     IN_THE_AIR,
@@ -127,8 +127,49 @@ def test_what_begins_is_reported_with_who_or_what_began_it() -> None:
     assert said(ToLand(by="Ana"), facts) == [("Landing, asked by Ana.", "")]
     cause = Cause("The wind is too strong.", CauseKind.WIND, "gusts")
     assert said(ToReturn(cause), facts) == [("The wind is too strong. Returning home.", "")]
-    assert said(ToReturn(cause, by_autopilot=True), facts) == [("The autopilot returns home by itself.", "gusts")]
     assert said(ToLand(by_autopilot=True), facts) == [("The autopilot lands by itself.", "")]
+
+
+WHO = "Another station asked for it, or the autopilot itself began it."
+
+
+def asked_by_station(facts: Facts, subject: str, ago: float = 1.0) -> Facts:
+    writes = (ForeignWrite(facts.now - ago, 255, 190, subject),)
+    return replace(facts, link=replace(facts.link, foreign_writes=writes))
+
+
+@pytest.mark.parametrize(
+    ("name", "begun"), [(StateName.RETURN_TO_LAUNCH, "Returning home."), (StateName.LAND, "Landing.")]
+)
+@pytest.mark.parametrize("subject", ["mode", "mode 6"], ids=["an answer to it", "its command"])
+def test_a_mode_that_a_station_asked_for_is_reported_with_the_station(
+    name: StateName, begun: str, subject: str
+) -> None:
+    facts = asked_by_station(flying(9.0, CopterMode.RTL), subject)
+    transition = adopted(name, facts)
+    who = "Station 255 (component 190) asked for it."
+    assert said(transition, facts) == [(f"{begun} {who}", "")]
+    state = make_state(transition, facts, SETTINGS)[0]
+    assert state.detail(facts) == f"{begun} {who}"
+    assert state.hold_refusal(facts) == f"Not while this lasts: {who}"
+    assert adopted(StateName.HOVER, facts) == ToHover(who, passive=True, level="warning")
+    manual = adopted(StateName.MANUAL, facts)
+    assert said(manual, facts) == [("Someone else flies, in RTL.", who)]
+
+
+@pytest.mark.parametrize(("subject", "ago"), [("mode 9", 1.0), ("mode", 3.1), ("fence", 1.0)])
+def test_a_station_that_asked_for_another_thing_or_long_ago_is_not_named(subject: str, ago: float) -> None:
+    facts = asked_by_station(flying(9.0, CopterMode.RTL), subject, ago)
+    assert said(adopted(StateName.RETURN_TO_LAUNCH, facts), facts) == [(f"Returning home. {WHO}", "")]
+
+
+def test_a_failsafe_that_the_autopilot_reports_is_its_own() -> None:
+    facts = flying(9.0, CopterMode.RTL)
+    facts = replace(facts, link=replace(facts.link, words="GCS Failsafe"))
+    transition = adopted(StateName.RETURN_TO_LAUNCH, facts)
+    assert said(transition, facts) == [("The autopilot returns home by itself.", "GCS Failsafe")]
+    state = make_state(transition, facts, SETTINGS)[0]
+    assert state.hold_refusal(facts) == "The autopilot does this by itself. GCS Failsafe"
 
 
 @pytest.mark.parametrize(("mode", "words"), [(CopterMode.LOITER, "LOITER"), (None, "an unknown mode")])
@@ -138,7 +179,10 @@ def test_a_mode_that_is_not_known_is_called_unknown(mode: CopterMode | None, wor
     assert texts(make_state(ToManual(), facts, SETTINGS)[1]) == [f"Someone else flies, in {words}."]
     assert made(ToManual()).detail(facts) == f"Someone else flies, in {words}."
     hold = adopted(StateName.HOVER, facts)
-    assert hold == ToHover(f"The autopilot went to {words} by itself.", passive=True, level="warning")
+    assert hold == ToHover(WHO, passive=True, level="warning")
+    warned = replace(facts, link=replace(facts.link, words="GPS Glitch"))
+    by_itself = f"The autopilot went to {words} by itself."
+    assert adopted(StateName.HOVER, warned) == ToHover(by_itself, passive=True, level="warning")
 
 
 @pytest.mark.parametrize("name", [StateName.HOVER, StateName.COMMUNICATION_LOST])

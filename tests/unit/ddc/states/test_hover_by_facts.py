@@ -8,6 +8,7 @@ import pytest
 
 from hawk.ddc.acts import (
     STAY,
+    Log,
     SetMode,
 )
 from hawk.ddc.facts import Facts
@@ -18,14 +19,24 @@ from hawk.ddc.orders import (
     CauseKind,
     Rank,
     ToCommunicationLost,
+    ToExplore,
     ToHover,
+    ToLand,
+    ToManual,
+    ToMove,
     ToReturn,
+    ToTakeoff,
+    Transition,
 )
+from hawk.ddc.rules.guard import reaction
 from hawk.ddc.states.base import State
+from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.hover import CommunicationLostState, Holding, HoverState
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
+    LOT_MOVE,
+    MOVE,
     answered,
     at,
     made,
@@ -265,3 +276,41 @@ def test_outside_the_autopilots_own_fence_the_place_inside_is_sent_at_once(
 def test_the_time_until_the_return_ends_at_zero(now: float, left: float) -> None:
     settings = replace(SETTINGS, operator=SETTINGS.operator.model_copy(update={"operator_hold_s": 60.0}))
     assert CommunicationLostState(0.0, settings).return_in(flying(now)) == left
+
+
+# -- a page that nobody looks at --------------------------------------------------------------------------------------
+
+
+def hidden_for(facts: Facts, seconds: float | None) -> Facts:
+    return replace(facts, operator=replace(facts.operator, hidden_s=seconds))
+
+
+@pytest.mark.parametrize("task", [ToExplore(), ToMove(MOVE), ToMove(LOT_MOVE)])
+def test_a_task_before_a_hidden_page_ends_after_30_s_of_both(task: Transition) -> None:
+    state = made(task)
+    assert reaction(hidden_for(flying(40.0), 29.9), state) is None
+    assert reaction(hidden_for(flying(29.9), 300.0), state) is None, "the task is younger"
+    assert reaction(hidden_for(flying(40.0), None), state) is None, "a program says nothing of a page"
+    found = reaction(hidden_for(flying(30.0), 30.0), state)
+    assert found is not None
+    assert found.transition == ToCommunicationLost(is_hidden=True)
+    (log,) = make_state(found.transition, flying(30.0), SETTINGS)[1]
+    assert isinstance(log, Log)
+    assert log.text.startswith("The page of the operator in control is hidden. Holds for")
+
+
+@pytest.mark.parametrize("transition", [ToHover(), ToReturn(), ToLand(), ToTakeoff(), ToManual()])
+def test_a_hidden_page_ends_nothing_else(transition: Transition) -> None:
+    assert reaction(hidden_for(flying(400.0), 300.0), made(transition)) is None
+
+
+def test_until_somebody_looks_again_it_holds_and_returns_as_for_a_lost_operator() -> None:
+    state = made(ToCommunicationLost(is_hidden=True))
+    hold = SETTINGS.operator.operator_hold_s
+    away = hidden_for(flying(hold - 0.1), 60.0)
+    assert state.transition_next_state(away) == STAY
+    assert state.detail(away).startswith("The page of the operator in control is hidden.")
+    back = state.transition_next_state(hidden_for(flying(hold - 0.1), None))
+    assert isinstance(back.transition, ToHover)
+    home = state.transition_next_state(hidden_for(flying(hold), 60.0))
+    assert isinstance(home.transition, ToReturn)

@@ -187,6 +187,14 @@ release-title = Give back control in the air?
 release-text = It stops and holds, then returns home and lands, unless somebody takes control.
 release-text-for = It stops and holds for { $time }, then returns home and lands, unless somebody takes control.
 
+# A plan of the lot that somebody changed in flight. $name: who; $lot: of which lot.
+plan-changed = { $name } changed the plan of { $lot }: fly it?
+fly-plan = Fly it
+leave-plan = Leave it
+
+# The page of the one in control is hidden while the drone flies a task.
+hidden-warning = The page is hidden: look at it, or the drone returns.
+
 # What others did.
 stopped-by = Stopped by { $name }.
 returning-by = Returning home, asked by { $name }.

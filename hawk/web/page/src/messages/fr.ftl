@@ -194,6 +194,14 @@ release-title = Rendre les commandes en vol ?
 release-text = Le drone reste en stationnaire, puis rentre et atterrit, sauf si quelqu'un prend les commandes.
 release-text-for = Le drone reste en stationnaire pendant { $time }, puis rentre et atterrit, sauf si quelqu'un prend les commandes.
 
+# Un plan du parking que quelqu'un a modifié en vol. $name : qui ; $lot : de quel parking.
+plan-changed = { $name } a modifié le plan de { $lot } : le suivre ?
+fly-plan = Le suivre
+leave-plan = Le laisser
+
+# La page de la personne aux commandes est masquée pendant une tâche du drone.
+hidden-warning = La page est masquée : regardez-la, sinon le drone rentre.
+
 stopped-by = Arrêté par { $name }.
 returning-by = Retour au départ, demandé par { $name }.
 landing-by = Atterrissage, demandé par { $name }.

@@ -99,6 +99,10 @@ export interface Messages {
   "release-title": Record<string, never>;
   "release-text": Record<string, never>;
   "release-text-for": { time: string | number };
+  "plan-changed": { name: string | number; lot: string | number };
+  "fly-plan": Record<string, never>;
+  "leave-plan": Record<string, never>;
+  "hidden-warning": Record<string, never>;
   "stopped-by": { name: string | number };
   "returning-by": { name: string | number };
   "landing-by": { name: string | number };

@@ -12,6 +12,7 @@ import { DaemonClock } from "./daemon-clock.ts";
 import type { Drawing } from "./drawing.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
+import { HiddenPage } from "./hidden-page.ts";
 import { Measure } from "./measure.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
 import { MotorCut } from "./motor-cut.ts";
@@ -62,6 +63,9 @@ export class Operator extends EventTarget {
   picking = false;
   question: Question | null = null;
   lotChanges: ShownChanges | null = null;
+  /** Id of the changed plan that this operator leaves. */
+  leftOffer: string | null = null;
+  readonly hidden = new HiddenPage();
   readonly toasts: Toasts;
   readonly cut: MotorCut;
   readonly fence: FenceEditing;
@@ -157,9 +161,27 @@ export class Operator extends EventTarget {
     this.outside.logOut?.();
   }
 
-  /** Sends the operator's sign of life. Not a command: nobody waits for its answer. */
-  signOfLife(): void {
-    if (this.flight.heartbeat?.["In Control"]) this.socket.send(JSON.stringify({ Type: "Heartbeat" }));
+  /** Sends the operator's sign of life, and whether the page is hidden. Not a command: nobody waits for its answer. */
+  signOfLife(hidden = false): void {
+    const sent = hidden ? { Type: "Heartbeat", Hidden: true } : { Type: "Heartbeat" };
+    if (this.flight.heartbeat?.["In Control"]) this.socket.send(JSON.stringify(sent));
+    const text = this.hidden.look(hidden, this.view(), this.seconds());
+    if (text === null) return;
+    this.note("warning", text);
+    this.outside.say?.(text);
+    this.changed();
+  }
+
+  /** Goes on with the plan that the flight began with. */
+  leaveOffer(): void {
+    this.leftOffer = this.flight.heartbeat?.["Plan Offer"]?.Plan ?? null;
+    this.changed();
+  }
+
+  /** Flies the plan as somebody changed it. */
+  flyPlan(): void {
+    const plan = this.flight.heartbeat?.["Plan Offer"]?.Plan;
+    if (plan !== undefined) void this.command({ Type: "Fly Plan", Plan: plan }, say("fly-plan"));
   }
 
   /** Everything that the words on the page depend on. */

@@ -6,9 +6,18 @@ import { linkOf, type View } from "./view.ts";
 
 /** What this page asks or reports about control, beside the bar. */
 export interface ControlNote {
-  kind: "asked" | "asking" | "free" | "releasing";
+  kind: "asked" | "asking" | "free" | "releasing" | "changed";
   title: string;
   text: string;
+}
+
+/** The question about a plan of the lot that somebody changed in flight; null without one, and for those who watch. `left`: the id of the one that this operator leaves. */
+export function offerNote(view: View, left: string | null): ControlNote | null {
+  const heartbeat = view.heartbeat;
+  const offer = heartbeat?.["Plan Offer"] ?? null;
+  if (offer === null || heartbeat?.["In Control"] !== true || linkOf(view) !== "live" || offer.Plan === left) return null;
+  const { By: name, Lot: lot, Before: before, Stalls: stalls } = offer;
+  return { kind: "changed", title: say("plan-changed", { name: name ?? say("plan-nameless"), lot }), text: `${say("lot-stalls", { stalls: before })} → ${say("lot-stalls", { stalls })}` };
 }
 
 /** Seconds of this page until the one who asks may take control; null while nobody asks. */
