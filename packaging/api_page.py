@@ -34,8 +34,8 @@ them. A drone and a [desk](how-to/your-lot.md#at-a-desk) answer alike. The defin
 - Viewers read, operators change ([roles](access.md)). Where the daemon has tokens, send `Authorization: Bearer TOKEN`.
 - A list comes in parts of `limit` items, 1000 at most. `next` is `after` of the next part, and `null` at the end; the
   header `Link` has its address. A part begins behind the last item of the one before, whatever was added meanwhile.
-- An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed. Answers are packed with gzip
-  where `Accept-Encoding` allows it.
+- An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has
+  changed. Answers are packed with gzip where `Accept-Encoding` allows it.
 - A refusal is `application/problem+json` (RFC 9457): `detail` says what is wrong and the remedy, `field` names the
   value. 400 and 422: a value; 401: no token; 403: a viewer, or the page of another server; 404: an id; 409: it does not
   fit what is there; 503: busy, ask again.
