@@ -103,7 +103,7 @@ def moments(records: Iterable[tuple[str, Mapping[str, Any]]], *, is_whole: bool 
     open_: Moment | None = None
     for kind, payload in records:
         if kind in (TICK, COMMAND, LEAVE):
-            known |= payload["facts"]
+            known |= _facts_in(kind, payload)
             if len(known) < len(fields(Facts)):
                 continue
             if open_ is not None:
@@ -116,6 +116,13 @@ def moments(records: Iterable[tuple[str, Mapping[str, Any]]], *, is_whole: bool 
             open_ = None
     if open_ is not None and is_whole:
         yield open_
+
+
+def _facts_in(kind: str, payload: Mapping[str, Any]) -> Mapping[str, Any]:
+    found = payload.get("facts")
+    if not isinstance(found, Mapping):
+        raise ReplayError(f"a record of {kind} is of another version, or damaged: it has no facts")
+    return found
 
 
 @cache
@@ -134,8 +141,8 @@ def _moment(kind: str, payload: Mapping[str, Any], known: Mapping[str, Any]) -> 
         if content["Type"] == Kill.model_fields["type"].default:
             content["Token"] = "never recorded: this stands for it"  # noqa: S105
         return Moment(facts, number, payload["client"], parse_command(json.dumps(content)))
-    except (ValidationError, BadMessageError, KeyError, TypeError) as error:
-        raise ReplayError(f"a record of {kind} is of another version: {error}") from error
+    except (ValidationError, BadMessageError, LookupError, TypeError, ValueError, OverflowError) as error:
+        raise ReplayError(f"a record of {kind} is of another version, or damaged: {error}") from error
 
 
 class _RecordedTokens(KillTokens):

@@ -131,7 +131,7 @@ def _checked_sources(path: Path) -> Iterator[Path]:
         said = _REFUSED.get(kind) or (_REFUSED["VRTDerivedRasterBand"] if element.tag in _COMPUTED else "")
         if said:
             raise UnsafeError(f"{said} ({kind or element.tag}), which is not read: gdal_translate it to a GeoTIFF")
-    for name, source in _sources(tree, path):
+    for name, source in dict.fromkeys(_sources(tree, path)):
         if source is None:
             raise UnsafeError(f"names {name[:80]}, no file of this computer: copy it here, build the VRT again")
         if not source.is_file():

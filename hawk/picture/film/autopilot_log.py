@@ -78,6 +78,9 @@ def read_log(path: Path, camera: CameraModel | None = None) -> LoggedFlight:
     return LoggedFlight(_joined(places, turned, epoch), bool(rows.gimbal))
 
 
+_NO_FIELD: Final = (AttributeError, TypeError, ValueError, OverflowError)
+
+
 def _joined(places: FloatArray, turned: FloatArray, epoch: float | None) -> Course:
     """Return the course at the times of both: attitudes come more often than places, and change faster.
 
@@ -189,15 +192,21 @@ def _matrix(w: float, x: float, y: float, z: float) -> FloatArray:
 def _own(path: Path) -> _Rows:
     rows = _Rows()
     for message in _messages(path, _OWN):
-        kind, time = message.get_type(), float(message._timestamp)
-        if kind == "POS":
-            if message.Lat or message.Lng:
-                height = getattr(message, "RelHomeAlt", math.nan)
-                rows.places.append((time, message.Lat, message.Lng, message.Alt, height))
-        elif kind == "ATT":
-            roll, pitch, yaw = (math.radians(each) for each in (message.Roll, message.Pitch, message.Yaw))
-            rows.body.append((time, roll, pitch, math.remainder(yaw, math.tau)))
-        elif hasattr(message, "YawE") and math.isfinite(message.Pitch + message.YawE):
-            roll, pitch, yaw = (math.radians(each) for each in (message.Roll, message.Pitch, message.YawE))
-            rows.gimbal.append((time, *looking_down(roll, pitch, math.remainder(yaw, math.tau))))
+        with suppress(*_NO_FIELD):  # a message without its fields, of a log whose formats are damaged, is none
+            _take(rows, message)
     return rows
+
+
+def _take(rows: _Rows, message: Any) -> None:
+    """Add a message of an autopilot's own log."""
+    kind, time = message.get_type(), float(message._timestamp)
+    if kind == "POS":
+        if message.Lat or message.Lng:
+            height = getattr(message, "RelHomeAlt", math.nan)
+            rows.places.append((time, *map(float, (message.Lat, message.Lng, message.Alt, height))))
+    elif kind == "ATT":
+        roll, pitch, yaw = (math.radians(each) for each in (message.Roll, message.Pitch, message.Yaw))
+        rows.body.append((time, roll, pitch, math.remainder(yaw, math.tau)))
+    elif hasattr(message, "YawE") and math.isfinite(message.Pitch + message.YawE):
+        roll, pitch, yaw = (math.radians(each) for each in (message.Roll, message.Pitch, message.YawE))
+        rows.gimbal.append((time, *looking_down(roll, pitch, math.remainder(yaw, math.tau))))
