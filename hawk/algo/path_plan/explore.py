@@ -137,7 +137,7 @@ class Explorer:
 
     def _tour(self, scene: ExploreScene) -> Waypoints:
         """Return the waypoints of the tour, none when nothing is worth a path any more."""
-        if self._phase is ExplorePhase.BORDER and self._has_found(scene):
+        if self._phase in (ExplorePhase.BORDER, ExplorePhase.SECOND_LOOKS) and self._has_found(scene):
             self._want_other_ground(ExplorePhase.SECOND_PASS, scene)
             scene = self._learned(scene)
         places = self._course.follow(self._outlook(scene))
@@ -152,7 +152,7 @@ class Explorer:
         return tuple(as_place(place) for place in places)
 
     def _has_found(self, scene: ExploreScene) -> bool:
-        """Return True when looks beyond the border showed more lot: it is seen first."""
+        """Return True when the last looks showed more lot: it is seen first."""
         if not scene.overview.is_complete:
             return False
         wanted_m2 = scene.overview.wanted_lot_m2

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hawk.algo.ground import Floats, Place, Window
+from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lot_ground import FenceGuard
@@ -128,3 +129,15 @@ def test_the_path_for_looking_beyond_the_border_is_a_share_of_what_was_flown_unt
     longer = longest + SETTINGS.beyond_path_share * (300.0 + longest + 1.0)
     assert path.is_left(replace(more, place=(longest + longer, 0.0)), is_beyond=True)
     assert not path.is_left(replace(more, place=(longest + longer + 2.0, 0.0)), is_beyond=True)
+
+
+def test_lot_that_looks_beyond_the_border_found_is_seen_before_they_go_on() -> None:
+    explorer = Explorer(SETTINGS)
+    explorer.plan(scene(well=1.0))
+    assert explorer.looks_beyond, "all known lot was seen"
+    explorer.plan(scene(well=1.0))
+    assert explorer.looks_beyond
+    explorer.plan(scene(well=0.5))
+    assert not explorer.looks_beyond
+    explorer.plan(scene(well=1.0))
+    assert explorer.looks_beyond
