@@ -132,12 +132,9 @@ def test_the_path_for_looking_beyond_the_border_is_a_share_of_what_was_flown_unt
 
 
 def test_lot_that_looks_beyond_the_border_found_is_seen_before_they_go_on() -> None:
-    explorer = Explorer(SETTINGS)
-    explorer.plan(scene(well=1.0))
-    assert explorer.looks_beyond, "all known lot was seen"
-    explorer.plan(scene(well=1.0))
-    assert explorer.looks_beyond
-    explorer.plan(scene(well=0.5))
-    assert not explorer.looks_beyond
-    explorer.plan(scene(well=1.0))
-    assert explorer.looks_beyond
+    """All known lot was seen; half of it is new; it was seen as well."""
+    explorer, beyond = Explorer(SETTINGS), []
+    for well in (1.0, 1.0, 0.5, 1.0):
+        explorer.plan(scene(well=well))
+        beyond.append(explorer.looks_beyond)
+    assert beyond == [True, True, False, True]
