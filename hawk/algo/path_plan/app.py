@@ -283,7 +283,8 @@ class PathPlanApp:
         border = None
         if lot_known and settings.beyond_worth > 0:
             ours = self._guard.ours(layers.window)
-            border = Border(ours, settings.beyond_m, settings.beyond_alike_m, settings.beyond_width_m)
+            is_flown_to = self._explorer is not None and self._explorer.looks_beyond
+            border = Border(ours, settings.beyond_m, settings.beyond_alike_m, settings.beyond_width_m, is_flown_to)
         return information_field(layers, fenced, settings.near_lot_m, border)
 
     def _unclear(self, lot_map: LotMap) -> dict[int, Place]:

@@ -25,13 +25,15 @@ class Border:
     """Limits to where a lot may go on: ``ours`` is 1 for ground that belongs to the survey, inside the drawn fence.
 
     ``reach_m`` is the distance from known lot across other ground, ``alike_reach_m`` from ground that looks like lot.
-    ``width_m`` is the least width of ground that holds a row.
+    ``width_m`` is the least width of ground that holds a row. ``is_flown_to``: the drone may be near ground that looks
+    like lot.
     """
 
     ours: Mask
     reach_m: float
     alike_reach_m: float
     width_m: float
+    is_flown_to: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,8 @@ class ExplorePhase(Enum):
     """A tour over all large areas."""
     SECOND_PASS = auto()
     """A tour over the ground that the first pass left out, and to ends of lanes."""
+    BORDER = auto()
+    """A tour over ground beyond the border, where the lot may go on; lot that it finds has a second pass first."""
     LOOK_AROUND = auto()
     """A tour around a lot that is too small to be the whole."""
     SECOND_LOOKS = auto()
@@ -68,12 +70,22 @@ class Explorer:
         self._given_up = GivenUp(settings)
         self._border_path = BorderPath(settings)
         self._is_border_open = True
+        self._left_m2 = math.inf
+        """Least wanted lot since the looks beyond the border began."""
         self._quiet = 0
         """Plans in a row without anything to learn."""
 
+    @property
+    def looks_beyond(self) -> bool:
+        """True from when the known lot was seen: from then on ground beyond its border is flown to."""
+        return self._phase not in (ExplorePhase.FIRST_PASS, ExplorePhase.SECOND_PASS)
+
     def plan(self, scene: ExploreScene) -> Exploration:
         """Return the next place to fly to."""
-        self._is_border_open = self._border_path.is_left(scene)
+        is_left = self._border_path.is_left(scene, is_beyond=self._phase is ExplorePhase.BORDER)
+        if is_left != self._is_border_open:
+            self._is_border_open = is_left
+            scene.overview.forget()  # far ground was made with other borders
         scene = self._learned(self._given_up.without(scene))
         if scene.overview.lot_m2 <= 0:
             return self._without_lot(scene)
@@ -125,17 +137,36 @@ class Explorer:
 
     def _tour(self, scene: ExploreScene) -> Waypoints:
         """Return the waypoints of the tour, none when nothing is worth a path any more."""
+        if self._phase in (ExplorePhase.BORDER, ExplorePhase.SECOND_LOOKS) and self._has_found(scene):
+            self._want_other_ground(ExplorePhase.SECOND_PASS, scene)
+            scene = self._learned(scene)
         places = self._course.follow(self._outlook(scene))
         if len(places) == 0 and self._phase is ExplorePhase.FIRST_PASS:
-            self._phase = ExplorePhase.SECOND_PASS
-            scene.overview.forget()
+            self._want_other_ground(ExplorePhase.SECOND_PASS, scene)
             places = self._course.follow(self._outlook(self._learned(scene)))
+        if len(places) == 0 and self._phase is ExplorePhase.SECOND_PASS:
+            self._left_m2 = math.inf
+            self._want_other_ground(ExplorePhase.BORDER, scene)
         if len(places) and self._phase is ExplorePhase.SECOND_LOOKS:
-            self._phase = ExplorePhase.SECOND_PASS
+            self._phase = ExplorePhase.BORDER
         return tuple(as_place(place) for place in places)
+
+    def _has_found(self, scene: ExploreScene) -> bool:
+        """Return True when the last looks showed more lot: it is seen first."""
+        if not scene.overview.is_complete:
+            return False
+        wanted_m2 = scene.overview.wanted_lot_m2
+        self._left_m2 = min(self._left_m2, wanted_m2)
+        return wanted_m2 > self._left_m2 + self._settings.found_m2
+
+    def _want_other_ground(self, phase: ExplorePhase, scene: ExploreScene) -> None:
+        self._phase = phase
+        scene.overview.forget()
 
     def _last_looks(self, scene: ExploreScene) -> Waypoints:
         """After the tour: look around a small lot, then at stalls with unknown state."""
+        if self._phase is ExplorePhase.BORDER and not scene.overview.is_complete:
+            return ()  # what lies beyond the border is found first
         if self._phase is ExplorePhase.LOOK_AROUND:
             self._look_around.finish()
             self._begin_tour(ExplorePhase.SECOND_LOOKS)
@@ -179,7 +210,7 @@ class Explorer:
             return share_of(field, scene.footprint, settings.least_gain_m2, settings.border)
         ends = settings.open_end_m2 + self._spare(scene) if settings.open_end_m2 > 0 else 0.0
         share = share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
-        if not self._is_border_open:
+        if not (self.looks_beyond and self._is_border_open):
             return share
         worth = settings.beyond_worth * scene.overview.found_share**_FENCE_SAYS
         return with_beyond(share, field, scene.footprint, settings.beyond_least_m2, worth)

@@ -169,8 +169,8 @@ def information_field(
 ) -> InformationField:
     """Return the field for the map's coarse layers.
 
-    ``fenced`` is 1 inside the fence; the drone may be ``near_lot_m`` metres from the lot, and from ground near it that
-    looks like one. ``border`` None: what lies beyond the lot is not looked for.
+    ``fenced`` is 1 inside the fence; the drone may be ``near_lot_m`` metres from the lot, and where the border is flown
+    to from ground near it that looks like one. ``border`` None: what lies beyond the lot is not looked for.
     """
     cell = layers.window.cell_m
     is_lot = _known_lot(layers)
@@ -180,7 +180,8 @@ def information_field(
     beyond, to_ground = None, to_lot
     if border is not None:
         to_alike = _distance(alike_near(layers, to_lot, border)) * cell
-        beyond, to_ground = unlooked_at(layers, to_lot, to_alike, border), np.minimum(to_lot, to_alike)
+        beyond = unlooked_at(layers, to_lot, to_alike, border)
+        to_ground = np.minimum(to_lot, to_alike) if border.is_flown_to else to_lot
     allowed = ((to_ground <= near_lot_m) & (fenced > 0)).astype(np.uint8)
     passable = np.where(fenced > 0, cv2.dilate(allowed, _NEIGHBOURS), 0).astype(np.uint8)
     passable = with_bridges(passable, fenced, _LONGEST_BRIDGE_M / cell)

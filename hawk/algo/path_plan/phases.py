@@ -190,18 +190,24 @@ class BorderPath:
         self._settings = settings
         self._place: Place | None = None
         self._flown = 0.0
+        self._beyond = 0.0
         self._found_m2 = 0.0
         self._found_at = 0.0
 
-    def is_left(self, scene: ExploreScene) -> bool:
-        """Record one plan; return True while some of the path is left. Lot that is found gives it back."""
-        self._flown += 0.0 if self._place is None else math.dist(self._place, scene.place)
+    def is_left(self, scene: ExploreScene, *, is_beyond: bool) -> bool:
+        """Record one plan; return True while some of the path is left. Lot that is found gives it back.
+
+        ``is_beyond``: the path since the last plan was for such looks.
+        """
+        moved = 0.0 if self._place is None else math.dist(self._place, scene.place)
         self._place = scene.place
+        self._flown += moved
+        self._beyond += moved if is_beyond else 0.0
         settings, lot_m2 = self._settings, scene.overview.lot_m2
-        if lot_m2 > self._found_m2 + settings.least_gain_m2:
-            self._found_m2, self._found_at = lot_m2, self._flown
+        if lot_m2 > self._found_m2 + settings.found_m2:
+            self._found_m2, self._found_at, self._beyond = lot_m2, self._flown, 0.0
         longest = settings.beyond_path_m + settings.beyond_path_share * self._found_at
-        return self._flown - self._found_at <= longest
+        return self._beyond <= longest
 
 
 @dataclass(frozen=True, slots=True)

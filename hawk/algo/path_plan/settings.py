@@ -80,6 +80,8 @@ class PathPlanSettings:
     """Longest path for looking at such ground since lot was found, beside the share below."""
     beyond_path_share: float = 0.4
     """The same as a share of all that was flown until then."""
+    found_m2: float = 60.0
+    """Least area of lot that such looks have found: four stalls. The map's border moves a little."""
     beyond_least_m2: float = 40.0
     """Least area of such ground in one patch that is worth flying to: three stalls."""
     small_lot_pictures: float = 1.5

@@ -76,6 +76,19 @@ def test_ground_that_looks_like_lot_keeps_the_border_open_farther_out() -> None:
     assert north_m2(alike) > 0, "what lies behind them is open still"
 
 
+def test_the_drone_goes_out_over_ground_that_looks_like_lot_only_to_look_beyond() -> None:
+    known = layers(SETTINGS.beyond_m, alike=True)
+    border = Border(EVERYWHERE, SETTINGS.beyond_m, SETTINGS.beyond_alike_m, SETTINGS.beyond_width_m)
+    out, at_home = (
+        information_field(known, EVERYWHERE, SETTINGS.near_lot_m, replace(border, is_flown_to=is_flown_to))
+        for is_flown_to in (True, False)
+    )
+    without = information_field(known, EVERYWHERE, SETTINGS.near_lot_m)
+    assert out.allowed.sum() > without.allowed.sum()
+    assert (at_home.allowed == without.allowed).all()
+    assert (at_home.passable == without.passable).all()
+
+
 @pytest.mark.parametrize(("metres", "open_"), [(SETTINGS.beyond_width_m - 2 * COARSE_M, False), (19.2, True)])
 def test_the_fence_decides_what_belongs(metres: float, open_: bool) -> None:
     """Of the ground between what was seen and the fence, a strip too narrow for rows is none of the lot."""

@@ -196,6 +196,19 @@ def test_a_lot_that_goes_on_across_other_ground_is_seen_whole() -> None:
     assert flight.plans[-1].explore.left_out == LeftOut()
 
 
+def test_ground_beyond_the_border_waits_until_the_lot_was_seen() -> None:
+    """Two arms, in a fence drawn about them: until all of it was seen the drone flies as without looks beyond."""
+    arms = [shapely.box(-9, -32, 26, -16), shapely.box(-9, 18, 26, 32)]
+    lot = shapely.union_all([shapely.box(-30, -32, -8, 32), *arms])
+    start, fence = (-20.0, 0.0), fence_around(lot, 20.0)
+    without = fly(lot, start, fence, PathPlanApp(replace(LEVEL, beyond_worth=0.0)))
+    careful = fly(lot, start, fence, most_s=without.seconds)
+    tour = len(without.places) - SETTINGS.quiet_plans - 1
+    assert careful.places[:tour] == without.places[:tour]
+    assert without.coverage >= 0.98
+    assert not careful.done, "what lies between the arms and beside them is looked at after it"
+
+
 def test_a_wide_fence_does_not_make_the_drone_wander() -> None:
     """Nothing lies beyond the lot; 60 m of ground inside the fence are not looked at, and reported."""
     lot = shapely.box(-40, -50, 40, 50)

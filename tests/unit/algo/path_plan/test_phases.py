@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hawk.algo.ground import Floats, Place, Window
+from hawk.algo.path_plan.explore import Explorer
 from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lot_ground import FenceGuard
@@ -112,18 +113,28 @@ def test_ground_about_a_place_that_was_given_up_is_wanted_no_more_and_no_waypoin
 
 
 def test_the_path_for_looking_beyond_the_border_is_a_share_of_what_was_flown_until_lot_was_found() -> None:
-    path, known = BorderPath(SETTINGS), scene()
+    path, known = BorderPath(SETTINGS), scene((-300.0, 0.0))
     longest = SETTINGS.beyond_path_m
-    assert path.is_left(known)
-    assert path.is_left(replace(known, place=(longest - 1.0, 0.0)))
-    assert not path.is_left(replace(known, place=(longest + 1.0, 0.0)))
+    assert path.is_left(known, is_beyond=False)
+    assert path.is_left(replace(known, place=(0.0, 0.0)), is_beyond=False), "path for the lot itself does not count"
+    assert path.is_left(replace(known, place=(longest - 1.0, 0.0)), is_beyond=True)
+    assert not path.is_left(replace(known, place=(longest + 1.0, 0.0)), is_beyond=True)
     more = scene((longest + 1.0, 0.0))
     tiles = more.overview.whole(2 * EXTENT)
     window = with_margin(tiles)
     ones, free = np.ones(window.shape, np.float32), np.ones(window.shape, np.uint8)
     more.overview.take(GroundPart(tiles, InformationField(window, ones * 0, free, free, ones, ones, ones)), ones)
     assert more.overview.lot_m2 > known.overview.lot_m2
-    assert path.is_left(more), "lot that is found gives it back"
-    longer = longest + SETTINGS.beyond_path_share * (longest + 1.0)
-    assert path.is_left(replace(more, place=(longest + longer, 0.0)))
-    assert not path.is_left(replace(more, place=(longest + longer + 2.0, 0.0)))
+    assert path.is_left(more, is_beyond=True), "lot that is found gives it back"
+    longer = longest + SETTINGS.beyond_path_share * (300.0 + longest + 1.0)
+    assert path.is_left(replace(more, place=(longest + longer, 0.0)), is_beyond=True)
+    assert not path.is_left(replace(more, place=(longest + longer + 2.0, 0.0)), is_beyond=True)
+
+
+def test_lot_that_looks_beyond_the_border_found_is_seen_before_they_go_on() -> None:
+    """All known lot was seen; half of it is new; it was seen as well."""
+    explorer, beyond = Explorer(SETTINGS), []
+    for well in (1.0, 1.0, 0.5, 1.0):
+        explorer.plan(scene(well=well))
+        beyond.append(explorer.looks_beyond)
+    assert beyond == [True, True, False, True]
