@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.witness.flight import Leg, Setting, Wander, lanes, poor
+from benchmarks.witness.flight import FRAME_TICKS, Leg, Setting, Wander, lanes, poor
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
 
@@ -24,6 +24,8 @@ FAST_M_S: Final = 0.35
 GROUNDS: Final = ("lot", "poor", "blind")
 """Over a lot; over ground with little texture; over a lot, every fourth picture without any texture."""
 BLIND: Final = 4
+FAST_TICKS: Final = 5
+"""Four pictures a second, as many as are compared in a flight."""
 BESIDE_M: Final = 8.0
 
 
@@ -37,13 +39,21 @@ _PHASES: Final[Mapping[str, tuple[float, tuple[Leg, ...]]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """A flight: its name, its phase, the world that it is over, and how it is drawn."""
+    """A flight: its name, its phase, the world that it is over, and how it is drawn; ``by_roof``: beside a roof."""
 
     name: str
     phase: str
     world: int
     is_poor: bool
     setting: Setting
+    by_roof: bool = False
+
+    def drawn(self) -> tuple[World, Setting]:
+        """Return its world and its setting; a world takes seconds."""
+        ground = poor_world(self.world) if self.is_poor else world(self.world)
+        if not self.by_roof:
+            return ground, self.setting
+        return ground, replace(self.setting, offset=_beside_roof(ground, self.setting.offset))
 
     @property
     def speed(self) -> float:
@@ -105,14 +115,15 @@ def _errors(seed: int, kind: int) -> Setting:
 def _honest(seed: int) -> Named:
     base, number = _errors(seed, 1000), 1 + seed % WORLDS
     rng = np.random.default_rng((seed, 2))
-    if seed % 5 == 1:
-        base = replace(base, offset=_beside_roof(number, base.offset), height_m=max(base.height_m, 22.0))
+    by_roof = seed % 5 == 1
+    if by_roof:
+        base = replace(base, height_m=max(base.height_m, 22.0))
     tour = lanes(float(rng.uniform(20, 50)), float(rng.uniform(30, 70)), float(rng.uniform(8, 14)))
     first, last = float(rng.uniform(20, 80)), float(rng.uniform(20, 80))
     legs = (Leg((0.0, 0.0), first), *tour, Leg((0.0, 10.0), last), Leg((0.0, 0.0), 10.0))
     blind = BLIND if seed % 5 == 2 else 0
     setting = replace(base, legs=legs, blind=blind, limit_s=240.0)
-    return Named(f"honest {seed}", "honest", number, seed % 5 == 3, setting)
+    return Named(f"honest {seed}", "honest", number, seed % 5 == 3, setting, by_roof)
 
 
 def _walk(seed: int, phase: str, ground: str, speed: float) -> Named:
@@ -125,6 +136,7 @@ def _walk(seed: int, phase: str, ground: str, speed: float) -> Named:
         walk_at=begins,
         blind=BLIND if ground == "blind" else 0,
         limit_s=begins + 12.0 / speed,
+        frame_ticks=FAST_TICKS if speed >= FAST_M_S else FRAME_TICKS,
     )
     return Named(f"{phase}, {ground}, {speed} m/s", phase, 1 + seed % WORLDS, ground == "poor", setting)
 
@@ -134,9 +146,8 @@ def _walk_of(seed: int, speed: float) -> tuple[float, float]:
     return speed * math.cos(heading), speed * math.sin(heading)
 
 
-def _beside_roof(number: int, usual: tuple[float, float]) -> tuple[float, float]:
-    """Return the offset of a place beside the highest roof of a world, which the lanes cross; ``usual`` without one."""
-    drawn = world(number)
+def _beside_roof(drawn: World, usual: tuple[float, float]) -> tuple[float, float]:
+    """Return the offset of a place beside the highest roof, which the lanes cross; ``usual`` without one."""
     roofs = [layer for layer in drawn.layers if layer.label == "roof"]
     if not roofs:
         return usual

@@ -28,7 +28,7 @@ WIDTH, HEIGHT = 320, 180
 """Pixels of a picture: as large as the odometry compares."""
 FIELD_OF_VIEW: Final = math.radians(70.0)
 FRAME_TICKS: Final = 8
-"""Ticks of the drone from picture to picture: 2.5 a second."""
+"""Ticks of the drone from picture to picture, unless a setting says otherwise: 2.5 a second."""
 FENCE_M: Final = 400.0
 NEAR_M: Final = 1.5
 """A place is reached within this distance, metres."""
@@ -79,6 +79,7 @@ class Setting:
     truck_s: float = 0.0
     blind: int = 0
     limit_s: float = 600.0
+    frame_ticks: int = FRAME_TICKS
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +143,7 @@ class Flight:
             yield self._glance(goal)
 
     def _glance(self, goal: Goal) -> Glance:
-        for _ in range(FRAME_TICKS):
+        for _ in range(self._setting.frame_ticks):
             self._err()
             self._drone.step(goal)
             self._late.append(self._drone.true)

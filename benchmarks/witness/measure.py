@@ -12,7 +12,7 @@ from multiprocessing import get_context
 import cv2
 
 from benchmarks.figures import Figure, Limit, Section
-from benchmarks.witness.drawn import FAST_M_S, Named, poor_world, world
+from benchmarks.witness.drawn import FAST_M_S, Named
 from benchmarks.witness.flight import Flight
 from hawk.ddc.witnesses.place import PlaceReading
 
@@ -41,8 +41,7 @@ def flown(flight: Named) -> Result:
     """Fly until the position is doubted, or to the end."""
     cv2.setNumThreads(1)
     reading, count, seen, now = PlaceReading(), 0, 0, 0.0
-    drawn = poor_world(flight.world) if flight.is_poor else world(flight.world)
-    for glance in Flight(drawn, flight.setting).glances():
+    for glance in Flight(*flight.drawn()).glances():
         count, now = count + 1, glance.time
         if glance.step is None:
             continue

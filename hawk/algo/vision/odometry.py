@@ -149,6 +149,8 @@ STEP_M, STEP_M_S = 0.6, 0.8
 TALL, TALLEST, ASIDE = 1.25, 4.0, 0.25
 """Ground that seems to move as reported, but faster by a factor between the first two, and to the side by a share below
 the third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
+ROOF_S = 0.6
+"""After a longer time without a comparison what may be a roof is taken for one, seconds."""
 SAME_ROOF = 0.2
 """Share by which the factor of one roof changes from picture to picture."""
 FLATTEST = 0.5
@@ -275,7 +277,7 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
     if roof and (beside := _beside(last, now, moved, before, found)) is not None:
         flat = Similarity(offset=beside)
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=roof), _step(last, now, Similarity(), flat)
-    if roof and pair.roof and abs(roof / pair.roof - 1) < SAME_ROOF:  # the same roof, and no ground beside it
+    if roof and (seconds > ROOF_S or _is_same(roof, pair.roof)):  # and no ground beside it
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=pair.roof), None
     beyond = (before.then_moved(moved).offset - found.offset) / seconds
     rate = pair.beyond_m_s + RATE_GAIN * (beyond - pair.beyond_m_s)
@@ -293,6 +295,11 @@ def _roof(seen: complex, moved: complex) -> float:
     """Return the factor by which the drone was seen to move faster than reported, where a roof explains it; else 0."""
     factor = seen / moved if moved else 0j
     return factor.real if TALL <= factor.real <= TALLEST and abs(factor.imag) <= ASIDE * factor.real else 0.0
+
+
+def _is_same(roof: float, other: float) -> bool:
+    """Return True when both are the factor of the same roof."""
+    return other > 0.0 and abs(roof / other - 1) < SAME_ROOF
 
 
 def _beside(last: _Picture, now: _Picture, moved: complex, before: Similarity, found: Similarity) -> complex | None:

@@ -35,13 +35,13 @@ LIMIT_M = 3.0
 PATH_SHARE = 0.06
 """Share of the path flown in the window that is no disagreement: cars and crowns stand above the ground that the camera
 is taken to see, grounds slope, and the picture's time is off by some hundredths of a second."""
-GAP_M = 1.5
-"""Disagreement that a comparison that is missing may leave, metres: half of a sway of the picture, while the drone
-leans over and the picture's time is off by 0.1 s."""
+GAP_M, LEANS_M_S = 1.2, 3.0
+"""Disagreement that a missing comparison may leave while the drone flies, metres: half of a sway of the picture, since
+it leans over and the picture's time is off by 0.1 s; no more than the second times its time, m/s."""
 STILL_GAP_M = 0.3
-"""The same for a drone that holds: it sways little."""
+"""The same of a drone that holds, and of one that flies besides: it sways little. Such sways do not add up."""
 SWAYS_M = 10.0
-"""Metres flown in the window from which on `GAP_M` counts whole."""
+"""Metres flown in the window from which on `GAP_M` counts whole, and time that was not seen not at all."""
 CONFIRM_S = 0.3
 """Time for which the disagreement must last, seconds."""
 MOST_UNSEEN = 2.0
@@ -195,7 +195,7 @@ class PlaceReading:
         elif gap > 0.0 and self._window:
             seconds, share = math.fsum(each.seconds for each in self._window), self._learned() or 0j
             beyond = sum((each.beyond - share * each.reported for each in self._window), 0j) / seconds * gap
-            self._slow.bridge(beyond, _hidden(self._path().flown))
+            self._slow.bridge(beyond, STILL_GAP_M + _leaning(gap) * _moving(self._path().flown))
             if self._doubt.holds:
                 self._off += beyond
 
@@ -219,7 +219,7 @@ class PlaceReading:
     def _disagreement(self) -> float:
         """Return the disagreement in the window, metres: the least that an error in proportion leaves.
 
-        Time that no comparison saw counts at the pace of the rest; each gap leaves a sway, which do not add up.
+        While the drone holds, time that no comparison saw counts at the pace of the rest.
         """
         path = self._path()
         learned = self._learned()
@@ -230,11 +230,13 @@ class PlaceReading:
             return 0.0
         unseen_s = math.fsum(each.gap for each in self._window)
         seconds = math.fsum(each.seconds for each in self._window)
-        whole = min(1.0 + unseen_s / seconds, MOST_UNSEEN)
+        moving = _moving(path.flown)
+        whole = min(1.0 + (1.0 - moving) * unseen_s / seconds, MOST_UNSEEN)
         raw = abs(sum((each.beyond for each in self._window), 0j) - known) * whole
         eased = abs(sum((each.eased for each in self._window), 0j) - known) * whole
-        gaps = sum(each.gap > 0.0 for each in self._window)
-        return max(0.0, min(raw, eased) - self._allowed(raw, path) - _hidden(path.flown) * math.sqrt(gaps))
+        gaps = [each.gap for each in self._window if each.gap > 0.0]
+        hidden = STILL_GAP_M * math.sqrt(len(gaps)) + moving * math.fsum(map(_leaning, gaps))
+        return max(0.0, min(raw, eased) - self._allowed(raw, path) - hidden)
 
     def _allowed(self, raw: float, path: Odometer) -> float:
         """Return the disagreement that a path explains, metres; ``raw`` is what was seen."""
@@ -255,7 +257,8 @@ class PlaceReading:
     def _judge(self, step: GroundStep) -> None:
         share = self._learned() or 0j
         if not self._doubt.holds:
-            if self._doubt.begins(step.until, is_beyond=self._apart > LIMIT_M or self._found.beyond > 0.0):
+            is_beyond = self._apart > LIMIT_M or self._found.beyond > 0.0
+            if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=self._slow.is_sure):
                 self._begin(step, share)
             return
         self._off += complex(*step.beyond) - share * complex(*step.reported)
@@ -292,6 +295,11 @@ class PlaceReading:
             self._fixed = step.again.since, self._off - seen
 
 
-def _hidden(flown: float) -> float:
-    """Return the disagreement that one missing comparison may leave, metres."""
-    return STILL_GAP_M + (GAP_M - STILL_GAP_M) * min(1.0, flown / SWAYS_M)
+def _moving(flown: float) -> float:
+    """Return 0 for a drone that holds in the window, 1 for one that flies."""
+    return min(1.0, flown / SWAYS_M)
+
+
+def _leaning(gap: float) -> float:
+    """Return the disagreement that a missing comparison of ``gap`` seconds may leave while the drone flies, metres."""
+    return min(GAP_M, LEANS_M_S * gap)

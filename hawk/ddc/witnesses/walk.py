@@ -24,7 +24,7 @@ TIME_S = 600.0
 after Rankin (ION GPS 1994), so that it may wander more within minutes: 2.3 m in ten of them, 1 m in 75 s, each axis."""
 SIGMAS = 3.5
 """A wander of more standard deviations is a walk."""
-FLOOR_M = 1.4
+FLOOR_M = 1.3
 """Difference of two comparisons while nothing walks, metres: sways, and pictures 0.1 s late."""
 BY_SIGMA = 1.41
 """Horizontal accuracy that a receiver reports (about 68 % of a circle), by the standard deviation of each axis."""
@@ -47,6 +47,8 @@ MOUNT_SHARE = 0.4
 wrongly, and is no witness of it."""
 MOUNTED_WRONG_SHARE = 2.0
 """Share of the distance that is no disagreement then: a camera that is turned by half a circle sees twice of it."""
+MOUNTED_FREE_M = 1.0
+"""Of the movement so much counts once only, metres: `FLOOR_M` holds the rest, and a drone that holds hardly moves."""
 TILT = 0.05
 """Share of the height by which a picture is off in its mount: it is off otherwise once the drone has turned."""
 STILL_SHARE, STILL_M = 0.1, 3.0
@@ -100,7 +102,9 @@ class Scale:
         """Return what an error in proportion may make of a movement (metres) that the camera saw ``off`` by so much."""
         if self.is_proven:
             return share * moved
-        return (UNPROVEN_SHARE if off <= MOUNT_SHARE * moved else MOUNTED_WRONG_SHARE) * moved
+        if off <= MOUNT_SHARE * moved:
+            return UNPROVEN_SHARE * moved
+        return MOUNTED_WRONG_SHARE * moved - min(moved, MOUNTED_FREE_M)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +185,11 @@ class Record:
 
 class SlowWalk:
     """Both records of a flight."""
+
+    @property
+    def is_sure(self) -> bool:
+        """True while both records show a walk: each confirms the other."""
+        return min(self._by_steps.beyond, self._by_pictures.beyond) > 0.0
 
     def __init__(self) -> None:
         self._pictures: dict[float, Record] = {}
