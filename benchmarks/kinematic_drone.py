@@ -19,26 +19,32 @@ from hawk.model.poses import MapPose
 from hawk.sim.autopilot.control import Controller, Limits, Setpoint
 from hawk.sim.autopilot.gps import Estimate, Estimator
 from hawk.sim.autopilot.parameters import copter_parameters
-from hawk.sim.vehicle import Body, step_body
+from hawk.sim.autopilot.sensors import Receiver
+from hawk.sim.vehicle import Body, Wind, step_body
 
 STEP_S: Final = 0.05
 """The state machine's tick."""
 GNSS_SIGMA_M: Final = 0.5
 """Slow position error, as hawk-sim has it by default."""
-_CALM: Final = (0.0, 0.0, 0.0)
 
 
 class Drone:
     """Hovers at its start, then follows goals; ``distance_m`` is truly flown, ``seconds`` since the start."""
 
     def __init__(
-        self, start: MapPose, fence: Fence, rng: np.random.Generator, gnss_sigma: float = GNSS_SIGMA_M
+        self,
+        start: MapPose,
+        fence: Fence,
+        rng: np.random.Generator,
+        gnss_sigma: float = GNSS_SIGMA_M,
+        wind: Wind | None = None,
     ) -> None:
         place = (start.north, start.east, -start.height)
         self._body = Body(position=place, yaw=start.yaw, on_ground=False)
         self._estimator = Estimator(gnss_sigma, 0.0, rng)
         self._estimator.exact = gnss_sigma == 0.0
         self._estimate: Estimate = self._estimator.step(self._body, STEP_S)
+        self._wind = wind or Wind(0.0, 0.0, rng)
         self._controller = Controller()
         self._controller.reset(self._estimate)
         self._limits = Limits.of(copter_parameters())
@@ -71,6 +77,11 @@ class Drone:
         return MapPose(north, east, -down, estimate.roll, estimate.pitch, estimate.yaw)
 
     @property
+    def receiver(self) -> Receiver:
+        """The GNSS receiver, whose errors may be set."""
+        return self._estimator.gnss
+
+    @property
     def speed(self) -> float:
         """Over ground, m/s."""
         return math.hypot(*self._body.velocity[:2])
@@ -84,7 +95,7 @@ class Drone:
         setpoint = Setpoint((target.north, target.east), down=-target.height, yaw=target.yaw)
         demand = self._controller.update(self._estimate, setpoint, self._limits, STEP_S)
         before = self._body.position
-        self._body = step_body(self._body, demand, _CALM, STEP_S)
+        self._body = step_body(self._body, demand, self._wind.step(STEP_S), STEP_S)
         self._estimate = self._estimator.step(self._body, STEP_S)
         self.distance_m += math.dist(before[:2], self._body.position[:2])
         self.seconds += STEP_S

@@ -41,10 +41,10 @@ class Doubt:
         """Return the time since the doubt began; None without one."""
         return None if self._since is None else now - self._since
 
-    def begins(self, now: float, *, is_beyond: bool) -> bool:
-        """Take a look at the disagreement; return True when the doubt begins by it."""
+    def begins(self, now: float, *, is_beyond: bool, is_sure: bool = False) -> bool:
+        """Take a look at the disagreement; return True when the doubt begins by it, at once where it ``is_sure``."""
         beyond_s = self._beyond.update(is_beyond, now)
-        if beyond_s is None or beyond_s < self._confirm_s:
+        if beyond_s is None or (beyond_s < self._confirm_s and not is_sure):
             return False
         # the disagreement stays confirmed: one that is back at once, after the end, is a doubt at once
         self._since, self._agreed = now, Stopwatch()

@@ -75,6 +75,20 @@ class StallSize:
 
 
 @dataclass(frozen=True, slots=True)
+class GroundAgain:
+    """Ground that was seen before, in the picture at ``since`` (daemon's clock, seconds).
+
+    ``beyond`` is what the drone has moved since then by the two pictures and the poses do not report, ``reported`` what
+    they report: metres north and east. ``yawed`` is the reported turn, radians clockwise.
+    """
+
+    since: float
+    beyond: tuple[float, float]
+    reported: tuple[float, float]
+    yawed: float
+
+
+@dataclass(frozen=True, slots=True)
 class GroundStep:
     """From the exposure at ``since`` to that at ``until`` (daemon's clock, seconds).
 
@@ -93,6 +107,8 @@ class GroundStep:
     stretch: float
     turn: float
     height: float
+    again: GroundAgain | None = None
+    """The comparison of the picture at ``until`` with one of long before, where ground is seen again."""
 
     @property
     def beyond(self) -> tuple[float, float]:

@@ -19,7 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
+from hawk.algo.vision.anchors import Anchors
 from hawk.algo.vision.rectify import camera_to_ned, intrinsics, scaled_camera
+from hawk.algo.vision.similarity import (
+    LEAST,
+    NEVER,
+    OUTLIER_PIXELS,
+    REACH_M,
+    GroundFeatures,
+    Similarity,
+    compare,
+    hamming,
+    mutual,
+)
 from hawk.model.pictures import CameraModel, GroundStep
 from hawk.model.poses import MapPose
 
@@ -118,72 +130,39 @@ def _seen_again(camera: CameraModel, before: MapPose, now: MapPose, at: complex)
     return None if ahead <= 0 else complex(x / ahead, y / ahead)
 
 
-Places = NDArray[np.complex128]
-Distances = NDArray[np.float32]
-
 LEAST_S = 0.24
 """Shortest time between two comparisons: each costs some milliseconds."""
 LONGEST_S = 5.0
 """Pictures farther apart than this are not compared: too much may have happened between them, seconds."""
+PATIENCE_S = 1.0
+"""A picture that agrees with none of the earlier ones is passed over for so long, seconds: it may be a bad one."""
 KEY_S = 20.0
 """The same earlier picture is used for no longer: light and shadows move, seconds."""
-KEY_SHARE = 0.3
-"""Another key picture is taken when the ground has moved by this share of the height."""
-KEY_TURN = 0.35
-"""... or has turned by this angle, radians."""
-KEY_STRETCH = 0.2
-"""... or has become larger or smaller by this share."""
-REACH_M = 1.1
-"""A feature is sought this far about the place where it should be: less than half of the narrowest stall's pitch."""
-LEAST = 16
-"""Least number of features that must agree."""
-LEAST_SHARE, SURE_SHARE = 0.3, 0.5
-"""Least share of the matched features that must agree; the same of those that were sought everywhere: rows of stalls
-repeat."""
 RATE_GAIN = 0.5
 """Share by which the last step corrects the speed that the poses do not show."""
-OUTLIER_PIXELS = 2.0
 LEAP_M = 0.5
 LEAP_M_S = 3.0
 """A reported movement that is longer than the reported speed allows, by this and by this speed, is a leap and no
 motion; a match that is as far from the expected place is a wrong one."""
+STEP_M, STEP_M_S = 0.6, 0.8
+"""The same of a smaller leap: what was seen before it is compared no more with what is seen after it."""
 TALL, TALLEST, ASIDE = 1.25, 4.0, 0.25
 """Ground that seems to move as reported, but faster by a factor between the first two, and to the side by a share below
 the third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
+ROOF_S = 0.6
+"""After a longer time without a comparison what may be a roof is taken for one, seconds."""
 SAME_ROOF = 0.2
 """Share by which the factor of one roof changes from picture to picture."""
 FLATTEST = 0.5
 """Sine of the lowest elevation at which ground is used: far ground is measured badly."""
 COLUMNS, ROWS, CELL_FEATURES = 10, 6, 6
 """Cells of the picture, and the greatest number of features that each gives."""
+FEW_FEATURES, CONTRAST = 150, 4.0
+"""With fewer features the picture's contrast is raised, by this limit (CLAHE; Zuiderveld, 1994)."""
 _SPREAD_FEATURES = 1200  # found, of which the cells keep some
-_NEVER = 1000.0  # more than any Hamming distance of 256 bits
 
 
-@dataclass(frozen=True, slots=True)
-class GroundFeatures:
-    """Features on the ground: ``places`` (N,), their ``descriptors`` (N, 32), and ``grain``, a pixel's metres."""
-
-    places: Places = field(repr=False)
-    descriptors: NDArray[np.uint8] = field(repr=False)
-    grain: float
-
-
-@dataclass(frozen=True, slots=True)
-class Similarity:
-    """Ground at ``z`` of the one picture is at ``factor * z + offset`` of the other."""
-
-    factor: complex = 1 + 0j
-    offset: complex = 0j
-
-    def then_moved(self, path: complex) -> Similarity:
-        """Return the similarity after the drone has flown on by ``path``, metres."""
-        return replace(self, offset=self.offset - path)
-
-    def is_far(self, height: float) -> bool:
-        """Return True when the two pictures begin to have too little in common; ``height`` over ground, metres."""
-        moved, turned = abs(self.offset) > KEY_SHARE * height, abs(cmath.phase(self.factor)) > KEY_TURN
-        return moved or turned or abs(math.log(abs(self.factor))) > KEY_STRETCH
+SAME = Similarity()
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +181,7 @@ class _Pair:
 
     key: _Picture
     last: _Picture
-    found: Similarity = Similarity()
+    found: Similarity = SAME
     beyond_m_s: complex = 0j
     """Speed of the drone that the poses do not show, m/s."""
     roof: float = 0.0
@@ -213,6 +192,15 @@ def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
     """Return features of a picture, BGR (H, W, 3), from all over it: those of one tree say little about the ground."""
     small = shrunk(image)
     orb = cv2.ORB.create(_SPREAD_FEATURES, **_ORB)
+    kept = _spread(small, orb)
+    if len(kept) < FEW_FEATURES:
+        small = np.asarray(cv2.createCLAHE(CONTRAST, (COLUMNS // 2, ROWS // 2)).apply(small), np.uint8)
+        kept = _spread(small, orb)
+    return features_at(small, orb, kept, camera)
+
+
+def _spread(small: NDArray[np.uint8], orb: cv2.ORB) -> list[cv2.KeyPoint]:
+    """Return the key points that are found, the best of each cell."""
     keys = sorted(orb.detect(small, None), key=lambda key: key.response, reverse=True)
     height, width = small.shape[:2]
     cells: Counter[tuple[int, int]] = Counter()
@@ -222,7 +210,7 @@ def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
         cells[cell] += 1
         if cells[cell] <= CELL_FEATURES:
             kept.append(key)
-    return features_at(small, orb, kept, camera)
+    return kept
 
 
 def project(features: Features, camera: CameraModel, pose: MapPose) -> GroundFeatures:
@@ -235,37 +223,6 @@ def project(features: Features, camera: CameraModel, pose: MapPose) -> GroundFea
     )
 
 
-def compare(before: GroundFeatures, now: GroundFeatures, expected: Similarity, farthest: float) -> Similarity | None:
-    """Return the similarity from the ground of one picture to that of the other; None when too little agrees.
-
-    Features are sought within `REACH_M` of where ``expected`` says that they are; when too few agree there, everywhere,
-    and more must agree. A result farther than ``farthest`` (metres) from the expected one is none. RANSAC (Fischler and
-    Bolles, 1981) over the features that are each other's nearest by their descriptors.
-    """
-    if min(len(before.places), len(now.places)) < LEAST:
-        return None
-    sought = expected.factor * before.places + expected.offset
-    distance = _hamming(before.descriptors, now.descriptors)
-    near = abs(sought[:, None] - now.places[None]) <= REACH_M
-    found = _agreed(before, now, np.where(near, distance, _NEVER), LEAST_SHARE)
-    if found is None or abs(found.offset - expected.offset) > REACH_M:
-        found = _agreed(before, now, distance, SURE_SHARE)
-    return None if found is None or abs(found.offset - expected.offset) > farthest else found
-
-
-def _agreed(before: GroundFeatures, now: GroundFeatures, distance: Distances, share: float) -> Similarity | None:
-    first, second = _mutual(distance)
-    if len(first) < LEAST:
-        return None
-    source, target = _pairs(before.places[first]), _pairs(now.places[second])
-    fit, agree = cv2.estimateAffinePartial2D(
-        source, target, ransacReprojThreshold=OUTLIER_PIXELS * now.grain, maxIters=500
-    )
-    if fit is None or np.count_nonzero(agree) < max(LEAST, share * len(first)):
-        return None
-    return Similarity(complex(fit[0, 0], fit[1, 0]), complex(fit[0, 2], fit[1, 2]))
-
-
 class Odometry:
     """Compares pictures as they come. Worker thread only."""
 
@@ -273,6 +230,7 @@ class Odometry:
         """Below ``minimum_height_m`` metres over ground, as reported, nothing is compared."""
         self._minimum_height_m = minimum_height_m
         self._pair: _Pair | None = None
+        self._anchors = Anchors()
 
     def look(self, frame: FrameInput, image: NDArray[np.uint8] | None) -> GroundStep | None:
         """Return the movement since the last comparison; None when there is none to report.
@@ -282,13 +240,21 @@ class Odometry:
         pose, pair = frame.over_ground, self._pair
         if image is None or (pair is not None and 0.0 <= frame.captured - pair.last.time < LEAST_S):
             return None
-        if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m or frame.mount_problem:
+        if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m:
+            self._pair = None
+            self._anchors.clear()
+            return None
+        if frame.mount_problem:
             self._pair = None
             return None
         ground = project(spread_features(image, frame.camera), frame.camera, pose)
         picture = _Picture(frame.captured, pose, frame.speed, ground)
+        if pair is not None and _leapt(pair.last, picture, STEP_M_S, STEP_M):
+            self._anchors.clear()
         self._pair, step = _followed(pair, picture)
-        return step
+        beyond = 0j if step is None else complex(*step.beyond)
+        again = self._anchors.look(frame.captured, pose, ground, beyond)
+        return None if step is None else replace(step, again=again)
 
 
 def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | None]:
@@ -297,7 +263,7 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
         return _Pair(now, now), None
     last, seconds = pair.last, now.time - pair.last.time
     moved, slack = _moved(last.pose, now.pose), LEAP_M_S * seconds + LEAP_M
-    if abs(moved) > max(last.speed, now.speed) * seconds + slack:
+    if _leapt(last, now, LEAP_M_S, LEAP_M):
         return _Pair(now, now), None
     before, expected = pair.found, moved + pair.beyond_m_s * seconds
     found = compare(pair.key.ground, now.ground, before.then_moved(expected), slack)
@@ -306,12 +272,12 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
         before = Similarity()
         found = compare(last.ground, now.ground, before.then_moved(expected), slack)
     if found is None:
-        return _Pair(now, now), None
+        return (pair if seconds < PATIENCE_S else _Pair(now, now)), None
     roof = _roof(before.offset - found.offset, moved)
     if roof and (beside := _beside(last, now, moved, before, found)) is not None:
         flat = Similarity(offset=beside)
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=roof), _step(last, now, Similarity(), flat)
-    if roof and pair.roof and abs(roof / pair.roof - 1) < SAME_ROOF:  # the same roof, and no ground beside it
+    if roof and (seconds > ROOF_S or _is_same(roof, pair.roof)):  # and no ground beside it
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=pair.roof), None
     beyond = (before.then_moved(moved).offset - found.offset) / seconds
     rate = pair.beyond_m_s + RATE_GAIN * (beyond - pair.beyond_m_s)
@@ -319,10 +285,21 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
     return kept, _step(last, now, before, found)
 
 
+def _leapt(last: _Picture, now: _Picture, faster: float, farther: float) -> bool:
+    """Return True when the report moved by more than its speed allows, by ``faster`` m/s and ``farther`` metres."""
+    seconds = now.time - last.time
+    return abs(_moved(last.pose, now.pose)) > (max(last.speed, now.speed) + faster) * seconds + farther
+
+
 def _roof(seen: complex, moved: complex) -> float:
     """Return the factor by which the drone was seen to move faster than reported, where a roof explains it; else 0."""
     factor = seen / moved if moved else 0j
     return factor.real if TALL <= factor.real <= TALLEST and abs(factor.imag) <= ASIDE * factor.real else 0.0
+
+
+def _is_same(roof: float, other: float) -> bool:
+    """Return True when both are the factor of the same roof."""
+    return other > 0.0 and abs(roof / other - 1) < SAME_ROOF
 
 
 def _beside(last: _Picture, now: _Picture, moved: complex, before: Similarity, found: Similarity) -> complex | None:
@@ -334,7 +311,7 @@ def _beside(last: _Picture, now: _Picture, moved: complex, before: Similarity, f
     first, second = last.ground, now.ground
     sought, limit = first.places - moved, OUTLIER_PIXELS * second.grain
     near = abs(sought[:, None] - second.places[None]) <= REACH_M
-    i, j = _mutual(np.where(near, _hamming(first.descriptors, second.descriptors), _NEVER))
+    i, j = mutual(np.where(near, hamming(first.descriptors, second.descriptors), NEVER))
     by_most = (found.factor / before.factor) * (first.places[i] - before.offset) + found.offset
     apart = second.places[j] - sought[i]
     agrees = (abs(apart) <= limit) & (abs(by_most - second.places[j]) > limit)
@@ -356,21 +333,3 @@ def _step(last: _Picture, now: _Picture, before: Similarity, found: Similarity) 
 
 def _moved(before: MapPose, now: MapPose) -> complex:
     return complex(now.north - before.north, now.east - before.east)
-
-
-def _mutual(distance: Distances) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the indices of features that are each other's nearest."""
-    there, back = distance.argmin(1), distance.argmin(0)
-    every = np.arange(len(distance))
-    k = np.flatnonzero((back[there] == every) & (distance[every, there] < _NEVER))
-    return k, there[k]
-
-
-def _hamming(first: NDArray[np.uint8], second: NDArray[np.uint8]) -> Distances:
-    """Return the Hamming distances (N, M) of descriptors (N, 32) and (M, 32)."""
-    a, b = (np.ascontiguousarray(each).view(np.uint64) for each in (first, second))
-    return np.asarray(np.bitwise_count(a[:, None] ^ b[None]).sum(2, dtype=np.float32))
-
-
-def _pairs(places: Places) -> NDArray[np.float32]:
-    return np.column_stack([places.real, places.imag]).astype(np.float32)

@@ -10,7 +10,7 @@ from hawk.ddc.acts import Acts, Log
 from hawk.ddc.battery.survey import tens
 from hawk.ddc.facts import Facts
 from hawk.ddc.states.base import State
-from hawk.ddc.witnesses.witness import COMPASS_LOST
+from hawk.ddc.witnesses.witness import ALONE, COMPASS_LOST
 from hawk.ddc.words import metres
 from hawk.model.operation import StateName
 from hawk.model.sentences import say
@@ -120,15 +120,16 @@ class GroundNotices:
 
 
 class WitnessNotices:
-    """Reports each doubt once, and compasses that fail."""
+    """Reports each doubt once, a position without a second witness, and compasses that fail."""
 
     def __init__(self) -> None:
         self._doubted = False
+        self._alone = False
         self._compass_lost = False
 
     def tick(self, facts: Facts, state: State) -> Acts:
         """Return the messages of the tick in which something begins or ends. A task that a doubt ends reports it."""
-        return self._doubt(facts, state) + self._compass(facts)
+        return self._doubt(facts, state) + self._witness(facts) + self._compass(facts)
 
     def _doubt(self, facts: Facts, state: State) -> Acts:
         was, self._doubted = self._doubted, bool(facts.witness.doubt)
@@ -136,6 +137,14 @@ class WitnessNotices:
             return (Log("warning", facts.witness.doubt),)
         if was and not self._doubted and facts.is_airborne:
             return (Log("ok", say("The position agrees with its witnesses again.")),)
+        return ()
+
+    def _witness(self, facts: Facts) -> Acts:
+        was, self._alone = self._alone, facts.witness.is_alone
+        if self._alone and not was:
+            return (Log("warning", ALONE),)
+        if was and not self._alone and facts.is_airborne:
+            return (Log("ok", say("The position has a second witness again.")),)
         return ()
 
     def _compass(self, facts: Facts) -> Acts:

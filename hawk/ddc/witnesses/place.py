@@ -1,8 +1,9 @@
 """Place: whether the reported position moves as the camera sees the drone move over ground.
 
 GNSS that walks takes the estimate with it: position, velocity and variances agree with each other, and all are wrong.
-The camera is the second witness. Its motion is compared with the reported one over `WINDOW_S`. A wrong height or a
-wrong heading makes the two differ in proportion to the path flown: what such an error can explain is no disagreement.
+The camera is the second witness. Its motion is compared with the reported one over `WINDOW_S`; what adds up over a
+longer time, however slowly, is found by `hawk.ddc.witnesses.walk`. A wrong height or a wrong heading makes the two
+differ in proportion to the path flown: what such an error can explain is no disagreement.
 """
 
 from __future__ import annotations
@@ -13,8 +14,18 @@ from collections import deque
 from dataclasses import dataclass
 
 from hawk.ddc.stopwatch import Doubt
+from hawk.ddc.witnesses.walk import (
+    MOUNT_SHARE,
+    MOUNTED_WRONG_SHARE,
+    NOTHING,
+    STILL_SHARE,
+    UNPROVEN_SHARE,
+    Odometer,
+    Scale,
+    SlowWalk,
+)
 from hawk.ddc.words import metres
-from hawk.model.pictures import GroundStep
+from hawk.model.pictures import GroundAgain, GroundStep
 from hawk.model.sentences import say
 
 WINDOW_S = 10.0
@@ -24,22 +35,17 @@ LIMIT_M = 3.0
 PATH_SHARE = 0.06
 """Share of the path flown in the window that is no disagreement: cars and crowns stand above the ground that the camera
 is taken to see, grounds slope, and the picture's time is off by some hundredths of a second."""
-GAP_M = 1.5
-"""Disagreement that a comparison that is missing may leave, metres: half of a sway of the picture, while the drone
-leans over and the picture's time is off by 0.1 s."""
+GAP_M, LEANS_M_S = 1.2, 3.0
+"""Disagreement that a missing comparison may leave while the drone flies, metres: half of a sway of the picture, since
+it leans over and the picture's time is off by 0.1 s; no more than the second times its time, m/s."""
 STILL_GAP_M = 0.3
-"""The same for a drone that holds: it sways little."""
+"""The same of a drone that holds, and of one that flies besides: it sways little. Such sways do not add up."""
 SWAYS_M = 10.0
-"""Metres flown in the window from which on `GAP_M` counts whole."""
-CONFIRM_S = 0.5
+"""Metres flown in the window from which on `GAP_M` counts whole, and time that was not seen not at all."""
+CONFIRM_S = 0.3
 """Time for which the disagreement must last, seconds."""
-UNPROVEN_SHARE = 0.12
-"""The same before the camera was seen to agree: its scale and its heading are known less well."""
-MOUNT_SHARE = 0.4
-"""A camera that was not seen to agree and is off by a larger share is mounted otherwise: it sees the whole path
-wrongly, and is no witness while the drone flies."""
-MOUNTED_WRONG_SHARE = 2.0
-"""Share of the path that is no disagreement then: none is left."""
+MOST_UNSEEN = 2.0
+"""Time that no comparison saw counts at the pace of the rest: the disagreement grows by this factor at most."""
 PROOF_M = 15.0
 """Metres of flight in which the camera agrees before it is believed while the drone flies."""
 PROOF_SHARE = 0.25
@@ -52,8 +58,6 @@ BRIDGED_S = 5.0
 """A shorter gap between two comparisons is bridged, at the pace of disagreement that was seen, seconds."""
 LOST_S = 5.0
 """A camera that has compared nothing for this time follows the drone no more, seconds."""
-STILL_SHARE = 0.1
-"""A picture that moves less than this share of the path flown stands still: that is the camera's fault."""
 AGREES_M = 1.0
 """A disagreement in the window below this is none, metres."""
 AGREES_S = 10.0
@@ -100,11 +104,13 @@ class PlaceFacts:
 
 @dataclass(frozen=True, slots=True)
 class _Sum:
-    """A step of the window. ``beyond`` is as seen, ``eased`` as seen after what stretch and turn explain."""
+    """A step of the window, ``gap`` seconds after the one before. ``beyond`` is as seen, ``eased`` as seen after what
+    stretch and turn explain.
+    """
 
     until: float
     seconds: float
-    after_gap: bool
+    gap: float
     reported: complex
     beyond: complex
     eased: complex
@@ -119,36 +125,50 @@ class PlaceReading:
     def reset(self) -> None:
         """Forget the flight."""
         self._window: deque[_Sum] = deque()
+        self._began: float | None = None
         self._last: float | None = None
         self._warp = 1 + 0j  # what stretch and turn have made of the ground since the window's first step
         self._share, self._weight, self._flown = 0j, 0.0, 0.0  # sums of what is learned about the share
         self._apart = 0.0
+        self._slow, self._found = SlowWalk(), NOTHING
+        self._untrue = (math.inf, -math.inf)  # pictures of that time are compared no more: the report was wrong
         self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._off = 0j
+        self._fixed: tuple[float, complex] | None = None
         self._is_followed = True
 
     def lose(self) -> None:
         """Follow no more what went before: the reported position leapt."""
-        self._window.clear()
-        self._apart = 0.0
-        self._is_followed = self._is_followed and not self._doubt.holds
+        self._blind()
+        self._slow, self._fixed = SlowWalk(), None
+        self._untrue = -math.inf, -math.inf if self._last is None else self._last
 
-    def note(self, step: GroundStep) -> None:
-        """Take the next step."""
+    def note(self, step: GroundStep, accuracy: float | None = None) -> None:
+        """Take the next step; ``accuracy`` is the receiver's own, metres, None where it gives none."""
         gap = 0.0 if self._last is None else step.since - self._last
         if gap < 0.0:
             return
+        if self._began is None:
+            self._began = step.since
         self._last = step.until
         self._bridge(gap)
         reported, beyond = complex(*step.reported), complex(*step.beyond)
         if not self._window:
-            self._warp = 1 + 0j
+            self._warp, gap = 1 + 0j, 0.0
         self._warp *= cmath.exp(complex(-step.stretch, step.turn))
         eased = complex(*step.seen) * self._warp - reported
-        self._window.append(_Sum(step.until, step.until - step.since, gap > 0.0, reported, beyond, eased))
+        self._window.append(_Sum(step.until, step.until - step.since, gap, reported, beyond, eased))
         while step.until - self._window[0].until > WINDOW_S:
             self._learn(self._window.popleft())
-        self._judge(step.until, beyond, reported)
+        self._apart = self._disagreement()
+        self._found = self._slow.look(step, self._scale(accuracy), self._counts(step.again))
+        self._judge(step)
+
+    def _counts(self, again: GroundAgain | None) -> bool:
+        """Return True for an earlier picture of this flight that was taken while the report was right."""
+        if again is None or self._began is None or again.since < self._began:
+            return False
+        return not self._untrue[0] <= again.since <= self._untrue[1]
 
     def facts(self, now: float) -> PlaceFacts:
         """Return what is known at ``now``, seconds."""
@@ -161,12 +181,23 @@ class PlaceReading:
             is_followed=self._is_followed and age <= LOST_S,
         )
 
+    def _blind(self) -> None:
+        """Begin the sums again: what happened meanwhile was not seen. A picture of before may show it yet."""
+        self._window.clear()
+        self._apart = 0.0
+        self._slow.forget_steps()
+        self._is_followed = self._is_followed and not self._doubt.holds
+
     def _bridge(self, gap: float) -> None:
+        """Let time pass without a comparison: what it would have seen goes on at the pace that was seen."""
         if gap > BRIDGED_S:
-            self.lose()
-        elif gap > 0.0 and self._doubt.holds and self._window:
-            seconds = math.fsum(each.seconds for each in self._window)
-            self._off += sum((each.beyond for each in self._window), 0j) / seconds * gap
+            self._blind()
+        elif gap > 0.0 and self._window:
+            seconds, share = math.fsum(each.seconds for each in self._window), self._learned() or 0j
+            beyond = sum((each.beyond - share * each.reported for each in self._window), 0j) / seconds * gap
+            self._slow.bridge(beyond, STILL_GAP_M + _leaning(gap) * _moving(self._path().flown))
+            if self._doubt.holds:
+                self._off += beyond
 
     def _learn(self, old: _Sum) -> None:
         """Take a step that left the window, unless the position is doubted."""
@@ -178,44 +209,97 @@ class PlaceReading:
         self._share = self._share * keep + old.beyond * old.reported.conjugate()
         self._weight = self._weight * keep + path * path
 
+    def _path(self) -> Odometer:
+        """Return the path that was flown in the window."""
+        path = Odometer()
+        for each in self._window:
+            path.move(each.reported)
+        return path
+
     def _disagreement(self) -> float:
-        """Return the disagreement in the window, metres: the least that an error in proportion leaves."""
-        path = sum((each.reported for each in self._window), 0j)
+        """Return the disagreement in the window, metres: the least that an error in proportion leaves.
+
+        While the drone holds, time that no comparison saw counts at the pace of the rest.
+        """
+        path = self._path()
         learned = self._learned()
-        known = 0j if learned is None else learned * path
+        known = 0j if learned is None else learned * path.place
         flown = math.fsum(abs(each.reported) for each in self._window)
         seen = math.fsum(abs(each.reported + each.beyond) for each in self._window)
         if flown > LIMIT_M and seen < STILL_SHARE * flown:
             return 0.0
-        raw = abs(sum((each.beyond for each in self._window), 0j) - known)
-        eased = abs(sum((each.eased for each in self._window), 0j) - known)
-        gaps = sum(each.after_gap for each in self._window)
-        return max(0.0, min(raw, eased) - self._allowed(raw, flown) - _hidden(flown) * gaps)
+        unseen_s = math.fsum(each.gap for each in self._window)
+        seconds = math.fsum(each.seconds for each in self._window)
+        moving = _moving(path.flown)
+        whole = min(1.0 + (1.0 - moving) * unseen_s / seconds, MOST_UNSEEN)
+        raw = abs(sum((each.beyond for each in self._window), 0j) - known) * whole
+        eased = abs(sum((each.eased for each in self._window), 0j) - known) * whole
+        gaps = [each.gap for each in self._window if each.gap > 0.0]
+        hidden = STILL_GAP_M * math.sqrt(len(gaps)) + moving * math.fsum(map(_leaning, gaps))
+        return max(0.0, min(raw, eased) - self._allowed(raw, path) - hidden)
 
-    def _allowed(self, raw: float, flown: float) -> float:
-        """Return the disagreement that a path of ``flown`` metres explains, metres; ``raw`` is what was seen."""
+    def _allowed(self, raw: float, path: Odometer) -> float:
+        """Return the disagreement that a path explains, metres; ``raw`` is what was seen."""
         if self._learned() is not None:
-            return PATH_SHARE * flown
-        return (UNPROVEN_SHARE if raw <= MOUNT_SHARE * flown else MOUNTED_WRONG_SHARE) * flown
+            return PATH_SHARE * path.flown
+        least = UNPROVEN_SHARE * path.flown
+        return least if raw <= MOUNT_SHARE * path.flown else least + MOUNTED_WRONG_SHARE * abs(path.place)
 
     def _learned(self) -> complex | None:
         """Return the share of the path by which the camera is off; None until it was seen to agree."""
         share = self._share / (self._weight + PRIOR_M2)
         return share if self._flown >= PROOF_M and abs(share) <= PROOF_SHARE else None
 
-    def _judge(self, time: float, beyond: complex, reported: complex) -> None:
-        self._apart, share = self._disagreement(), self._learned() or 0j
+    def _scale(self, accuracy: float | None) -> Scale:
+        learned = self._learned()
+        return Scale(learned or 0j, learned is not None, accuracy)
+
+    def _judge(self, step: GroundStep) -> None:
+        share = self._learned() or 0j
         if not self._doubt.holds:
-            if self._doubt.begins(time, is_beyond=self._apart > LIMIT_M):
-                self._is_followed = True
-                self._off = sum((each.beyond - share * each.reported for each in self._window), 0j)
+            is_beyond = self._apart > LIMIT_M or self._found.beyond > 0.0
+            if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=self._slow.is_sure):
+                self._begin(step, share)
             return
-        self._off += beyond - share * reported
+        self._off += complex(*step.beyond) - share * complex(*step.reported)
+        self._fix(step, share)
         agrees = self._is_followed and self._apart < AGREES_M and abs(self._off) < BACK_M
-        if self._doubt.ends(time, agrees=agrees):
-            self._off = 0j
+        if self._doubt.ends(step.until, agrees=agrees):
+            self._end(step.until)
+
+    def _begin(self, step: GroundStep, share: complex) -> None:
+        """Begin a doubt: the position has gone since the window began, or since the moment of a slow walk."""
+        self._is_followed = True
+        if self._found.beyond > 0.0:
+            self._off, since = self._found.off, self._found.since
+        else:
+            self._off = sum((each.beyond - share * each.reported for each in self._window), 0j)
+            since = self._window[0].until
+        self._untrue = min(since, self._untrue[0]), math.inf
+        self._fixed = None
+        self._fix(step, share)
+
+    def _end(self, time: float) -> None:
+        """End the doubt. Pictures that were kept while the position was wrong are no witnesses."""
+        self._off, self._fixed = 0j, None
+        self._slow, self._untrue = SlowWalk(), (self._untrue[0], time)
+
+    def _fix(self, step: GroundStep, share: complex) -> None:
+        """Take what an earlier picture says of the error: nothing adds up in it, and it bridges what was not seen."""
+        if step.again is None:
+            return
+        seen = complex(*step.again.beyond) - share * complex(*step.again.reported)
+        if self._fixed is not None and self._fixed[0] == step.again.since:
+            self._off, self._is_followed = self._fixed[1] + seen, True
+        elif self._is_followed:
+            self._fixed = step.again.since, self._off - seen
 
 
-def _hidden(flown: float) -> float:
-    """Return the disagreement that one missing comparison may leave, metres."""
-    return STILL_GAP_M + (GAP_M - STILL_GAP_M) * min(1.0, flown / SWAYS_M)
+def _moving(flown: float) -> float:
+    """Return 0 for a drone that holds in the window, 1 for one that flies."""
+    return min(1.0, flown / SWAYS_M)
+
+
+def _leaning(gap: float) -> float:
+    """Return the disagreement that a missing comparison of ``gap`` seconds may leave while the drone flies, metres."""
+    return min(GAP_M, LEANS_M_S * gap)

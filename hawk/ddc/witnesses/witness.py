@@ -15,6 +15,11 @@ from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.sentences import say
 from hawk.model.vehicle import Diagnostics, GnssHeight
 
+ALONE_S = 10.0
+"""The position has no second witness once the camera has compared nothing for this time in the air, seconds."""
+LOW_M = 5.0
+"""Below this height a drone takes off or lands, and no pictures are compared, metres."""
+ALONE = say("The position has no second witness: the camera recognises no ground.")
 COMPASS_LOST = say("No compass works: the heading is kept by gyroscopes and GNSS.")
 
 
@@ -25,6 +30,13 @@ class WitnessFacts:
     place: PlaceFacts = field(default_factory=PlaceFacts)
     height: HeightFacts = field(default_factory=HeightFacts)
     heading: HeadingFacts = field(default_factory=HeadingFacts)
+    unseen_s: float = 0.0
+    """Seconds above `LOW_M` for which the camera has compared nothing; 0 on the ground."""
+
+    @property
+    def is_alone(self) -> bool:
+        """True while the position has no second witness. It ends nothing: the position may well be right."""
+        return self.unseen_s >= ALONE_S
 
     @property
     def doubt(self) -> str:
@@ -62,6 +74,11 @@ def compass_part(diagnostics: Diagnostics) -> Parts:
     return (("compass", Health() if diagnostics.compass_ok else Health.bad(COMPASS_LOST)),)
 
 
+def witness_health(facts: WitnessFacts) -> Health:
+    """Return the health of the position's second witness."""
+    return Health.bad(ALONE) if facts.is_alone else Health()
+
+
 class WitnessReading(Reading):
     """Hears every message of the witnesses; looks once a tick."""
 
@@ -70,6 +87,7 @@ class WitnessReading(Reading):
         self._place, self._height, self._heading = PlaceReading(), HeightReading(), HeadingReading()
         self._seen_height = HeightFacts()
         self._flies = False
+        self._high_since = 0.0
         self._stops = (
             topics.ground_step.listen(self._note),
             topics.stall_size.listen(self._note_size),
@@ -81,24 +99,31 @@ class WitnessReading(Reading):
     def update(self, instant: Instant) -> None:
         """Judge the height; on the ground everything begins again."""
         self._flies = instant.is_airborne
+        reported = None if instant.pose is None else instant.pose.relative_altitude
+        if not self._flies or (reported is not None and reported < LOW_M):
+            self._high_since = instant.now
         if not self._flies:
             self._place.reset()
             self._height.stand()
             self._heading.reset()
-        reported = None if instant.pose is None else instant.pose.relative_altitude
         self._seen_height = self._height.look(instant.now, reported)
 
     def facts(self, instant: Instant) -> WitnessFacts:
         """Return what is known."""
-        return WitnessFacts(self._place.facts(instant.now), self._seen_height, self._heading.facts(instant.now))
+        place, heading = self._place.facts(instant.now), self._heading.facts(instant.now)
+        return WitnessFacts(place, self._seen_height, heading, self._unseen_s(instant.now, place))
 
     def parts(self, instant: Instant) -> Parts:
-        """Return the health of the compasses; nothing where none is in use."""
-        return compass_part(self._topics.get_diagnostics())
+        """Return the health of the compasses, where one is in use, and of the position's witness, in the air."""
+        parts = compass_part(self._topics.get_diagnostics())
+        return (*parts, ("witness", witness_health(self.facts(instant)))) if self._flies else parts
+
+    def _unseen_s(self, now: float, place: PlaceFacts) -> float:
+        return min(place.camera_age, now - self._high_since) if self._flies else 0.0
 
     def _note(self, step: GroundStep) -> None:
         if self._flies:
-            self._place.note(step)
+            self._place.note(step, self._topics.get_diagnostics().horizontal_accuracy)
             self._height.note(step)
             self._heading.note(step)
 

@@ -216,7 +216,12 @@ def test_a_picture_that_is_not_known_or_of_other_ground_gives_no_step(eye: Eye) 
     assert eye.look(0.8, STILL, STILL) is None
     grey = np.full((720, 1280, 3), 90, np.uint8)
     assert eye.odometry.look(frame(1.2, STILL), grey) is None
-    assert eye.look(1.6, STILL, STILL) is None
-    assert eye.look(2.0, STILL, STILL) is not None
+    step = eye.look(1.6, STILL, STILL)
+    assert step is not None
+    assert step.since == 0.8, "one bad picture is passed over"
+    for k in range(3):
+        assert eye.odometry.look(frame(2.0 + 0.4 * k, STILL), grey) is None
+    assert eye.look(3.2, STILL, STILL) is None, "after a second of them it begins again"
+    assert eye.look(3.6, STILL, STILL) is not None
     noise = np.random.default_rng(2).integers(0, 255, (720, 1280, 3), np.uint8)
-    assert eye.odometry.look(frame(2.4, STILL), noise) is None
+    assert eye.odometry.look(frame(4.0, STILL), noise) is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from hawk.ddc.witnesses.place import (
@@ -16,7 +17,7 @@ from hawk.ddc.witnesses.place import (
     PlaceFacts,
     PlaceReading,
 )
-from hawk.model.pictures import GroundStep
+from hawk.model.pictures import GroundAgain, GroundStep
 
 STEP_S = 0.4
 
@@ -76,16 +77,16 @@ def test_before_the_first_step_nothing_is_said() -> None:
     assert (facts.is_doubted, facts.words, facts.off_m, facts.is_followed) == (False, "", 0.0, False)
 
 
-def test_a_walk_while_it_holds_is_doubted_at_three_metres() -> None:
+def test_a_walk_while_it_holds_is_doubted_before_three_metres() -> None:
     flight = Flight()
     flight.fly(20.0)
     after = flight.doubted_after(10.0, walk=0.7)
-    assert after == pytest.approx(LIMIT_M / 0.7 + CONFIRM_S, abs=0.6)
+    assert 2.0 < after * 0.7 < LIMIT_M + CONFIRM_S
     facts = flight.facts()
     assert facts.doubted_s == 0.0
     assert facts.off == pytest.approx((after * 0.7, 0.0), abs=0.3)
     assert facts.is_followed
-    assert facts.words == "The camera sees the drone move 4 m that the position does not show."
+    assert facts.words == "The camera sees the drone move 3 m that the position does not show."
     assert flight.fly(10.0, walk=0.7).off == pytest.approx((facts.off[0] + 7.0, 0.0), abs=0.01)
     assert flight.facts().doubted_s == pytest.approx(10.0, abs=0.01)
 
@@ -228,7 +229,7 @@ def test_a_short_gap_is_bridged_and_a_long_one_is_not() -> None:
     facts = flight.fly(STEP_S, walk=0.7)
     assert facts.is_followed
     assert facts.off[0] == pytest.approx(before + 2.0 * 0.7, abs=0.8)
-    assert facts.off[0] > before + 0.7
+    assert facts.off[0] > before + 0.6
     flight.now += 5.4
     assert not flight.fly(60.0).is_followed
     assert flight.facts().is_doubted, "what happened meanwhile is not known"
@@ -264,15 +265,161 @@ def test_a_step_of_before_the_last_one_is_ignored() -> None:
     assert flight.facts() == known
 
 
-@pytest.mark.parametrize(("reported", "hidden"), [(0j, STILL_GAP_M), (2 + 0j, GAP_M + PATH_SHARE * 20.0)])
+@pytest.mark.parametrize(("reported", "hidden"), [(0j, STILL_GAP_M), (2 + 0j, STILL_GAP_M + GAP_M + PATH_SHARE * 20.0)])
 def test_a_missing_comparison_allows_for_half_a_sway_and_for_less_while_it_holds(
     reported: complex, hidden: float
 ) -> None:
+    """The time of one that is missing counts at the pace that was seen: 1.4 m/s for 0.4 s."""
     flight = Flight()
     flight.fly(30.0, reported)
     flight.now += STEP_S
-    assert not flight.fly((LIMIT_M + hidden) / 1.4 - STEP_S, reported, walk=1.4j).is_doubted
-    assert flight.doubted_after(3.0, reported, walk=1.4j) <= 3.0
+    assert flight.fly((LIMIT_M + hidden) / 1.4 / 2, reported, walk=1.4j).apart < LIMIT_M
+    assert flight.doubted_after(5.0, reported, walk=1.4j) <= 5.0
+
+
+@pytest.mark.fault(
+    "one comparison of the camera in four is missing while GNSS walks, all flags good", "doubted as without gaps"
+)
+@pytest.mark.parametrize("walk", [0.35, 0.7, 1.4])
+def test_comparisons_that_are_missing_again_and_again_hide_no_walk(walk: float) -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    began = flight.now
+    while not flight.facts().is_doubted and flight.now - began < 60.0:
+        flight.fly(3 * STEP_S, walk=walk)
+        flight.now += STEP_S
+    assert (flight.now - began) * walk <= 5.0
+
+
+# -- a slow walk ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.fault(
+    "GNSS walks away slowly and takes the estimate with it, all flags good (0.1 to 0.3 m/s)",
+    "doubted within 8 m, as GNSS that walks faster",
+)
+@pytest.mark.parametrize(("walk", "late"), [(0.1, 6.0), (0.25, 4.5), (0.3, 4.0), (0.35, 4.0), (0.7, 4.0)])
+@pytest.mark.parametrize("before", [0.0, 20.0, 200.0])
+def test_a_slow_walk_adds_up_however_long_the_drone_has_held(walk: float, late: float, before: float) -> None:
+    flight = Flight()
+    flight.fly(before)
+    assert flight.doubted_after(100.0, walk=walk) * walk <= late
+    assert flight.facts().off[0] == pytest.approx((flight.now - before) * walk, abs=0.5)
+
+
+@pytest.mark.fault("an honest receiver wanders by metres within ten minutes", "no alarm")
+def test_what_an_honest_receiver_wanders_is_no_walk() -> None:
+    """Gauss-Markov of 2.1 m and 600 s, for ten minutes."""
+    rng, farthest = np.random.default_rng(1), []
+    for _ in range(4):
+        flight, error, most = Flight(), 0j, 0.0
+        keep = math.exp(-STEP_S / 600.0)
+        for _ in range(1500):
+            fresh = 2.1 * math.sqrt(1 - keep * keep) * complex(*rng.standard_normal(2))
+            walk, error = (error * keep + fresh - error) / STEP_S, error * keep + fresh
+            assert not flight.fly(STEP_S, walk=walk).is_doubted
+            most = max(most, abs(error))
+        farthest.append(most)
+    assert sum(each > 3.0 for each in farthest) >= 2
+
+
+@pytest.mark.fault(
+    "GNSS walks away in a flight's first hover, in wind, all flags good", "doubted as in any other hover"
+)
+def test_sways_of_a_first_hover_are_no_path() -> None:
+    """A camera that was not seen to agree yet: 1.2 m to and fro every 4 s hides no walk of 0.7 m/s."""
+    flight, began = Flight(), 10.0
+    while not flight.facts().is_doubted:
+        sway = 1.2 * math.tau / 4.0 * math.cos(math.tau * flight.now / 4.0)
+        flight.fly(STEP_S, sway + 0j, walk=0.7 if flight.now >= began else 0.0)
+        assert flight.now - began < 10.0
+    assert flight.now > began
+
+
+def test_a_doubt_of_a_slow_walk_ends_when_the_position_is_back() -> None:
+    flight = Flight()
+    flight.fly(60.0)
+    flight.doubted_after(60.0, walk=0.2)
+    gone = flight.facts().off[0]
+    assert flight.fly(20.0).is_doubted
+    flight.fly(gone / 0.2, walk=-0.2)
+    assert not flight.fly(20.0).is_doubted
+    assert not flight.fly(120.0).is_doubted, "what was wrong meanwhile is forgotten"
+    assert flight.doubted_after(60.0, walk=0.2) * 0.2 < 5.0, "the next one is seen as well"
+
+
+# -- earlier pictures --------------------------------------------------------------------------------------------------
+
+
+def again(now: float, since: float, beyond: complex, reported: complex = 0j, yawed: float = 0.0) -> GroundStep:
+    """Return a step that sees nothing itself, and the comparison with the picture at ``since``."""
+    seen = GroundAgain(since, (beyond.real, beyond.imag), (reported.real, reported.imag), yawed)
+    return GroundStep(now - STEP_S, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 25.0, seen)
+
+
+def held(reading: PlaceReading, begin: float, end: float, **picture: complex) -> PlaceFacts:
+    """Take steps from one second to another that compare with the picture at 1 s; ``picture``: see `again`."""
+    for k in range(round((end - begin) / STEP_S)):
+        reading.note(again(begin + (k + 1) * STEP_S, 1.0, **picture))
+    return reading.facts(end)
+
+
+def test_an_earlier_picture_shows_a_walk_that_no_step_has_seen() -> None:
+    """Blind for 60 s: then the picture of the hover's beginning is 6 m away."""
+    reading = PlaceReading()
+    assert not held(reading, 0.0, 20.0, beyond=0j).is_doubted
+    facts = held(reading, 80.0, 82.0, beyond=-6 + 0j)
+    assert facts.is_doubted
+    assert facts.is_followed
+    assert facts.off == pytest.approx((6.0, 0.0))
+    assert held(reading, 82.0, 90.0, beyond=-7 + 1j).off == pytest.approx((7.0, -1.0)), "nothing adds up in it"
+
+
+def test_an_earlier_picture_bridges_what_was_not_seen_in_a_doubt() -> None:
+    reading = PlaceReading()
+    held(reading, 0.0, 20.0, beyond=0j)
+    held(reading, 80.0, 84.0, beyond=-6 + 0j)
+    reading.note(step(100.0, 100.4, 0.0, 0.0))
+    assert not reading.facts(100.4).is_followed
+    facts = held(reading, 100.4, 101.2, beyond=-9 + 0j)
+    assert facts.is_followed
+    assert facts.off == pytest.approx((9.0, 0.0))
+
+
+@pytest.mark.parametrize(("begin", "is_doubted"), [(40.0, True), (700.0, False)])
+def test_the_longer_ago_the_more_may_an_honest_receiver_have_wandered(begin: float, is_doubted: bool) -> None:
+    reading = PlaceReading()
+    held(reading, 0.0, 4.0, beyond=0j)
+    assert held(reading, begin, begin + 2.0, beyond=6 + 0j).is_doubted is is_doubted
+
+
+def test_pictures_of_before_the_flight_or_a_leap_are_no_witnesses() -> None:
+    reading = PlaceReading()
+    for k in range(10):
+        reading.note(again(10.0 + k * STEP_S, 1.0, 20 + 0j))
+    assert not reading.facts(14.0).is_doubted, "this flight began at 9.6 s"
+    reading.lose()
+    for k in range(10):
+        reading.note(again(14.0 + k * STEP_S, 12.0, 20 + 0j))
+    assert not reading.facts(18.0).is_doubted
+    for k in range(10):
+        reading.note(again(22.0 + k * STEP_S, 16.0, 20 + 0j))
+    assert reading.facts(26.0).is_doubted
+
+
+def test_a_picture_of_the_time_of_a_doubt_is_no_witness_of_what_comes_after() -> None:
+    flight = Flight()
+    flight.fly(60.0)
+    flight.doubted_after(60.0, walk=0.5)
+    during = flight.now
+    gone = flight.facts().off[0]
+    flight.fly(gone / 0.5, walk=-0.5)
+    flight.fly(20.0)
+    for since, is_doubted in ((during, False), (30.0, True)):
+        for _ in range(6):
+            flight.now += STEP_S
+            flight.reading.note(again(flight.now, since, -8 + 0j))
+        assert flight.facts().is_doubted is is_doubted
 
 
 # -- the disagreement, by values ---------------------------------------------------------------------------------------
@@ -285,13 +432,22 @@ def step(since: float, until: float, reported: float, beyond: float) -> GroundSt
 
 @pytest.mark.parametrize(("flown", "hidden"), [(5.0, 0.9), (10.0, 1.5), (20.0, 1.5)])
 def test_a_gap_hides_more_the_more_it_flies_up_to_ten_metres(flown: float, hidden: float) -> None:
-    """The camera was not seen to agree yet: 12 % of the path is no disagreement, and up to 40 % may be one."""
-    beyond = 0.4 * flown
+    """The camera was not seen to agree yet: 12 % of the path is no disagreement. It flies: time not seen counts little."""
+    beyond = 0.3 * flown
     for gap, allowed in ((0.0, 0.0), (0.5, hidden)):
         reading = PlaceReading()
         reading.note(step(0.0, 1.0, 0.0, 0.0))
         reading.note(step(1.0 + gap, 2.0 + gap, flown, beyond))
-        assert reading.facts(3.0).apart == pytest.approx(beyond - 0.12 * flown - allowed)
+        whole = 1.0 + (1.0 - min(1.0, flown / 10.0)) * gap / 2.0
+        assert reading.facts(3.0).apart == pytest.approx(max(0.0, beyond * whole - 0.12 * flown - allowed))
+
+
+def test_gaps_leave_sways_that_do_not_add_up_and_no_more_than_double_what_was_seen() -> None:
+    """Four gaps hide twice as much as one; 1 s of steps among 10 s of gaps counts twice."""
+    reading = PlaceReading()
+    for k in range(5):
+        reading.note(step(k * 2.0, k * 2.0 + 0.2, 0.0, 0.8))
+    assert reading.facts(9.0).apart == pytest.approx(2.0 * 4.0 - 2.0 * STILL_GAP_M)
 
 
 def test_what_the_camera_was_off_before_the_window_is_taken_off() -> None:

@@ -795,6 +795,7 @@ part-home = Home
 part-rangefinder = Rangefinder
 part-remote-control = Remote control
 part-remote-id = Remote ID
+part-witness = Second witness
 part-vision = Finding stalls
 part-mapper = Map
 part-planner = Route

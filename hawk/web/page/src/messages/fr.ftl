@@ -787,6 +787,7 @@ part-home = Point de départ
 part-rangefinder = Télémètre
 part-remote-control = Radiocommande
 part-remote-id = Identification à distance
+part-witness = Second témoin
 part-vision = Recherche des places
 part-mapper = Carte
 part-planner = Trajet

@@ -507,6 +507,7 @@ export interface Messages {
   "part-rangefinder": Record<string, never>;
   "part-remote-control": Record<string, never>;
   "part-remote-id": Record<string, never>;
+  "part-witness": Record<string, never>;
   "part-vision": Record<string, never>;
   "part-mapper": Record<string, never>;
   "part-planner": Record<string, never>;

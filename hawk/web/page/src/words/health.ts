@@ -9,6 +9,7 @@ const PARTS = {
   rangefinder: "part-rangefinder",
   "remote control": "part-remote-control",
   "remote id": "part-remote-id",
+  witness: "part-witness",
   vision: "part-vision",
   mapper: "part-mapper",
   planner: "part-planner",
