@@ -15,7 +15,7 @@ SURFACES = {
     "API", "Dask", "doctor", "erase", "exports", "imports of plans", "links", "pictures", "recordings", "replay",
     "restore", "settings", "webhooks",
 }  # fmt: skip
-"""What others can reach, or bring to a person who opens it."""
+"""Parts that others can reach, or files that they bring to a person who opens them."""
 
 
 def rows() -> list[list[str]]:
