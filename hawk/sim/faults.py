@@ -129,6 +129,12 @@ class Fault(BaseModel):
         None, ge=1, le=8, description="EXIF orientation that pictures claim; 1: none is written"
     )
     camera_tail_bytes: int | None = Field(None, ge=0, le=100_000, description="zero bytes behind each JPEG's end")
+    camera_contrast: float | None = Field(
+        None, ge=0.0, le=1.0, description="share of the pictures' contrast that is left: ground without texture"
+    )
+    camera_blank_every: int | None = Field(
+        None, ge=0, le=1000, description="each picture of this number shows nothing, as a bad exposure; 0: none"
+    )
     camera_turn_deg: float | None = Field(
         None, ge=-360.0, le=360.0, description="the camera sits turned in its mount, clockwise seen from above, degrees"
     )
@@ -343,6 +349,10 @@ def apply_camera_fault(fault: Fault, camera: Camera, server: CameraFaults) -> li
 def _camera(fault: Fault, camera: Camera, server: CameraFaults) -> None:
     if fault.camera_turn_deg is not None:
         camera.turned = math.radians(fault.camera_turn_deg)
+    if fault.camera_contrast is not None:
+        camera.contrast = fault.camera_contrast
+    if fault.camera_blank_every is not None:
+        camera.blank_every = fault.camera_blank_every
     if fault.camera_stamp_step_s is not None:
         server.stamp_step_s = fault.camera_stamp_step_s
     if fault.camera_orientation is not None:

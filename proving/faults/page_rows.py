@@ -142,6 +142,26 @@ SUBJECTS: Final[tuple[Subject, ...]] = (
                 ),
             ),
             Row(
+                "GNSS walks away slowly, over ground without texture, in a first hover in wind, or with gaps",
+                "the camera sees what adds up: a doubt after {*camera sees*}; it holds the true place; a return that "
+                "must be is a landing",
+                "the same",
+                (
+                    "GNSS walks at 0.1 m/s, the autopilot with it",
+                    "GNSS walks at 0.25 m/s, the autopilot with it",
+                    "GNSS walks at 0.25 m/s over ground without texture",
+                    "GNSS walks at 0.7 m/s in a flight's first hover, in wind",
+                    "GNSS walks at 0.7 m/s while every fourth picture shows nothing",
+                    "GNSS has walked at 0.25 m/s, then the battery falls to 15 %",
+                ),
+            ),
+            Row(
+                "the camera sees no ground that it knows, in the air",
+                "flies on; after {*no second witness*} the part `witness` is unhealthy",
+                "a walk of GNSS would not be seen: come home, or fly lower",
+                ("the camera sees nothing for 15 s",),
+            ),
+            Row(
                 "small errors of GNSS: wander, a step of 1.5 m, 25 m for 4 s, 10 m from the boot on, another origin",
                 "flies on; at 10 m from the boot on it arms once the position is trusted",
                 "nothing to do",

@@ -94,6 +94,8 @@ HONEST: Final[dict[str, Any]] = {
     "camera_stamp_step_s": 0.0,
     "camera_orientation": 1,
     "camera_tail_bytes": 0,
+    "camera_contrast": 1.0,
+    "camera_blank_every": 0,
 }
 """Of the simulated drone alone."""
 _WALL_CLOCK: Final = Path(__file__).parent / "wall_clock"

@@ -60,6 +60,70 @@ def _ends_a_return(put: dict[str, Any], word: str, within_s: float) -> tuple[Act
     )
 
 
+def _held_by_camera(put: dict[str, Any], within_s: float, metres: float) -> tuple[Act | See, ...]:
+    """Return the steps of a walk while the drone hovers: it is reported, and the drone is held where it was."""
+    return (
+        Drone(put),
+        See(warned("camera sees"), within_s),
+        See(both(stayed(metres), _HELD), 25.0, lasts=True),
+    )
+
+
+SLOW: Final = (
+    Fault(
+        "GNSS walks at 0.1 m/s, the autopilot with it",
+        When.HOVERING,
+        _held_by_camera({"gps_walk": (0.06, -0.08)}, 110.0, 14.0),
+        ends_flight=True,
+    ),
+    Fault(
+        "GNSS walks at 0.25 m/s, the autopilot with it",
+        When.HOVERING,
+        _held_by_camera({"gps_walk": (0.15, 0.2)}, 40.0, 12.0),
+        ends_flight=True,
+    ),
+    Fault(
+        "GNSS walks at 0.25 m/s over ground without texture",
+        When.HOVERING,
+        _held_by_camera({"gps_walk": (0.25, 0.0), "camera_contrast": 0.3}, 40.0, 12.0),
+        ends_flight=True,
+    ),
+    Fault(
+        "GNSS walks at 0.7 m/s in a flight's first hover, in wind",
+        When.HOVERING,
+        _held_by_camera({"gps_walk": (-0.7, 0.0), "wind": 8.0}, 15.0, 12.0),
+        ends_flight=True,
+    ),
+    Fault(
+        "GNSS walks at 0.7 m/s while every fourth picture shows nothing",
+        When.HOVERING,
+        _held_by_camera({"gps_walk": (0.0, 0.7), "camera_blank_every": 4}, 15.0, 12.0),
+        ends_flight=True,
+    ),
+    Fault(
+        "GNSS has walked at 0.25 m/s, then the battery falls to 15 %",
+        When.HOVERING,
+        (
+            *_held_by_camera({"gps_walk": (0.25, 0.0)}, 40.0, 12.0),
+            Drone({"battery": 15.0}),
+            See(either(DOWN, state(_LAND)), 15.0),
+            See(DOWN, 120.0),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "the camera sees nothing for 15 s",
+        When.HOVERING,
+        (
+            Drone({"camera_contrast": 0.0}),
+            See(warned("no second witness"), 15.0),
+            See(both(UP, state(_HOVER), stayed(3.0)), 5.0, lasts=True),
+            Drone({"camera_contrast": 1.0}),
+            See(healthy("witness"), 10.0),
+        ),
+    ),
+)
+
 PLACE: Final = (
     Fault(
         "GNSS walks north at 0.7 m/s, the autopilot with it",
@@ -414,4 +478,4 @@ PICTURES: Final = (
     ),
 )
 
-SENSORS: Final = (*PLACE, *HEIGHT, *HEADING, *BATTERY, *PICTURES)
+SENSORS: Final = (*PLACE, *SLOW, *HEIGHT, *HEADING, *BATTERY, *PICTURES)

@@ -118,6 +118,9 @@ class Camera:
         self.turned = 0.0
         self.mirrored = False
         """Faults: turned clockwise in its mount (radians, seen from above); left and right swapped."""
+        self.contrast = 1.0
+        self.blank_every = 0
+        """Faults: share of the contrast that is left, as of bare ground; each such picture is grey, 0: none."""
         self._renderer = renderer
         self._clock = clock
         self._rng = rng
@@ -199,6 +202,11 @@ class Camera:
         picture = self._renderer.render(shot.x_east, shot.y_south, shot.height, *attitude, rng=self._rng)
         if self.mirrored:
             picture = np.asarray(cv2.flip(picture, 1), np.uint8)
+        is_blank = self.blank_every > 0 and self.drawn % self.blank_every == 0
+        contrast = 0.0 if is_blank else self.contrast
+        if contrast < 1.0:
+            grey = (1.0 - contrast) * float(picture.mean())
+            picture = np.asarray(cv2.convertScaleAbs(picture, alpha=contrast, beta=grey), np.uint8)
         done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if not done:
             raise RuntimeError("the picture could not be encoded")

@@ -203,6 +203,13 @@ def test_a_camera_sits_turned_until_it_is_turned_back(station: Any) -> None:
     assert camera.turned == 0.0
 
 
+def test_pictures_lose_their_contrast_until_it_is_back(station: Any) -> None:
+    _, camera, server = put(station, camera_contrast=0.3, camera_blank_every=4)
+    assert (camera.contrast, camera.blank_every) == (0.3, 4)
+    assert apply_camera_fault(Fault(camera_contrast=1.0, camera_blank_every=0), camera, server) == []
+    assert (camera.contrast, camera.blank_every) == (1.0, 0)
+
+
 def test_the_battery_s_parts_are_set_one_by_one(flying: Any) -> None:
     battery = flying.autopilot.battery
     put(flying, battery_charge=30.0, battery_counter="still", battery_error_v=-0.2, battery_resistance_ohm=0.05)

@@ -432,7 +432,7 @@ def step(since: float, until: float, reported: float, beyond: float) -> GroundSt
 
 @pytest.mark.parametrize(("flown", "hidden"), [(5.0, 0.9), (10.0, 1.5), (20.0, 1.5)])
 def test_a_gap_hides_more_the_more_it_flies_up_to_ten_metres(flown: float, hidden: float) -> None:
-    """The camera was not seen to agree yet: 12 % of the path is no disagreement. It flies: time not seen counts little."""
+    """The camera was not seen to agree yet: 12 % of the path is no disagreement. Time not seen counts less."""
     beyond = 0.3 * flown
     for gap, allowed in ((0.0, 0.0), (0.5, hidden)):
         reading = PlaceReading()

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hawk.comm.autopilot.terrain import Terrain
 from hawk.comm.autopilot.vehicle import VehicleTopics
+from hawk.ddc.orders import ToExplore, ToHover, Transition
 from hawk.ddc.readings.belief import Belief
 from hawk.ddc.readings.instant import Instant
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.ddc.witnesses.witness import WitnessReading
+from hawk.ddc.rules import guard
+from hawk.ddc.rules.notices import WitnessNotices
+from hawk.ddc.witnesses.witness import ALONE, ALONE_S, LOW_M, WitnessFacts, WitnessReading
 from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.vehicle import CopterMode, GnssHeight, LandedState, VehicleState
 from tests.manual_clock import ManualClock
+from tests.unit.ddc.by_facts import made, texts
+from tests.unit.ddc.written_facts import flying
 
 
 class Rig:
@@ -103,3 +110,64 @@ def test_after_the_end_nothing_is_heard(rig: Rig) -> None:
     rig.reading.close()
     rig.hear()
     assert rig.heard() == (False, False, False)
+
+
+# -- a position without a second witness -------------------------------------------------------------------------------
+
+
+@pytest.mark.fault(
+    "the camera recognises no ground for 10 s in the air: a walk of GNSS would not be seen",
+    "reported; the part `witness` is unhealthy; no task ends",
+)
+def test_a_camera_that_compares_nothing_for_ten_seconds_leaves_the_position_alone(rig: Rig) -> None:
+    def alone() -> tuple[bool, dict[str, bool]]:
+        rig.be()
+        instant = Instant(rig.clock())
+        parts = {name: health.is_healthy for name, health in rig.reading.parts(instant)}
+        return rig.reading.facts(instant).is_alone, parts
+
+    rig.be(landed=LandedState.ON_GROUND)
+    assert rig.reading.parts(Instant(rig.clock())) == ()
+    rig.clock.advance(60.0)
+    rig.be(landed=LandedState.ON_GROUND)
+    rig.clock.advance(ALONE_S - 0.1)
+    assert alone() == (False, {"witness": True})
+    rig.clock.advance(0.2)
+    assert alone() == (True, {"witness": False})
+    rig.hear()
+    assert alone() == (False, {"witness": True})
+    rig.clock.advance(ALONE_S)
+    assert alone() == (True, {"witness": False})
+    assert not rig.reading.facts(Instant(rig.clock())).doubt
+
+
+@pytest.mark.parametrize(("height", "is_alone"), [(LOW_M - 0.1, False), (LOW_M, True)])
+def test_a_drone_that_takes_off_or_lands_is_too_low_for_a_second_witness(
+    rig: Rig, height: float, is_alone: bool
+) -> None:
+    for _ in range(2):
+        rig.clock.advance(ALONE_S)
+        now = rig.clock()
+        vehicle = VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now, now)
+        pose = replace(flying(0.0).pose, time=now, relative_altitude=height)
+        rig.reading.update(Instant(now, belief=Belief(vehicle), pose=pose))
+    assert rig.reading.facts(Instant(rig.clock())).is_alone is is_alone
+
+
+def test_it_is_reported_once_and_so_is_its_end() -> None:
+    reports, hover = WitnessNotices(), made(ToHover())
+    facts = flying(0.0)
+    blind = replace(facts, witness=WitnessFacts(unseen_s=ALONE_S))
+    assert reports.tick(replace(facts, witness=WitnessFacts(unseen_s=ALONE_S - 0.1)), hover) == ()
+    assert texts(reports.tick(blind, hover)) == [ALONE]
+    assert reports.tick(blind, hover) == ()
+    assert texts(reports.tick(facts, hover)) == ["The position has a second witness again."]
+    reports.tick(blind, hover)
+    down = replace(facts, vehicle=replace(facts.vehicle, landed=LandedState.ON_GROUND))
+    assert reports.tick(down, hover) == (), "down, nobody misses it"
+
+
+@pytest.mark.parametrize("transition", [ToExplore(), ToHover()])
+def test_a_missing_witness_ends_nothing(transition: Transition) -> None:
+    blind = replace(flying(0.0), witness=WitnessFacts(unseen_s=60.0))
+    assert guard.reaction(blind, made(transition)) is None

@@ -221,3 +221,22 @@ async def test_a_mirrored_picture_has_left_and_right_swapped(bench: Bench, monke
     picture = cv2.imdecode(np.frombuffer(frame.jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
     assert picture is not None
     assert picture[36, 5] > picture[36, 122] + 100
+
+
+async def test_a_picture_may_have_little_contrast_and_each_of_a_number_none(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ramp = np.repeat(np.arange(128, dtype=np.uint8)[None, :, None], 72, 0).repeat(3, 2)
+    monkeypatch.setattr(bench.renderer, "render", lambda *_, rng: ramp)
+    bench.camera.watch(1)
+    spans = []
+    for k, (contrast, every) in enumerate(((1.0, 0), (0.3, 0), (1.0, 3), (1.0, 3))):
+        bench.camera.contrast, bench.camera.blank_every = contrast, every
+        bench.shot(1.0 + k)
+        frame = await bench.camera.next_frame(k)
+        picture = cv2.imdecode(np.frombuffer(frame.jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
+        assert picture is not None
+        spans.append(int(picture.max()) - int(picture.min()))
+    assert spans[0] > 120
+    assert spans[1] == pytest.approx(0.3 * spans[0], abs=6)
+    assert sum(span < 5 for span in spans[2:]) == 1

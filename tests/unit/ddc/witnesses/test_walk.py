@@ -1,0 +1,172 @@
+"""What adds up of the disagreement between camera and report, by values."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from hawk.ddc.witnesses.walk import (
+    AGAIN_SHARE,
+    FLOOR_M,
+    MOVING_M,
+    NET_SHARE,
+    NOTHING,
+    PATH_SHARE,
+    RECORDS,
+    SIGMA_M,
+    SIGMAS,
+    TILT,
+    TIME_S,
+    WORST_SIGMA_M,
+    Found,
+    Odometer,
+    Record,
+    Sample,
+    Scale,
+    SlowWalk,
+    wander,
+)
+from hawk.model.pictures import GroundAgain, GroundStep
+
+PROVEN = Scale(is_proven=True)
+
+
+def test_an_honest_receiver_wanders_some_metres_in_ten_minutes() -> None:
+    assert wander(0.0) == FLOOR_M
+    assert wander(-1.0) == FLOOR_M
+    assert wander(600.0) == pytest.approx(FLOOR_M + SIGMAS * SIGMA_M * math.sqrt(2 * (1 - math.exp(-600.0 / TIME_S))))
+    assert wander(600.0) == pytest.approx(9.6, abs=0.1)
+    assert wander(1e9) == pytest.approx(FLOOR_M + SIGMAS * SIGMA_M * math.sqrt(2))
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "sigma"),
+    [(None, SIGMA_M), (1.0, SIGMA_M), (2.9, SIGMA_M), (4.23, 3.0), (5.7, 4.0), (50.0, WORST_SIGMA_M)],
+)
+def test_a_receiver_that_says_that_it_is_worse_may_wander_more_up_to_a_limit(
+    accuracy: float | None, sigma: float
+) -> None:
+    expected = FLOOR_M + SIGMAS * sigma * math.sqrt(2 * (1 - math.exp(-0.5)))
+    assert wander(300.0, accuracy) == pytest.approx(expected, rel=0.02)
+
+
+def test_sways_below_two_metres_are_no_path() -> None:
+    odometer = Odometer()
+    for k in range(8):
+        odometer.move(1.9 * (-1) ** k + 0j)
+    assert (odometer.flown, odometer.place) == (0.0, 0j)
+    odometer.move(2 + 0j)
+    odometer.move(1j)
+    odometer.move(1j)
+    assert (odometer.flown, odometer.place) == (4.0, 2 + 2j)
+
+
+@pytest.mark.parametrize(
+    ("off", "moved", "is_proven", "allowed"),
+    [
+        (5.0, 10.0, True, 0.6),
+        (4.0, 10.0, False, 1.2),
+        (4.1, 10.0, False, 19.0),
+        (3.0, 0.5, False, 0.5),
+        (3.0, 1.0, False, 1.0),
+        (3.0, 2.0, False, 3.0),
+    ],
+)
+def test_a_scale_explains_a_share_of_the_movement(off: float, moved: float, is_proven: bool, allowed: float) -> None:
+    assert Scale(is_proven=is_proven).allowed(off, moved, 0.06) == pytest.approx(allowed)
+
+
+def looked(before: Sample, now: Sample, scale: Scale = PROVEN, share: float = NET_SHARE) -> Found:
+    return Record(share, before).look(now, scale)
+
+
+def test_a_record_takes_off_what_the_scale_the_path_and_the_gaps_explain() -> None:
+    before = Sample(10.0, 1 + 0j, 2 + 0j, flown=5.0, noise=1.0)
+    assert looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0)) == Found(8.0 - wander(10.0), 8 + 0j, 10.0)
+    moved = looked(before, Sample(20.0, 9 + 0j, 12 + 0j, flown=5.0, noise=1.0))
+    assert moved.beyond == pytest.approx(8.0 - wander(10.0) - NET_SHARE * 10.0)
+    learned = looked(before, Sample(20.0, 9 + 0j, 12 + 0j, flown=5.0, noise=1.0), Scale(0.1 + 0j, True))
+    assert (learned.beyond, learned.off) == (pytest.approx(7.0 - wander(10.0) - NET_SHARE * 10.0), 7 + 0j)
+    flown = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=10.0, noise=5.0))
+    assert flown.beyond == pytest.approx(8.0 - wander(10.0) - PATH_SHARE * 5.0 - MOVING_M / 2 - 2.0)
+    far = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=105.0, noise=1.0))
+    assert far.beyond == pytest.approx(8.0 - wander(10.0) - PATH_SHARE * 100.0 - MOVING_M)
+    tilted = looked(Sample(10.0, 0j, 0j, tilt=1 + 0j), Sample(20.0, 8 + 0j, 0j, tilt=1j))
+    assert tilted.beyond == pytest.approx(8.0 - wander(10.0) - math.sqrt(2.0))
+    worse = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0), Scale(is_proven=True, accuracy=5.0))
+    assert worse.beyond == pytest.approx(8.0 - wander(10.0, 5.0))
+
+
+def test_a_small_disagreement_is_nothing_and_so_is_a_picture_that_stands_still() -> None:
+    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, complex(FLOOR_M - 0.01), 0j)) is NOTHING
+    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -9.5 + 0j, 10 + 0j)) is NOTHING
+    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -8.5 + 0j, 10 + 0j)) is not NOTHING
+    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -2.9 + 0j, 2.9 + 0j)) is not NOTHING
+
+
+def test_what_stretch_and_turn_explain_is_no_disagreement() -> None:
+    """The picture was turned by 90° already: 10 m north, seen as 10 m east, are 10 m north by it."""
+    before = Sample(0.0, 0j, 0j, eased=3 + 0j, warp=-1j)
+    now = Sample(9.0, -10 + 10j, 10 + 0j, eased=3 + 10j * -1j, warp=-1j)
+    assert now.off_since(before) == pytest.approx(10j * -1j / -1j - 10)
+    assert Sample(9.0, 1j, 10 + 0j, eased=20 + 0j).off_since(Sample(0.0, 0j, 0j, eased=0j)) == 1j
+    assert Sample(9.0, 10j, 10 + 0j, eased=11 + 0j).off_since(Sample(0.0, 0j, 0j, eased=0j)) == 1 + 0j
+    assert Sample(9.0, 10j, 10 + 0j, eased=11 + 0j).off_since(Sample(0.0, 0j, 0j)) == 10j
+
+
+def test_a_record_keeps_a_moment_of_two_seconds_the_first_and_few_of_the_old_ones() -> None:
+    record, compared = Record(NET_SHARE), []
+    for k in range(3000):
+        compared.append(len(record._samples))
+        record.look(Sample(k * 0.4, 0j, 0j), PROVEN)
+    times = [each.time for each in record._samples]
+    assert times[0] == 0.0
+    assert times[-1] >= 3000 * 0.4 - 2.8
+    assert max(compared) < 60
+    assert all(after - before <= 0.3 * (1200.0 - before) + 4.0 for before, after in pairwise(times))
+
+
+# -- both records ------------------------------------------------------------------------------------------------------
+
+
+def step(now: float, beyond: complex = 0j, reported: complex = 0j, again: GroundAgain | None = None) -> GroundStep:
+    seen = reported + beyond
+    return GroundStep(now - 0.4, now, (seen.real, seen.imag), (reported.real, reported.imag), 0.0, 0.0, 20.0, again)
+
+
+def test_the_sum_of_the_steps_goes_on_over_a_gap_and_begins_again_after_a_long_one() -> None:
+    walk = SlowWalk()
+    walk.look(step(0.4), PROVEN, False)
+    walk.bridge(3 + 0j, 0.5)
+    walk.bridge(2 + 0j, 0.5)
+    found = walk.look(step(10.0, 1 + 0j), PROVEN, False)
+    assert (found.off, found.since) == (6 + 0j, 0.4)
+    assert found.beyond == pytest.approx(6.0 - wander(9.6) - math.sqrt(0.5))
+    walk.forget_steps()
+    assert walk.look(step(10.8), PROVEN, False) is NOTHING
+    assert walk.look(step(11.2, 1 + 0j), PROVEN, False) is NOTHING
+
+
+def test_an_earlier_picture_counts_from_its_own_moment_and_only_where_it_counts() -> None:
+    walk = SlowWalk()
+    again = GroundAgain(5.0, (0.0, 9.0), (1.0, 0.0), math.pi)
+    assert walk.look(step(20.0, again=again), PROVEN, False) is NOTHING
+    found = walk.look(step(20.4, again=again), PROVEN, True)
+    assert (found.off, found.since) == (9j, 5.0)
+    assert found.beyond == pytest.approx(9.0 - wander(15.4) - AGAIN_SHARE * 1.0 - 2 * TILT * 20.0)
+    assert walk.look(step(20.8), PROVEN, True) is found, "the last word of the pictures stands"
+    assert not walk.is_sure
+    assert walk.look(step(21.2, 9 + 0j), PROVEN, True).beyond > 0.0
+    assert walk.is_sure
+    walk.forget_steps()
+    assert not walk.is_sure
+
+
+def test_the_comparisons_of_the_last_pictures_are_kept() -> None:
+    walk = SlowWalk()
+    for k in range(RECORDS + 5):
+        walk.look(step(200.0 + k, again=GroundAgain(float(k), (0.0, 0.0), (0.0, 0.0), 0.0)), PROVEN, True)
+    assert len(walk._pictures) == RECORDS
+    assert min(walk._pictures) == 5.0
