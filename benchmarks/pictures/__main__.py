@@ -4,6 +4,7 @@
 ``python -m benchmarks.pictures --photos --real-lot DIR --park DIR``
 ``python -m benchmarks.pictures --orthophoto --places DIR`` and ``--film [--seeds 1-3]``
 ``python -m benchmarks.pictures --many 100,200,400``
+``python -m benchmarks.pictures --scale 40``
 
 ``--photos``: photographs that ``hawk-sim photos`` draws over worlds and, with ``--places``, over PLACE.jpg with
 PLACE.json: 60 m high, overlapping by 70 and 60 %, whose places err by 1.5 m and one bias of 2 m, yaws by 3 degrees,
@@ -12,6 +13,7 @@ photographs lose. ``--real-lot``: photographs of OpenDroneMap/odm_data_garfield_
 of pierotofy/drone_dataset_brighton_beach. ``--orthophoto``: places as GeoTIFFs in five systems of coordinates, three
 layouts of bands and two orientations. ``--film``: recordings of drawn flights and their MP4 with captions.
 ``--many``: folders of N small photographs, each mapped by a process of its own; time and memory a photograph.
+``--scale``: drawn folders whose heights err by up to half; whether the bound of the scale holds the true one.
 """
 
 from __future__ import annotations
@@ -32,6 +34,8 @@ from benchmarks.pictures.many import measure, table
 from benchmarks.pictures.orthophotos import orthophoto_figures
 from benchmarks.pictures.photos import judge_all, photo_figures, recall_loss
 from benchmarks.pictures.real import lot_figures, park_figures
+from benchmarks.pictures.scale import measure as measure_scale
+from benchmarks.pictures.scale import scale_figures
 from benchmarks.surveys import seeds_option
 
 _PHOTO_SEEDS, _FILM_SEEDS = range(1, 11), range(1, 4)
@@ -49,6 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sections.append(Section("orthophotos", orthophoto_figures(options.places)))
     if options.film:
         sections.append(Section("films", film_figures(options.seeds or _FILM_SEEDS)))
+    if options.scale:
+        sections.append(Section("scale", scale_figures(measure_scale(options.scale))))
     if options.many:
         print(table(measure(options.many)))
     if sections or not options.many:
@@ -80,6 +86,12 @@ def _counts(text: str) -> list[int]:
     return counts
 
 
+def _folders(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text}: name a number of folders from 1, as 40")
+    return int(text)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.pictures", description=__doc__.splitlines()[0])
     what = parser.add_argument_group("what is mapped")
@@ -87,6 +99,7 @@ def _parser() -> argparse.ArgumentParser:
     what.add_argument("--orthophoto", action="store_true", help="orthophotos; needs --places")
     what.add_argument("--film", action="store_true", help="recordings and their films")
     what.add_argument("--many", type=_counts, metavar="N,N", help="growth with the number of photographs")
+    what.add_argument("--scale", type=_folders, metavar="N", help="drawn folders with wrong heights")
     parser.add_argument("--seeds", type=seeds_option, help="drawn worlds (1-10; films: 1-3)")
     parser.add_argument("--places", type=folder_option, metavar="DIR", help="PLACE.jpg with PLACE.json")
     parser.add_argument("--real-lot", type=folder_option, metavar="DIR", help="photographs of the labelled lot")

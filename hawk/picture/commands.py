@@ -87,12 +87,15 @@ def _add_orthophoto(group: Any) -> None:
 def _add_photographs(group: Any) -> None:
     group.add_argument(
         "--height", type=values.number(3.0, _HIGHEST_M), metavar="METRES",
-        help="height of the middle photograph above the ground, where the files give none",
+        help="height of the middle photograph above the ground, where the files give none or a wrong one",
     )  # fmt: skip
     group.add_argument("--lenses", type=values.file, metavar="FILE", help="a table of lenses (docs/photographs.md)")
     group.add_argument("--calibration", type=values.file, metavar="FILE", help="lens of all pictures (ROS camera_info)")
     group.add_argument(
         "--group", type=values.whole(1), metavar="NUMBER", help="the flight or camera of a mixed folder to map"
+    )
+    group.add_argument(
+        "--place", choices=("exif", "xmp"), help="which tags have the right place, where EXIF and XMP differ"
     )
     group.add_argument(
         "--log", type=values.file, metavar="FILE",
@@ -145,7 +148,7 @@ def _run(options: argparse.Namespace) -> int:
     asked = Asked(
         source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
-        calibration=options.calibration, group=options.group, log=options.log,
+        calibration=options.calibration, group=options.group, place=options.place, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
         taken=options.taken,
     )  # fmt: skip

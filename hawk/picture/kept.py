@@ -31,7 +31,7 @@ from hawk.picture.values import PictureError, Shot, cannot_write
 from hawk.runtime.files import replace_whole
 
 T = TypeVar("T")
-_FORM: Final = 1
+_FORM: Final = 2
 """Number of the form of the files; another one is computed again."""
 _DIGEST: Final = 32
 

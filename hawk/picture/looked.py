@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.seen import WHOLE
 from hawk.formats.image import NoImage, decode
 from hawk.model.lot_map import OccupancyMap
 from hawk.picture.adjust.app import Adjusted
@@ -23,6 +24,8 @@ from hawk.picture.values import LeftOut, Progress, Shot
 
 _IN_MEMORY: Final = 64
 """Photographs whose features are in memory where files have them all: twice the neighbours of one."""
+_LOOKS: Final = 3
+"""Photographs that show how wide stalls are."""
 _AGAIN: Final = "copy it from the card again"
 
 
@@ -83,6 +86,34 @@ class Looked:
         if not self._work.keeps:
             return self._features.__getitem__
         return lru_cache(_IN_MEMORY)(lambda number: self._look(shots[number]))
+
+    def only(self, numbers: Sequence[int], shots: Sequence[Shot]) -> list[Shot]:
+        """Return the shots of these numbers; the others are not looked at any more."""
+        if self._features:
+            self._features = [self._features[number] for number in numbers]
+        return [shots[number] for number in numbers]
+
+    def picture(self, shot: Shot) -> NDArray[np.uint8]:
+        """Return a shot's picture. Raises NoImage."""
+        return self._pictures.picture(shot)
+
+    def widths(self, shots: Sequence[Shot], adjusted: Adjusted, finder: NetworkFinder) -> list[float]:
+        """Return the widths of the stalls that a few photographs in the middle show whole, metres."""
+        places = np.array([(one.north, one.east) for one in adjusted.posed])
+        good = np.flatnonzero(adjusted.is_adjusted) if adjusted.is_adjusted.any() else np.arange(len(shots))
+        apart = np.hypot(*(places[good] - np.median(places[good], axis=0)).T)
+        found: list[float] = []
+        with one_thread():
+            for number in good[np.argsort(apart, kind="stable")][:_LOOKS].tolist():
+                shot, posed = shots[number], adjusted.posed[number]
+                try:
+                    picture = level(self._pictures.picture(shot), posed)
+                except NoImage:  # the map says so
+                    continue
+                if picture is not None:
+                    seen = self._work.found(shot, posed, partial(finder.find, picture))
+                    found += [stall.width for stall in seen.stalls if stall.visible >= WHOLE]
+        return found
 
     def mapped(
         self, name: str, shots: Sequence[Shot], adjusted: Adjusted, finder: NetworkFinder, progress: Progress

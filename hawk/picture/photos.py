@@ -37,7 +37,10 @@ from hawk.picture.kept import Work
 from hawk.picture.limits import LOT_M, limits_of, source_of, stretch
 from hawk.picture.longitudes import unwrapped, wrapped
 from hawk.picture.looked import Files, Looked, Pictures
+from hawk.picture.oblique import oblique_of
 from hawk.picture.photographs.folder import Folder, read_folder
+from hawk.picture.photographs.heights import HIGHEST_M, doubt_of, guessed
+from hawk.picture.scale import Reading, Said, Scale, by_height, by_places, by_stalls, decided, grown, middle_height
 from hawk.picture.values import (
     COARSE_M,
     COARSEST_M,
@@ -71,12 +74,13 @@ _UNSEEN_M: Final = 0.3
 @dataclass(frozen=True, slots=True)
 class Taken:
     """Source of shots: the ``name`` of their folder or file, and its kind. Not ``time_is_sure`` by a clock that a
-    person set and whose zone is not known.
+    person set and whose zone is not known. ``height_m``: above the ground, that a person gave.
     """
 
     name: str
     kind: SourceKind
     time_is_sure: bool = False
+    height_m: float | None = None
 
     @property
     def lot(self) -> str:
@@ -144,7 +148,7 @@ def survey_folder(
 
     Arguments and errors are those of `map_photos`.
     """
-    taken = Taken(read.name, SourceKind.PHOTOGRAPHS, read.time_is_sure)
+    taken = Taken(read.name, SourceKind.PHOTOGRAPHS, read.time_is_sure, read.height_m)
     survey = survey_shots(taken, read.shots, Files(), model=model, work=work, progress=progress)
     return survey.beside(read.left_out, read.notes)
 
@@ -158,36 +162,78 @@ def survey_shots(
     work: Path | None = None,
     progress: Progress = lambda *_: None,
 ) -> PhotoSurvey:
-    """Adjust and map shots of one flight with one camera. Raises PictureError.
+    """Adjust and map shots of one flight with one camera.
+
+    Raises PictureError, which asks for the height where what says the scale differs, or nothing says a height.
 
     Args:
         taken: Where the shots are from.
-        shots: In the order of time, each with a height.
+        shots: In the order of time.
         pictures: Gives their pictures.
         model: The network's ONNX file; None: that of the package.
         work: As of `map_photos`.
         progress: Is called as the work goes on.
     """
     network, name = _network(model), taken.lot
-    kept = Work(work, f"{network_name(model)} {network.engine}")
-    datum = _middle(shots)
-    known = [known_pose(shot, datum) for shot in shots]
-    _check_scale(name, known)
+    kept, finder = Work(work, f"{network_name(model)} {network.engine}"), NetworkFinder(network)
     looked = Looked(pictures, kept)
+    posed = pose_shots(taken, shots, looked, kept, finder, progress)
+    shots, adjusted, scale, datum = posed.shots, posed.adjusted, posed.scale, posed.datum
+    pixel = _pixel(adjusted)
+    _check_pixel(name, pixel)
+    current = looked.mapped(name, shots, adjusted, finder, progress)
+    current = with_lone_cars_suggested(current)
+    landed = _landed(taken, shots, datum, current, network_name(model))
+    survey = finished(landed)
+    source = source_of(taken.kind, taken.name, limits_of(shots, adjusted, scale, pixel, survey))
+    landed, survey = replace(landed, pictures=source), replace(survey, pictures=source)
+    notes = (*_notes(shots, adjusted, scale, current), *_pixel_notes(pixel))
+    mapped = _survey(name, shots, survey, current, notes, (*posed.left_out, *looked.lost))
+    return PhotoSurvey(mapped, landed, shots, adjusted)
+
+
+@dataclass(frozen=True, slots=True)
+class PosedShots:
+    """The shots that can be used, about a ``datum``, with their adjusted poses at the scale that is decided."""
+
+    shots: tuple[Shot, ...]
+    datum: GlobalPose
+    adjusted: Adjusted
+    scale: Scale
+    left_out: tuple[LeftOut, ...]
+
+
+def pose_shots(
+    taken: Taken, shots: Sequence[Shot], looked: Looked, kept: Work, finder: NetworkFinder, progress: Progress
+) -> PosedShots:
+    """Adjust the poses of shots and decide the scale. Arguments and errors are those of `survey_shots`."""
+    datum = _middle(shots)
+    doubt = "" if taken.height_m is not None else doubt_of(shots)
+    is_none = any(shot.height is None or shot.height > HIGHEST_M for shot in shots)
+    shots = guessed(shots) if is_none else shots
+    known = [known_pose(shot, datum) for shot in shots]
+    shots, known, left_out = _usable(taken.lot, shots, known, looked, progress)
+    adjusted = _adjusted(kept, shots, known, looked.features_of(shots), progress)
+    said = Said(taken.height_m, doubt, is_none)
+    scale = _scale(taken.lot, shots, known, adjusted, said, partial(looked.widths, shots, finder=finder))
+    return PosedShots(tuple(shots), datum, grown(adjusted, scale.factor), scale, tuple(left_out))
+
+
+def _usable(
+    name: str, shots: Sequence[Shot], known: list[Known], looked: Looked, progress: Progress
+) -> tuple[list[Shot], list[Known], list[LeftOut]]:
+    """Return the shots that can be read and look down, and the others with the reason. Raises PictureError for none."""
     usable, left_out = looked.read(shots, progress)
     shots, known = [shots[k] for k in usable], [known[k] for k in usable]
     if not shots:
         raise PictureError(f"{name}: no photograph can be read: {left_out[0].name}: {left_out[0].reason}")
-    adjusted = _adjusted(kept, shots, known, looked.features_of(shots), progress)
-    current = looked.mapped(name, shots, adjusted, NetworkFinder(network), progress)
-    current = with_lone_cars_suggested(current)
-    landed = _landed(taken, shots, datum, current, network_name(model))
-    survey = finished(landed)
-    source = source_of(taken.kind, taken.name, limits_of(shots, adjusted, _scale(known), survey))
-    landed, survey = replace(landed, pictures=source), replace(survey, pictures=source)
-    notes = (*_notes(shots, adjusted, current), *_scale_notes(known))
-    mapped = _survey(name, shots, survey, current, notes, (*left_out, *looked.lost))
-    return PhotoSurvey(mapped, landed, tuple(shots), adjusted)
+    oblique = oblique_of(shots, known, looked)
+    down = [k for k, shot in enumerate(shots) if shot.name not in oblique]
+    if not down:
+        first, reason = next(iter(oblique.items()))
+        raise PictureError(f"{name}: no photograph looks straight down: {first} {reason}")
+    left_out += [LeftOut(shot, reason) for shot, reason in oblique.items()]
+    return looked.only(down, shots), [known[k] for k in down], left_out
 
 
 def _adjusted(
@@ -239,24 +285,40 @@ def _network(model: Path | None) -> StallNetwork:
         raise of_model(error) from error
 
 
-def _check_scale(name: str, known: Sequence[Known]) -> None:
-    scale = _scale(known)
-    if scale > COARSEST_M:
+def _scale(
+    name: str,
+    shots: Sequence[Shot],
+    known: Sequence[Known],
+    adjusted: Adjusted,
+    said: Said,
+    widths: Callable[[Adjusted], list[float]],
+) -> Scale:
+    """Return the scale on which the witnesses agree. Raises PictureError where they do not."""
+
+    def look(factor: float) -> Reading | None:
+        seen = by_stalls(widths(grown(adjusted, factor)))
+        return None if seen is None else replace(seen, factor=seen.factor * factor)
+
+    height = by_height(known, adjusted, lens_is_known=all(shot.lens_is_known for shot in shots))
+    return decided(name, by_places(shots, known, adjusted), height, said, middle_height(adjusted), look)
+
+
+def _check_pixel(name: str, metres: float) -> None:
+    if metres > COARSEST_M:
         raise PictureError(
-            f"{name}: a pixel covers {scale * 100:.0f} cm of the ground; stalls are found up to"
+            f"{name}: a pixel covers {metres * 100:.0f} cm of the ground; stalls are found up to"
             f" {COARSEST_M * 100:.0f} cm: fly lower"
         )
 
 
-def _scale(known: Sequence[Known]) -> float:
+def _pixel(adjusted: Adjusted) -> float:
     """Return the side of a pixel on the ground, the median, metres."""
-    return float(np.median([one.posed.height / one.posed.camera.fx for one in known]))
+    return float(np.median([one.height / one.camera.fx for one in adjusted.posed]))
 
 
-def _scale_notes(known: Sequence[Known]) -> Iterator[str]:
-    scale = _scale(known)
-    if scale > COARSE_M:
-        yield f"A pixel covers {scale * 100:.0f} cm of the ground: more stalls are found from lower."
+def _pixel_notes(metres: float) -> Iterator[str]:
+    if metres > COARSE_M:
+        yield f"A pixel covers {metres * 100:.0f} cm of the ground: more stalls are found from lower."
 
 
 def _landed(
@@ -328,17 +390,17 @@ def _survey(
     return Mapped(survey, ground, round(area, 1), "", tuple(left_out), notes, tuple(stall.score for stall in stalls))
 
 
-def _fit_notes(shots: Sequence[Shot], adjusted: Adjusted) -> Iterator[str]:
+def _fit_notes(adjusted: Adjusted, scale: Scale) -> Iterator[str]:
     """Say how far the whole map may be turned and scaled, where that moves stalls of a lot against each other."""
-    error = stretch(shots, adjusted)
-    if error * LOT_M > _UNSEEN_M:
-        yield (
-            f"By the photographs' GPS the whole map is turned by less than {math.degrees(error):.1f} degrees, and"
-            f" its scale is off by less than {100 * error:.1f} %, in nine of ten surveys."
-        )
+    off = f"its scale is off by less than {100 * scale.off:.1f} %, in nine of ten surveys."
+    if not scale.is_by_places:
+        yield f"The height alone, {scale.height:.0f} m, gives the map its scale: {off}"
+    if stretch(adjusted, scale) * LOT_M > _UNSEEN_M:
+        turn = f"{math.degrees(scale.turn):.1f} degrees"
+        yield f"By the photographs' GPS the whole map is turned by less than {turn}, and {off}"
 
 
-def _notes(shots: Sequence[Shot], adjusted: Adjusted, current: OccupancyMap) -> Iterator[str]:
+def _notes(shots: Sequence[Shot], adjusted: Adjusted, scale: Scale, current: OccupancyMap) -> Iterator[str]:
     count = int(adjusted.is_adjusted.sum())
     if adjusted.residual is None:
         yield "The photographs share too few features: they are mapped by the places that their files say."
@@ -348,9 +410,9 @@ def _notes(shots: Sequence[Shot], adjusted: Adjusted, current: OccupancyMap) -> 
             f" {adjusted.residual:.2f} pixels at a quarter of their size (median)."
         )
         alone = [shot.name for shot, good in zip(shots, adjusted.is_adjusted, strict=True) if not good]
-        yield from _fit_notes(shots, adjusted)
         if alone:
             yield f"Mapped by the places that their files say: {named(alone)}."
+    yield from _fit_notes(adjusted, scale)
     if adjusted.turned:
         names = [shots[number].name for number in sorted(adjusted.turned)]
         yield f"Their neighbours show another heading than their files: {named(names)}."

@@ -27,6 +27,7 @@ from hawk.picture.film.lens import LensChoice
 from hawk.picture.limits import source_of
 from hawk.picture.looked import Files
 from hawk.picture.photographs.folder import read_folder
+from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import PhotoSurvey, Taken, survey_folder, survey_shots
 from hawk.picture.stored import landed_of
 from hawk.picture.values import Mapped, PictureError, Progress, Shot
@@ -51,6 +52,7 @@ class Asked:
     lenses: Path | None = None
     calibration: Path | None = None
     group: int | None = None
+    place: Choice | None = None
     log: Path | None = None
     log_offset_s: float | None = None
     hfov_deg: float | None = None
@@ -150,7 +152,7 @@ def _is_placed(path: Path) -> bool:
 
 
 def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
-    _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", *_OF_FILMS)
+    _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", "place", *_OF_FILMS)
     from hawk.picture.city.run import CityProgress, map_city
 
     def show(city: CityProgress) -> None:
@@ -173,14 +175,21 @@ def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
 def _photographs(asked: Asked, progress: Progress) -> Surveyed:
     _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
     lens = _calibration(asked.calibration)
-    read = read_folder(asked.source, lenses=asked.lenses, calibration=lens, height_m=asked.height_m, group=asked.group)
+    read = read_folder(
+        asked.source,
+        lenses=asked.lenses,
+        calibration=lens,
+        height_m=asked.height_m,
+        group=asked.group,
+        place=asked.place,
+    )
     _check_times(asked, read.shots, MomentSource.EXIF if read.time_is_sure else MomentSource.CAMERA)
     return _surveyed(survey_folder(read, model=asked.model, work=asked.out / WORK, progress=progress))
 
 
 def _film(asked: Asked, progress: Progress) -> Surveyed:
     """Map a film, or a recording, which has its own places and lens."""
-    _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group")
+    _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group", "place")
     if asked.source.suffix.lower() == ".mcap":
         _refuse(asked, "a recording", "lenses", "calibration", *_OF_FILMS)
     film = read_film(
@@ -194,7 +203,7 @@ def _film(asked: Asked, progress: Progress) -> Surveyed:
     try:
         _check_times(asked, film.shots, MomentSource.GNSS if film.time_is_sure else MomentSource.CAMERA)
         work = asked.out / WORK
-        taken = Taken(asked.source.name, SourceKind.FILM, film.time_is_sure)
+        taken = Taken(asked.source.name, SourceKind.FILM, film.time_is_sure, asked.height_m)
         survey = survey_shots(taken, film.shots, film, model=asked.model, work=work, progress=progress)
     finally:
         film.close()
@@ -216,11 +225,12 @@ def _project(asked: Asked, progress: Progress) -> Surveyed:
         "lenses",
         "calibration",
         "group",
+        "place",
         *_OF_FILMS,
     )
     read = webodm.read_project(asked.source, height_m=asked.height_m)
     _check_times(asked, read.shots, MomentSource.CAMERA)
-    taken = Taken(asked.source.resolve().name, SourceKind.PHOTOGRAPHS)
+    taken = Taken(asked.source.resolve().name, SourceKind.PHOTOGRAPHS, height_m=asked.height_m)
     survey = survey_shots(taken, read.shots, Files(), model=asked.model, work=asked.out / WORK, progress=progress)
     survey = survey.beside(read.left_out, read.notes)
     mapped = replace(survey.mapped, crs=webodm.system_of(asked.source))

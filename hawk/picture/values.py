@@ -85,6 +85,11 @@ class Shot:
     sigma_is_said: bool = False
 
     @property
+    def latitude_longitude(self) -> tuple[float, float]:
+        """The place, degrees."""
+        return self.latitude, self.longitude
+
+    @property
     def name(self) -> str:
         """Name of the file, with the number of the frame of a film."""
         return self.path.name if self.frame is None else f"{self.path.name}, frame {self.frame}"

@@ -91,7 +91,7 @@ class _Lens(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """Photographs of a project with the poses that OpenDroneMap found, by their names, each with a height."""
+    """Photographs of a project with the poses that OpenDroneMap found, by their names."""
 
     shots: tuple[Shot, ...]
     left_out: tuple[LeftOut, ...] = ()
@@ -121,7 +121,7 @@ def read_project(path: Path, *, height_m: float | None = None) -> Project:
         height_m: Height above the ground of the middle photograph, metres, where the project has no elevation model.
 
     Raises:
-        PictureError: The project has no poses or photographs, they cannot be read, or nothing says their height.
+        PictureError: The project has no poses or photographs, or they cannot be read.
     """
     features = _features(path / SHOTS)
     lenses = _lenses(path / CAMERAS)

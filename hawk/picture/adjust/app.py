@@ -33,11 +33,15 @@ NARROW: Final = Search(4.0, 0.9, 0.3)
 """Once adjusted, places are known to some metres, and few other features can be meant."""
 HEIGHT_SHARE: Final = 0.05
 """Share of the height above ground by which it may err: barometers, and ground that is not level."""
+_OTHER_HEIGHT: Final = 0.1
+"""Logarithm of a height by what the files say, from which ties are looked for about the height that neighbours show."""
 QUARTER: Final = 4.0
 """Residuals are reported for a picture of a quarter of the size."""
 _TURNING_SIGMA: Final = 0.3
 _TURNED_SIGMA: Final = math.radians(20)
 _STILL: Final = 1e-6
+_LIFT_SHARE: Final = 0.3
+"""Share of the height by which all may be higher than said: the distances of their places say it, far better."""
 _LENS_SIGMA: Final = np.array([0.03, 0.01, 0.01, 0.05, 0.05])
 _KNOWN_LENS_SIGMA: Final = np.array([0.01, 0.003, 0.003, 0.01, 0.01])
 Step = Callable[[int, int], None]
@@ -107,14 +111,15 @@ def adjust(
         keep_middles: The same for the middles of photographs, which show headings.
     """
     posed = tuple(one.posed for one in known)
-    within = max(_reach(one) for one in known)
-    wide = Search(within, RATIO, WIDE_SHARE)
     error_m = max(math.hypot(one.place_m, one.tilt * one.posed.height) for one in known)
-    seen = headings.headings(posed, error_m, found, keep_middles)
-    turned = headings.turned(posed, seen)
+    shown = headings.shown(posed, error_m, found, keep_middles)
+    turned = headings.turned(posed, shown.headings)
     if turned:
         known = [_with_heading(one, turned.get(number)) for number, one in enumerate(known)]
-        posed = tuple(one.posed for one in known)
+    known = _at_height(known, shown.height)
+    posed = tuple(one.posed for one in known)
+    within = max(_reach(one) for one in known)
+    wide = Search(within, RATIO, WIDE_SHARE)
     ties = _ties(posed, found, lambda _: wide, lambda *done: progress("match", *done), keep)
     first = _settled(known, ties, found, lens_is_known, None)
     if first is None:
@@ -143,6 +148,14 @@ def _reach(known: Known) -> float:
 def _with_heading(known: Known, posed: Posed | None) -> Known:
     """Return a photograph with the heading that its neighbours show, None: as it is."""
     return known if posed is None else replace(known, posed=posed, heading=min(known.heading, _TURNED_SIGMA))
+
+
+def _at_height(known: Sequence[Known], height: float | None) -> Sequence[Known]:
+    """Return the photographs about the height that their neighbours show, where it is far from what their files say."""
+    said = float(np.median([one.posed.height for one in known]))
+    if height is None or abs(math.log(height / said)) < _OTHER_HEIGHT:
+        return known
+    return [replace(one, posed=replace(one.posed, height=one.posed.height * height / said)) for one in known]
 
 
 def _ties(
@@ -196,7 +209,8 @@ def _trust(members: Sequence[Known], lens_is_known: bool) -> Trust:
     place = np.array([(one.place_m, one.place_m, one.height_m) for one in members])
     attitude = np.array([(one.tilt, one.tilt, one.heading) for one in members])
     turning = np.array([[_TURNING_SIGMA if one.posed.line_s else _STILL] * 3 for one in members])
-    return Trust(place, attitude, turning, _KNOWN_LENS_SIGMA if lens_is_known else _LENS_SIGMA)
+    lift_m = _LIFT_SHARE * float(np.median([one.posed.height for one in members]))
+    return Trust(place, attitude, turning, _KNOWN_LENS_SIGMA if lens_is_known else _LENS_SIGMA, lift_m)
 
 
 def _carried(known: Sequence[Known], group: Group, settled: Settled) -> tuple[Posed, ...]:

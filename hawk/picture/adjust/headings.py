@@ -1,6 +1,7 @@
-"""Headings of photographs from their neighbours: for files without one, and pictures that were turned afterwards.
+"""Headings and heights of photographs from their neighbours: for files without one, turned pictures, wrong heights.
 
-Where the middle of one photograph shows in another one, and where both were taken, say how the other one is turned.
+Where the middle of one photograph shows in another one, and where both were taken, say how the other one is turned, and
+how high both were: the middle shows so far from the other one's as they are apart, by their height.
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ TURNED: Final = math.radians(45)
 """A heading that differs by more than this from the file's replaces it."""
 _AGREE: Final = 0.03
 _LEAST_SURE: Final = 0.8
+_LEAST_MIDDLE: Final = 0.05
+LEAST_COUPLES: Final = 2
+"""Couples that say a height: one may be a mistake."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +48,31 @@ Middles = list[complex | None]
 KeepMiddles = Callable[[Sequence[Couple], Callable[[], Middles]], Middles]
 
 
-def headings(
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """``headings`` (radians) of photographs by their numbers, as far as neighbours show them. ``heights``: metres above
+    the ground that couples show by the distance of their places, with that distance, metres.
+    """
+
+    headings: dict[int, float]
+    heights: tuple[tuple[float, float], ...]
+
+    @property
+    def height(self) -> float | None:
+        """The middle one of the heights, each as heavy as its places are apart; None of fewer than `LEAST_COUPLES`."""
+        if len(self.heights) < LEAST_COUPLES:
+            return None
+        heights, weights = np.array(sorted(self.heights)).T
+        return float(heights[np.searchsorted(weights.cumsum(), weights.sum() / 2)])
+
+
+def shown(
     posed: Sequence[Posed],
     error_m: float,
     found: Callable[[int], Features],
     keep: KeepMiddles = lambda _, make: make(),
-) -> dict[int, float]:
-    """Return the headings (radians) of photographs by their numbers, as far as neighbours show them.
+) -> Shown:
+    """Return the headings of photographs, and their height, as far as neighbours show them.
 
     Args:
         posed: All photographs by their files.
@@ -60,7 +82,7 @@ def headings(
     """
     feet = np.array([(one.north, one.east) for one in posed])
     tree = cKDTree(feet)
-    result = {}
+    result, heights = {}, []
     for number in range(len(posed)):
         near = np.atleast_1d(tree.query(feet[number], min(NEIGHBOURS + 1, len(feet)))[1]).tolist()
         apart = {other: complex(*(feet[other] - feet[number])) for other in near if other != number}
@@ -70,14 +92,16 @@ def headings(
             if abs(metres) >= 3 * error_m
         ]
         middles = keep(asked, partial(_middles, asked, found)) if asked else []
-        votes = [
-            cmath.rect(1.0, cmath.phase(apart[couple.numbers[0]]) - cmath.phase(middle))
+        seen = [
+            (apart[couple.numbers[0]], middle)
             for couple, middle in zip(asked, middles, strict=True)
-            if middle is not None and abs(middle) > 0.05
+            if middle is not None and abs(middle) > _LEAST_MIDDLE
         ]
+        heights += [(abs(metres) / abs(middle), abs(metres)) for metres, middle in seen]
+        votes = [cmath.rect(1.0, cmath.phase(metres) - cmath.phase(middle)) for metres, middle in seen]
         if votes and abs(sum(votes)) >= _LEAST_SURE * len(votes):
             result[number] = cmath.phase(sum(votes))
-    return result
+    return Shown(result, tuple(heights))
 
 
 def turned(posed: Sequence[Posed], found: dict[int, float]) -> dict[int, Posed]:

@@ -21,6 +21,8 @@ _MM_PER_UNIT: Final = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """By EXIF's FocalPlaneResolutionUnit; 4 and 5 are no standard, but cameras write them."""
 _SENSOR_MM: Final = (2.0, 70.0)
 """Widths of sensors between which EXIF is believed."""
+_HEMISPHERES: Final = ((1, ("N", "S")), (3, ("E", "W")))
+"""Tags of the references of latitude and longitude, with what they may say."""
 _SAVING_S: Final = 60.0
 """Between a photograph and the moment its file was changed: the camera itself takes less."""
 
@@ -31,9 +33,10 @@ class Exif:
 
     ``latitude``, ``longitude``: degrees; ``altitude``: metres above sea or ellipsoid; ``error_m``: GNSS's horizontal
     one. ``clock``: by the camera's clock, ``gnss``: by GNSS, Unix seconds; a clock without an offset counts as UTC.
-    ``has_zone``: the clock has one. ``focal_mm``, and ``focal_35_mm`` on 35 mm film; ``zoom``: digital, 1.0 without.
-    ``sensor_mm``: longer side of the sensor by the resolution of the focal plane. ``orientation``: 1 to 8.
-    ``saved_by``: program that saved the file later than the camera did.
+    ``zone_h``: that offset, hours. ``has_hemisphere``: the letters of the place are there. ``focal_mm``, and
+    ``focal_35_mm`` on 35 mm film; ``zoom``: digital, 1.0 without. ``sensor_mm``: longer side of the sensor by the
+    resolution of the focal plane. ``orientation``: 1 to 8. ``saved_by``: program that saved the file later than the
+    camera did.
     """
 
     make: str = ""
@@ -50,7 +53,8 @@ class Exif:
     zoom: float = 1.0
     sensor_mm: float | None = None
     saved_by: str = ""
-    has_zone: bool = False
+    zone_h: float | None = None
+    has_hemisphere: bool = True
 
 
 def read_exif(data: bytes, longer: int) -> Exif:
@@ -76,7 +80,8 @@ def read_exif(data: bytes, longer: int) -> Exif:
         focal_35_mm=_positive(photo.get(_FOCAL_35)),
         zoom=max(1.0, _number(photo.get(_ZOOM)) or 1.0),
         sensor_mm=_plane_mm(photo, longer),
-        has_zone=_zone(photo) is not None,
+        zone_h=None if (zone := _zone(photo)) is None else zone.total_seconds() / 3600.0,
+        has_hemisphere=all(_text(gps.get(tag)).upper()[:1] in letters for tag, letters in _HEMISPHERES),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -10,12 +9,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-import pymap3d
-
 from hawk.model.pictures import CameraModel
 from hawk.picture.photographs.heights import with_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import Photograph, UnusableError, read_photograph
+from hawk.picture.photographs.places import Choice, apart_m, compared
 from hawk.picture.values import LeftOut, PictureError, Shot, named
 
 SUFFIXES: Final = (".jpg", ".jpeg")
@@ -23,16 +21,20 @@ LONGEST_PAUSE_S: Final = 45 * 60.0
 """Between two photographs of one flight: no common battery lasts longer, and the cars are others then."""
 FARTHEST_M: Final = 1000.0
 """Between two photographs of one flight, one after the other."""
+_LEAST_MANY: Final = 5
+"""Photographs of a flight beside which a lone other one is left out, not asked about."""
+_FEW_SHARE: Final = 0.1
+"""The same as a share of them."""
 _FEW: Final = 4
 """Names that a sentence lists."""
 
 
 @dataclass(frozen=True, slots=True)
 class Folder:
-    """Shots of one flight, by time and then by name, each with a height.
+    """Shots of one flight, by time and then by name, each with a height, or none where the files say none.
 
     ``name``: that of the folder. ``left_out`` is in the order of the names. ``notes``: sentences on what a person must
-    know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the files say.
+    know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the files say. ``height_m``: a person's word.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Folder:
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
     time_is_sure: bool = False
+    height_m: float | None = None
 
 
 def read_folder(
@@ -49,6 +52,7 @@ def read_folder(
     calibration: CameraModel | None = None,
     height_m: float | None = None,
     group: int | None = None,
+    place: Choice | None = None,
 ) -> Folder:
     """Read the photographs of a folder; of each only its head, so that thousands take seconds and little memory.
 
@@ -58,10 +62,10 @@ def read_folder(
         calibration: Lens of all photographs, at any size of the same shape.
         height_m: Height above the ground of the middle photograph, metres, where the files give none or another one.
         group: Which flight or camera of a mixed folder, from 1, as the refusal numbers them.
+        place: Which tags have the right place, where those of EXIF and XMP differ and nothing else says it.
 
     Raises:
-        PictureError: Nothing can be mapped, several flights or cameras are mixed, no height is known, or an altitude
-            above the sea stands for it.
+        PictureError: Nothing can be mapped, or several flights or cameras are mixed.
     """
     table = Lenses(lenses)
     paths, notes = _photographs(folder)
@@ -69,7 +73,12 @@ def read_folder(
     photographs = list(_read(paths, table, calibration, left))
     if not photographs:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
-    chosen = _by_time(_chosen(_groups(_by_time(photographs)), group, folder))  # others may lack GNSS's time
+    photographs, differ = compared(photographs, place)
+    groups = _groups(_by_time(photographs))
+    if group is None:
+        groups, few = _without_few(groups)
+        left += few
+    chosen = _by_time(_chosen(groups, group, folder))  # others may lack GNSS's time
     shots, doubles = _once(chosen)
     shots, low = with_heights(shots, height_m)
     left += [*doubles, *low]
@@ -79,7 +88,9 @@ def read_folder(
     is_sure = any(
         all(facts) for facts in zip(*((one.gnss_time is not None, one.has_zone) for one in chosen), strict=True)
     )
-    return Folder(folder.resolve().name, tuple(shots), named_left, (*notes, *_notes(chosen)), is_sure)
+    return Folder(
+        folder.resolve().name, tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure, height_m
+    )
 
 
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
@@ -123,23 +134,39 @@ def _groups(photographs: list[Photograph]) -> list[list[Photograph]]:
     """Return the photographs of each camera, cut where a pause or a distance is too long for one flight."""
     groups: list[list[Photograph]] = []
     for kind in dict.fromkeys(each.kind for each in photographs):
-        former: Shot | None = None
+        flights: list[list[Photograph]] = []
         for each in (one for one in photographs if one.kind == kind):
-            if former is None or _is_another_flight(former, each.shot):
-                groups.append([])
-            groups[-1].append(each)
-            former = each.shot
+            fits = (one for one in reversed(flights) if not _is_another_flight(one[-1].shot, each.shot))
+            flight = next(fits, None)
+            if flight is None:
+                flights.append(flight := [])
+            flight.append(each)
+        groups += flights
     return groups
+
+
+def _without_few(groups: list[list[Photograph]]) -> tuple[list[list[Photograph]], list[LeftOut]]:
+    """Return the one group that has nearly all photographs, and the others left out; all groups where none has."""
+    largest = max(groups, key=len)
+    rest = sum(map(len, groups)) - len(largest)
+    if not rest or len(largest) < _LEAST_MANY or rest > max(1, _FEW_SHARE * len(largest)):
+        return groups, []
+    left = [
+        LeftOut(
+            each.shot.name,
+            f"is of another camera, size, lens or flight than the others ({_described(largest)}): {_described(group)}; "
+            f"--group {number} maps it",
+        )
+        for number, group in enumerate(groups, 1)
+        if group is not largest
+        for each in group
+    ]
+    return [largest], left
 
 
 def _is_another_flight(before: Shot, after: Shot) -> bool:
     pause = 0.0 if before.time is None or after.time is None else after.time - before.time
-    return pause > LONGEST_PAUSE_S or _distance_m(before, after) > FARTHEST_M
-
-
-def _distance_m(before: Shot, after: Shot) -> float:
-    there = pymap3d.geodetic2enu(after.latitude, after.longitude, 0.0, before.latitude, before.longitude, 0.0)
-    return math.hypot(*map(float, there[:2]))
+    return pause > LONGEST_PAUSE_S or apart_m(before.latitude_longitude, after.latitude_longitude) > FARTHEST_M
 
 
 def _chosen(groups: list[list[Photograph]], group: int | None, folder: Path) -> list[Photograph]:

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Final
@@ -140,12 +141,12 @@ class Lenses:
         names = (exif.model, f"{exif.make} {exif.model}", tags.get("Camera:RigName", ""))
         own, shipped = (_entry(table, names) for table in (self._own, self._shipped))
         yield _of_entry(own, exif, size)
-        yield _dji(tags, size), True
-        yield _skydio(tags, size), True
+        yield _zoomed(_dji(tags, size), exif.zoom), True
+        yield _zoomed(_skydio(tags, size), exif.zoom), True
         by_plane = None if exif.sensor_mm is None else max(size) / exif.sensor_mm
         entry = own or shipped
         per_mm, is_known = (by_plane, True) if entry is None else entry.per_mm(size)
-        yield _pix4d(tags, per_mm, size), is_known
+        yield _zoomed(_pix4d(tags, per_mm, size), exif.zoom), is_known
         yield _of_entry(shipped, exif, size)
         yield _pinhole(size, exif.focal_mm, by_plane, exif.zoom), True
         yield _of_film(exif, size), False
@@ -263,6 +264,20 @@ def _pix4d(tags: Mapping[str, str], per_mm: float | None, size: tuple[int, int])
     r1, r2, r3, t1, t2 = bent if len(bent) == 5 else (0.0,) * 5
     distortion = (r1, r2, t1, t2, r3) if bent else ()
     return _at(CameraModel(longer, shorter, focal * per_mm, focal * per_mm, cx, cy, distortion), size)
+
+
+def _zoomed(camera: CameraModel | None, zoom: float) -> CameraModel | None:
+    """Return a maker's lens for a picture that is the middle of the sensor's, at its full size: digital zoom."""
+    if camera is None or zoom == 1.0:
+        return camera
+    middle = (camera.width - 1) / 2, (camera.height - 1) / 2
+    return replace(
+        camera,
+        fx=camera.fx * zoom,
+        fy=camera.fy * zoom,
+        cx=middle[0] + (camera.cx - middle[0]) * zoom,
+        cy=middle[1] + (camera.cy - middle[1]) * zoom,
+    )
 
 
 def _at(camera: CameraModel, size: tuple[int, int]) -> CameraModel | None:

@@ -10,6 +10,7 @@ from typing import Final
 from hawk.formats.image import NoImage, decode
 from hawk.model.pictures import CameraModel, rotation
 from hawk.picture.photographs import tags as said
+from hawk.picture.photographs.bands import other_light
 from hawk.picture.photographs.exif import Exif, read_exif
 from hawk.picture.photographs.jpeg_head import read_head
 from hawk.picture.photographs.lenses import LensError, Lenses, scaled
@@ -20,8 +21,13 @@ MOST_TILT_DEG: Final = 25.0
 """Off straight down: beyond it the far half of a picture is too coarse, and cars hide what stands behind them."""
 _SIGMA_M: Final = (2.0, 3.0)
 """Standard deviation of a place whose file gives none: GNSS without corrections, horizontally and in height."""
+_SAME_DEG: Final = 5e-4
+"""Places of two tags that are farther apart, 50 m, are not one place in two forms."""
 _DAMAGED: Final = "copy it again from the camera's card"
 _OF_DRONE: Final = "use the drone's own files, as its card has them: messengers and editors take the tags out"
+
+
+Place = tuple[float, float]
 
 
 class UnusableError(ValueError):
@@ -33,14 +39,23 @@ class Photograph:
     """A shot, whose ``time`` is by the camera's clock, with what a folder is judged by.
 
     ``gnss_time``: Unix seconds, None where the file has no GNSS time. ``orientation``: EXIF's, 1 to 8. ``saved_by``:
-    program that saved the file later than the camera, "" for none. ``has_zone``: the camera's clock has one.
+    program that saved the file later than the camera, "" for none. ``zone_h``: that of the camera's clock, hours.
+    ``other_place``: that of XMP, where it is not that of EXIF, which the shot has. ``has_hemisphere``: EXIF's place has
+    its letters.
     """
 
     shot: Shot
     gnss_time: float | None
     orientation: int
     saved_by: str = ""
-    has_zone: bool = False
+    zone_h: float | None = None
+    other_place: Place | None = None
+    has_hemisphere: bool = True
+
+    @property
+    def has_zone(self) -> bool:
+        """True where the camera's clock has one."""
+        return self.zone_h is not None
 
     @property
     def kind(self) -> tuple[str, int, int, float]:
@@ -63,8 +78,12 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
         raise UnusableError(f"{error}; {_DAMAGED}") from None
     except OSError as error:
         raise UnusableError(f"cannot be read ({error.strerror or error}); {_DAMAGED}") from None
-    latitude, longitude = _place(tags, exif)
+    if light := other_light(path.name, tags, exif, head.size):
+        raise UnusableError(f"{light}: stalls are found in pictures of a camera for light alone; take it away")
+    latitude, longitude = place = _place(tags, exif)
     attitude = said.attitude(tags, exif.make)
+    has_yaw = attitude is not None
+    attitude = attitude or said.tilt_alone(tags, exif.make)
     if attitude is not None and (tilt := tilt_deg(attitude)) > MOST_TILT_DEG:
         raise UnusableError(
             f"looks {tilt:.0f} degrees off straight down, more than {MOST_TILT_DEG:.0f}; turn the camera down, to -90"
@@ -85,7 +104,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
             time=exif.clock,
             model=f"{exif.make} {exif.model}".strip(),
             lens_is_known=is_known,
-            yaw_is_sure=not exif.saved_by,
+            yaw_is_sure=has_yaw and not exif.saved_by,
             has_gimbal=said.has_gimbal(tags),
             velocity=said.velocity(tags),
             line_s=said.line_s(tags),
@@ -94,7 +113,9 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
         exif.gnss,
         exif.orientation,
         exif.saved_by,
-        exif.has_zone,
+        exif.zone_h,
+        _other(place, said.place(tags)),
+        exif.has_hemisphere,
     )
 
 
@@ -122,6 +143,16 @@ def _place(tags: said.Tags, exif: Exif) -> tuple[float, float]:
         if (latitude, longitude) != (0.0, 0.0):  # without a fix drones write zeros
             return latitude, longitude
     raise UnusableError(f"has no GPS place; {_OF_DRONE}")
+
+
+def _other(place: Place, by_xmp: Place | None) -> Place | None:
+    """Return the place of XMP where it is one, and another one than EXIF's."""
+    if by_xmp is None or not (abs(by_xmp[0]) <= 90 and abs(by_xmp[1]) <= 180) or by_xmp == (0.0, 0.0):
+        return None
+    apart = math.hypot(
+        by_xmp[0] - place[0], math.remainder(by_xmp[1] - place[1], 360.0) * math.cos(math.radians(place[0]))
+    )
+    return by_xmp if apart > _SAME_DEG else None
 
 
 def _lens(

@@ -81,6 +81,12 @@ def _angles(tags: Tags, names: str) -> Attitude | None:
     return math.radians(roll or 0.0), math.radians(pitch), math.remainder(math.radians(yaw), math.tau)
 
 
+def tilt_alone(tags: Tags, make: str) -> Attitude | None:
+    """Return the attitude of a camera whose tags give a pitch and no yaw: its yaw is 0, which nobody said."""
+    with_yaw = {name.format("Yaw"): "0" for name in (*_FORWARD, _DOWN) if name.format("Yaw") not in tags}
+    return attitude({**with_yaw, **tags}, make)
+
+
 def has_gimbal(tags: Tags) -> bool:
     """Return True where the angles are those of a camera that a gimbal holds."""
     return any(_angles(tags, names) is not None for names in _FORWARD)

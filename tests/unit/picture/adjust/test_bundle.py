@@ -51,7 +51,7 @@ def _said(true: list[Posed]) -> list[Posed]:
 
 def _trust(*, turns: bool = False) -> Trust:
     turning = np.full((COUNT, 3), 0.3 if turns else 1e-6)
-    return Trust(np.full((COUNT, 3), (1.5, 1.5, 3.0)), np.full((COUNT, 3), 0.05), turning, np.full(5, 0.01))
+    return Trust(np.full((COUNT, 3), (1.5, 1.5, 3.0)), np.full((COUNT, 3), 0.05), turning, np.full(5, 0.01), 20.0)
 
 
 def _apart(settled: Settled, places: np.ndarray, sights: Sights) -> np.ndarray:

@@ -2,18 +2,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import pytest
 
 from hawk.picture.adjust.features import Features
-from hawk.picture.adjust.headings import Couple, Middles, headings, turned
+from hawk.picture.adjust.headings import Couple, Middles, shown, turned
 from tests.unit.picture.flights import flight, found
 
 
 def test_neighbours_show_how_a_photograph_was_turned() -> None:
     flown = flight(lanes=1, count=4, sigma=0.3, turned=frozenset({1, 2}))
     posed = [one.posed for one in flown.known]
-    seen = headings(posed, 0.5, found(flown).__getitem__)
+    seen = shown(posed, 0.5, found(flown).__getitem__).headings
     assert set(seen) == {0, 1, 2, 3}
     for number, heading in seen.items():
         assert math.remainder(heading - flown.true[number].attitude[2], math.tau) == pytest.approx(0.0, abs=0.15)
@@ -22,7 +23,8 @@ def test_neighbours_show_how_a_photograph_was_turned() -> None:
 
 def test_places_that_err_more_than_they_are_apart_show_no_heading() -> None:
     flown = flight(lanes=1, count=3, sigma=0.3)
-    assert headings([one.posed for one in flown.known], 10.0, found(flown).__getitem__) == {}
+    seen = shown([one.posed for one in flown.known], 10.0, found(flown).__getitem__)
+    assert (seen.headings, seen.heights, seen.height) == ({}, (), None)
 
 
 def test_middles_that_are_kept_need_no_features_and_give_the_same_headings() -> None:
@@ -39,6 +41,13 @@ def test_middles_that_are_kept_need_no_features_and_give_the_same_headings() -> 
     def lost(number: int) -> Features:
         raise AssertionError(number)
 
-    first = headings(posed, 0.5, found(flown).__getitem__, keep)
+    first = shown(posed, 0.5, found(flown).__getitem__, keep)
     assert [one for middles in kept.values() for one in middles if one is not None]
-    assert first == headings(posed, 0.5, found(flown).__getitem__) == headings(posed, 0.5, lost, keep)
+    assert first == shown(posed, 0.5, found(flown).__getitem__) == shown(posed, 0.5, lost, keep)
+
+
+@pytest.mark.parametrize("said_m", [20.0, 30.0, 50.0])
+def test_the_distances_of_places_show_the_height_whatever_the_files_say(said_m: float) -> None:
+    flown = flight(lanes=2, count=3, sigma=0.3)
+    posed = [replace(one.posed, height=said_m) for one in flown.known]
+    assert shown(posed, 0.5, found(flown).__getitem__).height == pytest.approx(30.0, rel=0.04)

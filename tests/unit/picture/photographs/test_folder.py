@@ -144,12 +144,11 @@ def test_a_folder_without_photographs_says_where_to_look(tmp_path: Path) -> None
         read_folder(tmp_path / "none")
 
 
-def test_no_height_is_asked_for_and_taken(tmp_path: Path) -> None:
+def test_no_height_is_left_to_the_pictures_or_taken(tmp_path: Path) -> None:
     for k in range(3):
         packet = xmp({name: value for name, value in DJI.items() if "Altitude" not in name})
         photo(tmp_path / f"{k}.jpg", exif((46.84 + 1e-4 * k, -91.99), 300.0 + k), packet)
-    with pytest.raises(PictureError, match=r"no height above the ground.*--height METRES"):
-        read_folder(tmp_path)
+    assert [shot.height for shot in read_folder(tmp_path).shots] == [None] * 3
     assert [shot.height for shot in read_folder(tmp_path, height_m=60.0).shots] == [59.0, 60.0, 61.0]
 
 

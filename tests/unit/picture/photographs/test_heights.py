@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.model.pictures import CameraModel
-from hawk.picture.photographs.heights import with_heights
+from hawk.picture.photographs.heights import GUESS_M, doubt_of, guessed, with_heights
 from hawk.picture.values import PictureError, Shot
 
 CAMERA = CameraModel(80, 60, 60.0, 60.0, 39.5, 29.5)
@@ -37,9 +37,12 @@ def test_a_file_with_neither_is_left_out_and_named() -> None:
     assert [(each.name, "--height" in each.reason) for each in left] == [("b", True)]
 
 
-def test_no_height_at_all_is_asked_for() -> None:
-    with pytest.raises(PictureError, match=r"a and 1 others give no height.*--height METRES"):
-        with_heights([_shot("a", None, 160.0), _shot("b", None, 161.0)], None)
+def test_without_any_height_the_shots_stay_and_the_look_begins_at_a_usual_one() -> None:
+    shots = [_shot("a", None, 160.0), _shot("b", None, 161.0)]
+    assert with_heights(shots, None) == (shots, [])
+    assert doubt_of(shots) == "a and 1 others give no height above the ground"
+    assert [shot.height for shot in guessed(shots)] == [GUESS_M - 0.5, GUESS_M + 0.5]
+    assert all((shot.height or 0.0) >= 3.0 for shot in guessed([*shots, _shot("c", None, 20.0)]))
 
 
 @given(st.floats(50.0, 400.0), st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=9))
@@ -89,16 +92,16 @@ def test_the_altitude_given_as_the_height_is_refused() -> None:
         with_heights([_shot("a", 40.0, 199.0), _shot("b", 40.5, 200.0)], 200.0)
 
 
-def test_a_relative_altitude_above_every_flight_is_refused() -> None:
-    with pytest.raises(PictureError, match=r"b: its height .* is 734 m.*altitude above the sea.*--height"):
-        with_heights([_shot("a", 60.0, 160.0), _shot("b", 734.0, 734.0)], None)
+def test_a_relative_altitude_above_every_flight_is_doubted() -> None:
+    shots = [_shot("a", 60.0, 160.0), _shot("b", 734.0, 734.0)]
+    assert with_heights(shots, None) == (shots, [])
+    assert doubt_of(shots).startswith("b gives 734 m above the take-off place, more than 500: it is an altitude")
 
 
-def test_heights_that_are_the_altitudes_are_refused() -> None:
+def test_heights_that_are_the_altitudes_are_doubted() -> None:
     shots = [_shot("a", 312.40, 312.404), _shot("b", 313.10, 313.10)]
-    with pytest.raises(PictureError, match=r"b: its height 313\.10 m is its altitude"):
-        with_heights(shots, None)
-    assert len(with_heights([replace(shots[0], altitude=300.0), shots[1]], None)[0]) == 2
+    assert doubt_of(shots) == "b's height 313.10 m is its altitude above the sea, as in all others"
+    assert doubt_of([replace(shots[0], altitude=300.0), shots[1]]) == ""
 
 
 def test_photographs_on_the_ground_are_left_out() -> None:
