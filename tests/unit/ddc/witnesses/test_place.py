@@ -357,10 +357,10 @@ def again(now: float, since: float, beyond: complex, reported: complex = 0j, yaw
     return GroundStep(now - STEP_S, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 25.0, seen)
 
 
-def held(reading: PlaceReading, begin: float, end: float, **picture: complex) -> PlaceFacts:
-    """Take steps from one second to another that compare with the picture at 1 s; ``picture``: see `again`."""
+def held(reading: PlaceReading, begin: float, end: float, beyond: complex) -> PlaceFacts:
+    """Take steps from one second to another that compare with the picture at 1 s."""
     for k in range(round((end - begin) / STEP_S)):
-        reading.note(again(begin + (k + 1) * STEP_S, 1.0, **picture))
+        reading.note(again(begin + (k + 1) * STEP_S, 1.0, beyond))
     return reading.facts(end)
 
 
