@@ -22,9 +22,9 @@ the average place and of all satellites' worst: such a receiver says so by its o
 TIME_S = 600.0
 """Correlation time of that error, seconds: half of the 1,100 s of Beard and McLain, Small Unmanned Aircraft (2012),
 after Rankin (ION GPS 1994), so that it may wander more within minutes: 2.3 m in ten of them, 1 m in 75 s, each axis."""
-SIGMAS = 3.5
+SIGMAS = 3.8
 """A wander of more standard deviations is a walk."""
-FLOOR_M = 1.3
+FLOOR_M = 1.5
 """Difference of two comparisons while nothing walks, metres: sways, and pictures 0.1 s late."""
 BY_SIGMA = 1.41
 """Horizontal accuracy that a receiver reports (about 68 % of a circle), by the standard deviation of each axis."""

@@ -149,7 +149,9 @@ def test_a_drone_that_takes_off_or_lands_is_too_low_for_a_second_witness(
         rig.clock.advance(ALONE_S)
         now = rig.clock()
         vehicle = VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now, now)
-        pose = replace(flying(0.0).pose, time=now, relative_altitude=height)
+        flown = flying(0.0).pose
+        assert flown is not None
+        pose = replace(flown, time=now, relative_altitude=height)
         rig.reading.update(Instant(now, belief=Belief(vehicle), pose=pose))
     assert rig.reading.facts(Instant(rig.clock())).is_alone is is_alone
 
