@@ -95,7 +95,10 @@ class TourKeeper:
         """Plan the tour where another one is due. ``known`` is the plan of the lot, on the map of a datum; ``offer`` is
         a changed one, which is shown and not flown.
         """
-        around, self._ahead, self._offer = self._around, ahead, offer
+        around, self._ahead, is_answered = self._around, ahead, offer != self._offer
+        self._offer = offer
+        if is_answered:
+            self._publish()  # a tour takes seconds to plan
         if known is None or known.id != around.asked():
             self._planned, self.current = (), None
             self._publish()

@@ -88,6 +88,8 @@ class DroneClient:
         """The fence that the next Arm puts in force."""
         self.outline_setup: OutlineSetup | None = None
         """The area that Explore is to survey."""
+        self.is_hidden = False
+        """Says with each sign of life that nobody sees this client, as a page does that is hidden."""
 
     @property
     def is_connected(self) -> bool:
@@ -251,8 +253,8 @@ class DroneClient:
                 waiter.set_result(beat)
 
     async def _show_life(self) -> None:
-        sign = OperatorHeartbeat().model_dump_json(by_alias=True)
         while True:
+            sign = OperatorHeartbeat(hidden=self.is_hidden).model_dump_json(by_alias=True)
             if self._socket.is_connected:  # a sign of life is never queued for a later link
                 with contextlib.suppress(FailedToSend):
                     self._socket.post_message(sign)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal
 
 from hawk.comm.protocol.commands import Command
 from hawk.comm.protocol.heartbeat import Heartbeat, LogEntry
@@ -110,6 +110,32 @@ class Return:
 
 
 @dataclass(frozen=True, slots=True)
+class Hide:
+    """The page of the operator in control is hidden, as a phone in a pocket, or shown again."""
+
+    hidden: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class KnowLot:
+    """The plan of a lot about the drone is in the store, and the operator in control surveys it again."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeLot:
+    """Somebody without control changes that lot over HTTP: "plan", "pin" or "outline"."""
+
+    what: Literal["plan", "pin", "outline"]
+
+
+@dataclass(frozen=True, slots=True)
+class TakePlan:
+    """The operator in control flies the changed plan that is offered; ``stranger``: somebody else does."""
+
+    stranger: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Bring:
     """The operator brings the drone into this part of a flight."""
 
@@ -165,6 +191,10 @@ Act = (
     | KillMotors
     | Leave
     | Return
+    | Hide
+    | KnowLot
+    | ChangeLot
+    | TakePlan
     | Bring
     | SecondDaemon
     | Disk

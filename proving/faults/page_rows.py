@@ -417,6 +417,30 @@ SUBJECTS: Final[tuple[Subject, ...]] = (
         ),
     ),
     Subject(
+        "People",
+        (
+            Row(
+                "somebody without control changes plan, pin or outline of the lot that is surveyed again",
+                "flies on as it began; the change is offered within {a changed plan is offered*}",
+                "**Fly it** or **Leave it**",
+                (
+                    "somebody without control changes the plan of the lot in a tour",
+                    "somebody without control changes the pin of the lot in a tour",
+                    "somebody without control changes the outline of the lot in a tour",
+                ),
+            ),
+            Row(
+                "the page of the operator is hidden while it explores, as in a pocket",
+                "holds after {CommunicationLost}, then returns home; shown again before, it holds",
+                "look at the page; **Explore** goes on",
+                (
+                    "the page of the operator is hidden while it explores",
+                    "a hidden page is shown again before the return",
+                ),
+            ),
+        ),
+    ),
+    Subject(
         "Program and computer",
         (
             Row(

@@ -9,6 +9,7 @@ from typing import Final
 from proving.faults.fault import (
     Act,
     Bring,
+    ChangeLot,
     CountAgain,
     Disk,
     Drone,
@@ -16,7 +17,9 @@ from proving.faults.fault import (
     Flood,
     Forge,
     HalfRequests,
+    Hide,
     KillMotors,
+    KnowLot,
     Leave,
     Link,
     Order,
@@ -28,6 +31,7 @@ from proving.faults.fault import (
     StartAgain,
     Station,
     Survey,
+    TakePlan,
     WallClock,
 )
 from proving.faults.record import name_of
@@ -135,6 +139,14 @@ def act(step: Act) -> str:
             return "the operator is gone"
         case Return():
             return "the operator takes control"
+        case Hide(hidden):
+            return "the operator's page is hidden" if hidden else "the operator's page is shown again"
+        case KnowLot():
+            return "a known lot is surveyed again"
+        case ChangeLot(what):
+            return f"somebody changes the lot's {what}"
+        case TakePlan(stranger):
+            return f"{'somebody else' if stranger else 'the operator'} takes the changed plan"
         case Bring(when):
             return f"the drone is {when.value}"
         case SecondDaemon(shared):

@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 from aiohttp import ClientError
 
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
+from hawk.comm.protocol.commands import FlyPlan, SurveyAgain
 from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.sim.launch import SimulationOptions
 from hawk.store.replay import RecordingError
@@ -25,6 +26,7 @@ from proving.faults.disk import DiskError, OwnDisk
 from proving.faults.fault import (
     Act,
     Bring,
+    ChangeLot,
     CountAgain,
     Disk,
     Drone,
@@ -32,7 +34,9 @@ from proving.faults.fault import (
     Flood,
     Forge,
     HalfRequests,
+    Hide,
     KillMotors,
+    KnowLot,
     Leave,
     Link,
     Moment,
@@ -45,6 +49,7 @@ from proving.faults.fault import (
     StartAgain,
     Station,
     Survey,
+    TakePlan,
     WallClock,
     When,
 )
@@ -54,6 +59,7 @@ from proving.faults.proxy import Direction, Proxy
 from proving.faults.second import SecondProcess
 from proving.faults.service import Service, socket_in
 from proving.faults.since import Since
+from proving.faults.stored_lot import StoredLot
 from proving.faults.surveying import figures, fly_survey
 from proving.faults.vehicle import ArduCopter, VehicleStack
 
@@ -102,9 +108,15 @@ _WALL_CLOCK: Final = Path(__file__).parent / "wall_clock"
 _JOURNALLED_S: Final = 2.0  # a crash may lose the last second, so it comes a moment after the comparison's moment
 _RESTORED_S: Final = 10.0  # real: a daemon that starts in the air acts first and restores its map seconds later
 _LOOK_S: Final = 0.04
+_LOT_LOOKS: Final = 20
+_LOT_LOOK_S: Final = 1.0  # real: the daemon looks for new lots every two
 _PATIENCE: Final = 3.0  # real time may be so much slower than the speed before a wait is given up
 _IN_AIR_M: Final = 1.0
 _GONE: Final = (SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, TimeoutError, ClientError, DiskError)
+
+
+People = Survey | Order | KillMotors | Leave | Return | Hide | KnowLot | ChangeLot | TakePlan | Bring | Flood
+"""Acts of persons."""
 
 
 class Rig:
@@ -140,6 +152,7 @@ class Rig:
         self._since = Since()
         self._others: list[Pilot] = []
         self._half: list[asyncio.StreamWriter] = []
+        self._lot: StoredLot | None = None
         self.falls = False
         """True while motors off in the air are meant."""
 
@@ -293,7 +306,7 @@ class Rig:
             case _:
                 await self._people(act)
 
-    async def _people(self, act: Survey | Order | KillMotors | Leave | Return | Bring | Flood) -> None:
+    async def _people(self, act: People) -> None:
         pilot = self._pilot
         assert pilot is not None
         match act:
@@ -311,10 +324,35 @@ class Rig:
                 await pilot.take_control()
             case Bring(when):
                 await pilot.reach(when)
+            case Hide(hidden):
+                pilot.drone.is_hidden = hidden
+            case KnowLot():
+                self._since.answers.append(await self._know_lot(pilot))
+            case ChangeLot(what):
+                assert self._lot is not None
+                await self._lot.change(what)
+            case TakePlan(stranger):
+                who = await self._other() if stranger else pilot
+                offer = None if (beat := self._beat()) is None else beat.plan_offer
+                self._since.answers.append(await who.order(FlyPlan(plan="none" if offer is None else offer.plan)))
             case Flood(command, count):
                 viewer = await self._other()
                 answers = [viewer.order(command) for _ in range(count)]
                 self._since.flood = asyncio.gather(*answers, return_exceptions=True)
+
+    async def _know_lot(self, pilot: Pilot) -> str | None:
+        """Store a lot about the drone, and ask for its survey once the drone knows of it."""
+        beat = self._beat()
+        assert beat is not None
+        assert beat.latitude is not None
+        assert beat.longitude is not None
+        self._lot = await StoredLot.make(self._url, beat.latitude, beat.longitude)
+        for _ in range(_LOT_LOOKS):
+            refused = await pilot.order(SurveyAgain(lot=self._lot.id))
+            if refused is None:
+                return None
+            await asyncio.sleep(_LOT_LOOK_S)
+        return refused
 
     async def _start_second(self, shared: bool) -> None:
         """Start another daemon on the autopilot's address that the first one has."""

@@ -14,11 +14,12 @@ from proving.faults.rig import Rig
 from proving.faults.table_drone import DRONE
 from proving.faults.table_link import LINK
 from proving.faults.table_others import OTHERS
+from proving.faults.table_people import PEOPLE
 from proving.faults.table_programs import PROGRAMS
 from proving.faults.table_sensors import SENSORS
 from proving.faults.vehicle import ArduCopter
 
-ALL: tuple[Fault, ...] = (*LINK, *DRONE, *SENSORS, *OTHERS, *PROGRAMS)
+ALL: tuple[Fault, ...] = (*LINK, *DRONE, *SENSORS, *OTHERS, *PEOPLE, *PROGRAMS)
 SEED, START = 3, "56,49"
 """A lot of 130 stalls, and a place amid them (x, y; metres), so that it is in sight after take-off."""
 SHORT = (
