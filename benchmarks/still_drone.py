@@ -51,6 +51,10 @@ class Nobody:
         """Nobody gave control back."""
         return ""
 
+    def hidden_since(self) -> float | None:
+        """No page is hidden."""
+        return None
+
     def receive(self) -> list[tuple[ClientId, Command]]:
         """Return no command."""
         return []

@@ -62,7 +62,7 @@ TO_RUN = RUN_TIME.union(*(EXTRAS[name] for name in _OF_HAWK))
         ("hawk", TO_RUN),
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", TO_RUN | EXTRAS["dev"]),
-        ("proving", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | {"coverage"}),
+        ("proving", TO_RUN | EXTRAS["dev"] | {"coverage"}),
         ("tests", TO_RUN | EXTRAS["dev"]),
     ],
 )

@@ -54,6 +54,7 @@ def test_each_command_has_a_row() -> None:
 
 
 async def test_each_request_that_writes_has_a_row(rig: Rig) -> None:
+    assert rig.app is not None
     reads = {hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS, hdrs.METH_ANY}
     found = {
         _PATTERN.sub(r"{\1}", route.resource.canonical)

@@ -57,6 +57,7 @@ WMS = b'<?xml version="1.0"?>\n<!-- a -->\n<GDAL_WMS><Service name="TMS"/></GDAL
         (b"\x89HDF\r\n\x1a\n", "is an HDF5 file; export the picture as GeoTIFF"),
         (b"no picture at all", "is of no kind that is known[:;] (name one that ends in .tif|export it|copy it)"),
     ],
+    ids=lambda each: each if isinstance(each, str) else "file",
 )  # fmt: skip
 @pytest.mark.parametrize("name", ["photo.tif", "photo.mp4", "photo"])
 def test_a_source_that_is_something_else_is_named_with_its_remedy(
