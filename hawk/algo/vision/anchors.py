@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hawk.algo.vision.similarity import KEY_SHARE, KEY_STRETCH, GroundFeatures, Similarity, compare
+from hawk.algo.vision.similarity import KEY_SHARE, KEY_STRETCH, REACH_M, GroundFeatures, Similarity, compare
 from hawk.model.pictures import GroundAgain
 from hawk.model.poses import MapPose
 
@@ -48,6 +48,7 @@ class Anchors:
         """Forget all pictures: the poses of before and after are not of one flight, or leapt."""
         self._kept: list[_Anchor] = []
         self._beyond = 0j
+        self._unexpected = 0j
         self._looked = -math.inf
         self._passed_over = 0
 
@@ -87,13 +88,22 @@ class Anchors:
             return None
         self._passed_over = 0 if anchor is known[0] else self._passed_over
         beyond = -found.offset - moved
-        self._beyond = anchor.beyond + beyond
+        self._correct(anchor.beyond + beyond - self._beyond)
         return GroundAgain(
             since=anchor.time,
             beyond=(beyond.real, beyond.imag),
             reported=(moved.real, moved.imag),
             yawed=math.remainder(pose.yaw - anchor.pose.yaw, math.tau),
         )
+
+    def _correct(self, error: complex) -> None:
+        """Go by a comparison that is about as expected, or that the next one repeats: rows of stalls look alike."""
+        is_repeated = abs(error - self._unexpected) <= REACH_M
+        if abs(error) <= REACH_M or is_repeated:
+            self._beyond += error
+            self._unexpected = 0j
+        else:
+            self._unexpected = error
 
     def _is_covered(self, anchor: _Anchor, pose: MapPose, share: float) -> bool:
         """Return True when the drone is truly about that picture's place, as the comparisons until now have it."""

@@ -122,9 +122,10 @@ class GroundNotices:
 class WitnessNotices:
     """Reports each doubt once, a position without a second witness, and compasses that fail."""
 
+    _alone = False  # of the class: memories from before it go on
+
     def __init__(self) -> None:
         self._doubted = False
-        self._alone = False
         self._compass_lost = False
 
     def tick(self, facts: Facts, state: State) -> Acts:

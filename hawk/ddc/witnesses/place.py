@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.witnesses.walk import (
+    ALIKE_M,
     MOUNT_SHARE,
     MOUNTED_WRONG_SHARE,
     NOTHING,
@@ -135,6 +136,7 @@ class PlaceReading:
         self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._off = 0j
         self._fixed: tuple[float, complex] | None = None
+        self._by_picture: complex | None = None
         self._is_followed = True
 
     def lose(self) -> None:
@@ -276,7 +278,7 @@ class PlaceReading:
             self._off = sum((each.beyond - share * each.reported for each in self._window), 0j)
             since = self._window[0].until
         self._untrue = min(since, self._untrue[0]), math.inf
-        self._fixed = None
+        self._fixed = self._by_picture = None
         self._fix(step, share)
 
     def _end(self, time: float) -> None:
@@ -286,13 +288,22 @@ class PlaceReading:
 
     def _fix(self, step: GroundStep, share: complex) -> None:
         """Take what an earlier picture says of the error: nothing adds up in it, and it bridges what was not seen."""
-        if step.again is None:
+        again = step.again
+        if again is None:
             return
-        seen = complex(*step.again.beyond) - share * complex(*step.again.reported)
-        if self._fixed is not None and self._fixed[0] == step.again.since:
-            self._off, self._is_followed = self._fixed[1] + seen, True
+        seen = complex(*again.beyond) - share * complex(*again.reported)
+        if self._counts(again):
+            self._take(self._slow.off_by(again, share, self._untrue[0]))
+        elif self._fixed is not None and self._fixed[0] == again.since:
+            self._take(self._fixed[1] + seen)
         elif self._is_followed:
-            self._fixed = step.again.since, self._off - seen
+            self._fixed = again.since, self._off - seen
+
+    def _take(self, off: complex) -> None:
+        """Take the error that a picture shows, where the steps or the comparison before it show it too."""
+        before, self._by_picture = self._by_picture, off
+        if abs(off - self._off) <= BACK_M or (before is not None and abs(off - before) <= ALIKE_M):
+            self._off, self._is_followed = off, True
 
 
 def _moving(flown: float) -> float:

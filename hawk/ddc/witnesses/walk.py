@@ -26,6 +26,8 @@ SIGMAS = 3.8
 """A wander of more standard deviations is a walk."""
 FLOOR_M = 1.5
 """Difference of two comparisons while nothing walks, metres: sways, and pictures 0.1 s late."""
+FLOOR_HEIGHT_M = 25.0
+"""Height up to which it holds, metres. Above it grows with the height, as what a tilt that is off makes of it does."""
 BY_SIGMA = 1.41
 """Horizontal accuracy that a receiver reports (about 68 % of a circle), by the standard deviation of each axis."""
 WORST_SIGMA_M = 4.0
@@ -47,6 +49,9 @@ MOUNT_SHARE = 0.4
 wrongly, and is no witness of it."""
 MOUNTED_WRONG_SHARE = 2.0
 """Share of the distance that is no disagreement then: a camera that is turned by half a circle sees twice of it."""
+SUCCESSIVE, SUCCESSIVE_S, ALIKE_M = 3, 2.0, 1.0
+"""So many comparisons with earlier pictures in a row, none this much after the one before, seconds, must show the same
+walk within this distance, metres: one alone may be a wrong match."""
 MOUNTED_FREE_M = 1.0
 """Of the movement so much counts once only, metres: `FLOOR_M` holds the rest, and a drone that holds hardly moves."""
 TILT = 0.05
@@ -62,13 +67,18 @@ SWAY_M = 2.0
 
 
 def wander(seconds: float, accuracy: float | None = None) -> float:
-    """Return the distance that an honest receiver may wander within a time, with the camera's own error, metres.
+    """Return the distance that an honest receiver may wander within a time, metres.
 
     Gauss-Markov: the difference of two errors has a variance of 2 s^2 (1 - exp(-t / T)) along each axis.
     ``accuracy`` is the receiver's own, metres; None where it gives none.
     """
     sigma = min(max(SIGMA_M, (accuracy or 0.0) / BY_SIGMA), WORST_SIGMA_M)
-    return FLOOR_M + SIGMAS * sigma * math.sqrt(2.0 * (1.0 - math.exp(-max(0.0, seconds) / TIME_S)))
+    return SIGMAS * sigma * math.sqrt(2.0 * (1.0 - math.exp(-max(0.0, seconds) / TIME_S)))
+
+
+def floor(height: float) -> float:
+    """Return the camera's own error at a height over ground, metres."""
+    return FLOOR_M * max(1.0, height / FLOOR_HEIGHT_M)
 
 
 class Odometer:
@@ -113,7 +123,7 @@ class Sample:
 
     ``eased`` is the movement that was seen, after what stretch and turn until then explain (``warp``). ``tilt`` is what
     a picture that is off in its mount is off by on the ground. ``flown`` is the path that the sum of all steps stands
-    for, metres, and ``noise`` what missing ones have left in it, square metres.
+    for, metres, and ``noise`` what missing ones have left in it, square metres. ``height``: over ground, metres.
     """
 
     time: float
@@ -124,6 +134,7 @@ class Sample:
     tilt: complex = 0j
     flown: float = 0.0
     noise: float = 0.0
+    height: float = 0.0
 
     def off_since(self, before: Sample) -> complex:
         """Return the disagreement since an earlier moment: the least that stretch and turn leave of it."""
@@ -155,12 +166,18 @@ class Record:
         self._samples = list(first)
 
     def look(self, now: Sample, scale: Scale) -> Found:
-        """Return what is found between a moment and all earlier ones, and keep it where the last one is old enough."""
-        found = max((self._between(each, now, scale) for each in self._samples), key=_beyond, default=NOTHING)
+        """Return what is found between a moment and all earlier ones."""
+        return max((self._between(each, now, scale) for each in self._samples), key=_beyond, default=NOTHING)
+
+    def keep(self, now: Sample) -> None:
+        """Keep a moment where the last one is old enough."""
         if not self._samples or now.time - self._samples[-1].time >= SAMPLE_S:
             self._samples.append(now)
             self._thin(now.time)
-        return found
+
+    def last(self, before: float) -> tuple[complex, complex]:
+        """Return disagreement and place of the last moment that was kept until a time; zeros without one."""
+        return next(((each.off, each.place) for each in reversed(self._samples) if each.time <= before), (0j, 0j))
 
     def _thin(self, now: float) -> None:
         """Drop the moments that lie close together; the first one, and the last ones, stay."""
@@ -172,15 +189,16 @@ class Record:
 
     def _between(self, before: Sample, now: Sample, scale: Scale) -> Found:
         moved, seen = now.place - before.place, now.off_since(before)
-        if abs(seen - scale.learned * moved) < FLOOR_M:
+        own = floor(max(before.height, now.height))
+        if abs(seen - scale.learned * moved) < own:
             return NOTHING
         if abs(moved) > STILL_M and abs(moved + seen) < STILL_SHARE * abs(moved):
             return NOTHING
         off = seen - scale.learned * moved
         may_be = scale.allowed(abs(off), abs(moved), self._share) + abs(now.tilt - before.tilt)
         flown, noise = now.flown - before.flown, now.noise - before.noise
-        may_be += PATH_SHARE * flown + MOVING_M * min(1.0, flown / MOVING_WITHIN_M) + math.sqrt(noise)
-        return Found(abs(off) - may_be - wander(now.time - before.time, scale.accuracy), off, before.time)
+        may_be += PATH_SHARE * flown + own * (MOVING_M / FLOOR_M) * min(1.0, flown / MOVING_WITHIN_M) + math.sqrt(noise)
+        return Found(abs(off) - may_be - own - wander(now.time - before.time, scale.accuracy), off, before.time)
 
 
 class SlowWalk:
@@ -193,6 +211,8 @@ class SlowWalk:
 
     def __init__(self) -> None:
         self._pictures: dict[float, Record] = {}
+        self._suspected: tuple[float, complex] = (-math.inf, 0j)
+        self._successive = 0
         self.forget_steps()
 
     def forget_steps(self) -> None:
@@ -222,10 +242,14 @@ class SlowWalk:
             self._warp,
             flown=self._odometer.flown,
             noise=self._noise,
+            height=step.height,
         )
         self._by_steps = self._steps.look(now, scale)
+        self._steps.keep(now)
         if step.again is not None and counts:
             self._by_pictures = self._seen_again(step, step.again, scale)
+        elif step.until - self._suspected[0] > SUCCESSIVE_S:
+            self._by_pictures = NOTHING  # nothing is known by a comparison that is old
         return max(self._by_steps, self._by_pictures, key=_beyond)
 
     def _seen_again(self, step: GroundStep, again: GroundAgain, scale: Scale) -> Found:
@@ -235,8 +259,33 @@ class SlowWalk:
             self._pictures[again.since] = Record(AGAIN_SHARE, Sample(again.since, 0j, 0j, tilt=complex(tilt)))
             if len(self._pictures) > RECORDS:
                 del self._pictures[next(iter(self._pictures))]
-        now = Sample(step.until, beyond, reported, tilt=cmath.rect(tilt, again.yawed))
-        return self._pictures[again.since].look(now, scale)
+        now = Sample(step.until, beyond, reported, tilt=cmath.rect(tilt, again.yawed), height=step.height)
+        record = self._pictures[again.since]
+        found = record.look(now, scale)
+        if found.beyond <= 0.0:
+            self._successive = 0
+            record.keep(now)
+            return found
+        return found if self._is_confirmed(found, step.until) else NOTHING
+
+    def _is_confirmed(self, found: Found, now: float) -> bool:
+        """Return True for a walk that comparisons in a row show alike."""
+        (last, off), self._suspected = self._suspected, (now, found.off)
+        is_alike = now - last <= SUCCESSIVE_S and abs(found.off - off) <= ALIKE_M
+        self._successive = self._successive + 1 if self._successive and is_alike else 1
+        return self._successive >= SUCCESSIVE
+
+    def off_by(self, again: GroundAgain, share: complex, right_until: float) -> complex:
+        """Return how far the drone is off by an earlier picture, from what that showed last while the report was right.
+
+        Args:
+            again: The comparison with it.
+            share: Share of the path by which the camera is off.
+            right_until: The last moment at which the report was right, seconds.
+        """
+        record = self._pictures.get(again.since)
+        off, place = (0j, 0j) if record is None else record.last(right_until)
+        return complex(*again.beyond) - off - share * (complex(*again.reported) - place)
 
 
 def _beyond(found: Found) -> float:

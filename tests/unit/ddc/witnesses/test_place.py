@@ -368,11 +368,11 @@ def test_an_earlier_picture_shows_a_walk_that_no_step_has_seen() -> None:
     """Blind for 60 s: then the picture of the hover's beginning is 6 m away."""
     reading = PlaceReading()
     assert not held(reading, 0.0, 20.0, beyond=0j).is_doubted
-    facts = held(reading, 80.0, 82.0, beyond=-6 + 0j)
+    facts = held(reading, 80.0, 84.0, beyond=-6 + 0j)
     assert facts.is_doubted
     assert facts.is_followed
     assert facts.off == pytest.approx((6.0, 0.0))
-    assert held(reading, 82.0, 90.0, beyond=-7 + 1j).off == pytest.approx((7.0, -1.0)), "nothing adds up in it"
+    assert held(reading, 84.0, 92.0, beyond=-7 + 1j).off == pytest.approx((7.0, -1.0)), "nothing adds up in it"
 
 
 def test_an_earlier_picture_bridges_what_was_not_seen_in_a_doubt() -> None:
@@ -381,9 +381,40 @@ def test_an_earlier_picture_bridges_what_was_not_seen_in_a_doubt() -> None:
     held(reading, 80.0, 84.0, beyond=-6 + 0j)
     reading.note(step(100.0, 100.4, 0.0, 0.0))
     assert not reading.facts(100.4).is_followed
-    facts = held(reading, 100.4, 101.2, beyond=-9 + 0j)
+    facts = held(reading, 100.4, 102.4, beyond=-9 + 0j)
     assert facts.is_followed
     assert facts.off == pytest.approx((9.0, 0.0))
+
+
+@pytest.mark.parametrize("size", [2.0, 6.0, 12.0])
+@pytest.mark.parametrize("step_s", [0.25, 0.4, 0.5])
+def test_a_wrong_match_with_an_earlier_picture_is_no_doubt(size: float, step_s: float) -> None:
+    reading, every = PlaceReading(), 7
+    for k in range(400):
+        off = size if k % every == 0 else 0.0
+        seen = GroundAgain(1.0, (off, 0.0), (0.0, 0.0), 0.0)
+        begin = 10.0 + k * step_s
+        reading.note(GroundStep(begin, begin + step_s, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 25.0, seen))
+        assert not reading.facts(begin + step_s).is_doubted
+
+
+def test_wrong_matches_in_a_row_are_a_doubt_that_ends_by_the_right_ones() -> None:
+    reading = PlaceReading()
+    held(reading, 0.0, 20.0, beyond=0j)
+    assert held(reading, 20.0, 26.0, beyond=6 + 0j).is_doubted
+    facts = held(reading, 26.0, 28.0, beyond=0j)
+    assert facts.off == pytest.approx((0.0, 0.0))
+    assert not held(reading, 28.0, 42.0, beyond=0j).is_doubted
+
+
+def test_one_wrong_match_moves_no_drone_that_holds_by_the_camera() -> None:
+    flight = Flight()
+    flight.fly(60.0)
+    flight.doubted_after(60.0, walk=0.5)
+    before = flight.facts().off
+    flight.now += STEP_S
+    flight.reading.note(again(flight.now, 30.0, -20 + 0j))
+    assert flight.facts().off == pytest.approx(before)
 
 
 @pytest.mark.parametrize(("begin", "is_doubted"), [(40.0, True), (700.0, False)])

@@ -26,19 +26,25 @@ from hawk.ddc.witnesses.walk import (
     Sample,
     Scale,
     SlowWalk,
-    wander,
+    floor,
 )
+from hawk.ddc.witnesses.walk import wander as wandered
 from hawk.model.pictures import GroundAgain, GroundStep
 
 PROVEN = Scale(is_proven=True)
 
 
 def test_an_honest_receiver_wanders_some_metres_in_ten_minutes() -> None:
-    assert wander(0.0) == FLOOR_M
-    assert wander(-1.0) == FLOOR_M
-    assert wander(600.0) == pytest.approx(FLOOR_M + SIGMAS * SIGMA_M * math.sqrt(2 * (1 - math.exp(-600.0 / TIME_S))))
-    assert wander(600.0) == pytest.approx(10.5, abs=0.1)
-    assert wander(1e9) == pytest.approx(FLOOR_M + SIGMAS * SIGMA_M * math.sqrt(2))
+    assert wandered(0.0) == 0.0
+    assert wandered(-1.0) == 0.0
+    assert wandered(600.0) == pytest.approx(SIGMAS * SIGMA_M * math.sqrt(2 * (1 - math.exp(-600.0 / TIME_S))))
+    assert wandered(600.0) == pytest.approx(9.0, abs=0.1)
+    assert wandered(1e9) == pytest.approx(SIGMAS * SIGMA_M * math.sqrt(2))
+
+
+@pytest.mark.parametrize(("height", "metres"), [(0.0, FLOOR_M), (25.0, FLOOR_M), (60.0, 2.4 * FLOOR_M)])
+def test_the_cameras_own_error_grows_with_the_height(height: float, metres: float) -> None:
+    assert floor(height) == pytest.approx(metres)
 
 
 @pytest.mark.parametrize(
@@ -48,8 +54,8 @@ def test_an_honest_receiver_wanders_some_metres_in_ten_minutes() -> None:
 def test_a_receiver_that_says_that_it_is_worse_may_wander_more_up_to_a_limit(
     accuracy: float | None, sigma: float
 ) -> None:
-    expected = FLOOR_M + SIGMAS * sigma * math.sqrt(2 * (1 - math.exp(-0.5)))
-    assert wander(300.0, accuracy) == pytest.approx(expected, rel=0.02)
+    expected = SIGMAS * sigma * math.sqrt(2 * (1 - math.exp(-0.5)))
+    assert wandered(300.0, accuracy) == pytest.approx(expected, rel=0.02)
 
 
 def test_sways_below_two_metres_are_no_path() -> None:
@@ -84,7 +90,12 @@ def looked(before: Sample, now: Sample, scale: Scale = PROVEN, share: float = NE
 
 def test_a_record_takes_off_what_the_scale_the_path_and_the_gaps_explain() -> None:
     before = Sample(10.0, 1 + 0j, 2 + 0j, flown=5.0, noise=1.0)
-    assert looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0)) == Found(8.0 - wander(10.0), 8 + 0j, 10.0)
+
+    def wander(seconds: float, accuracy: float | None = None) -> float:
+        return FLOOR_M + wandered(seconds, accuracy)
+
+    still = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0))
+    assert (still.beyond, still.off, still.since) == (pytest.approx(8.0 - wander(10.0)), 8 + 0j, 10.0)
     moved = looked(before, Sample(20.0, 9 + 0j, 12 + 0j, flown=5.0, noise=1.0))
     assert moved.beyond == pytest.approx(8.0 - wander(10.0) - NET_SHARE * 10.0)
     learned = looked(before, Sample(20.0, 9 + 0j, 12 + 0j, flown=5.0, noise=1.0), Scale(0.1 + 0j, True))
@@ -98,6 +109,8 @@ def test_a_record_takes_off_what_the_scale_the_path_and_the_gaps_explain() -> No
     assert tilted.beyond == pytest.approx(8.0 - wander(10.0) - math.sqrt(2.0))
     worse = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0), Scale(is_proven=True, accuracy=5.0))
     assert worse.beyond == pytest.approx(8.0 - wander(10.0, 5.0))
+    high = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=105.0, noise=1.0, height=50.0))
+    assert high.beyond == pytest.approx(8.0 - wander(10.0) - PATH_SHARE * 100.0 - 2 * MOVING_M - FLOOR_M)
 
 
 def test_a_small_disagreement_is_nothing_and_so_is_a_picture_that_stands_still() -> None:
@@ -121,7 +134,7 @@ def test_a_record_keeps_a_moment_of_two_seconds_the_first_and_few_of_the_old_one
     record, compared = Record(NET_SHARE), []
     for k in range(3000):
         compared.append(len(record._samples))
-        record.look(Sample(k * 0.4, 0j, 0j), PROVEN)
+        record.keep(Sample(k * 0.4, 0j, 0j))
     times = [each.time for each in record._samples]
     assert times[0] == 0.0
     assert times[-1] >= 3000 * 0.4 - 2.8
@@ -144,7 +157,7 @@ def test_the_sum_of_the_steps_goes_on_over_a_gap_and_begins_again_after_a_long_o
     walk.bridge(2 + 0j, 0.5)
     found = walk.look(step(10.0, 1 + 0j), PROVEN, False)
     assert (found.off, found.since) == (6 + 0j, 0.4)
-    assert found.beyond == pytest.approx(6.0 - wander(9.6) - math.sqrt(0.5))
+    assert found.beyond == pytest.approx(6.0 - FLOOR_M - wandered(9.6) - math.sqrt(0.5))
     walk.forget_steps()
     assert walk.look(step(10.8), PROVEN, False) is NOTHING
     assert walk.look(step(11.2, 1 + 0j), PROVEN, False) is NOTHING
@@ -154,15 +167,36 @@ def test_an_earlier_picture_counts_from_its_own_moment_and_only_where_it_counts(
     walk = SlowWalk()
     again = GroundAgain(5.0, (0.0, 9.0), (1.0, 0.0), math.pi)
     assert walk.look(step(20.0, again=again), PROVEN, False) is NOTHING
-    found = walk.look(step(20.4, again=again), PROVEN, True)
+    for now in (20.4, 20.8):
+        assert walk.look(step(now, again=again), PROVEN, True) is NOTHING, "a match alone may be a wrong one"
+    found = walk.look(step(21.2, again=again), PROVEN, True)
     assert (found.off, found.since) == (9j, 5.0)
-    assert found.beyond == pytest.approx(9.0 - wander(15.4) - AGAIN_SHARE * 1.0 - 2 * TILT * 20.0)
-    assert walk.look(step(20.8), PROVEN, True) is found, "the last word of the pictures stands"
+    assert found.beyond == pytest.approx(9.0 - FLOOR_M - wandered(16.2) - AGAIN_SHARE * 1.0 - 2 * TILT * 20.0)
+    assert walk.look(step(21.6), PROVEN, True) is found, "the last word of the pictures stands"
     assert bool(walk.is_sure) is False
-    assert walk.look(step(21.2, 9 + 0j), PROVEN, True).beyond > 0.0
+    assert walk.look(step(22.0, 9 + 0j), PROVEN, True).beyond > 0.0
     assert bool(walk.is_sure) is True
-    walk.forget_steps()
-    assert bool(walk.is_sure) is False
+    walk.look(step(23.3), PROVEN, True)
+    assert bool(walk.is_sure) is False, "it is old"
+
+
+@pytest.mark.parametrize("size", [3.0, 6.0, 12.0])
+def test_a_wrong_match_shows_no_walk_and_neither_do_the_right_ones_after_it(size: float) -> None:
+    walk = SlowWalk()
+    for k in range(200):
+        off = size if k % 10 == 5 else 0.0
+        again = GroundAgain(0.0, (off, 0.0), (0.0, 0.0), 0.0)
+        assert walk.look(step(10.0 + 0.5 * k, again=again), PROVEN, True).beyond <= 0.0
+
+
+def test_matches_that_differ_or_lie_apart_in_time_confirm_nothing() -> None:
+    walk = SlowWalk()
+    for k in range(20):
+        again = GroundAgain(0.0, (8.0 + 1.1 * (k % 2), 0.0), (0.0, 0.0), 0.0)
+        assert walk.look(step(10.0 + 0.5 * k, again=again), PROVEN, True) is NOTHING
+    again = GroundAgain(0.0, (8.0, 0.0), (0.0, 0.0), 0.0)
+    for k in range(20):
+        assert walk.look(step(30.0 + 2.1 * k, again=again), PROVEN, True) is NOTHING
 
 
 def test_the_comparisons_of_the_last_pictures_are_kept() -> None:
