@@ -141,12 +141,12 @@ class WitnessNotices:
         return ()
 
     def _witness(self, facts: Facts) -> Acts:
-        was, self._alone = self._alone, facts.witness.is_alone
-        if self._alone and not was:
+        if self._alone == facts.witness.is_alone:
+            return ()
+        self._alone = facts.witness.is_alone
+        if self._alone:
             return (Log("warning", ALONE),)
-        if was and not self._alone and facts.is_airborne:
-            return (Log("ok", say("The position has a second witness again.")),)
-        return ()
+        return (Log("ok", say("The position has a second witness again.")),) if facts.is_airborne else ()
 
     def _compass(self, facts: Facts) -> Acts:
         was, self._compass_lost = self._compass_lost, facts.diagnostics.compass_ok is False
