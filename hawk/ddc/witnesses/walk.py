@@ -42,6 +42,8 @@ NET_SHARE, PATH_SHARE = 0.06, 0.03
 """The sum of the steps may be off by these shares of the distance between two moments and of the path between them."""
 AGAIN_SHARE = 0.12
 """A comparison may be off by this share of the distance to the earlier picture's place: roofs, wrong heights."""
+AGAIN_FLOOR = 1.5
+"""Share of `floor` by which a comparison may be off: the drone leaned otherwise in the earlier picture."""
 UNPROVEN_SHARE = 0.12
 """Share of the distance before the camera was seen to agree: its scale and its heading are known less well."""
 MOUNT_SHARE = 0.4
@@ -50,8 +52,8 @@ wrongly, and is no witness of it."""
 MOUNTED_WRONG_SHARE = 2.0
 """Share of the distance that is no disagreement then: a camera that is turned by half a circle sees twice of it."""
 SUCCESSIVE, SUCCESSIVE_S, ALIKE_M = 3, 2.0, 1.0
-"""So many comparisons with earlier pictures in a row, none this much after the one before, seconds, must show the same
-walk within this distance, metres: one alone may be a wrong match."""
+"""This number of comparisons with earlier pictures, none later than this after the one before, seconds, must show the
+same walk within this distance, metres: one alone may be a wrong match."""
 MOUNTED_FREE_M = 1.0
 """Of the movement so much counts once only, metres: `FLOOR_M` holds the rest, and a drone that holds hardly moves."""
 TILT = 0.05
@@ -160,9 +162,9 @@ NOTHING = Found()
 class Record:
     """Moments of one kind of comparison, the oldest first."""
 
-    def __init__(self, share: float, *first: Sample) -> None:
-        """``share`` of the distance between two moments may be off where the camera was seen to agree."""
-        self._share = share
+    def __init__(self, share: float, *first: Sample, own: float = 1.0) -> None:
+        """``share`` of the distance between two moments, and ``own`` of `floor`, may be off where the camera agrees."""
+        self._share, self._own = share, own
         self._samples = list(first)
 
     def look(self, now: Sample, scale: Scale) -> Found:
@@ -189,7 +191,7 @@ class Record:
 
     def _between(self, before: Sample, now: Sample, scale: Scale) -> Found:
         moved, seen = now.place - before.place, now.off_since(before)
-        own = floor(max(before.height, now.height))
+        own = self._own * floor(max(before.height, now.height))
         if abs(seen - scale.learned * moved) < own:
             return NOTHING
         if abs(moved) > STILL_M and abs(moved + seen) < STILL_SHARE * abs(moved):
@@ -256,7 +258,9 @@ class SlowWalk:
         beyond, reported = complex(*again.beyond), complex(*again.reported)
         tilt = TILT * step.height
         if again.since not in self._pictures:
-            self._pictures[again.since] = Record(AGAIN_SHARE, Sample(again.since, 0j, 0j, tilt=complex(tilt)))
+            self._pictures[again.since] = Record(
+                AGAIN_SHARE, Sample(again.since, 0j, 0j, tilt=complex(tilt)), own=AGAIN_FLOOR
+            )
             if len(self._pictures) > RECORDS:
                 del self._pictures[next(iter(self._pictures))]
         now = Sample(step.until, beyond, reported, tilt=cmath.rect(tilt, again.yawed), height=step.height)

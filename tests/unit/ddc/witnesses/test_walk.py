@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from hawk.ddc.witnesses.walk import (
+    AGAIN_FLOOR,
     AGAIN_SHARE,
     FLOOR_M,
     MOVING_M,
@@ -171,7 +172,9 @@ def test_an_earlier_picture_counts_from_its_own_moment_and_only_where_it_counts(
         assert walk.look(step(now, again=again), PROVEN, True) is NOTHING, "a match alone may be a wrong one"
     found = walk.look(step(21.2, again=again), PROVEN, True)
     assert (found.off, found.since) == (9j, 5.0)
-    assert found.beyond == pytest.approx(9.0 - FLOOR_M - wandered(16.2) - AGAIN_SHARE * 1.0 - 2 * TILT * 20.0)
+    assert found.beyond == pytest.approx(
+        9.0 - AGAIN_FLOOR * FLOOR_M - wandered(16.2) - AGAIN_SHARE * 1.0 - 2 * TILT * 20.0
+    )
     assert walk.look(step(21.6), PROVEN, True) is found, "the last word of the pictures stands"
     assert bool(walk.is_sure) is False
     assert walk.look(step(22.0, 9 + 0j), PROVEN, True).beyond > 0.0
