@@ -31,8 +31,9 @@ from hawk.model.sentences import say
 
 WINDOW_S = 10.0
 """Time over which the two are compared, seconds."""
-LIMIT_M = 3.0
-"""Disagreement in the window that is a doubt, metres."""
+LIMIT_M, LIMIT_HEIGHT_M = 3.0, 40.0
+"""Disagreement in the window that is a doubt, metres, up to a height over ground; above, it grows with the height, as
+what a tilt that is off makes of it does."""
 PATH_SHARE = 0.06
 """Share of the path flown in the window that is no disagreement: cars and crowns stand above the ground that the camera
 is taken to see, grounds slope, and the picture's time is off by some hundredths of a second."""
@@ -259,7 +260,8 @@ class PlaceReading:
     def _judge(self, step: GroundStep) -> None:
         share = self._learned() or 0j
         if not self._doubt.holds:
-            is_beyond = self._apart > LIMIT_M or self._found.beyond > 0.0
+            limit = LIMIT_M * max(1.0, step.height / LIMIT_HEIGHT_M)
+            is_beyond = self._apart > limit or self._found.beyond > 0.0
             if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=self._slow.is_sure):
                 self._begin(step, share)
             return

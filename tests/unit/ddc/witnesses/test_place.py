@@ -386,6 +386,15 @@ def test_an_earlier_picture_bridges_what_was_not_seen_in_a_doubt() -> None:
     assert facts.off == pytest.approx((9.0, 0.0))
 
 
+@pytest.mark.parametrize(("height", "is_doubted"), [(40.0, True), (60.0, False)])
+def test_the_limit_of_the_window_grows_with_the_height(height: float, is_doubted: bool) -> None:
+    reading = PlaceReading()
+    for k in range(12):
+        beyond = 4.0 if k == 8 else 0.0
+        reading.note(GroundStep(float(k), k + 1.0, (beyond, 0.0), (0.0, 0.0), 0.0, 0.0, height))
+    assert reading.facts(12.0).is_doubted is is_doubted
+
+
 @pytest.mark.parametrize("size", [2.0, 6.0, 12.0])
 @pytest.mark.parametrize("step_s", [0.25, 0.4, 0.5])
 def test_a_wrong_match_with_an_earlier_picture_is_no_doubt(size: float, step_s: float) -> None:
