@@ -161,12 +161,12 @@ class KnownLotFollower:
             self._report_change(found.author)
 
     def _report_change(self, author: str) -> None:
-        """Say once of each person that the plan was changed."""
+        """Say once of each name that the plan was changed. Who edits a plan signs with any name."""
         person = author or SOME_OPERATOR
         if person == self._reported:
             return
         self._reported = person
-        words = say("The plan of {name} was changed by {person}.", name=self._name, person=person)
+        words = say("The plan of {name} was changed, signed as {person}.", name=self._name, person=person)
         _LOG.info("%s", words)
         details = say("The flight goes on as it began.")
         self._add_message("warning", words, details)

@@ -251,7 +251,7 @@ async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_t
     offer = offered(drone)
     assert offer is not None
     assert replace(offer, id="") == PlanOffer("", "Lot 1", "Operator 2", 50, 40)
-    assert drone.messages[-1] == "The plan of Lot 1 was changed by Operator 2."
+    assert drone.messages[-1] == "The plan of Lot 1 was changed, signed as Operator 2."
     drone.taken = "another one"
     await drone.follower.look()
     assert drone.follower.current is known
