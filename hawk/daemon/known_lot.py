@@ -126,8 +126,9 @@ class KnownLotFollower:
             await self._tours.follow(self.current, datum, ahead, self._offer)
 
     def _follow(self, asked: _Asked, found: _Found) -> None:
-        """Fly with what the store has; in flight offer it."""
-        is_same, self._asked, self._seen = asked == self._asked, asked, found
+        """Fly with what the store has; in flight offer it, also where the same lot is asked for again."""
+        before, self._asked, self._seen = self._asked, asked, found
+        is_same = asked == before or (_is_place_of(asked, before) and _lot_of(found.stamp) == _lot_of(self._stamp))
         if not (is_same and self._tours is not None and self._tours.is_flying):
             self._use(found)
         elif found.stamp == self._stamp:
@@ -160,12 +161,12 @@ class KnownLotFollower:
             self._report_change(found.author)
 
     def _report_change(self, author: str) -> None:
-        """Say once of each person that the plan was changed."""
+        """Say once of each name that the plan was changed. Who edits a plan signs with any name."""
         person = author or SOME_OPERATOR
         if person == self._reported:
             return
         self._reported = person
-        words = say("The plan of {name} was changed by {person}.", name=self._name, person=person)
+        words = say("The plan of {name} was changed, signed as {person}.", name=self._name, person=person)
         _LOG.info("%s", words)
         details = say("The flight goes on as it began.")
         self._add_message("warning", words, details)
@@ -194,6 +195,14 @@ def _found(connection: Connection, asked: _Asked, known: _Found) -> _Found:
         return replace(known, name=name)
     lot = known_lot(connection, stamp[0], asked.place, asked.survey)
     return _Found(stamp, name, lot if lot.stalls else None, last_author(connection, stamp[0]))
+
+
+def _is_place_of(asked: _Asked, before: _Asked | None) -> bool:
+    return before is not None and (asked.place, asked.survey) == (before.place, before.survey)
+
+
+def _lot_of(stamp: _Stamp | None) -> str | None:
+    return None if stamp is None else stamp[0]
 
 
 def _offer_of(found: _Found, lot: KnownLot, flown: KnownLot | None) -> PlanOffer:

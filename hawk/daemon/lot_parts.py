@@ -95,7 +95,7 @@ def surroundings(
         fence=fence,
         state=lambda: topics.curr_state_pub.value or StateName.IDLE,
         publish=inputs.lots.publish,
-        is_flying=lambda: topics.get_state().armed,
+        is_flying=topics.may_fly,
         taken=lambda: topics.taken_plan_pub.value or "",
     )
 

@@ -197,6 +197,7 @@ class Daemon:
         self.side = OperatorSide.create(self.clock, self._config.operator)
         self._trace = FlightTrace(self.side.desk.names, self.side.desk.controller)
         self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
+        self.topics.curr_state_pub.listen(lambda _: self._note_flight())
         self.manager = OperationsManager(
             ManagerSetup(
                 clock=self.clock,
@@ -363,7 +364,7 @@ class Daemon:
         """Return True for an armed drone, and while nothing is heard for one that flew lately."""
         state = self.vehicle.state.value
         if state is not None and (state.connected or state.armed):
-            return state.armed
+            return self.topics.may_fly()
         return self._starts.flew_lately
 
     def _tick(self) -> None:
@@ -542,13 +543,20 @@ class Daemon:
     def _record_flights(self, state: VehicleState) -> None:
         if state.armed:
             self._flight_state.write(may_fly=True)  # at once: no version is switched from now on
-        if state.connected and not state.armed:
-            self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
-            self._lots.keeper.note(armed=state.armed)
             if self._flight_offer is not None:
                 self._flight_offer.note(armed=state.armed)
+        self._note_flight()
+
+    def _note_flight(self) -> None:
+        """Note whether a flight goes on: a late "disarmed" ends none, its state does."""
+        state, may_fly = self.vehicle.state.value, self.topics.may_fly()
+        if state is None or not state.connected:
+            return
+        if not may_fly:
+            self._starts.found_disarmed()
+        self._lots.keeper.note(armed=may_fly)
 
     def _announce(self) -> None:
         page = PageShown(

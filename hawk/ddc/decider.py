@@ -122,7 +122,9 @@ class Decider:
     def situation(self, facts: Facts) -> Situation:
         """Return what commands are judged on at this moment."""
         reader, kill = self._keeper.reader, self._kill
-        locks = Interlocks(kill.state, kill.is_killed, reader.is_setting, self._keeper.fence_problem, kill.fall)
+        locks = Interlocks(
+            kill.state, kill.is_killed, reader.is_setting, self._keeper.fence_problem, kill.fall, kill.killer
+        )
         return Situation(self._with_kept(facts), self.state, self._settings, reader.values(), locks)
 
     def _with_kept(self, facts: Facts) -> Facts:
@@ -141,7 +143,10 @@ class Decider:
             return self._refused(command, self._keep(failed.then(self._end_task(self.state, facts))))
         outcome = self._fold([TickStep(lambda *_: ruling, facts)])
         if not outcome.is_sound:
-            return self._refused(command, outcome)
+            return self._refused(command, outcome)  # a Kill goes on
+        if ruling.order is not None or ruling.transition is not None:
+            replaced = self._kill.replace(command.type, facts.now)
+            outcome = outcome._replace(acts=(*replaced, *outcome.acts))
         if any(isinstance(act, BeginSurvey) for act in ruling.acts):
             self._continues_survey, self._survey = False, SurveyNotices(continues_survey=False)
         if isinstance(ruling.answer, Ack):
@@ -250,6 +255,7 @@ class Decider:
     def _steps(self, facts: Facts) -> Iterator[TickStep]:
         """Give the steps of a tick in their order. One is made after the one before was taken."""
         yield TickStep(lambda now, _: forgotten(now), facts)
+        yield TickStep(self._cut_late, facts)
         for event in facts.link.events:
             yield TickStep(partial(self._follower.answer, event), facts)
         is_cutting = self._kill.is_sending
@@ -291,11 +297,14 @@ class Decider:
         if self._kill.is_sending:
             return Step(acts=acts)
         if self._kill.state == "confirmed":
-            off = Log("error", say("Motors cut. Arm is locked until you clear it."))
-            return Step(None if state.identity is StateName.IDLE else ToIdle(say("Motors cut.")), (*acts, off))
+            return _cut_off(state, acts)
         again = Log("error", say("Cutting the motors was not confirmed. Confirm again if it must be."))
         adopted = self._follower.adopt(facts, state)
         return replace(adopted, acts=(*acts, again, *adopted.acts))
+
+    def _cut_late(self, facts: Facts, state: State) -> Step:
+        """Say that a Kill cut the motors although another command replaced it."""
+        return _cut_off(state) if self._kill.is_late(facts) else STAY
 
     def _note_kept(self, facts: Facts, _: State) -> Acts:
         """Take the keeper's word, which the steps that follow need."""
@@ -310,6 +319,11 @@ class Decider:
         acts = state.process(facts)
         entered = _entering(state)
         return acts if entered == self._entered else (entered, *acts)
+
+
+def _cut_off(state: State, acts: Acts = ()) -> Step:
+    off = Log("error", say("Motors cut. Arm is locked until you clear it."))
+    return Step(None if state.identity is StateName.IDLE else ToIdle(say("Motors cut.")), (*acts, off))
 
 
 def _react(facts: Facts, state: State) -> Step:

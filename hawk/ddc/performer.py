@@ -207,5 +207,5 @@ class Performer:
         await asyncio.get_running_loop().run_in_executor(self._executor, tools.fences.store, plan)
         tools.fences.use(plan)
         place, datum = tools.topics.get_global_pose(), tools.service.datum
-        if place is not None and datum is not None and not tools.topics.get_state().armed:
+        if place is not None and datum is not None and not tools.topics.may_fly():
             tools.topics.fence_pub.publish(tools.fences.build(datum, place))

@@ -71,8 +71,9 @@ class LotAhead:
 class PlanOffer:
     """The plan of the lot that is flown over, as somebody changed it since the motors are on.
 
-    The flight goes on with the plan that it began with until who has control takes this one by its ``id``. ``by`` names
-    who changed it, "" where that is not known; ``stalls`` are those of this plan, ``before`` those of the one flown.
+    The flight goes on with the plan that it began with until who has control takes this one by its ``id``. ``by`` is
+    the name that the change is signed with, "" where it has none: anybody may sign so. ``stalls`` are those of this
+    plan, ``before`` those of the one flown.
     """
 
     id: str

@@ -63,7 +63,7 @@ def _changed(what: Literal["plan", "pin", "outline"]) -> Fault:
         (
             *_BEGIN,
             ChangeLot(what),
-            See(both(reported("was changed by"), _OFFERED), 10.0),
+            See(both(reported("was changed, signed"), _OFFERED), 10.0),
             TakePlan(stranger=True),
             See(refused("control"), 2.0),
             See(both(UP, absent(_WENT_THERE)), 12.0, lasts=True),

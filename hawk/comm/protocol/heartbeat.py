@@ -291,7 +291,7 @@ class PlanOfferStatus(Outgoing):
     lot: str
     """Name of the lot."""
     by: str | None = None
-    """Name of the one who changed it; null where it is not known."""
+    """Name that the change is signed with, as its sender gave it; null where it has none."""
     stalls: int
     before: int
     """Stalls of the plan that is flown."""

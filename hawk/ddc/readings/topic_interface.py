@@ -13,7 +13,7 @@ from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.topic import Topic
 from hawk.model.known_lot import LotsAhead
 from hawk.model.lot_map import OccupancyMap
-from hawk.model.operation import Health, StateName
+from hawk.model.operation import GROUND_STATES, Health, StateName
 from hawk.model.pictures import GroundStep, StallSize
 from hawk.model.plans import DesiredPose, Fence, HeightParameters, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
@@ -127,6 +127,14 @@ class DdcTopicInterface:
     def get_state(self) -> VehicleState:
         """Return the autopilot's state; a disconnected one before its first heartbeat."""
         return self.vehicle.state.value or VehicleState()
+
+    def may_fly(self) -> bool:
+        """Return True while the autopilot says "armed", and in every state of a flight.
+
+        A HEARTBEAT that says "disarmed" may be a late one (`hawk.ddc.readings.belief`): alone it ends no flight.
+        """
+        state = self.curr_state_pub.value
+        return self.get_state().armed or (state is not None and state not in GROUND_STATES)
 
     def get_global_pose(self) -> GlobalPose | None:
         """Return the pose in WGS-84 degrees and metres above sea level, None before the first one."""

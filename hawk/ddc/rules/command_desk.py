@@ -296,12 +296,9 @@ class CommandDesk:
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
             case commands.AutonomousMove():
                 return Ruling(acts=self.lot_check.open(client, command, _move_order(command, facts), facts))
-        replaced = self._kill_switch.replace(command.type)
         if is_sent_unheard(facts, COMMAND_TABLE[command.type]):
-            ruling = self._send_unheard(client, command, facts)
-        else:
-            ruling = Ruling(accepted, self._begin(), _order(client, command, situation))
-        return replace(ruling, acts=(*replaced, *ruling.acts)) if replaced else ruling
+            return self._send_unheard(client, command, facts)
+        return Ruling(accepted, self._begin(), _order(client, command, situation))
 
     def _send_unheard(self, client: ClientId, command: commands.Command, facts: Facts) -> Ruling:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.rules.silence` sends its mode."""
@@ -323,7 +320,7 @@ class CommandDesk:
         record = Record("kill token", (("problem", problem),))
         if problem:
             return Ruling(commands.Ack(id=command.id, accepted=False, reason=problem), (record,))
-        cut, by = self._kill_switch.begin(facts), facts.operator.name(client) or SOME_OPERATOR
+        cut, by = self._kill_switch.begin(facts, client), facts.operator.name(client) or SOME_OPERATOR
         acts = (record, *cut, *self._begin(), Log("error", say("Motors are being cut by {by}.", by=by)))
         return Ruling(commands.Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 

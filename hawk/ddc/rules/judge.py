@@ -6,6 +6,7 @@ The first three stand in the command's row (`hawk.comm.protocol.command_table`).
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Final
 
 from hawk.comm.protocol import commands
 from hawk.comm.protocol.authority import Sender, authority_refusal
@@ -24,6 +25,8 @@ from hawk.model.plans import Fence, HeightParameters, Route
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.sentences import say, words_of
 
+REPLACES_KILL: Final = (commands.Hold, commands.Land, commands.ReturnToLaunch)
+"""Commands that may replace a Kill while the motors may be on yet."""
 _OUT_OF_BOUNDS = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 
 
@@ -40,9 +43,10 @@ def options(situation: Situation) -> tuple[CommandOption, ...]:
 
 def refusal(situation: Situation, client: ClientId, command: commands.Command) -> Refusal | None:
     """Return the reason why a command of this client is refused; None when it is accepted."""
-    operator, sender = situation.facts.operator, sender_of(command.type)
-    if situation.interlocks.kill_state == "sending" and sender is Sender.OPERATORS_UNLESS_HOMING:
-        sender = Sender.CONTROL_OR_FREE  # Hold replaces a Kill, which is not everybody's to undo
+    operator, sender, locks = situation.facts.operator, sender_of(command.type), situation.interlocks
+    if locks.kill_state == "sending" and isinstance(command, REPLACES_KILL):
+        # A Kill is not everybody's to undo, also once who gave it is lost.
+        sender = Sender.CONTROL_OR_FREE if client == locks.killer else Sender.CONTROL
     unauthorised = authority_refusal(
         sender,
         has_control=client in operator.clients,
@@ -64,8 +68,10 @@ def is_sent_unheard(facts: Facts, row: CommandRow) -> bool:
 
 
 def _impossible(situation: Situation, row: CommandRow) -> Refusal | None:
-    if situation.interlocks.kill_state == "sending" and not row.taken_while_cutting:
-        return Refusal(say("The motors are being cut."))
+    if situation.interlocks.kill_state == "sending":
+        is_off = not situation.facts.ground.armed_said and isinstance(row.example, REPLACES_KILL)
+        if is_off or not row.taken_while_cutting:
+            return Refusal(say("The motors are being cut."))
     if is_sent_unheard(situation.facts, row):
         return None
     reason = row.states[situation.state.identity]

@@ -24,6 +24,9 @@ GIVE_UP_S = 5.0
 """After this time it is "not confirmed" and a new confirmation is needed, seconds."""
 ARMED_SHOWS_S = 1.0
 """A HEARTBEAT shows "armed" up to this late, seconds."""
+LATE_S = 3.0
+"""Motors that the autopilot says are off so soon after a Kill was replaced, seconds, went off by it: the command may
+have been under way, and its HEARTBEAT comes a second late."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +70,11 @@ class _Sending:
 class KillSwitch:
     """Repetition of the command, and the lock on Arm afterwards. Of it a fall is journalled, nothing else."""
 
+    killer: ClientId = ""
+    """Client that began the Kill which is being sent."""
+    _replaced: float | None = None
+    """Time at which a Kill was replaced, seconds; its motors may go off yet."""
+
     def __init__(self) -> None:
         self._sending: _Sending | None = None
         self.was_cut = False
@@ -86,8 +94,11 @@ class KillSwitch:
         """True while the command is repeated."""
         return self._sending is not None
 
-    def begin(self, facts: Facts) -> Acts:
-        """Begin to cut the motors; return the first command."""
+    def begin(self, facts: Facts, client: ClientId) -> Acts:
+        """Begin to cut the motors; return the first command. One that goes on stays that of its first client."""
+        if self._sending is None:
+            self.killer = client
+        self._replaced = None
         self.was_cut = True
         self.state = "sending"
         self._sending = _Sending(facts.now, facts.now, facts.vehicle.armed)
@@ -115,15 +126,29 @@ class KillSwitch:
             return (Ask(CutMotors(), now),)
         return ()
 
-    def replace(self, command: str) -> Acts:
+    def replace(self, command: str, now: float) -> Acts:
         """End the repetition: who may cut the motors wants another thing by now. Arm stays locked.
 
-        A command that is under way, or that the autopilot has taken, cannot be taken back.
+        A command that is under way, or that the autopilot has taken, cannot be taken back: `is_late`.
         """
         if self._sending is None:
             return ()
         self._end("none")
+        self._replaced = now
         return (Log("warning", say("{command} came first: the motors are cut no more.", command=command)),)
+
+    def is_late(self, facts: Facts) -> bool:
+        """Return True in the tick in which a Kill that was replaced turns out to have cut the motors."""
+        if self._replaced is None:
+            return False
+        if facts.ground.armed_said:
+            if facts.now - self._replaced > LATE_S:
+                self._replaced = None
+            return False
+        if facts.vehicle.armed or not facts.link.is_up:
+            return False
+        self._end("confirmed")
+        return True
 
     def follow(self, facts: Facts) -> Acts:
         """Lock Arm after a fall; return the acts that report and journal it: its place follows the drone at first."""
@@ -141,10 +166,10 @@ class KillSwitch:
     def clear(self) -> Acts:
         """Let Arm be asked for again: the operator confirmed it on the ground. Return what must be forgotten."""
         self.was_cut = False
-        self.state = "none"
+        self._end("none")
         self._cleared, self.fall = self.fall, None
         return () if self._cleared is None else (KeepFall(None),)
 
     def _end(self, state: KillState) -> None:
-        self._sending = None
+        self._sending = self._replaced = None
         self.state = state

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Final
 
 from hawk.comm.protocol.command_table import DISARM_FIRST, ON_GROUND, Need
-from hawk.comm.protocol.heartbeat import CheckItem, KillState
+from hawk.comm.protocol.heartbeat import CheckItem, ClientId, KillState
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameters.values import FailsafeCheck, Values
@@ -49,7 +49,7 @@ class Interlocks:
     """Work and memory of the program that lock commands.
 
     ``fence_problem``: the reason why the autopilot does not hold our fence. ``fall``: motors that went off in the air;
-    None once it is cleared.
+    None once it is cleared. ``killer``: who began the Kill that is being sent.
     """
 
     kill_state: KillState = "none"
@@ -58,6 +58,7 @@ class Interlocks:
     """Failsafes are being set."""
     fence_problem: str = ""
     fall: Fall | None = None
+    killer: ClientId = ""
 
 
 class Situation:

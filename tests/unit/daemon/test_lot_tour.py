@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import cast
 
 import pytest
 
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.cameras.drone_camera import DroneCamera
+from hawk.comm.protocol.commands import Land
+from hawk.config.sections import FenceSettings
 from hawk.daemon.known_lot import KnownLotFollower
+from hawk.daemon.lot_parts import surroundings
 from hawk.daemon.lot_tour import Surroundings, TourKeeper
 from hawk.ddc.fence.geometry import polygon_fence, to_map
 from hawk.lots import reading
@@ -21,6 +27,7 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose, Ring
 from tests.unit.algo.synthetic import CAMERA
+from tests.unit.ddc.fakes import Rig
 from tests.unit.lots.surveys import BEGAN, DATUM, box, survey
 
 RING: Ring = ((-150.0, -150.0), (150.0, -150.0), (150.0, 150.0), (-150.0, 150.0))
@@ -244,7 +251,7 @@ async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_t
     offer = offered(drone)
     assert offer is not None
     assert replace(offer, id="") == PlanOffer("", "Lot 1", "Operator 2", 50, 40)
-    assert drone.messages[-1] == "The plan of Lot 1 was changed by Operator 2."
+    assert drone.messages[-1] == "The plan of Lot 1 was changed, signed as Operator 2."
     drone.taken = "another one"
     await drone.follower.look()
     assert drone.follower.current is known
@@ -319,3 +326,47 @@ async def test_a_lot_that_is_made_under_a_drone_in_flight_waits_for_who_has_cont
     drone.taken = offer.id
     await drone.follower.look()
     assert drone.follower.current is not None
+
+
+async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot_changes(drone: Drone) -> None:
+    """Clear Outline, Set Outline and Survey Again in flight take no plan that somebody else changed."""
+    known, tour = await in_flight(drone)
+    lot = drone.asked
+    await add_row(drone)
+    await drone.follower.look()
+    drone.asked = ""  # Clear Outline, or Set Outline
+    for _ in range(2):
+        await drone.follower.look()
+        assert drone.follower.current is known
+        assert offered(drone) is not None
+    drone.asked = lot  # Survey Again
+    for _ in range(2):
+        await drone.follower.look()
+        assert drone.follower.current is known
+    again, offer = drone.tours.current, offered(drone)
+    assert again is not None
+    assert again.distance_m == pytest.approx(tour.distance_m)
+    assert offer is not None
+    drone.taken = offer.id
+    await drone.follower.look()
+    assert drone.follower.current is not None
+    assert len(drone.follower.current.stalls) == 50
+
+
+async def test_one_late_disarmed_thaws_no_plan(tmp_path: Path) -> None:
+    flying = Rig(tmp_path)
+    await flying.enter(StateName.HOVER)
+    around = surroundings(
+        cast(MavsdkAutopilot, flying.autopilot), cast(DroneCamera, None), flying.inputs, flying.topics,
+        flying.manager, FenceSettings(),
+    )  # fmt: skip
+    assert around.is_flying()
+    said = flying.topics.get_state()
+    flying.topics.vehicle.state.publish(replace(said, armed=False))
+    assert around.is_flying()
+    await flying.tick()
+    assert around.is_flying()
+    flying.order(Land())
+    await flying.until(StateName.IDLE)
+    assert not around.is_flying()
+    await flying.close()

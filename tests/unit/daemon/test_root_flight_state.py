@@ -11,6 +11,7 @@ import pytest
 
 from hawk.config.sections import Config, StoreSettings, WatchdogSettings
 from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.model.operation import StateName
 from hawk.model.vehicle import VehicleState
 from hawk.runtime.process import GROUND_S
 from hawk.runtime.program_log import ProgramLog
@@ -82,3 +83,17 @@ async def test_a_tick_of_a_drone_that_may_fly_gives_the_program_a_second_and_one
         daemon._tick()
     monkeypatch.setattr(daemon._watchdog, "_enabled", False)
     assert given == [pytest.approx(1.2 * GROUND_S), pytest.approx(1.2), pytest.approx(1.2 * GROUND_S)]
+
+
+async def test_one_late_disarmed_ends_no_flight_and_the_state_that_follows_a_landing_does(daemon: Daemon) -> None:
+    state, said = daemon.topics.curr_state_pub, daemon.vehicle.state
+
+    def flies() -> tuple[bool, bool]:
+        return daemon._lots.keeper.is_armed, daemon._may_fly()
+
+    said.publish(replace(GROUND, armed=True))
+    state.publish(StateName.AUTONOMOUS_EXPLORE)
+    said.publish(GROUND)
+    assert flies() == (True, True)
+    state.publish(StateName.IDLE)
+    assert flies() == (False, False)

@@ -317,6 +317,14 @@ class TestFence:
         assert stage.tools.fences.plan == PLAN
         assert stage.topics.fence_pub.value is FENCE
 
+    async def test_one_late_disarmed_changes_no_fence_in_flight(self, stage: Stage) -> None:
+        stage.fly()
+        stage.do(EnterState(StateName.MANUAL, may_send_targets=False, holds=False))
+        stage.drone.armed = False
+        stage.drone.publish()
+        await stage.ask(StoreFence(PLAN))
+        assert stage.topics.fence_pub.value is FENCE
+
 
 async def test_a_fence_that_is_asked_about_is_answered(stage: Stage) -> None:
     corners = [FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in SQUARE]

@@ -417,7 +417,7 @@ class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, valid-t
     )
 
 
-SHAPE = "47c470c0df42172c"
+SHAPE = "9d1fcd29cd2f69fc"
 """Digest of the attributes of every class that a memory may hold, for `FORMAT`."""
 
 

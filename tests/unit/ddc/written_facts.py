@@ -12,6 +12,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.orders import Transition
+from hawk.ddc.readings.belief import GroundFacts
 from hawk.ddc.readings.limits import LimitFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.readings.operator import OperatorFacts
@@ -62,6 +63,7 @@ def flying(now: float, mode: int = CopterMode.GUIDED) -> Facts:
     return Facts(
         now=now,
         vehicle=VehicleState(True, True, mode, LandedState.IN_AIR, now, now),
+        ground=GroundFacts(True, LandedState.IN_AIR, 0.0),
         link=LinkFacts(is_up=True, age=0.1),
         position=PositionFacts(pose(now), 0.05, 0.0, 0.0, DATUM, _arm_place(), MapPoint(0.0, 0.0)),
         diagnostics=Diagnostics(True, True, True, True, 3, 16, 0.9, now, fence_on=True),

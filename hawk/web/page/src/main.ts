@@ -3,6 +3,7 @@ import { Voice } from "./link/voice.ts";
 import { Operator } from "./state/operator.ts";
 import { PageLanguage } from "./state/page-language.ts";
 import { App } from "./ui/app.ts";
+import { isUnseen } from "./ui/picture-window.ts";
 import { say } from "./words/say.ts";
 
 /** How often the page looks at the time while nothing arrives: values must turn old within a second. */
@@ -64,8 +65,9 @@ for (const app of document.querySelectorAll("hawk-app")) {
 operator.connect();
 
 const life = new Worker(new URL("life-worker.js", document.baseURI));
-life.onmessage = () => operator.signOfLife(document.hidden);
-document.addEventListener("visibilitychange", () => operator.signOfLife(document.hidden));
+const showLife = (): void => operator.signOfLife(isUnseen());
+life.onmessage = showLife;
+document.addEventListener("visibilitychange", showLife);
 
 setInterval(() => {
   const silent = operator.view().silence;

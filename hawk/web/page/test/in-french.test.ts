@@ -295,7 +295,7 @@ describe("in French", () => {
 describe("a name that is read aloud", () => {
   const NAMED = [
     ["tool-remove", "tool-remove-aloud"],
-    ["tool-close", "close-ring"],
+    ["close", "close-ring"],
     ["tool-zone", "tool-zone-aloud"],
     ["tool-hole", "tool-hole-aloud"],
     ["set-aside", "set-aside-label"],

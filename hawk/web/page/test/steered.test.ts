@@ -4,6 +4,7 @@ import { describe, it } from "node:test";
 import type { Heartbeat, PlanOfferStatus } from "../src/protocol.ts";
 import { HiddenPage } from "../src/state/hidden-page.ts";
 import { ControlNotePart } from "../src/ui/control-note.ts";
+import { isUnseen, type PictureWindows } from "../src/ui/picture-window.ts";
 import { heartbeat, view, welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";
@@ -19,7 +20,7 @@ describe("a plan that somebody changed in flight", () => {
     assert.equal(stage.text, "");
     rig.hear({ "Plan Offer": OFFER });
     await stage.drawn();
-    assert.match(stage.text, /Operator 2 changed the plan of North lot: fly it\?/);
+    assert.match(stage.text, /Plan of North lot changed, signed Operator 2\. Fly it\?/);
     assert.match(stage.text, /40 stalls → 50 stalls/);
     await stage.press("Fly it");
     const { Type, Plan } = rig.sent().at(-1) ?? { Type: "" };
@@ -37,7 +38,7 @@ describe("a plan that somebody changed in flight", () => {
     assert.equal(rig.sent().length, sent);
     rig.hear({ "Plan Offer": { ...OFFER, Plan: "lot-2-8", By: null } });
     await stage.drawn();
-    assert.match(stage.text, /Operator changed the plan of North lot: fly it\?/);
+    assert.match(stage.text, /signed Operator\. Fly it\?/);
   });
 
   it("asks nobody who watches", async () => {
@@ -55,6 +56,20 @@ describe("a hidden page", () => {
     assert.deepEqual(rig.sent().at(-1), { Type: "Heartbeat", Hidden: true });
     rig.operator.signOfLife(false);
     assert.deepEqual(rig.sent().at(-1), { Type: "Heartbeat" });
+  });
+
+  it("counts as seen while the small picture window is open", () => {
+    const windows: PictureWindows = { window, requestWindow: () => Promise.reject(new Error()) };
+    const put = (on: object, name: string, value: unknown): void => void Object.defineProperty(on, name, { value, configurable: true });
+    put(document, "hidden", true);
+    assert.equal(isUnseen(), true);
+    put(window, "documentPictureInPicture", windows);
+    assert.equal(isUnseen(), false);
+    put(window, "documentPictureInPicture", { ...windows, window: null });
+    assert.equal(isUnseen(), true);
+    put(document, "hidden", false);
+    assert.equal(isUnseen(), false);
+    put(window, "documentPictureInPicture", undefined);
   });
 
   it("warns after 15 s of the drone's clock in a task, and once", () => {

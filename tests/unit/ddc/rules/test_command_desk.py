@@ -296,7 +296,7 @@ class TestKill:
 
     def test_the_cut_is_cleared(self) -> None:
         desk = Desk()
-        desk.kill.begin(standing())
+        desk.kill.begin(standing(), "ana")
         ruling = desk.rule(ClearKill(), standing(), ToIdle(), Interlocks(is_killed=True))
         assert accepted(ruling)
         assert not desk.kill.is_killed

@@ -14,6 +14,7 @@ from hawk.comm.protocol.commands import (
     CompulsiveMove,
     Disarm,
     Hold,
+    KillRequest,
     Land,
     Resume,
     ReturnToLaunch,
@@ -111,7 +112,7 @@ def test_a_move_from_outside_the_fence_is_refused() -> None:
     assert "Outside the fence" in reason(breached, ToHover(), CompulsiveMove(x=10, y=0))
 
 
-CUTTING = Interlocks(kill_state="sending")
+CUTTING = Interlocks(kill_state="sending", killer="ana")
 
 
 def test_while_the_motors_are_cut_only_kill_and_what_replaces_it_are_taken() -> None:
@@ -128,6 +129,36 @@ def test_who_may_not_cut_the_motors_undoes_no_cut(command: Command) -> None:
     assert refused.reason == "Someone else has control."
     assert refusal(cutting, "ana", command) is None
     assert (refusal(free, "eve", command) is None) is isinstance(command, Hold)
+
+
+@pytest.mark.parametrize("command", [Hold(), ReturnToLaunch(), Land()])
+@pytest.mark.parametrize("control", ["lost", "free"])
+def test_who_did_not_cut_the_motors_undoes_no_cut_once_who_did_is_lost(command: Command, control: str) -> None:
+    facts = flying(1.0)
+    gone = (
+        replace(facts.operator, is_present=False)
+        if control == "lost"
+        else replace(facts.operator, is_controlled=False, is_present=False, clients=frozenset())
+    )
+    facts = replace(facts, operator=gone)
+    cutting, free = (situation(facts, ToExplore(), locks) for locks in (CUTTING, Interlocks()))
+    refused = refusal(cutting, "eve", command)
+    assert refused is not None
+    assert refused.reason.lower().endswith("take control first.")
+    assert refusal(cutting, "ana", command) is None
+    assert refusal(free, "eve", command) is None
+    assert refusal(cutting, "eve", KillRequest()) is None
+
+
+@pytest.mark.parametrize("command", [Hold(), ReturnToLaunch(), Land()])
+def test_a_cut_that_the_autopilot_says_is_done_is_not_undone(command: Command) -> None:
+    facts = flying(1.0)
+    falling = replace(facts, ground=replace(facts.ground, armed_said=False))
+    cutting = situation(falling, ToExplore(), CUTTING)
+    refused = refusal(cutting, "ana", command)
+    assert refused is not None
+    assert refused.reason == "The motors are being cut."
+    assert {option.command for option in options(cutting) if option.possible} == {"Kill Request", "Kill"}
 
 
 def test_return_and_land_go_to_an_armed_drone_that_is_not_heard_and_nothing_else_does() -> None:

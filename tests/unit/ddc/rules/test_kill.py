@@ -43,7 +43,7 @@ class Bench:
         """Confirm a Kill; return what is wrong with the token."""
         problem = self.tokens.redeem(client, token, self.clock())
         if not problem:
-            self._note(self.switch.begin(self._facts(armed, self.clock(), connected=True)))
+            self._note(self.switch.begin(self._facts(armed, self.clock(), connected=True), client))
         return problem
 
     def tick(self, armed: bool, heard: float, connected: bool) -> bool:
@@ -139,6 +139,12 @@ def test_a_drone_that_did_not_seem_armed_is_not_taken_as_cut_before_armed_would_
     assert len(bench.sent) >= 5
     assert bench.tick(armed=False, heard=bench.clock(), connected=True)
     assert bench.switch.state == "confirmed"
+
+
+def test_a_second_kill_takes_nothing_from_who_gave_the_first(bench: Bench) -> None:
+    bench.kill("ana", bench.request("ana"), armed=True)
+    bench.kill("eve", bench.request("eve"), armed=True)
+    assert bench.switch.killer == "ana"
 
 
 def test_a_disarmed_heard_a_second_after_the_beginning_confirms(bench: Bench) -> None:
@@ -257,6 +263,68 @@ async def test_a_kill_that_the_wire_swallowed_is_replaced_by_what_who_has_contro
     assert flying.manager.status.value is not None
     operation = flying.manager.status.value.operation
     assert (operation.kill_state, operation.killed) == ("none", True)
+
+
+def shown_kill(rig: Rig) -> tuple[str, bool]:
+    assert rig.manager.status.value is not None
+    operation = rig.manager.status.value.operation
+    return operation.kill_state, operation.killed
+
+
+@pytest.mark.parametrize("command", [Hold(), ReturnToLaunch(), Land()])
+async def test_a_kill_that_was_replaced_while_the_drone_fell_already_is_said_to_be_done(
+    flying: Rig, command: Command
+) -> None:
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.autopilot.kill()  # its HEARTBEAT is yet to come
+    flying.manager.handle_now("ana", command)
+    await flying.run(1.0)
+    flying.expect(StateName.IDLE)
+    assert flying.log[-1] == "Motors cut. Arm is locked until you clear it."
+    assert "Landed. Motors off." not in flying.log
+    assert shown_kill(flying) == ("confirmed", True)
+    assert flying.command(Arm()).reason == "The motors were cut: clear it first."
+
+
+async def test_hold_is_refused_once_the_autopilot_says_that_the_motors_are_off(flying: Rig) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    flying.autopilot.armed, flying.autopilot.height = False, 20.0  # in the air, so that it is not believed yet
+    await flying.tick(2)
+    refused = flying.manager.handle_now("ana", Hold())
+    assert isinstance(refused, Ack)
+    assert (refused.accepted, refused.reason) == (False, "The motors are being cut.")
+    sent = flying.autopilot.count("kill")
+    await flying.tick(8)
+    assert flying.autopilot.count("kill") > sent
+
+
+@pytest.mark.parametrize("command", [Hold(), ReturnToLaunch(), Land()])
+async def test_a_kill_goes_on_when_what_would_replace_it_fails(
+    flying: Rig, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.tick(2)
+    monkeypatch.setattr(flying.manager.state, "transition_next_state", _fail)
+    refused = flying.manager.handle_now("ana", command)
+    assert isinstance(refused, Ack)
+    assert not refused.accepted
+    sent = flying.autopilot.count("kill")
+    await flying.tick(20)
+    assert flying.autopilot.count("kill") >= sent + 4
+    assert shown_kill(flying) == ("sending", True)
+    assert not any("came first" in text for text in flying.log)
+
+
+async def test_land_that_replaced_a_kill_ends_in_a_landing(flying: Rig) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.tick(2)
+    flying.manager.handle_now("ana", Land())
+    await flying.until(StateName.IDLE)
+    assert flying.log[-1] == "Landed. Motors off."
+    assert shown_kill(flying)[1], "Arm stays locked"
 
 
 async def test_motors_that_stop_after_all_leave_arm_locked(flying: Rig) -> None:

@@ -148,7 +148,6 @@ free-title = Nobody has control.
 free-text = Take control to fly. You can watch without.
 lost-title = The operator in control is lost.
 lost-text = Take control to fly. Return home and Land are free to all.
-taken-title = { $name } has control.
 taken-text = It was taken: you were lost, or did not answer. You can Hold the drone at any time.
 watching-title = You are watching. Someone else has control.
 watching-text = You can Hold the drone at any time.
@@ -188,7 +187,7 @@ release-text = It stops and holds, then returns home and lands, unless somebody 
 release-text-for = It stops and holds for { $time }, then returns home and lands, unless somebody takes control.
 
 # A plan of the lot that somebody changed in flight. $name: who; $lot: of which lot.
-plan-changed = { $name } changed the plan of { $lot }: fly it?
+plan-changed = Plan of { $lot } changed, signed { $name }. Fly it?
 fly-plan = Fly it
 leave-plan = Leave it
 
@@ -623,7 +622,6 @@ plan-steps-lost =
 plan-as-before = The plan is as it was.
 # $version: its number
 plan-closed = The plan is closed as version { $version } of the layout.
-plan-leave = Leave
 plan-leave-aloud = Leave the plan; your edit stays open
 plan-close = Close the edit
 plan-why = Reason, if any
@@ -905,7 +903,7 @@ corners-and-zones =
     }
 fence-of = Fence of { corners-and-zones }
 fence-sized = Fence { $extent }, { corners-and-zones }
-fence-not-known = not known yet
+limits-not-known = not known yet
 fence-unusable = The drawn fence cannot be used
 fence-drawn-up-to = drawn, up to { $ceiling }
 fence-file-up-to = from the settings, up to { $ceiling }
@@ -986,7 +984,6 @@ fence-file = Fence file
 outline-file = Outline file
 tool-remove = Remove
 tool-remove-aloud = Remove corners
-tool-close = Close
 close-ring = Close the ring
 tool-square = Square
 tool-undo = Undo
@@ -1023,7 +1020,6 @@ file-zone-no-place = Zone { $zone }: corner { $corner } is no place on Earth. Lo
 outline-on-ground-only = On the ground only, with the motors off
 outline-several = It has several polygons: remove it first
 area-to-explore = Area to explore
-outline-not-known = not known yet
 explores-found-lot = Explores the lot that it finds
 no-outline = no outline is set
 explores-outline = Explores an outline of { $area }

@@ -157,7 +157,6 @@ free-title = Personne n'a les commandes.
 free-text = Prenez les commandes pour voler. Vous pouvez regarder sans.
 lost-title = L'opérateur aux commandes est perdu.
 lost-text = Prenez les commandes pour voler. Retour au départ et Atterrir sont ouverts à tous.
-taken-title = { $name } a les commandes.
 taken-text = Elles vous ont été prises : vous étiez perdu, ou sans réponse. Stationnaire vous reste ouvert à tout moment.
 watching-title = Vous regardez. Un autre a les commandes.
 watching-text = Stationnaire vous est ouvert à tout moment.
@@ -195,7 +194,7 @@ release-text = Le drone reste en stationnaire, puis rentre et atterrit, sauf si 
 release-text-for = Le drone reste en stationnaire pendant { $time }, puis rentre et atterrit, sauf si quelqu'un prend les commandes.
 
 # Un plan du parking que quelqu'un a modifié en vol. $name : qui ; $lot : de quel parking.
-plan-changed = { $name } a modifié le plan de { $lot } : le suivre ?
+plan-changed = Plan de { $lot } modifié, signé { $name }. Le suivre ?
 fly-plan = Le suivre
 leave-plan = Le laisser
 
@@ -617,7 +616,6 @@ plan-steps-lost =
     }
 plan-as-before = Le plan est inchangé.
 plan-closed = Le plan est clos : version { $version } du tracé.
-plan-leave = Quitter
 plan-leave-aloud = Quitter le plan ; votre modification reste ouverte
 plan-close = Clore
 plan-why = Motif, s'il y en a un
@@ -894,7 +892,7 @@ corners-and-zones =
     }
 fence-of = Géobarrière de { corners-and-zones }
 fence-sized = Géobarrière { $extent }, { corners-and-zones }
-fence-not-known = pas encore connue
+limits-not-known = pas encore connue
 fence-unusable = La géobarrière tracée est inutilisable
 fence-drawn-up-to = tracée, jusqu'à { $ceiling }
 fence-file-up-to = des réglages, jusqu'à { $ceiling }
@@ -974,7 +972,6 @@ fence-file = Fichier de géobarrière
 outline-file = Fichier de contour
 tool-remove = Ôter
 tool-remove-aloud = Ôter des sommets
-tool-close = Fermer
 close-ring = Fermer le tracé
 tool-square = Carré
 tool-undo = Annuler
@@ -1010,7 +1007,6 @@ file-zone-no-place = Zone { $zone } : le sommet { $corner } n'est pas un point d
 outline-on-ground-only = Au sol seulement, moteurs arrêtés
 outline-several = Il a plusieurs polygones : supprimez-le d'abord
 area-to-explore = Aire à explorer
-outline-not-known = pas encore connue
 explores-found-lot = Explore le parking qu'il trouve
 no-outline = aucun contour défini
 explores-outline = Explore un contour de { $area }

@@ -64,7 +64,6 @@ export interface Messages {
   "free-text": Record<string, never>;
   "lost-title": Record<string, never>;
   "lost-text": Record<string, never>;
-  "taken-title": { name: string | number };
   "taken-text": Record<string, never>;
   "watching-title": Record<string, never>;
   "watching-text": Record<string, never>;
@@ -99,7 +98,7 @@ export interface Messages {
   "release-title": Record<string, never>;
   "release-text": Record<string, never>;
   "release-text-for": { time: string | number };
-  "plan-changed": { name: string | number; lot: string | number };
+  "plan-changed": { lot: string | number; name: string | number };
   "fly-plan": Record<string, never>;
   "leave-plan": Record<string, never>;
   "hidden-warning": Record<string, never>;
@@ -384,7 +383,6 @@ export interface Messages {
   "plan-steps-lost": { steps: number };
   "plan-as-before": Record<string, never>;
   "plan-closed": { version: string | number };
-  "plan-leave": Record<string, never>;
   "plan-leave-aloud": Record<string, never>;
   "plan-close": Record<string, never>;
   "plan-why": Record<string, never>;
@@ -569,7 +567,7 @@ export interface Messages {
   "corners-and-zones": { corners: number; zones: number };
   "fence-of": { corners: number; zones: number };
   "fence-sized": { extent: string | number; corners: number; zones: number };
-  "fence-not-known": Record<string, never>;
+  "limits-not-known": Record<string, never>;
   "fence-unusable": Record<string, never>;
   "fence-drawn-up-to": { ceiling: string | number };
   "fence-file-up-to": { ceiling: string | number };
@@ -614,7 +612,6 @@ export interface Messages {
   "outline-file": Record<string, never>;
   "tool-remove": Record<string, never>;
   "tool-remove-aloud": Record<string, never>;
-  "tool-close": Record<string, never>;
   "close-ring": Record<string, never>;
   "tool-square": Record<string, never>;
   "tool-undo": Record<string, never>;
@@ -638,7 +635,6 @@ export interface Messages {
   "outline-on-ground-only": Record<string, never>;
   "outline-several": Record<string, never>;
   "area-to-explore": Record<string, never>;
-  "outline-not-known": Record<string, never>;
   "explores-found-lot": Record<string, never>;
   "no-outline": Record<string, never>;
   "explores-outline": { area: string | number };

@@ -41,7 +41,7 @@ export class FenceTools extends Part {
     const shape: Tool = whole
       ? { label: say("tool-remove"), aloud: say("tool-remove-aloud"), name: "minus", possible: true, run: () => edited.remove(!edited.removing), on: edited.removing }
       : begun
-        ? { label: say("tool-close"), aloud: say("close-ring"), name: "check", possible: edited.begun >= 3, run: () => this.ask("close") }
+        ? { label: say("close"), aloud: say("close-ring"), name: "check", possible: edited.begun >= 3, run: () => this.ask("close") }
         : { label: say("tool-square"), name: "square", possible: true, run: () => this.ask("square") };
     return [
       { label: say("tool-undo"), name: "undo", possible: begun || edited.draft?.canUndo === true, run: undo },

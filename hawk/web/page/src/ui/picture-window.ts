@@ -2,12 +2,17 @@ import { language, say } from "../words/say.ts";
 
 /** What this page needs of the browser's Document Picture-in-Picture; few browsers have it, over HTTPS or on localhost. */
 export interface PictureWindows {
+  /** The one that is open. */
+  readonly window?: Window | null;
   requestWindow(options: { width: number; height: number }): Promise<Window>;
 }
 
 export function pictureWindows(): PictureWindows | null {
   return (window as { documentPictureInPicture?: PictureWindows }).documentPictureInPicture ?? null;
 }
+
+/** Whether nobody looks: the page is hidden, and no small window shows the picture. */
+export const isUnseen = (): boolean => document.hidden && !pictureWindows()?.window;
 
 const WIDTH = 480;
 const AGE_EVERY_MS = 200;

@@ -61,7 +61,7 @@ export function watchingWords(view: View, whose: "free" | "lost" | "other"): { t
   if (whose === "free") return { title: say("free-title"), text: say("free-text") };
   if (whose === "lost") return { title: say("lost-title"), text: say("lost-text") };
   const taker = view.heartbeat?.["Control Taken By"] ?? null;
-  if (taker !== null) return { title: say("taken-title", { name: taker }), text: say("taken-text") };
+  if (taker !== null) return { title: say("other-has-control", { name: taker }), text: say("taken-text") };
   return { title: say("watching-title"), text: say("watching-text") };
 }
 

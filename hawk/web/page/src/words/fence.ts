@@ -42,7 +42,7 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
 
 /** Which fence the next Arm puts in force, in a title and a line. */
 export function fenceSummary(setup: FenceSetup | null, units: Units): { title: string; line: string } {
-  if (!setup) return { title: say("fence"), line: say("fence-not-known") };
+  if (!setup) return { title: say("fence"), line: say("limits-not-known") };
   if (setup.Problem !== "") return { title: say("fence-unusable"), line: setup.Problem };
   const ceiling = format.height(setup.Ceiling, units);
   if (setup.Source === "circle") {

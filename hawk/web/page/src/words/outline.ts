@@ -24,7 +24,7 @@ export function cannotDraw(view: View, setup: OutlineSetup | null): string {
 
 /** The area that the next Explore surveys, in a title and a line. */
 export function outlineSummary(setup: OutlineSetup | null, units: Units): { title: string; line: string } {
-  if (!setup) return { title: say("area-to-explore"), line: say("outline-not-known") };
+  if (!setup) return { title: say("area-to-explore"), line: say("limits-not-known") };
   if (setup.Source === "none") return { title: say("explores-found-lot"), line: say("no-outline") };
   const rings = { polygons: setup.Polygons.length, holes: setup.Holes.length };
   const line = setup.Source === "file" ? say("outline-from-file", rings) : say("outline-set", rings);
