@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from hawk.algo.vision.network import USUAL_WIDTH_M
 from hawk.model.lot_map import HELD_SHARE
@@ -111,7 +111,7 @@ def by_places(shots: Sequence[Shot], known: Sequence[Known], adjusted: Adjusted)
     fitted = complex((weight * own.conj() * said).sum() / spread)
     left = float((np.abs(said - fitted * own) ** 2 / sigma**2).sum())
     free = _SAID + 2 * len(chosen) - 4
-    tail = float(student.ppf((1 + HELD_SHARE) / 2, free)) / _WITHIN
+    tail = float(stdtrit(free, (1 + HELD_SHARE) / 2)) / _WITHIN
     white = (_SAID + left) / free * tail**2 * float((np.abs(weight * own / spread) ** 2 * sigma**2).sum())
     times = [shots[k].time for k in chosen]
     share = math.sqrt(white + _wander(weight * own / spread, sigma, times)) / max(abs(fitted), 1e-9)

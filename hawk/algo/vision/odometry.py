@@ -272,7 +272,8 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
         before = Similarity()
         found = compare(last.ground, now.ground, before.then_moved(expected), slack)
     if found is None:
-        return (pair if seconds < PATIENCE_S else _Pair(now, now)), None
+        is_usable = len(last.ground.places) >= LEAST  # else it was the bad one
+        return (pair if is_usable and seconds < PATIENCE_S else _Pair(now, now)), None
     roof = _roof(before.offset - found.offset, moved)
     if roof and (beside := _beside(last, now, moved, before, found)) is not None:
         flat = Similarity(offset=beside)

@@ -153,7 +153,7 @@ def test_a_picture_that_cannot_be_used_is_refused_with_a_remedy(
     assert "gdal_translate -expand rgb" in refusal([str(palette), *out], capsys)
     words = tmp_path / "words.tif"
     words.write_text("no picture")
-    assert "cannot be read as a picture" in refusal([str(words), *out], capsys)
+    assert "is of no kind that is known: export it as GeoTIFF" in refusal([str(words), *out], capsys)
     assert "cannot be read: No such file" in refusal([str(tmp_path / "missing.tif"), *out], capsys)
     clear = geotiff(tmp_path / "clear.tif", pixels(4) * np.array([1, 1, 1, 0], np.uint8)[:, None, None])
     assert "all of it is transparent" in refusal([str(clear), *out], capsys)

@@ -266,6 +266,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--taken": ((__file__, "--out", "o"), ("2026-05-04", "2026-05-04T10:30", "3026-05-04T10:30Z", "x", "")),
         "--workers": ((__file__, "--out", "o"), ("0", "257", "1.5", "x", "")),
         "--height": ((__file__, "--out", "o"), ("2", "501", "nan", "x", "")),
+        "--place": ((__file__, "--out", "o"), ("gps", "")),
         "--group": ((__file__, "--out", "o"), ("0", "1.5", "x", "")),
         "--log-offset": ((__file__, "--out", "o"), ("nan", "inf", "86401", "x", "")),
         "--hfov": ((__file__, "--out", "o"), ("4", "161", "nan", "x", "")),

@@ -25,6 +25,7 @@ from hawk.ddc.requests.flight_log import MAXIMUM_POINTS, Trail
 from hawk.ddc.rules import command_desk
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, HealthStatus, StateName
+from hawk.model.pictures import GroundStep
 from hawk.model.poses import MapPose
 from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
@@ -102,9 +103,15 @@ async def test_local_position_x_is_north_and_y_is_east(flying: Rig) -> None:
     assert flying.autopilot.east < -2
 
 
+def camera_agrees(flying: Rig) -> None:
+    now = flying.clock()
+    flying.inputs.ground_step.publish(GroundStep(now - 0.4, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 35.0))
+
+
 async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))
+    camera_agrees(flying)
     await flying.run(3)
     reported = status(flying)
     assert reported.operation.state is S.COMPULSIVE_MOVE
@@ -129,6 +136,7 @@ async def test_a_flight_is_reported(flying: Rig) -> None:
 
 async def test_loop_lag_is_shown_and_is_no_health_of_the_drone(flying: Rig) -> None:
     flying.inputs.loop_lag.publish(0.25)
+    camera_agrees(flying)
     await flying.run(0.3)
     reported = status(flying)
     assert {item.name: item.reason for item in reported.parts.health}["loop"] == "The program is 250 ms late."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from urllib.request import urlopen
@@ -58,7 +59,7 @@ def _asks(path: Path) -> None:
 @pytest.mark.parametrize(
     ("read", "words"),
     [
-        (_takes_memory, "took 1"),
+        (_takes_memory, "took 1|MemoryError"),  # by how much its process has already
         (_refuses_without_words, "refused without words"),
         (_ends, "its process ended with 11"),
         (_asks, "a request went out"),
@@ -68,7 +69,7 @@ def _asks(path: Path) -> None:
 )
 def test_a_defect_of_a_reader_is_found(read: Callable[[Path], object], words: str) -> None:
     result = fuzz_reader(_reader(read), 4)
-    assert any(words in finding for finding in result.findings), result.findings
+    assert any(re.search(words, finding) for finding in result.findings), result.findings
 
 
 def test_files_depend_on_seed_and_number_only(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def test_what_each_flag_says_and_of_which_commands() -> None:
     assert having("begins_flight") == {"Arm", "Takeoff"}
     assert having("only_asks") == {"Route Request", "Check Fence", "Kill Request"}
     assert having("sent_unheard") == {"Return To Launch", "Land", "Kill"}
-    assert having("taken_while_cutting") == {"Kill Request", "Kill"}
+    assert having("taken_while_cutting") == {"Kill Request", "Kill", "Hold", "Return To Launch", "Land"}
 
 
 def test_what_stops_or_saves_the_drone_passes_the_queue() -> None:
@@ -73,7 +73,16 @@ def test_what_stops_or_saves_the_drone_passes_the_queue() -> None:
 
 
 def test_nothing_that_must_work_without_the_autopilot_needs_its_link() -> None:
-    free = {"Configure", "Kill Request", "Kill", "Clear Kill", "Set Outline", "Clear Outline", "Survey Again"}
+    free = {
+        "Configure",
+        "Kill Request",
+        "Kill",
+        "Clear Kill",
+        "Set Outline",
+        "Clear Outline",
+        "Survey Again",
+        "Fly Plan",
+    }
     assert {row.type for row in ROWS if row.states and Need.LINK not in row.needs} == free
 
 

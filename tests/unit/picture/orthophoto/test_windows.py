@@ -163,6 +163,8 @@ def test_a_picture_of_60000_pixels_a_side_is_mapped_in_less_than_a_gigabyte(tmp_
         for column, row in places:
             window = rasterio.windows.Window(column, row, lot.shape[2], lot.shape[1])
             file.write(np.maximum(lot, 1), window=window)
+        noise = np.random.default_rng(1).integers(1, 255, (3, 2048, 2048), np.uint8)  # a picture that is not all empty
+        file.write(noise, window=rasterio.windows.Window(20_480, 20_480, 2048, 2048))
     source = open_orthophoto(path)
     lots = []
     for column, row in places:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -202,8 +203,9 @@ async def by_gdal(archive: Archive, work: str) -> Any:
     """Return ``found`` after some work with ``address``, done in a process of its own: GDAL waits for its answers."""
     begin = f"import json, pyogrio\naddress = 'OAPIF:{archive.address('/features')}'"
     program = await asyncio.create_subprocess_exec(
-        sys.executable, "-c", f"{begin}\n{work}\nprint(json.dumps(found))", stdout=asyncio.subprocess.PIPE
-    )
+        sys.executable, "-c", f"{begin}\n{work}\nprint(json.dumps(found))", stdout=asyncio.subprocess.PIPE,
+        env={name: value for name, value in os.environ.items() if not name.startswith(("GDAL_", "CPL_"))},
+    )  # fmt: skip
     try:
         async with asyncio.timeout(GDAL_S):
             out, _ = await program.communicate()
