@@ -218,8 +218,8 @@ def decode(data: bytes, reduction: int = 1) -> Picture:
     except ValueError as error:
         raise NoImage(say("the picture cannot be decoded: {error}", error=str(error))) from None
     if head.size[0] * head.size[1] > MOST_PIXELS * reduction**2:
-        size = {"width": head.size[0], "height": head.size[1], "most": MOST_PIXELS // 1_000_000}
-        raise NoImage(say("the picture has {width} by {height} pixels, {most} million are the most", **size))
+        size = {"width": head.size[0], "height": head.size[1], "millions": MOST_PIXELS // 1_000_000}
+        raise NoImage(say("the picture is {width} x {height} pixels; at most {millions} million fit", **size))
     if head.end is None:
         raise DamagedImage(say("the picture is torn: its end is missing"))
     image = _decoded(data[: head.end], head, reduction)
