@@ -306,6 +306,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     },
     "backup": {**STORE, "FILE": ((), (*NO_PATH, "/", "/nowhere/lots.db"))},
     "restore": {**STORE, "FILE": ((), NOT_THERE)},
+    "verify": {**STORE, "FILE": ((), NOT_THERE)},
     "erase": {**STORE, "--lot": ((), EMPTY), "--survey": ((), EMPTY)},
     "export": {
         **STORE,
@@ -370,6 +371,7 @@ POSITIONS: dict[str, Callable[[str, str], list[str]]] = {
     "film": lambda name, value: [value, "x.avi"] if name == "RECORDING" else [__file__, value],
     "backup": lambda name, value: [value if name == "FILE" else "lots.db"],
     "restore": lambda name, value: [value if name == "FILE" else __file__],
+    "verify": lambda name, value: [value] if name == "FILE" else [],
     "export": lambda name, value: [value if name == "LOT" else "Lot 1", "--training", "out"],
     "stats": lambda name, value: [value if name == "LOT" else "Lot 1"],
     "import-plan": lambda name, value: [value if name == "FILE" else __file__, "--lot", "Lot 1"],

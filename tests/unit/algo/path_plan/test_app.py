@@ -149,6 +149,7 @@ def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN), 8: stall(8, -5.0, 0.0, StallState.FREE)}
     frame = frame_at(pose_at(0, 0), fence=FENCE)
+    assert rig.plan(frame).target is None, "what lies beyond the border is found first"
     plan = rig.plan(frame)
     assert plan.target == MapPoint(12.0, 8.0)
     assert plan.yaw == pytest.approx(math.atan2(8, 12))
@@ -161,6 +162,7 @@ def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
 def test_an_unclear_stall_that_becomes_clear_in_flight_is_left() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
+    rig.plan(frame_at(pose_at(0, 0), fence=FENCE))
     assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.TAKEN)}
     assert rig.plan(frame_at(pose_at(1, 1), fence=FENCE)).target is None
@@ -252,6 +254,7 @@ def test_without_a_pose_there_is_no_target() -> None:
 def test_a_pose_that_is_not_finite_is_an_error_and_leaves_no_target() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
+    rig.plan(frame_at(pose_at(0, 0), fence=FENCE))
     assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
     rig.interface.begin(frame_at(pose_at(math.nan, 0), fence=FENCE))
     with pytest.raises(AlgoError, match="not finite"):
