@@ -145,12 +145,17 @@ def test_explore_has_the_height_for_the_wanted_pixels_and_a_speed_that_can_be_re
     assert all(plan.speed == pytest.approx(5.0) for plan in targeted)
 
 
+def first_target(rig: Rig, frame: FrameInput) -> PathPlan:
+    """Return the first plan with a target: what lies beyond the border is looked for before, a part a frame."""
+    plans = (rig.plan(frame) for _ in range(10))
+    return next((plan for plan in plans if plan.target is not None), PathPlan())
+
+
 def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN), 8: stall(8, -5.0, 0.0, StallState.FREE)}
     frame = frame_at(pose_at(0, 0), fence=FENCE)
-    assert rig.plan(frame).target is None, "what lies beyond the border is found first"
-    plan = rig.plan(frame)
+    plan = first_target(rig, frame)
     assert plan.target == MapPoint(12.0, 8.0)
     assert plan.yaw == pytest.approx(math.atan2(8, 12))
     assert rig.plan(replace(frame, pose=pose_at(12.0, 8.0))).target is None
@@ -162,8 +167,7 @@ def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
 def test_an_unclear_stall_that_becomes_clear_in_flight_is_left() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
-    rig.plan(frame_at(pose_at(0, 0), fence=FENCE))
-    assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
+    assert first_target(rig, frame_at(pose_at(0, 0), fence=FENCE)).target is not None
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.TAKEN)}
     assert rig.plan(frame_at(pose_at(1, 1), fence=FENCE)).target is None
 
@@ -254,8 +258,7 @@ def test_without_a_pose_there_is_no_target() -> None:
 def test_a_pose_that_is_not_finite_is_an_error_and_leaves_no_target() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
-    rig.plan(frame_at(pose_at(0, 0), fence=FENCE))
-    assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
+    assert first_target(rig, frame_at(pose_at(0, 0), fence=FENCE)).target is not None
     rig.interface.begin(frame_at(pose_at(math.nan, 0), fence=FENCE))
     with pytest.raises(AlgoError, match="not finite"):
         rig.app.process()
