@@ -108,9 +108,7 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     assert await guest.get_by_role("button", name="Recordings").count() == 0
     assert await guest.get_by_role("button", name="Delete survey").count() == 0
     await page.get_by_role("button", name="Take back").click()
-    await expect(page.get_by_role("button", name="Take back")).to_have_count(
-        0
-    )  # then it is stored
+    await expect(page.get_by_role("button", name="Take back")).to_have_count(0)  # then it is stored
     await guest.reload()
     await expect(guest.get_by_role("alert")).to_contain_text("this link has ended, or was taken back")
     assert not errors
