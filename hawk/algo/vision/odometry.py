@@ -162,7 +162,7 @@ FEW_FEATURES, CONTRAST = 150, 4.0
 _SPREAD_FEATURES = 1200  # found, of which the cells keep some
 
 
-SAME = Similarity()
+_SAME = Similarity()
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +181,7 @@ class _Pair:
 
     key: _Picture
     last: _Picture
-    found: Similarity = SAME
+    found: Similarity = _SAME
     beyond_m_s: complex = 0j
     """Speed of the drone that the poses do not show, m/s."""
     roof: float = 0.0
@@ -269,7 +269,7 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
     found = compare(pair.key.ground, now.ground, before.then_moved(expected), slack)
     is_over = found is None or found.is_far(now.pose.height) or now.time - pair.key.time > KEY_S
     if found is None:  # the last picture has more in common with this one
-        before = Similarity()
+        before = _SAME
         found = compare(last.ground, now.ground, before.then_moved(expected), slack)
     if found is None:
         is_usable = len(last.ground.places) >= LEAST  # else it was the bad one
@@ -277,7 +277,7 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
     roof = _roof(before.offset - found.offset, moved)
     if roof and (beside := _beside(last, now, moved, before, found)) is not None:
         flat = Similarity(offset=beside)
-        return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=roof), _step(last, now, Similarity(), flat)
+        return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=roof), _step(last, now, _SAME, flat)
     if roof and (seconds > ROOF_S or _is_same(roof, pair.roof)):  # and no ground beside it
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=pair.roof), None
     beyond = (before.then_moved(moved).offset - found.offset) / seconds
