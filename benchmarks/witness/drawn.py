@@ -27,6 +27,10 @@ BLIND: Final = 4
 FAST_TICKS: Final = 5
 """Four pictures a second, as many as are compared in a flight."""
 BESIDE_M: Final = 8.0
+LOW_M: Final = (14.0, 38.0)
+"""Heights of a survey, metres over ground."""
+HIGH_M: Final = (38.0, 100.0)
+"""Heights above them, metres."""
 
 
 _PHASES: Final[Mapping[str, tuple[float, tuple[Leg, ...]]]] = {
@@ -86,6 +90,13 @@ def walks(repeats: int, first: int = 1) -> Iterator[Named]:
     yield from sorted(flights, key=lambda flight: (flight.world, flight.is_poor))
 
 
+def high_walks(repeats: int, first: int = 1) -> Iterator[Named]:
+    """Yield flights in which GNSS walks above the height of a survey, over lots, sorted by worlds."""
+    cases = [(phase, speed) for phase in _PHASES for speed in SPEEDS] * repeats
+    flights = [_walk(first + k, phase, "lot", speed, is_high=True) for k, (phase, speed) in enumerate(cases)]
+    yield from sorted(flights, key=lambda flight: flight.world)
+
+
 def tasks(repeats: int, first: int = 1) -> Iterator[Named]:
     """Yield flights in which GNSS walks while a survey is flown in lanes, sorted by worlds."""
     for k, speed in enumerate(SPEEDS * repeats):
@@ -95,13 +106,13 @@ def tasks(repeats: int, first: int = 1) -> Iterator[Named]:
         yield Named(f"task {speed} m/s {k}", "task", 1 + (first + k) % WORLDS, False, setting)
 
 
-def _errors(seed: int, kind: int) -> Setting:
+def _errors(seed: int, kind: int, heights: tuple[float, float] = LOW_M) -> Setting:
     """Return the errors of an honest drone: receiver, height, compass, and the pictures' time; wind and trucks."""
     rng = np.random.default_rng((seed, kind))
     return Setting(
         seed=seed + kind,
         legs=(),
-        height_m=float(rng.uniform(14.0, 38.0)),
+        height_m=float(rng.uniform(*heights)),
         offset=(float(rng.uniform(-15, 15)), float(rng.uniform(-20, 20))),
         wind_m_s=float(rng.uniform(0.0, 9.0)),
         wander=WANDER,
@@ -113,7 +124,7 @@ def _errors(seed: int, kind: int) -> Setting:
 
 
 def _honest(seed: int) -> Named:
-    base, number = _errors(seed, 1000), 1 + seed % WORLDS
+    base, number = _errors(seed, 1000, HIGH_M if seed % 2 else LOW_M), 1 + seed % WORLDS
     rng = np.random.default_rng((seed, 2))
     by_roof = seed % 5 == 1
     if by_roof:
@@ -126,8 +137,8 @@ def _honest(seed: int) -> Named:
     return Named(f"honest {seed}", "honest", number, seed % 5 == 3, setting, by_roof)
 
 
-def _walk(seed: int, phase: str, ground: str, speed: float) -> Named:
-    base = _errors(seed, 3000)
+def _walk(seed: int, phase: str, ground: str, speed: float, is_high: bool = False) -> Named:
+    base = _errors(seed, 7000, HIGH_M) if is_high else _errors(seed, 3000)
     begins, legs = _PHASES[phase]
     setting = replace(
         base,
@@ -135,7 +146,7 @@ def _walk(seed: int, phase: str, ground: str, speed: float) -> Named:
         walk=_walk_of(seed, speed),
         walk_at=begins,
         blind=BLIND if ground == "blind" else 0,
-        limit_s=begins + 12.0 / speed,
+        limit_s=begins + (30.0 if is_high else 12.0) / speed,
         frame_ticks=FAST_TICKS if speed >= FAST_M_S else FRAME_TICKS,
     )
     return Named(f"{phase}, {ground}, {speed} m/s", phase, 1 + seed % WORLDS, ground == "poor", setting)

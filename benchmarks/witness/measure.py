@@ -78,17 +78,27 @@ def line(result: Result) -> str:
     return f"{result.name}: {what}, {result.seconds:.0f} s, {100 * result.seen:.0f} % of the pictures compared"
 
 
-def sections(honest: Sequence[Result], walks: Sequence[Result], tasks: Sequence[Result]) -> list[Section]:
+def sections(
+    honest: Sequence[Result], walks: Sequence[Result], high: Sequence[Result], tasks: Sequence[Result]
+) -> list[Section]:
     """Return the figures."""
     fast = [each for each in walks if each.speed >= FAST_M_S - 1e-9]
     slow = [each for each in walks if each.speed < FAST_M_S - 1e-9]
-    false = sum(each.is_false for each in (*honest, *walks, *tasks))
+    false = sum(each.is_false for each in (*honest, *walks, *high, *tasks))
     return [
         Section(
             "walks while the drone holds",
             [
                 *_late("late_fast_m", f"gone before the doubt, at {FAST_M_S} m/s and more", fast, LATE_FAST_M),
                 *_late("late_slow_m", "the same of slower walks, from 0.1 m/s", slow, LATE_SLOW_M),
+            ],
+        ),
+        Section(
+            "walks while the drone holds above the height of a survey",
+            [
+                Figure("high_walks", "flights", len(high)),
+                Figure("high_doubted", "doubted", sum(math.isfinite(each.late_m) for each in high)),
+                Figure("late_high_m_median", "gone before the doubt, median", _median(high), "m"),
             ],
         ),
         Section(
