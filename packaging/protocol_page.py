@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.comm.protocol.authority import Sender
-from hawk.comm.protocol.base import Model, wire_key
-from hawk.comm.protocol.command_table import COMMAND_TABLE, TAKEN, TO_MOVE, CommandRow
+from hawk.comm.protocol.base import Model, Outgoing, wire_key
+from hawk.comm.protocol.command_table import COMMAND_TABLE, TO_MOVE, CommandRow
 from hawk.comm.protocol.commands import schema
-from hawk.model.operation import StateName
 
 DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
 TARGET: Final = DOCS / "protocol.md"
@@ -48,9 +47,9 @@ every example.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
-WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
+WebSocket ([Roles, login and HTTPS](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
 [http.json](examples/http.json), [messages.json](examples/messages.json). Lots, surveys and statistics have
-[an API for other programs](api.md) beside these addresses.
+[an API of their own](api.md).
 """
 _RULES: Final = """## WebSocket
 
@@ -90,7 +89,7 @@ def page() -> str:
         "## To the drone\n",
         f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL.value}. "
         'A command without keys of its own looks like `{"Type": "Hold", "Id": 7}`. A command that is refused changes '
-        "nothing; its answer has the reason, by state in [States and events](states.md#commands). "
+        "nothing; its answer has the reason. [States and events](states.md#commands) lists the states that take each. "
         f"A move needs: {'; '.join(need.value for need in TO_MOVE)}.\n",
     ]
     for kind, example in sorted(sent_examples().items()):
@@ -144,11 +143,8 @@ def _shortest(value: Any) -> Any:
 
 def _said_of(row: CommandRow) -> Iterator[str]:
     """Yield what the table says of a command, where it says anything."""
-    taken = [state.value for state in StateName if row.states.get(state) == TAKEN]
     if row.sender is not _USUAL:
         yield f"- From: {row.sender.value}"
-    if row.states:
-        yield f"- In: {'every state' if len(taken) == len(StateName) else ', '.join(taken)}"
     if row.needs:
         is_move = row.needs[: len(TO_MOVE)] == TO_MOVE
         needs = row.needs[len(TO_MOVE) :] if is_move else row.needs
@@ -175,6 +171,7 @@ def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], te
 def _keys(name: str, model: Mapping[str, Any]) -> Iterator[str]:
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
+    needed |= set(model["properties"]) if issubclass(_models()[name], Outgoing) else set()  # it is always there
     rows = (
         (key, f"{_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}")
         for key, value in model["properties"].items()
