@@ -26,7 +26,8 @@ Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: c
 
 Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
 A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition is OpenAPI 3.1:
-`http://DRONE:3000/api/v1/openapi.json`.
+`http://DRONE:3000/api/v1/openapi.json`. The page and the commands of `hawk-drone` use the same addresses; those of the
+present flight alone are in [Protocol](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
     curl -s "http://127.0.0.1:3000/api/v1/lots/LOT/statistics?from=2026-05-04&to=2026-05-10&by=row"
@@ -112,8 +113,10 @@ def _operation(
     said: dict[str, str],
 ) -> str:  # fmt: skip
     """Return the lines of an address; one that answers as an earlier one does (``said``) names that one."""
-    (content,) = operation["responses"]["200"]["content"].values()
-    words = f"{operation['summary']}. Answers {_answer(content['schema'], schemas)}"
+    answers = operation["responses"]["200"]["content"]
+    found = [each["schema"] for each in answers.values() if "schema" in each]
+    answer = _answer(found[0], schemas) if found else f"a file: {', '.join(f'`{each}`' for each in answers)}"
+    words = f"{operation['summary']}. Answers {answer}"
     body = operation.get("requestBody")
     if body is not None:
         (content,) = body["content"].values()
