@@ -32,7 +32,10 @@ PARTS: Final = "Parts of messages"
 SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
 """Requests whose answers are shown; all of them stand in the file."""
 EXCERPTS: Final = {
-    "Heartbeat": ("Type", "State", "Detail", "Armed", "North", "East", "Occupancy Map", "Messages", "Options", "Health")
+    "Heartbeat": ("Type", "State", "Detail", "Armed", "North", "East", "Occupancy Map", "Options"),
+    "Check Fence": ("Type", "Id", "Ceiling"),
+    "Set Outline": ("Type", "Id", "Polygons"),
+    "Fence Check": ("Type", "Id", "Problem", "Notes", "North South", "East West", "Area"),
 }
 """Keys that are shown of an example which would fill pages."""
 _USUAL: Final = Sender.CONTROL
