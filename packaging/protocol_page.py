@@ -32,10 +32,8 @@ PARTS: Final = "Parts of messages"
 SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
 """Requests whose answers are shown; all of them stand in the file."""
 EXCERPTS: Final = {
-    "Heartbeat": ("Type", "State", "Detail", "Armed", "North", "East", "Occupancy Map", "Options"),
     "Check Fence": ("Type", "Id", "Ceiling"),
     "Set Outline": ("Type", "Id", "Polygons"),
-    "Fence Check": ("Type", "Id", "Problem", "Notes", "North South", "East West", "Area"),
 }
 """Keys that are shown of an example which would fill pages."""
 _USUAL: Final = Sender.CONTROL
@@ -79,14 +77,13 @@ _ID: Final = {"Id": 7}
 
 def page() -> str:
     """Return the page (Markdown)."""
-    messages, examples = schema(), json.loads(MESSAGES.read_text(encoding="utf-8"))
+    messages = schema()
     sent = messages["toDrone"]["$defs"]
     commands = {name: model for name, model in sent.items() if "Type" in model["properties"]}
     received = messages["fromDrone"]
     parts = {name: model for name, model in sent.items() if name not in commands}
     for model in received.values():
         parts |= model.get("$defs", {})
-    received_as = {each["Type"]: each for each in examples["fromDrone"]}
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
     blocks += [
         "## To the drone\n",
@@ -100,8 +97,9 @@ def page() -> str:
         name = type(row.example).__name__
         blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_said_of(row)])
     blocks.append("## From the drone\n")
+    blocks.append("An example of each: [messages.json](examples/messages.json).\n")
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
-        blocks += _message(name, model, received_as[_type_of(model)], [f"{_summary(model)}\n"])
+        blocks += _message(name, model, {}, [f"{_summary(model)}\n"])
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
         blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model)]
