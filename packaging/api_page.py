@@ -46,8 +46,8 @@ present flight alone are in [Protocol](protocol.md#http).
   latitude first, and ids UUIDs. `integer` is 0 or more. A question mark: the value may be null.
 """
 _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC API Features, Part 1 (Core, GeoJSON),
-read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). A lot has the time of its
-last survey, a stall that of the last look at it, a survey that of its flight.
+read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
+standard. A lot has the time of its last survey, a stall that of the last look at it, a survey that of its flight.
 """
 _LEAST_CONTAINED: Final = 3
 """Fields of a value that a larger one names as a whole."""
@@ -65,7 +65,8 @@ def page() -> str:
         for method, operation in item.items()
     ]
     parameters = _repeated(_parameter(each) for _, operation in operations for each in _in_query(operation))
-    values = {name: _fields(each) for name, each in sorted(schemas.items()) if not _is_list(each)}
+    known = _reached([each for _, each in operations if FEATURES not in each["tags"]], schemas)
+    values = {name: _fields(each) for name, each in sorted(schemas.items()) if name in known and not _is_list(each)}
     wider = {name: _contained(name, values) for name in values}
     own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
     fields = _repeated(pair for each in own.values() for pair in each.items() if len(pair[1].split()) >= _SHORTEST)
@@ -84,6 +85,22 @@ def page() -> str:
             own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
             blocks += _model(name, schemas[name].get("description", ""), wider[name], own_fields, fields)
     return "\n".join(blocks)
+
+
+def _reached(given: Any, schemas: Mapping[str, Any]) -> set[str]:
+    """Return the names of the values that a part of the definition names, and that these name."""
+    found: set[str] = set()
+    waiting = [given]
+    while waiting:
+        match waiting.pop():
+            case {"$ref": str(reference)} if (name := reference.removeprefix(_SCHEMAS)) not in found:
+                found.add(name)
+                waiting.append(schemas[name])
+            case dict() as values:
+                waiting += values.values()
+            case list() as values:
+                waiting += values
+    return found
 
 
 def _repeated(pairs: Iterable[tuple[str, str]]) -> set[tuple[str, str]]:
@@ -116,7 +133,7 @@ def _operation(
     answers = operation["responses"]["200"]["content"]
     found = [each["schema"] for each in answers.values() if "schema" in each]
     answer = _answer(found[0], schemas) if found else f"a file: {', '.join(f'`{each}`' for each in answers)}"
-    words = f"{operation['summary']}. Answers {answer}"
+    words = operation["summary"] + ("" if FEATURES in operation["tags"] else f". Answers {answer}")
     body = operation.get("requestBody")
     if body is not None:
         (content,) = body["content"].values()
