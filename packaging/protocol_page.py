@@ -87,15 +87,16 @@ def page() -> str:
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
     blocks += [
         "## To the drone\n",
-        f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL.value}. "
+        f"`Id` may be left out of every command. Where nothing else is said below, it is taken from {_USUAL.value}. "
         'A command without keys of its own looks like `{"Type": "Hold", "Id": 7}`. A command that is refused changes '
         "nothing; its answer has the reason. [States and events](states.md#commands) lists the states that take each. "
         f"A move needs: {'; '.join(need.value for need in TO_MOVE)}.\n",
+        *_groups(),
     ]
     for kind, example in sorted(sent_examples().items()):
         row = COMMAND_TABLE[kind]
         name = type(row.example).__name__
-        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_said_of(row)])
+        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_needs(row)])
     blocks.append("## From the drone\n")
     blocks.append("An example of each: [messages.json](examples/messages.json).\n")
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
@@ -142,19 +143,24 @@ def _shortest(value: Any) -> Any:
     return value
 
 
-def _said_of(row: CommandRow) -> Iterator[str]:
-    """Yield what the table says of a command, where it says anything."""
-    if row.sender is not _USUAL:
-        yield f"- From: {row.sender.value}"
+def _groups() -> Iterator[str]:
+    """Yield what the table says of several commands: who may send them, how they are confirmed, in which order."""
+    said: dict[str, list[str]] = {}
+    for kind, row in sorted(COMMAND_TABLE.items()):
+        sender = "" if row.sender is _USUAL else f"From {row.sender.value}"
+        confirmed = f"Confirmed {row.confirm.value}" if row.confirm.value else ""
+        order = f"{row.urgency.value[:1].upper()}{row.urgency.value[1:]}"
+        for words in filter(None, (sender, confirmed, order)):
+            said.setdefault(words, []).append(kind)
+    yield "\n".join([*(f"- {words}: {', '.join(kinds)}." for words, kinds in sorted(said.items())), ""])
+
+
+def _needs(row: CommandRow) -> Iterator[str]:
+    """Yield what a command needs."""
     if row.needs:
         is_move = row.needs[: len(TO_MOVE)] == TO_MOVE
         needs = row.needs[len(TO_MOVE) :] if is_move else row.needs
-        yield f"- Needs: {'; '.join([*['what a move needs'] * is_move, *(need.value for need in needs)])}"
-    if row.confirm.value:
-        yield f"- Confirmed: {row.confirm.value}"
-    if row.urgency.value:
-        yield f"- Order: {row.urgency.value}"
-    yield ""
+        yield f"Needs: {'; '.join([*['what a move needs'] * is_move, *(need.value for need in needs)])}.\n"
 
 
 def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], texts: Iterable[str]) -> Iterator[str]:
