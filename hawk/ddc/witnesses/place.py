@@ -60,6 +60,9 @@ BRIDGED_S = 5.0
 """A shorter gap between two comparisons is bridged, at the pace of disagreement that was seen, seconds."""
 LOST_S = 5.0
 """A camera that has compared nothing for this time follows the drone no more, seconds."""
+DENIED_SHARE, DENIED_S = 0.5, 2.0
+"""From above `LIMIT_HEIGHT_M` an earlier picture that shows less than this share of a walk denies it, for this time,
+seconds."""
 AGREES_M = 1.0
 """A disagreement in the window below this is none, metres."""
 AGREES_S = 10.0
@@ -138,6 +141,7 @@ class PlaceReading:
         self._off = 0j
         self._fixed: tuple[float, complex] | None = None
         self._by_picture: complex | None = None
+        self._denied_at = -math.inf
         self._is_followed = True
 
     def lose(self) -> None:
@@ -198,7 +202,8 @@ class PlaceReading:
         elif gap > 0.0 and self._window:
             seconds, share = math.fsum(each.seconds for each in self._window), self._learned() or 0j
             beyond = sum((each.beyond - share * each.reported for each in self._window), 0j) / seconds * gap
-            self._slow.bridge(beyond, STILL_GAP_M + _leaning(gap) * _moving(self._path().flown))
+            moving = _moving(self._path().flown)
+            self._slow.bridge(beyond * (1.0 - moving), STILL_GAP_M + _leaning(gap) * moving)
             if self._doubt.holds:
                 self._off += beyond
 
@@ -213,9 +218,11 @@ class PlaceReading:
         self._weight = self._weight * keep + path * path
 
     def _path(self) -> Odometer:
-        """Return the path that was flown in the window."""
-        path = Odometer()
+        """Return the path that was flown in the window, also while nothing was compared: at the pace beside the gap."""
+        path, pace = Odometer(), 0.0
         for each in self._window:
+            before, pace = pace, abs(each.reported) / each.seconds
+            path.flown += each.gap * max(before, pace)
             path.move(each.reported)
         return path
 
@@ -262,6 +269,7 @@ class PlaceReading:
         if not self._doubt.holds:
             limit = LIMIT_M * max(1.0, step.height / LIMIT_HEIGHT_M)
             is_beyond = self._apart > limit or self._found.beyond > 0.0
+            is_beyond = is_beyond and not self._is_denied(step, share)
             if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=self._slow.is_sure):
                 self._begin(step, share)
             return
@@ -271,14 +279,30 @@ class PlaceReading:
         if self._doubt.ends(step.until, agrees=agrees):
             self._end(step.until)
 
+    def _is_denied(self, step: GroundStep, share: complex) -> bool:
+        """Return True while earlier pictures show no walk, from high above.
+
+        Stalls are some pixels long there, and one is taken for its neighbour from picture to picture.
+        """
+        if step.height <= LIMIT_HEIGHT_M:
+            return False
+        if step.again is not None and self._counts(step.again):
+            off, since = self._suspected(share)
+            if abs(self._slow.off_by(step.again, share, since)) < DENIED_SHARE * abs(off):
+                self._denied_at = step.until
+        return step.until - self._denied_at <= DENIED_S
+
+    def _suspected(self, share: complex) -> tuple[complex, float]:
+        """Return how far the position has gone, and since when: of a slow walk, or since the window began."""
+        if self._found.beyond > 0.0:
+            return self._found.off, self._found.since
+        off = sum((each.beyond - share * each.reported for each in self._window), 0j)
+        return off, self._window[0].until
+
     def _begin(self, step: GroundStep, share: complex) -> None:
         """Begin a doubt: the position has gone since the window began, or since the moment of a slow walk."""
         self._is_followed = True
-        if self._found.beyond > 0.0:
-            self._off, since = self._found.off, self._found.since
-        else:
-            self._off = sum((each.beyond - share * each.reported for each in self._window), 0j)
-            since = self._window[0].until
+        self._off, since = self._suspected(share)
         self._untrue = min(since, self._untrue[0]), math.inf
         self._fixed = self._by_picture = None
         self._fix(step, share)
