@@ -150,8 +150,10 @@ TALL, TALLEST, ASIDE = 1.25, 4.0, 0.25
 """Ground that seems to move as reported, but faster by a factor between the first two, and to the side by a share below
 the third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
 ROOF_S = 2.0
-"""After a longer time between two pictures, seconds, or after one that was not recognised, what may be a roof is taken for
-one: the drone may have come over it unseen. At a slower rate of pictures its edge is still seen."""
+"""After a longer time between two pictures, seconds, or after one that was not recognised, what may be a roof is taken
+for one: the drone may have come over it unseen. At a slower rate of pictures its edge is still seen."""
+ROOF_M = 0.15
+"""A drone that moves less from picture to picture holds: what seems to be a roof is noise, or a walk, metres."""
 SAME_ROOF = 0.2
 """Share by which the factor of one roof changes from picture to picture."""
 FLATTEST = 0.5
@@ -298,7 +300,7 @@ def _leapt(last: _Picture, now: _Picture, faster: float, farther: float) -> bool
 
 def _roof(seen: complex, moved: complex) -> float:
     """Return the factor by which the drone was seen to move faster than reported, where a roof explains it; else 0."""
-    factor = seen / moved if moved else 0j
+    factor = seen / moved if abs(moved) >= ROOF_M else 0j
     return factor.real if TALL <= factor.real <= TALLEST and abs(factor.imag) <= ASIDE * factor.real else 0.0
 
 

@@ -17,6 +17,7 @@ from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.witnesses.walk import (
     ALIKE_M,
     MOUNT_SHARE,
+    MOUNTED_FREE_M,
     MOUNTED_WRONG_SHARE,
     NOTHING,
     STILL_SHARE,
@@ -31,7 +32,7 @@ from hawk.model.sentences import say
 
 WINDOW_S = 10.0
 """Time over which the two are compared, seconds."""
-LIMIT_M, LIMIT_HEIGHT_M = 3.0, 40.0
+LIMIT_M, LIMIT_HEIGHT_M = 2.8, 40.0
 """Disagreement in the window that is a doubt, metres, up to a height over ground; above, it grows with the height, as
 what a tilt that is off makes of it does."""
 PATH_SHARE = 0.06
@@ -44,7 +45,7 @@ STILL_GAP_M = 0.3
 """The same of a drone that holds, and of one that flies besides: it sways little. Such sways do not add up."""
 SWAYS_M = 10.0
 """Metres flown in the window from which on `GAP_M` counts whole, and time that was not seen not at all."""
-CONFIRM_S = 0.3
+CONFIRM_S = 0.2
 """Time for which the disagreement must last, seconds."""
 MOST_UNSEEN = 2.0
 """Time that no comparison saw counts at the pace of the rest: the disagreement grows by this factor at most."""
@@ -252,8 +253,10 @@ class PlaceReading:
         """Return the disagreement that a path explains, metres; ``raw`` is what was seen."""
         if self._learned() is not None:
             return PATH_SHARE * path.flown
-        least = UNPROVEN_SHARE * path.flown
-        return least if raw <= MOUNT_SHARE * path.flown else least + MOUNTED_WRONG_SHARE * abs(path.place)
+        least, moved = UNPROVEN_SHARE * path.flown, abs(path.place)
+        if raw <= MOUNT_SHARE * path.flown:
+            return least
+        return least + MOUNTED_WRONG_SHARE * moved - min(moved, MOUNTED_FREE_M)
 
     def _learned(self) -> complex | None:
         """Return the share of the path by which the camera is off; None until it was seen to agree."""
