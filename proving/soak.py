@@ -37,7 +37,6 @@ from playwright.async_api import Error as BrowserError
 
 from benchmarks.exploration import setups
 from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, print_and_write
-from benchmarks.lawnmower import LawnmowerOperator, Place, lanes
 from benchmarks.whole_daemon import CHROMIUM
 from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.protocol.heartbeat import Heartbeat
@@ -46,6 +45,7 @@ from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError
+from proving.lawnmower import LawnmowerOperator, Place, lanes
 
 EXIT_FAILED: Final = 1
 SAMPLE_S: Final = 15.0
