@@ -165,7 +165,7 @@ container: setup
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)
 
-# The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
+# Surveys stored and registered, calls over a thousand of them, a flight recorded and replayed: some minutes.
 bench-archive: setup
 	$(BIN)/python -m benchmarks.archive $(ARGS)
 
@@ -181,9 +181,11 @@ bench-pictures: setup
 study: setup
 	$(BIN)/python -m benchmarks.study $(ARGS)
 
+# Twenty drawn lots flown again over the plan of their first survey: an hour.
 bench-again: setup
 	$(BIN)/python -m benchmarks.again $(ARGS)
 
+# The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-small: setup
 	$(BIN)/python -m benchmarks.small $(ARGS)
 

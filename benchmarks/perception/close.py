@@ -19,7 +19,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from benchmarks.perception.places import folder_option, read_lots
+from benchmarks.options import folder_option
+from benchmarks.perception.places import read_lots
 from hawk.picture.nadir import ALL_ENDS, Ends, Eye
 from hawk.survey.scoring import FloatArray, match
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,14 +41,6 @@ class Place:
     missing: NDArray[np.bool_] | None = None
 
 
-def folder_option(text: str) -> Path:
-    """Return the folder that a command line names. Raises ArgumentTypeError, which argparse prints."""
-    folder = Path(text)
-    if not folder.is_dir():
-        raise argparse.ArgumentTypeError(f"{folder} is no folder; name one that holds the pictures")
-    return folder
-
-
 def read_lots(folder: Path) -> Iterator[Place]:
     """Yield the places of a folder of PLACE.jpg and PLACE.json."""
     for path in sorted(folder.glob("*.json")):
@@ -84,6 +75,22 @@ def read_pictures(folder: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     """Yield name and picture of every picture of a folder."""
     for path in sorted(p for p in folder.iterdir() if p.suffix.lower() in _PICTURES):
         yield path.name, read_picture(path)
+
+
+def coarser(place: Place, metres: float) -> Place:
+    """Return a place with pixels of this many metres, as a coarser camera takes it; itself where its own are as coarse.
+
+    Blur, haze and the JPEG of a real coarse picture come on top.
+    """
+    if place.metres_per_pixel >= metres:
+        return place
+    factor = place.metres_per_pixel / metres
+    image = np.asarray(cv2.resize(place.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), np.uint8)
+    missing = None
+    if place.missing is not None:
+        size = (image.shape[1], image.shape[0])
+        missing = cv2.resize(place.missing.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    return replace(place, image=image, metres_per_pixel=metres, missing=missing)
 
 
 def read_picture(path: Path) -> NDArray[np.uint8]:

@@ -21,7 +21,8 @@ LOW_REACH = 2.5
 """Metres of shadow per metre of height from which a sun counts as low: 22 degrees above the horizon."""
 SKY = (0.8, 0.7)
 """Blue that shade gains and red that it loses per unit of the sky's coldness, relative to green. In real lots blue by
-green is 1.32 and red by green 0.72 of lit ground (`benchmarks.perception.likeness`): a coldness of 0.4."""
+green is 1.32 and red by green 0.72 of lit ground (measured over the places of docs/model-card.md): a coldness of
+0.4."""
 _CROWN_STAMPS = (0.45, 0.65, 0.85)
 _MOST_STAMPS = 14
 

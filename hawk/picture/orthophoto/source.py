@@ -33,7 +33,7 @@ _MEASURED: Final = (
     "17 labelled places were made coarser: at 20 cm 92 % of the stalls of Canadian lots are found, at 9 cm 93 %; of "
     "Dutch streets and lots 66 % and 67 %, where 79 % and 82 % of what is found is labelled. Blur and haze cost more."
 )
-"""By `benchmarks.perception.coarse` over the places and regions of docs/results/perception.md."""
+"""By `benchmarks.perception` with ``--metres``, over the places and regions of docs/results/perception.md."""
 _CACHE_MIB: Final = 64
 """Memory of GDAL for blocks that were read."""
 _STRIP_PIXELS: Final = 8_000_000

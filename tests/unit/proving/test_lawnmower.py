@@ -2,19 +2,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
-import numpy as np
 import pytest
 import shapely
 
-from benchmarks.figures import BenchmarkError, Figure
-from benchmarks.flown_surveys import WorldRun, figures, problem_of, rings_of
-from benchmarks.lawnmower import OVERLAP, lanes
+from benchmarks.figures import BenchmarkError
 from hawk.algo.path_plan.footprint import Swath
-from hawk.model.poses import GlobalPose
-from hawk.results.survey_map import SurveyMap
-from hawk.survey.truth import GroundTruth
+from proving.lawnmower import OVERLAP, lanes
 
 SWATH = Swath(40.0, 24.0, 35.0)
 FENCE = shapely.box(-80, -120, 80, 120)
@@ -60,41 +54,3 @@ def test_a_fence_in_two_parts_leaves_no_path() -> None:
     )
     with pytest.raises(BenchmarkError, match="no path"):
         lanes(LOT, fence, math.pi / 2, SWATH, (-70.0, 0.0))
-
-
-def test_the_true_lots_are_projected_on_the_survey_s_map() -> None:
-    origin = GlobalPose(43.26, -79.92, 0.0)
-    truth = GroundTruth((), (), (), (np.array([[10.0, 20.0], [50.0, 20.0], [50.0, 60.0]]),), origin)
-    survey = SurveyMap(GlobalPose(43.2597, -79.9195, 0.0), {}, {})
-    (ring,) = rings_of(truth, survey)
-    assert truth.to_world(ring, survey.datum) == pytest.approx(truth.lots[0], abs=1e-6)
-
-
-RUN = WorldRun(1, 0, "", 220.0, 60.0, 0.95, 200.0, 55.0, 0, 300.0, 0.94, 0.001, 0)
-
-
-def by_key(found: list[Figure]) -> dict[str, Figure]:
-    return {figure.key: figure for figure in found}
-
-
-def test_figures_compare_with_the_model_and_with_the_lawnmower() -> None:
-    found = by_key(figures([RUN, replace(RUN, distance_m=190.0, f1=0.90)]))
-    assert found["flown_distance_over_kinematic"].value == pytest.approx(410 / 400)
-    assert found["flown_distance_over_kinematic"].passed
-    assert found["flown_f1_gain"].value == pytest.approx((0.01 - 0.04) / 2)
-    assert not found["flown_f1_gain"].passed
-    assert found["flown_f1_gain_min"].value == pytest.approx(-0.04)
-    assert found["flown_distance_over_lawnmower"].value == pytest.approx(410 / 600)
-
-
-def test_a_distance_much_longer_than_the_model_s_and_an_excursion_are_missed() -> None:
-    found = by_key(figures([replace(RUN, distance_m=260.0, excursions=1, status=4, late=0.02)]))
-    for key in ("flown_distance_over_kinematic", "flown_excursions", "flown_finished", "flown_late_frames"):
-        assert found[key].passed is False
-
-
-def test_late_pictures_and_worlds_that_were_not_measured_are_reported() -> None:
-    assert problem_of([RUN], 1) == ""
-    assert problem_of([RUN, replace(RUN, seed=7, late=0.5)], 3) == (
-        "VOID: the simulator drew too late for 7; only 2 of 3 worlds were measured"
-    )
