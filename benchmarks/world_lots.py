@@ -12,8 +12,9 @@ import shapely
 from numpy.typing import NDArray
 
 from benchmarks.exploration import setups
-from benchmarks.exploration.flight import Flown, PlannerPilot, fly
+from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
+from benchmarks.exploration.pilots import PlannerPilot
 from hawk.worlds.world import World, picture_world
 
 Ring = NDArray[np.float64]

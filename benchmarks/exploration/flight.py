@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -13,13 +15,11 @@ from numpy.typing import NDArray
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap
-from benchmarks.frames import frame_of
 from benchmarks.kinematic_drone import GNSS_SIGMA_M, STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
-from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.ddc.motion import Goal, Roaming
-from hawk.model.plans import AskedGround, PathPlan
+from hawk.model.operation import StateName
+from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.poses import MapPose
 
 WANTED: Final = 0.98
@@ -37,25 +37,6 @@ class Pilot(Protocol):
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:
         """Return where to fly next."""
         ...
-
-
-class PlannerPilot:
-    """The Path Plan App as the flight has it. ``ground``: what an operator asked to survey, None without an outline."""
-
-    def __init__(self, ground: AskedGround | None = None) -> None:
-        self._ground = ground
-        self._app = PathPlanApp()
-        self._interface = AlgorithmTopicInterface()
-        self._known: SurveyedMap | None = None
-
-    def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:
-        """Give the app its frame, as the algorithm manager does."""
-        if known is not self._known:
-            self._known = known
-            self._app.init(known, self._interface)
-        self._interface.begin(replace(frame, asked_ground=self._ground))
-        self._app.process()
-        return self._app.get_local_pose()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,25 +73,25 @@ class _Excursions:
 
 
 class Stage:
-    """A flight between two frames."""
+    """A flight between two frames; a pilot without errors may go on differently from a copy of it."""
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool) -> None:
         start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
         self.drone = Drone(start, lot.fence, rng, GNSS_SIGMA_M if errors else 0.0)
         self.coverage, self.excursions, self.roaming = Coverage(lot, setup), _Excursions(lot), Roaming()
-        self.camera, self.fence = setup.camera, lot.fence
         self.goal: Goal | None = None
         self.waiting = PathPlan()
         self.wanted: tuple[float, float] | None = None
         self.plan_ms: list[float] = []
         self.track: list[tuple[float, float, float]] = []
 
-    def frame(self) -> FrameInput:
-        """Return what the pilot gets now."""
-        drone = self.drone
-        return frame_of(
-            len(self.track), drone.seconds, self.camera, drone.believed, speed=drone.speed, fence=self.fence
-        )
+    def copy(self) -> Stage:
+        """Return the same flight, to be continued by itself. Generators are shared: for flights without errors."""
+        other = copy.copy(self)
+        other.drone, other.coverage = self.drone.copy(), self.coverage.copy()
+        other.excursions, other.roaming = copy.copy(self.excursions), copy.copy(self.roaming)
+        other.plan_ms, other.track = self.plan_ms.copy(), self.track.copy()
+        return other
 
     def tick(self) -> bool:
         """Let one tick pass; whether the drone is stuck."""
@@ -125,26 +106,36 @@ def fly(
     pilot: Pilot,
     *,
     errors: bool = True,
+    to_the_end: bool = True,
+    maps: bool = True,
+    survey: type[SurveyedMap] = SurveyedMap,
+    stage: Stage | None = None,
+    watch: Callable[[Stage], None] = lambda _: None,
 ) -> Flown:
-    """Fly until the pilot is done, is stuck or takes far too long.
+    """Fly until the pilot is done, is stuck or takes far too long; with ``to_the_end`` False at 98 % at the latest.
 
     ``errors`` False takes away the errors of position and map. The seed's own generators give equal errors to all.
+    ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes half of a flight's time.
+    ``survey`` is how the map comes to be.
+    ``stage`` is a flight to go on with, which is changed; ``watch`` sees the flight before every frame.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
-    known = SurveyedMap(lot, setup, generators[1], errors=errors)
-    now = Stage(lot, setup, generators[0], errors=errors)
+    known = survey(lot, setup, generators[1], errors=errors)
+    now = stage or Stage(lot, setup, generators[0], errors=errors)
     end = ""
     while not end:
+        watch(now)
         now.goal = goal_of(now.waiting, now.drone.believed, now.goal)
-        known.look(now.drone.true, now.drone.believed)
+        if maps:
+            known.look(now.drone.true, now.drone.believed)
         now.coverage.look(now.drone.true)
         begun = time.thread_time()
-        now.waiting = pilot.plan(now.frame(), known)
+        now.waiting = pilot.plan(_frame(lot, setup, now.drone, len(now.track)), known)
         now.plan_ms.append((time.thread_time() - begun) * 1e3)
         now.track.append((now.drone.true.north, now.drone.true.east, now.coverage.share))
         if now.wanted is None and now.coverage.share >= WANTED:
             now.wanted = now.drone.distance_m, now.drone.seconds
-        end = _end(now.waiting, now.drone.seconds, setup.bound(lot.area))
+        end = _end(now.waiting, now.wanted if not to_the_end else None, now.drone.seconds, setup.bound(lot.area))
         end = _let_pass(now, end)
     return _flown(now, end)
 
@@ -166,7 +157,25 @@ def _flown(now: Stage, end: str) -> Flown:
     return Flown(distance, seconds, drone.distance_m, drone.seconds, now.coverage.share, count, end, times, places)
 
 
-def _end(plan: PathPlan, seconds: float, bound: float) -> str:
+def _frame(lot: Lot, setup: Setup, drone: Drone, sequence: int) -> FrameInput:
+    return FrameInput(
+        sequence=sequence,
+        captured=drone.seconds,
+        jpeg=b"",
+        camera=setup.camera,
+        pose=drone.believed,
+        speed=drone.speed,
+        state=StateName.AUTONOMOUS_EXPLORE,
+        desired=None,
+        heights=HeightParameters(),
+        fence=lot.fence,
+        home=None,
+    )
+
+
+def _end(plan: PathPlan, wanted: tuple[float, float] | None, seconds: float, bound: float) -> str:
     if plan.explore.done:
         return "done"
+    if wanted is not None:
+        return "seen"
     return "too long" if seconds > _LONGEST_S + _LONGEST_S_M * bound else ""

@@ -10,12 +10,16 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.exploration.flight import Flown
-from benchmarks.exploration.runs import SeedRun
+from benchmarks.exploration.runs import BASELINES, KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun
 from benchmarks.figures import Figure, Limit
 
 _TARGETS: Final[dict[str, Limit]] = {
     "distance_over_oracle_median": Limit(highest=1.10),
     "distance_over_oracle_p90": Limit(highest=1.25),
+    "distance_over_nearest_frontier_median": Limit(highest=0.85),
+    "distance_over_bound_median": Limit(highest=1.66),
+    "oracle_over_bound_median": Limit(highest=1.60),
+    "nearest_frontier_over_bound_median": Limit(highest=2.05),
     "plan_ms_p99": Limit(highest=30.0),
     "excursions": Limit(0, 0),
     "coverage_min": Limit(lowest=0.98),
@@ -30,68 +34,110 @@ def prefixed(found: Iterable[Figure]) -> list[Figure]:
     return [replace(figure, key=f"{_PREFIX}{figure.key}") for figure in found]
 
 
-def figures(runs: Sequence[SeedRun]) -> list[Figure]:
-    """Return the figures of all runs together."""
-    flights = [run.planner for run in runs]
-    plan_ms = [float(ms) for flight in flights for ms in flight.plan_ms]
-    return [
+def figures(flown: Sequence[SeedRun], prototype: Sequence[SeedRun]) -> list[Figure]:
+    """Return the figures of both set-ups; one without runs is left out."""
+    found: list[Figure] = []
+    if flown:
+        found += _of_flown(flown)
+    if prototype:
+        found += _of_prototype(prototype)
+    both = [run.planner for run in (*flown, *prototype)]
+    found += [
+        _figure("plan_ms_p99", "step of the planner, p99", _percentile(_plans(both), 99), "ms"),
+        _figure("plan_ms_max", "step of the planner, worst", _percentile(_plans(both), 100), "ms"),
+        _figure("excursions", "excursions, all flights", float(sum(flight.excursions for flight in both))),
+        _figure("coverage_min", "lot seen at the end, worst seed", min(flight.coverage for flight in both)),
+        _figure("unfinished", "ended with less than 98 % seen", float(sum(f.distance_m is None for f in both))),
+        _figure("not_done", "did not end by itself", float(sum(f.end != "done" for f in both))),
+    ]
+    return found
+
+
+def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
+    oracle = [run.best_distance_m for run in runs]
+    distances = _distances(runs, PLANNER)
+    nearest = _distances(runs, NEAREST)
+    seconds = _seconds(runs)
+    found = [
         _figure("lots", "lots of 0.3, 1 and 3 ha", float(len(runs))),
-        *_of_planner(runs, ""),
-        *_of_outline(runs, ""),
-        *(figure for name, words, those in _sizes(runs) for figure in _of_planner(those, name, words)[:4]),
-        *(figure for name, words, those in _sizes(runs) for figure in _of_outline(those, name, words)),
-        _figure("plan_ms_p99", "step of the planner, p99", _percentile(plan_ms, 99), "ms"),
-        _figure("plan_ms_max", "step of the planner, worst", _percentile(plan_ms, 100), "ms"),
-        _figure("excursions", "excursions, all flights", float(sum(flight.excursions for flight in flights))),
-        _figure("coverage_min", "lot seen at the end, worst seed", min(flight.coverage for flight in flights)),
-        _figure("unfinished", "ended with less than 98 % seen", float(sum(f.distance_m is None for f in flights))),
-        _figure("not_done", "did not end by itself", float(sum(f.end != "done" for f in flights))),
-    ]
-
-
-def _of_planner(runs: Sequence[SeedRun], name: str, words: str = "") -> list[Figure]:
-    """Return the planner's figures; ``name`` ends their keys and ``words`` their texts."""
-    distances = [_distance(run.planner) for run in runs]
-    seconds = [math.inf if run.planner.seconds is None else run.planner.seconds for run in runs]
-    oracle, bounds = [run.best_distance_m for run in runs], [run.bound for run in runs]
-    whole = [run.planner.whole_distance_m for run in runs]
-    return [
-        *_spread(f"distance_over_oracle{name}", f"distance by oracle{words}", _ratios(distances, oracle)),
+        *_spread("distance_over_oracle", "distance by oracle", _ratios(distances, oracle)),
+        *_by_size(runs),
         *_spread(
-            f"seconds_over_oracle{name}", f"time by oracle's{words}",
-            _ratios(seconds, [run.oracle.seconds for run in runs]),
+            "known_lot_over_oracle", "lot known, distance by oracle", _ratios(_distances(runs, KNOWN_LOT), oracle)
         ),
-        *_spread(f"flown_distance_over_bound{name}", f"distance by bound{words}", _ratios(distances, bounds)),
-        *_spread(f"flown_oracle_over_bound{name}", f"oracle by bound{words}", _ratios(oracle, bounds)),
-        *_spread(
-            f"whole_distance_over_distance{name}", f"distance to its own end by distance{words}",
-            _ratios(whole, distances),
-        ),
-        _figure(f"seconds_median{name}", f"time{words}, median", _percentile(seconds, 50), "s"),
-        _figure(f"distance_median{name}", f"distance{words}, median", _percentile(distances, 50), "m"),
-    ]  # fmt: skip
-
-
-def _of_outline(runs: Sequence[SeedRun], name: str, words: str = "") -> list[Figure]:
-    """Return the figures of the flights with an outline, as `_of_planner`."""
-    best = [run.best_distance_m for run in runs]
-    distances = [_distance(run.outline) for run in runs]
-    whole = [run.outline.whole_distance_m for run in runs]
-    return [
-        *_spread(f"outline_over_oracle{name}", f"outline, distance by oracle{words}", _ratios(distances, best)),
-        *_spread(f"outline_whole{name}", f"outline, to its end{words}", _ratios(whole, best)),
+        *_spread("outline_over_oracle", "outline, distance by oracle", _ratios(_distances(runs, OUTLINE), oracle)),
+        *_outline_by_size(runs),
+        *_spread("distance_over_nearest_frontier", "distance by nearest frontier", _ratios(distances, nearest)),
     ]
+    for name in BASELINES:
+        found += _spread(f"{name}_over_oracle", f"{name} by oracle", _ratios(_distances(runs, name), oracle))
+        found += _spread(f"distance_over_{name}", f"distance by {name}", _ratios(distances, _distances(runs, name)))[
+            : name != NEAREST
+        ]
+    found += [
+        *_spread("seconds_over_oracle", "time by oracle's", _ratios(seconds, [run.oracle.seconds for run in runs])),
+        *_spread("flown_distance_over_bound", "distance by bound", _ratios(distances, [run.bound for run in runs])),
+        *_spread("flown_oracle_over_bound", "oracle by bound", _ratios(oracle, [run.bound for run in runs])),
+        *_spread(
+            "whole_distance_over_distance", "distance to its own end by distance", _ratios(_whole(runs), distances)
+        ),
+        _figure("seconds_median", "time, median", _percentile(seconds, 50), "s"),
+        _figure("distance_median", "distance, median", _percentile(distances, 50), "m"),
+    ]
+    return found
 
 
-def _sizes(runs: Sequence[SeedRun]) -> Iterator[tuple[str, str, list[SeedRun]]]:
-    """Yield the ends of keys and texts, and the runs, of each size of lots."""
+def _sizes(runs: Sequence[SeedRun]) -> Iterator[tuple[float, str, list[SeedRun]]]:
+    """Yield hectares, their part of a key, and the runs over lots of that size."""
     for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
         those = [run for run in runs if round(run.lot.area / 1e4, 1) == hectares]
-        yield f"_{hectares:g}_ha".replace(".", "_"), f", {hectares:g} ha", those
+        yield hectares, f"{hectares:g}".replace(".", "_"), those
+
+
+def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
+    found = []
+    for hectares, name, those in _sizes(runs):
+        distances = [distance_over_oracle(run) for run in those]
+        found += _spread(f"distance_over_oracle_{name}_ha", f"distance by oracle, {hectares:g} ha", distances)
+        times = _ratios(_seconds(those), [run.oracle.seconds for run in those])
+        found += _spread(f"seconds_over_oracle_{name}_ha", f"time by oracle's, {hectares:g} ha", times)
+    return found
+
+
+def _outline_by_size(runs: Sequence[SeedRun]) -> list[Figure]:
+    found = []
+    for hectares, name, those in _sizes(runs):
+        best = [run.best_distance_m for run in those]
+        found += _spread(
+            f"outline_over_oracle_{name}_ha", f"outline, {hectares:g} ha", _ratios(_distances(those, OUTLINE), best)
+        )
+        whole = [run.flights[OUTLINE].whole_distance_m for run in those]
+        found += _spread(f"outline_whole_{name}_ha", f"outline, to its end, {hectares:g} ha", _ratios(whole, best))
+    return found
+
+
+def _seconds(runs: Sequence[SeedRun]) -> list[float]:
+    """Return the planner's times to 98 % of the lot, infinite where it never saw so much."""
+    return [math.inf if run.planner.seconds is None else run.planner.seconds for run in runs]
+
+
+def _of_prototype(runs: Sequence[SeedRun]) -> list[Figure]:
+    bounds = [run.bound for run in runs]
+    oracle = [run.best_distance_m for run in runs]
+    nearest = _ratios(_distances(runs, NEAREST), bounds)
+    return [
+        _figure("prototype_lots", "lots of 0.5 ha seen through a disc", float(len(runs))),
+        *_spread("distance_over_bound", "disc: distance by bound", _ratios(_distances(runs, PLANNER), bounds)),
+        *_spread("oracle_over_bound", "disc: oracle by bound", _ratios(oracle, bounds)),
+        *_spread("nearest_frontier_over_bound", "disc: nearest frontier by bound", nearest),
+        *_spread(
+            "prototype_distance_over_oracle", "disc: distance by oracle", _ratios(_distances(runs, PLANNER), oracle)
+        ),
+    ]
 
 
 def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
-    """Return one JSON object a seed: lot, bound, oracle, and distance and time of both flights."""
+    """Return one JSON object a seed: lot, bound, oracle, and distance and time of every pilot."""
     return [
         {
             "setup": setup,
@@ -101,8 +147,7 @@ def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
             "bound_m": round(run.bound, 1),
             "best_distance_m": round(run.best_distance_m, 1),
             "oracle": {"distance_m": round(run.oracle.distance_m, 1), "seconds": round(run.oracle.seconds, 1)},
-            "planner": _row(run.planner),
-            "outline": _row(run.outline),
+            **{name: _row(flight) for name, flight in run.flights.items()},
         }
         for run in runs
     ]
@@ -110,12 +155,7 @@ def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
 
 def distance_over_oracle(run: SeedRun) -> float:
     """Return the planner's distance by the shortest known one, infinite when it did not show enough."""
-    return _distance(run.planner) / run.best_distance_m
-
-
-def _distance(flight: Flown) -> float:
-    """Return the distance until enough was seen, infinite when it never was."""
-    return math.inf if flight.distance_m is None else flight.distance_m
+    return math.inf if run.planner.distance_m is None else run.planner.distance_m / run.best_distance_m
 
 
 def _row(flight: Flown) -> dict[str, Any]:
@@ -131,8 +171,31 @@ def _row(flight: Flown) -> dict[str, Any]:
     }
 
 
+def _distances(runs: Sequence[SeedRun], name: str) -> list[float]:
+    """Return the distances until enough was seen.
+
+    The planner's is infinite when it never was. A rule that gave up gets the distance it flew, which flatters it.
+    """
+    short = math.inf if name == PLANNER else None
+    distances = []
+    for run in runs:
+        flight = run.flights[name]
+        distances.append(
+            flight.distance_m if flight.distance_m is not None else flight.whole_distance_m if short is None else short
+        )
+    return distances
+
+
+def _whole(runs: Sequence[SeedRun]) -> list[float]:
+    return [run.planner.whole_distance_m for run in runs]
+
+
 def _ratios(distances: Sequence[float], references: Sequence[float]) -> list[float]:
     return [distance / reference for distance, reference in zip(distances, references, strict=True) if reference > 0]
+
+
+def _plans(flights: Iterable[Flown]) -> list[float]:
+    return [float(ms) for flight in flights for ms in flight.plan_ms]
 
 
 def _spread(key: str, text: str, ratios: Sequence[float]) -> list[Figure]:

@@ -7,6 +7,7 @@ The lot's border is off by a metre or two, and trees hide parts. Everything lies
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
 from typing import Final
@@ -133,6 +134,34 @@ class SurveyedMap:
         self._tiles = corners
 
 
+class KnownLotMap(SurveyedMap):
+    """A map on which the lot is known before the flight: it has only to be seen."""
+
+    def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool = False) -> None:
+        super().__init__(lot, setup, rng, errors=errors)
+        self._known_lot = _coarse(self._lot)
+        self._area = lot.area
+        rows, columns = np.nonzero(self._lot)
+        self._remember(np.array([[columns.min(), rows.min()], [columns.max(), rows.max()]]))
+        self._reveal()
+
+    def look(self, true: MapPose, believed: MapPose) -> None:
+        """Take one picture."""
+        super().look(true, believed)
+        self._reveal()
+
+    def lot_area_m2(self) -> float:
+        """Return how large the lot is."""
+        return self._area
+
+    def _reveal(self) -> None:
+        """Mark everything outside the lot as seen, so that nothing is expected there."""
+        for name in ("lot", "likely"):
+            self._layers[name][:] = self._known_lot
+        seen = self._layers["seen"]
+        np.maximum(seen, 1 - self._known_lot, out=seen)
+
+
 class Coverage:
     """The share of a lot that was really seen, by the true pose."""
 
@@ -151,6 +180,12 @@ class Coverage:
         new = within(cells - (part[1].start, part[0].start), part) & self._left[part]
         self._seen += int(np.count_nonzero(new))
         self._left[part] -= new
+
+    def copy(self) -> Coverage:
+        """Return the same, to be continued by itself."""
+        other = copy.copy(self)
+        other._left = self._left.copy()
+        return other
 
     @property
     def share(self) -> float:

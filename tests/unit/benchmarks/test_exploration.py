@@ -8,12 +8,13 @@ import pytest
 import shapely
 
 from benchmarks.exploration import __main__ as command
+from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import FENCE_MARGIN_M, KINDS, draw_lot
-from benchmarks.exploration.setups import GOOD_SHARE, flown
-from benchmarks.exploration.surveyed import Coverage, SurveyedMap, within
-from benchmarks.exploration.tours import read_tours
-from benchmarks.figures import BenchmarkError
+from benchmarks.exploration.pilots import TourPilot
+from benchmarks.exploration.setups import DISC_M, GOOD_SHARE, Setup, flown, prototype
+from benchmarks.exploration.surveyed import Coverage, KnownLotMap, SurveyedMap, within
+from benchmarks.exploration.tour_cache import shipped
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, Floats, Window
 from hawk.algo.path_plan.footprint import LEVEL, Corners, Footprint
@@ -21,7 +22,6 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import length_of
 from hawk.model.plans import PathPlan
 from hawk.model.poses import MapPose
-from tests.unit.benchmarks.tour_pilot import TourPilot
 
 
 def at(north: float, east: float, yaw: float = 0.0, height: float = 35.0) -> MapPose:
@@ -52,6 +52,7 @@ def test_the_least_distance_sweeps_what_the_first_look_does_not_show() -> None:
     assert setup.swath.width == pytest.approx(0.85 * 2 * 35 * math.tan(math.radians(35)))
     assert setup.bound(10_000.0) == pytest.approx((10_000 - setup.swath.width * setup.swath.depth) / setup.swath.width)
     assert setup.bound(100.0) == 0.0
+    assert prototype().bound(5_000.0) == pytest.approx((5_000 - math.pi * 400) / 40)
 
 
 def test_coverage_is_what_the_true_footprint_shows() -> None:
@@ -65,6 +66,13 @@ def test_coverage_is_what_the_true_footprint_shows() -> None:
     assert coverage.share == once
     coverage.look(at(500, 0))
     assert coverage.share == once
+
+
+def test_a_disc_shows_a_disc() -> None:
+    lot = replace(prototype().lot(0), shape=shapely.box(-60, -60, 60, 60))
+    coverage = Coverage(lot, prototype())
+    coverage.look(at(0, 0))
+    assert coverage.share == pytest.approx(math.pi * DISC_M**2 / 120**2, rel=0.02)
 
 
 def test_a_cell_counts_when_its_middle_lies_inside() -> None:
@@ -93,6 +101,25 @@ def test_the_map_is_placed_where_the_drone_believes_to_be() -> None:
         assert (layers.well <= layers.seen).all()
     assert edges[0] == pytest.approx(30, abs=COARSE_M)
     assert edges[1] - edges[0] == pytest.approx(4, abs=COARSE_M)
+
+
+def test_a_pilot_that_knows_the_lot_has_only_to_see_it() -> None:
+    setup = flown()
+    lot = replace(setup.lot(0), shape=shapely.box(-32, -32, 32, 32))
+    known = KnownLotMap(lot, setup, np.random.default_rng(1))
+    window = Window.around(np.array([[-60.0, -60.0], [60.0, 60.0]]), COARSE_M)
+    known.look(at(20, 0), at(20, 0))
+    for _ in range(2):
+        layers = known.coarse(window)
+        assert layers.lot.sum() * COARSE_M**2 == pytest.approx(64**2, rel=0.03)
+        assert (layers.seen[layers.lot == 0] == 1).all()
+        assert layers.well.sum() * COARSE_M**2 == pytest.approx(setup.footprint_area, rel=0.1)
+        assert known.lot_area_m2() == lot.area
+        known.look(at(20, 0), at(20, 0))
+    extent = known.known_extent()
+    assert extent is not None
+    assert (extent[0] <= -32).all()
+    assert (extent[1] >= 32).all()
 
 
 def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same_path() -> None:
@@ -155,10 +182,13 @@ def test_an_excursion_is_counted_once_each_time() -> None:
     assert flight.excursions == 1
 
 
-@pytest.mark.parametrize("seed", [3, 4])
-def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(seed: int) -> None:
-    setup = flown()
-    lot, tour = setup.lot(seed), read_tours(setup)[seed]
+@pytest.mark.parametrize(("setup", "seed"), [(flown(), 3), (flown(), 4), (prototype(), 9)])
+def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(
+    setup: Setup, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("benchmarks.exploration.tour_cache.best_tour", None)
+    lot = setup.lot(seed)
+    tour = shipped(setup.name).tour(lot, setup)
     assert math.dist(tour.places[0], lot.start) < 1.0
     assert length_of(tour.places) == pytest.approx(tour.distance_m, rel=0.02)
     leant = setup.height * math.tan(math.radians(PathPlanSettings().lean_deg))
@@ -166,11 +196,10 @@ def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(seed: int)
     assert far.area <= 0.02 * lot.area
 
 
-def test_lots_without_a_tour_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert command.main(["--seeds", "3,201", "--setups", "flown"]) == 1
-    assert "seeds 201: no tour is known over their lots; name some of 1-200" in capsys.readouterr().err
-    with pytest.raises(BenchmarkError, match="version 4"):
-        read_tours(replace(flown(), version=4))
+def test_a_disc_s_leg_shows_a_capsule() -> None:
+    cells = np.array([[0, 19], [0, 21], [-19, 0], [-15, -15], [50, 19.5], [69, 0], [71, 0]], np.float32)
+    shown = Disc(40.0, 40.0).shown(cells, np.array([[0.0, 0.0]]), np.array([[50.0, 0.0]]))[0]
+    assert shown.tolist() == [True, False, True, False, True, True, False]
 
 
 @pytest.mark.parametrize("arguments", [["--seeds", "x"], ["--setups", "moon"]])

@@ -8,11 +8,11 @@ import shapely
 
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import Lot
+from benchmarks.exploration.pilots import TourPilot
 from benchmarks.exploration.setups import Setup, flown
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place
-from tests.unit.benchmarks.tour_pilot import TourPilot
 
 CELL_M = 1.5
 SWEEPS = 60
@@ -41,6 +41,6 @@ def test_a_flight_shows_what_its_tour_promises(seed: int) -> None:
     lot = setup.lot(seed)
     tour = searched(lot, setup, 0.97)
     pilot = TourPilot([as_place(place) for place in tour.places[1:]], turns=True)
-    flight = fly(lot, setup, pilot, errors=False)
+    flight = fly(lot, setup, pilot, errors=False, maps=False)
     assert flight.end == "done"
     assert flight.coverage >= 1 - tour.missing / lot.area
