@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.model.sharded import Sharded, differing
+from hawk.model.shards import Sharded, differing
 
 CHANGE = st.tuples(st.dictionaries(st.integers(0, 40), st.integers(0, 3)), st.lists(st.integers(0, 40), max_size=6))
 
