@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from hawk.replay.comparing import KINDS, Change, Comparison, Kind, compare_maps, middle
+from hawk.replay.comparison import KINDS, Change, Comparison, Kind, compare_maps, middle
 from hawk.replay.flight import Maker, RecordedFlight
 from hawk.replay.process import Processed
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from hawk.model.lot_map import Stall, StallState
-from hawk.replay.comparing import MOVED_M, SAME_M, compare_maps
+from hawk.replay.comparison import MOVED_M, SAME_M, compare_maps
 from hawk.replay.flight import ReplayError
 from hawk.results.survey_map import stalls_geojson
 from tests.unit.replay.recordings import DATUM, stall, stalls
