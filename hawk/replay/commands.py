@@ -91,7 +91,7 @@ def _check(options: argparse.Namespace, *, is_process: bool) -> None:
 
 
 def _show_page(options: argparse.Namespace) -> int:
-    from hawk.replay.serving import serve
+    from hawk.replay.server import serve
 
     try:
         asyncio.run(serve(options.recording, PORT if options.port is None else options.port))

@@ -11,7 +11,7 @@ import aiohttp
 import pytest
 
 from hawk.replay.flight import RecordedFlight
-from hawk.replay.serving import ReplayServer
+from hawk.replay.server import ReplayServer
 from hawk.replay.shown import read_shown
 from hawk.web.app import Page
 from tests.unit.replay.recordings import flight, jpeg, write
