@@ -13,7 +13,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.replay.flight import RecordedFlight
-from hawk.replay.shown import Piece, Shown, read_shown
+from hawk.replay.timeline import Piece, Shown, read_shown
 from hawk.web.app import PAGE_DIRECTORY, Page
 from hawk.web.security import add_headers
 

@@ -12,7 +12,7 @@ import pytest
 
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.server import ReplayServer
-from hawk.replay.shown import read_shown
+from hawk.replay.timeline import read_shown
 from hawk.web.app import Page
 from tests.unit.replay.recordings import flight, jpeg, write
 

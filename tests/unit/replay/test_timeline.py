@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hawk.replay.flight import RecordedFlight, ReplayError
-from hawk.replay.shown import Shown, read_shown
+from hawk.replay.timeline import Shown, read_shown
 from hawk.store.recording_ring import Item
 from tests.reference.kept import unpack
 from tests.unit.replay.recordings import DATUM, S, flight, jpeg, tick, write
