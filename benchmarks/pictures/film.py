@@ -40,7 +40,7 @@ from hawk.results.survey_map import SurveyMap
 from hawk.sim.photos import PhotoOptions, plan
 from hawk.sim.photos_tags import CAMERAS
 from hawk.store.frame_codec import FRAME_INPUT, picture_of
-from hawk.store.recording_ring import Item
+from hawk.store.ring_buffer import Item
 from hawk.survey.report import compare
 from hawk.survey.truth import GroundTruth, parse_truth
 from hawk.worlds.generate import generate_world

@@ -23,8 +23,8 @@ from hawk.config.sections import StoreSettings
 from hawk.model.operation import Health
 from hawk.model.sentences import say
 from hawk.store.frame_codec import FRAME_INPUT
-from hawk.store.recording_ring import Item, Ring
 from hawk.store.recordings import Recordings
+from hawk.store.ring_buffer import Item, Ring
 from hawk.store.shown import View
 
 if TYPE_CHECKING:

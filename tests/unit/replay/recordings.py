@@ -24,7 +24,7 @@ from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.replay.process import Again
 from hawk.store.frame_codec import FRAME_INPUT
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
+from hawk.store.ring_buffer import Item
 from hawk.store.shown import StallsSeen
 
 DATUM = GlobalPose(52.0, 5.0, 40.0)

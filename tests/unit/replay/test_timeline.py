@@ -10,7 +10,7 @@ import pytest
 
 from hawk.replay.flight import RecordedFlight, ReplayError
 from hawk.replay.timeline import Shown, read_shown
-from hawk.store.recording_ring import Item
+from hawk.store.ring_buffer import Item
 from tests.reference.kept import unpack
 from tests.unit.replay.recordings import DATUM, S, flight, jpeg, tick, write
 

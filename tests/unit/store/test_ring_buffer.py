@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.store.recording_ring import Item, Ring
+from hawk.store.ring_buffer import Item, Ring
 
 S = 1_000_000_000
 
