@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.versions.kept import VersionError, Versions
+from hawk.versions.folder import VersionError, Versions
 from hawk.versions.switching import (
     IN_ORDER,
     Outside,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from hawk.versions.flight_state import FoundState, read_flight_state
-from hawk.versions.kept import VersionError, Versions
+from hawk.versions.folder import VersionError, Versions
 
 UNIT: Final = "hawk-drone.service"
 RUNTIME_FOLDER: Final = Path("/run/hawk")

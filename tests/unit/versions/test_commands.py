@@ -10,7 +10,7 @@ import pytest
 from hawk import cli
 from hawk.versions import commands
 from hawk.versions.flight_state import FlightStateFile
-from hawk.versions.kept import Versions
+from hawk.versions.folder import Versions
 from tests.unit.versions.package import make_package
 
 ROOT = Path(__file__).parents[3]

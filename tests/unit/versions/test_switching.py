@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.kept import VersionError, Versions
+from hawk.versions.folder import VersionError, Versions
 from hawk.versions.switching import (
     ARMED,
     FAILED_STARTS,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.kept import VersionError, Versions
+from hawk.versions.folder import VersionError, Versions
 from tests.unit.versions.package import PYTHON, make_package
 
 
@@ -85,7 +85,7 @@ def test_on_another_file_system_files_are_copied(tmp_path: Path, monkeypatch: py
     def refuse(*_paths: object) -> None:
         raise OSError(errno.EXDEV, "Invalid cross-device link")
 
-    monkeypatch.setattr("hawk.versions.kept.os.link", refuse)
+    monkeypatch.setattr("hawk.versions.folder.os.link", refuse)
     versions = Versions(tmp_path / "hawk")
     put(versions, tmp_path, "0.3.0")
     copied = versions.folder("0.3.0") / "bin" / "hawk-drone"
@@ -100,7 +100,7 @@ def test_a_full_disk_leaves_the_version_in_force(tmp_path: Path, monkeypatch: py
     def refuse(*_paths: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("hawk.versions.kept.os.link", refuse)
+    monkeypatch.setattr("hawk.versions.folder.os.link", refuse)
     with pytest.raises(OSError, match="No space left"):
         put(versions, tmp_path, "0.4.0", "0.3.0")
     assert (versions.current, versions.kept) == ("0.3.0", ["0.3.0"])
