@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.versions.folder import VersionError, Versions
-from hawk.versions.switching import (
+from hawk.versions.switch import (
     IN_ORDER,
     Outside,
     Refusal,

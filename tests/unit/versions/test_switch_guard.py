@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from hawk.versions import switching
+from hawk.versions import switch
 from hawk.versions.flight_state import FlightState, FlightStateFile, FoundState
-from hawk.versions.switching import ARMED, ASKED_S, ENDED_ARMED, SILENT, Refusal, judge, look
+from hawk.versions.switch import ARMED, ASKED_S, ENDED_ARMED, SILENT, Refusal, judge, look
 from tests.manual_clock import ManualClock
 
 NOW = 100.0
@@ -100,11 +100,11 @@ def test_a_state_that_cannot_be_read_is_a_refusal(tmp_path: Path) -> None:
 def test_the_unit_runs_unless_systemd_says_that_it_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, state: str, runs: bool
 ) -> None:
-    monkeypatch.setattr(switching, "SYSTEMD_FOLDER", tmp_path)
+    monkeypatch.setattr(switch, "SYSTEMD_FOLDER", tmp_path)
     monkeypatch.setattr(
-        "hawk.versions.switching.subprocess.run", lambda *_a, **_k: subprocess.CompletedProcess([], 0, state, "")
+        "hawk.versions.switch.subprocess.run", lambda *_a, **_k: subprocess.CompletedProcess([], 0, state, "")
     )
-    assert switching.service_runs() is runs
+    assert switch.service_runs() is runs
 
 
 def test_a_systemd_that_does_not_answer_counts_as_a_daemon_that_runs(
@@ -113,11 +113,11 @@ def test_a_systemd_that_does_not_answer_counts_as_a_daemon_that_runs(
     def hang(*_arguments: Any, **_named: Any) -> None:
         raise subprocess.TimeoutExpired("systemctl", 10)
 
-    monkeypatch.setattr(switching, "SYSTEMD_FOLDER", tmp_path)
-    monkeypatch.setattr("hawk.versions.switching.subprocess.run", hang)
-    assert switching.service_runs()
+    monkeypatch.setattr(switch, "SYSTEMD_FOLDER", tmp_path)
+    monkeypatch.setattr("hawk.versions.switch.subprocess.run", hang)
+    assert switch.service_runs()
 
 
 def test_without_systemd_no_unit_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(switching, "SYSTEMD_FOLDER", tmp_path / "none")
-    assert not switching.service_runs()
+    monkeypatch.setattr(switch, "SYSTEMD_FOLDER", tmp_path / "none")
+    assert not switch.service_runs()

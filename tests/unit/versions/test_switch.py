@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hawk.versions.folder import VersionError, Versions
-from hawk.versions.switching import (
+from hawk.versions.switch import (
     ARMED,
     FAILED_STARTS,
     Outside,
