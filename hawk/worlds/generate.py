@@ -21,7 +21,7 @@ from hawk.worlds.layout import asphalt_details, plan_section
 from hawk.worlds.light import Sun, sample_sun
 from hawk.worlds.materials import Material, sample_material
 from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls, park, stays_of
+from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import Axes, SitePlan, Surface
 from hawk.worlds.render import draw_plan
 from hawk.worlds.repaint import repaint

@@ -17,7 +17,7 @@ import shapely
 from hawk.worlds.bays import Place, Room
 from hawk.worlds.canvas import Points
 from hawk.worlds.materials import grey, sample_material
-from hawk.worlds.parked import car_on, number_stalls
+from hawk.worlds.parked_cars import car_on, number_stalls
 from hawk.worlds.plan import Block, PlannedStall, SitePlan, Surface
 from hawk.worlds.runs import clear, remove, remove_paint, runs_of
 

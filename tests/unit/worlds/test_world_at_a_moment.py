@@ -16,7 +16,7 @@ from hawk.worlds.conditions import Condition
 from hawk.worlds.daylight import DUSK_BELOW_DEG, light_at, shadow_of
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls, park, stays_of
+from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import PlannedStall, Vehicle
 from hawk.worlds.render import draw_plan
 from hawk.worlds.stays import Stay
