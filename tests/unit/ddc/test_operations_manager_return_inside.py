@@ -22,7 +22,7 @@ from hawk.ddc.orders import Cause, CauseKind, ToReturn
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.requests.service_interface import Limits, target_refusal
-from hawk.ddc.rules.failing import AIR_S
+from hawk.ddc.rules.failed_ticks import AIR_S
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.rules.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home

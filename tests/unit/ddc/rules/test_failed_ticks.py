@@ -15,7 +15,7 @@ from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.requests.service_interface import ReqFailed
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import RouteRequests
-from hawk.ddc.rules.failing import AIR_S, ASK_AGAIN_S, GROUND_S, FailingTicks
+from hawk.ddc.rules.failed_ticks import AIR_S, ASK_AGAIN_S, GROUND_S, FailingTicks
 from hawk.ddc.rules.follower import VehicleFollower
 from hawk.ddc.rules.kill import KillSwitch
 from hawk.ddc.states.hover import CommunicationLostState, HoverState
