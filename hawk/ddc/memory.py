@@ -28,7 +28,7 @@ from hawk.ddc.parameters import reader
 from hawk.ddc.rules import command_desk, follower, kill, notices, silence
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states import base, explore, ground, homing, hover, moves, path_home
+from hawk.ddc.states import base, explore, ground, hover, moves, path_home, rtl_and_land
 from hawk.model import operation, plans, poses, vehicle
 
 FORMAT: Final = 1
