@@ -19,7 +19,7 @@ from hawk.ddc.acts import Ask, ReadParameter
 from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.memory import remember
 from hawk.ddc.orders import Cause, CauseKind
 from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION

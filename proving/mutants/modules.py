@@ -61,7 +61,7 @@ _NAMED: Final[dict[str, tuple[str, ...]]] = {
     "fence": (
         "hawk/comm/autopilot/vehicle.py",
         "hawk/ddc/fence/plan.py",
-        "hawk/ddc/fence/stored.py",
+        "hawk/ddc/fence/keepers.py",
         "hawk/ddc/fence/path.py",
         "hawk/ddc/fence/geometry.py",
         "hawk/ddc/battery/energy.py",
@@ -181,7 +181,7 @@ WITHOUT_EVERY_BRANCH: Final = frozenset(
         "hawk/comm/topic.py",
         "hawk/comm/mavlink/udp_gate.py",
         "hawk/ddc/fence/plan.py",
-        "hawk/ddc/fence/stored.py",
+        "hawk/ddc/fence/keepers.py",
         "hawk/ddc/fence/path.py",
         "hawk/ddc/operations_manager.py",
         "hawk/ddc/states/path_home.py",
@@ -219,7 +219,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/rules/failed_ticks.py": ("failed_ticks",),
     "hawk/ddc/fence/plan.py": ("plan", "plan_fence_zones", "geometry_zones"),
     "hawk/ddc/requests/requests.py": ("requests", "performer", "plan", "plan_fence_zones"),
-    "hawk/ddc/fence/stored.py": ("plan", "plan_fence_zones", "senses"),
+    "hawk/ddc/fence/keepers.py": ("plan", "plan_fence_zones", "senses"),
     "hawk/ddc/operations_manager.py": ("failed_ticks", "follower_restart", "reader", "operations_manager_flight"),
     "hawk/ddc/parameters/reader.py": ("reader", "plan"),
     "hawk/ddc/rules/command_desk.py": (
