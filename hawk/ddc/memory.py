@@ -23,7 +23,7 @@ from hawk.comm.protocol import commands, heartbeat
 from hawk.ddc import acts, decider, facts, motion, orders, stopwatch
 from hawk.ddc.decider import Decider
 from hawk.ddc.fence import plan
-from hawk.ddc.keeping import effort, fence, keeper, parameters
+from hawk.ddc.keeper import effort, fence, keeper, parameters
 from hawk.ddc.parameters import reader
 from hawk.ddc.rules import command_desk, follower, kill, notices, silence
 from hawk.ddc.rules.kill import KillTokens

@@ -144,7 +144,7 @@ class ReturnToLaunchState(HomingState):
 
     Whether a path inside is flown is decided once, at the first tick (`hawk.ddc.states.path_home`).
     Where RTL would not end at home (home was moved, rally points, `RTL_*`), that is put right first
-    (`hawk.ddc.keeping`). RTL that began before that flies elsewhere for ever, so that it is begun again. What stays
+    (`hawk.ddc.keeper`). RTL that began before that flies elsewhere for ever, so that it is begun again. What stays
     wrong: the drone is led home by targets and lands there. Where it cannot be led, it lands where it is, or holds when
     the operator asked. So does one whose place or height is doubted, unless the operator asked in spite of the doubt.
     """

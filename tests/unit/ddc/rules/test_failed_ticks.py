@@ -10,7 +10,7 @@ import pytest
 from hawk.comm.protocol.commands import Arm, Kill, KillRequest, KillToken, Takeoff
 from hawk.ddc import decider as decider_room
 from hawk.ddc.decider import Decider
-from hawk.ddc.keeping.fence import KeptFence
+from hawk.ddc.keeper.fence import KeptFence
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.requests.service_interface import ReqFailed
 from hawk.ddc.rules import guard

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from hawk.ddc.acts import Acts, Log, PutBack
 from hawk.ddc.facts import Facts
-from hawk.ddc.keeping.effort import LATER, Effort, changed_by
-from hawk.ddc.keeping.fence import is_inside
+from hawk.ddc.keeper.effort import LATER, Effort, changed_by
+from hawk.ddc.keeper.fence import is_inside
 from hawk.ddc.parameters.failsafes import FENCE, FENCE_NAMES, PARAMETERS_OF, AutopilotView, check_failsafes
 from hawk.ddc.parameters.values import RETURN_HEIGHT, FailsafeCheck, Values
 from hawk.ddc.words import named, sentence

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hawk.ddc.acts import Acts, Ask, Log, Record, SetHome
 from hawk.ddc.facts import Facts, KeptFacts
-from hawk.ddc.keeping.effort import Fight
-from hawk.ddc.keeping.fence import KeptFence
-from hawk.ddc.keeping.parameters import KeptParameters
+from hawk.ddc.keeper.effort import Fight
+from hawk.ddc.keeper.fence import KeptFence
+from hawk.ddc.keeper.parameters import KeptParameters
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.parameters.values import RETURN_CHECK, RETURN_HEIGHT, FailsafeCheck
@@ -36,7 +36,7 @@ LOST_S = 10.0
 class KeptHome:
     """Sets home back to the arm place when somebody moved it, and reports it.
 
-    Who moves it once too often (`hawk.ddc.keeping.effort`) moves it for ever: the flight ends, and home is set back all
+    Who moves it once too often (`hawk.ddc.keeper.effort`) moves it for ever: the flight ends, and home is set back all
     the same.
     """
 

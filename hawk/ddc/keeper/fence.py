@@ -14,7 +14,7 @@ from hawk.comm.mavlink.foreign_writes import FENCE
 from hawk.ddc.acts import Acts, Ask, CompareFence, EnableFence, Log, PutFenceInForce, UploadFence
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import FenceError, contains, is_about_same, to_map
-from hawk.ddc.keeping.effort import LATER, Effort, changed_by
+from hawk.ddc.keeper.effort import LATER, Effort, changed_by
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameters.failsafes import CORNERS_NAME, FENCE_ENABLE
 from hawk.ddc.parameters.values import Values

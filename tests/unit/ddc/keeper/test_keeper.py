@@ -21,10 +21,10 @@ from hawk.ddc.acts import (
     UploadFence,
 )
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.keeping.effort import PAUSE_S, TRIES, UNKNOWN, WINDOW_S, Effort, changed_by
-from hawk.ddc.keeping.fence import COMPARE_S, RETRY_S, STALE_S, SWITCH_CONFIRM_S, KeptFence, is_inside
-from hawk.ddc.keeping.keeper import LOST_S, Keeper, KeptHome
-from hawk.ddc.keeping.parameters import PATIENCE_S, KeptParameters
+from hawk.ddc.keeper.effort import PAUSE_S, TRIES, UNKNOWN, WINDOW_S, Effort, changed_by
+from hawk.ddc.keeper.fence import COMPARE_S, RETRY_S, STALE_S, SWITCH_CONFIRM_S, KeptFence, is_inside
+from hawk.ddc.keeper.keeper import LOST_S, Keeper, KeptHome
+from hawk.ddc.keeper.parameters import PATIENCE_S, KeptParameters
 from hawk.ddc.orders import ToHover, ToManual
 from hawk.ddc.parameters.failsafes import check_failsafes
 from hawk.ddc.parameters.values import FailsafeCheck
