@@ -17,9 +17,9 @@ from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.plan_rows import mark_extra
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
-from hawk.algo.rows.chosen import RowOptions
 from hawk.algo.rows.fit import Finds, row_of
 from hawk.algo.rows.lot import NO_ROW, RowStalls, completion
+from hawk.algo.rows.sequence import RowOptions
 from hawk.algo.steps import Steps
 from hawk.algo.vision import quads
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.rows.chosen import Chosen, RowOptions, best_sequence, choose
 from hawk.algo.rows.evidence import STEPS, strip
 from hawk.algo.rows.fit import Finds, Row, fit_row
+from hawk.algo.rows.sequence import Chosen, RowOptions, best_sequence, choose
 from hawk.algo.vision.seen import FloatArray
 from tests.unit.algo.rows.parking import WIDTH, finds_at, ground_of, row_at
 
