@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
-from hawk.algo.mapper.shown import lot_outline
+from hawk.algo.mapper.cell_classes import lot_outline
 from hawk.algo.mapper.stalls import call_state
 from hawk.algo.mapper.suggestions import WIDTH_M, car_boxes, length_about, on_stalls
 from hawk.algo.mapper.table import STATES, UNKNOWN, published_size

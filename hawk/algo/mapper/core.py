@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window, tile_window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.after_swap import REACH_M, SAME_CARS_S, AfterSwap, Stalls, TooFewError
+from hawk.algo.mapper.cell_classes import CLOSE_M, classify
 from hawk.algo.mapper.evidence import (
     EVIDENCE_M,
     CellEvidence,
@@ -33,7 +34,6 @@ from hawk.algo.mapper.plan_on_map import PlanOnMap, given_look
 from hawk.algo.mapper.published import StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.rowfill import RowFiller
-from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.shown import lot_outline
+from hawk.algo.mapper.cell_classes import lot_outline
 from hawk.algo.vision import quads
 from hawk.algo.vision.seen import FloatArray
 

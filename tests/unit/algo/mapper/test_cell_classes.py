@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
+from hawk.algo.mapper.cell_classes import classify
 from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.shown import classify
 from hawk.model.lot_map import Cell
 from tests.unit.algo.synthetic import stall_corners
 
