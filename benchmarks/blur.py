@@ -25,9 +25,9 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.blur import BLURRED, blur_of
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import SeenGround
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.picture import decode
-from hawk.algo.vision.seen import SeenGround
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
 

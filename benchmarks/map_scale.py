@@ -37,7 +37,7 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.algo.vision.seen import Seen
+from hawk.algo.vision.detection import Seen
 from hawk.model.lot_map import TILE_M, OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel

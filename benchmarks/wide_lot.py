@@ -19,7 +19,7 @@ from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, Rows, corners_of, to_bytes
-from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
+from hawk.algo.vision.detection import GroundImage, SeenGround, StallSeen
 from hawk.model.lot_map import TILE_CELLS, TILE_M, Cell, TileKey
 from hawk.model.poses import MapPose
 from hawk.model.tile_picture import encode_picture

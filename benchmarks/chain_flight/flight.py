@@ -19,7 +19,7 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import SeenGround
 from hawk.ddc.motion import Goal
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.operation import StateName

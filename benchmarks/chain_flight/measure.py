@@ -25,7 +25,7 @@ from benchmarks.perception.places import Place
 from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.evidence import quality_mask
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap

@@ -19,8 +19,8 @@ from benchmarks.lots.visits import APART_M, Visit
 from benchmarks.perception.eyes import boxes_of_maps
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork
-from hawk.algo.vision.seen import FloatArray
 from hawk.lots.finished import LandedSurvey, finished
 from hawk.lots.frames import Move
 from hawk.lots.values import FinishedSurvey, SurveyStall

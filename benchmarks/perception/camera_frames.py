@@ -17,8 +17,8 @@ from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import FloatArray, GroundImage, StallSeen
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
 from hawk.model.lot_map import StallState
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel

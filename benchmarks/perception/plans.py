@@ -25,7 +25,7 @@ from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.algo.registration.whole_map import register
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 from hawk.model.lot_map import StallState
 from hawk.picture.nadir import CELL_M, GROUND_M
 from hawk.survey.scoring import NEAR_M

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.perception.eyes import north_up
 from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import SeenGround
 from hawk.model.lot_map import StallState
 from hawk.model.poses import MapPose
 

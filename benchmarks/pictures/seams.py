@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 from hawk.picture.level import level
 from hawk.picture.looked import Files
 from hawk.picture.photos import PhotoSurvey

@@ -17,10 +17,10 @@ from hawk.algo.mapper.app import Fused, MapperApp
 from hawk.algo.path_plan.app import PathPlanApp, Plan
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.detection import Seen, SeesFrames, stall_size
 from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.algo.vision.seen import Seen, SeesFrames, stall_size
 from hawk.formats.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep

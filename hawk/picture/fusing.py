@@ -8,7 +8,7 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.vision.blur import BLURRED, blur_of
-from hawk.algo.vision.seen import Found, GroundImage, Seen, SeenGround
+from hawk.algo.vision.detection import Found, GroundImage, Seen, SeenGround
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel

@@ -27,6 +27,7 @@ from hawk.algo.rows.fit import Finds
 from hawk.algo.rows.lot import RowStalls, complete_rows
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import (
     CELL_PIXELS,
     Blob,
@@ -37,7 +38,6 @@ from hawk.algo.vision.network import (
     VisionModelError,
     packaged_weights,
 )
-from hawk.algo.vision.seen import FloatArray
 from hawk.model.lot_map import StallState
 from hawk.picture.values import PictureError, of_model
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.decode import Stalls, occupancy, sample, sample_points
+from hawk.algo.vision.detection import FloatArray, Found, GroundImage
 from hawk.algo.vision.network import MapArray
-from hawk.algo.vision.seen import FloatArray, Found, GroundImage
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.mapper.register import Shift
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.algo.vision.seen import Seen, SeenGround, SeesFrames
+from hawk.algo.vision.detection import Seen, SeenGround, SeesFrames
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap, Stall
 from hawk.model.operation import Health

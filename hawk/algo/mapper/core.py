@@ -37,7 +37,7 @@ from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
-from hawk.algo.vision.seen import GroundImage, SeenGround
+from hawk.algo.vision.detection import GroundImage, SeenGround
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey
 from hawk.model.plans import Inbound

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
-from hawk.algo.vision.seen import GroundImage, SeenGround
+from hawk.algo.vision.detection import GroundImage, SeenGround
 from hawk.model.lot_map import TILE_M, Cell
 from hawk.model.poses import MapPose
 

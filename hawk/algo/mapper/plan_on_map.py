@@ -19,7 +19,7 @@ from hawk.algo.mapper.stalls import GivenLook, StallTracker, call_state
 from hawk.algo.mapper.table import SQUARE_M, Rows, corners_of, geometry_of, square_of
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import SeenGround
 from hawk.model.known_lot import KnownLot
 
 _LEAST_SHOWN: Final = 0.6

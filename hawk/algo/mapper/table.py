@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from hawk.algo.mapper.evidence import transform_points
 from hawk.algo.rows.lot import RowStalls
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import StallSeen
+from hawk.algo.vision.detection import StallSeen
 from hawk.model.lot_map import Stall, StallState
 
 Floats = NDArray[np.float64]

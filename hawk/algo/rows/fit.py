@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 Indices = NDArray[np.intp]
 

@@ -13,7 +13,7 @@ from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit
 from hawk.algo.rows.sequence import Chosen, RowOptions, choose
 from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 NO_ROW: Final = -1
 _OVERLAP, _TOUCH = 0.2, 0.12

@@ -15,7 +15,7 @@ import numpy as np
 from hawk.algo.rows.evidence import STEPS, Strip
 from hawk.algo.rows.fit import Finds, Indices, Row
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 _NEVER: Final = -1e9
 _UNSEEN: Final = 6.0

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
+from hawk.algo.vision.detection import FloatArray, Found, GroundImage, StallSeen
 from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray, NetworkMaps, StallNetwork, sun_input
-from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
 
 _EDGE_CELLS = 2
 _CORE_LIMIT = 0.35

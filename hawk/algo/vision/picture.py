@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
+from hawk.algo.vision.detection import FloatArray, StallSeen
 from hawk.algo.vision.rectify import project, scaled_camera
-from hawk.algo.vision.seen import FloatArray, StallSeen
 from hawk.formats import image as pictures
 from hawk.formats.image import NoImage, read_jpeg
 from hawk.model.lot_map import Stall, StallState

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.vision.seen import GroundImage, Seen, SeenGround, StallSeen
+from hawk.algo.vision.detection import GroundImage, Seen, SeenGround, StallSeen
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose, Fence, HeightParameters

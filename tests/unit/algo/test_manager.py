@@ -14,8 +14,8 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.detection import Seen, SeenGround
 from hawk.algo.vision.odometry import Odometry
-from hawk.algo.vision.seen import Seen, SeenGround
 from hawk.formats.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep

@@ -15,7 +15,7 @@ from benchmarks.chain_flight.flight import Errors, Flown, Glance
 from benchmarks.chain_flight.measure import Judgement, Pool, Result
 from benchmarks.figures import Figure
 from hawk.algo.frame import FrameOutput
-from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
+from hawk.algo.vision.detection import GroundImage, SeenGround, StallSeen
 from hawk.ddc.motion import Goal
 from hawk.model.lot_map import Counts, OccupancyMap, StallState
 from hawk.model.operation import Health

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 import numpy as np
 import pytest
 
-from hawk.algo.vision.seen import Found, GroundImage, StallSeen
+from hawk.algo.vision.detection import Found, GroundImage, StallSeen
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.app import Adjusted, Known, Pair
 from hawk.picture.adjust.features import Features, Search, Ties

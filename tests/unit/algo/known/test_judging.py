@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.known.judging import judge
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.vision.seen import Found, GroundImage
+from hawk.algo.vision.detection import Found, GroundImage
 
 CELL_M = 0.2
 SHAPE = (150, 200)

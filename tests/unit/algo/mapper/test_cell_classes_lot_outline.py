@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.mapper.cell_classes import lot_outline
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 CELL = 0.4
 SIZE = (200, 250)  # 80 m x 100 m

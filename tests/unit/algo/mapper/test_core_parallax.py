@@ -13,7 +13,7 @@ from hawk.algo.mapper import stalls as stalls_module
 from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.register import Slip
 from hawk.algo.mapper.table import STALL_DTYPE, from_bytes, to_bytes
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import SeenGround
 from tests.unit.algo.synthetic import SyntheticVision, Truth, pose_at, rows_lot, stretched
 
 HEIGHT_M = 35.0

@@ -10,7 +10,7 @@ from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.table import FREE, TAKEN, Detections
-from hawk.algo.vision.seen import StallSeen
+from hawk.algo.vision.detection import StallSeen
 from tests.unit.algo.synthetic import stall_corners
 
 WINDOW = Window.around(np.array([[-25.0, -25.0], [25.0, 25.0]]), EVIDENCE_M)

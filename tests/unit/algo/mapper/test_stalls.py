@@ -19,7 +19,7 @@ from hawk.algo.mapper.table import (
     to_bytes,
     to_stall,
 )
-from hawk.algo.vision.seen import StallSeen
+from hawk.algo.vision.detection import StallSeen
 
 
 def seen(north: float = 0.0, east: float = 0.0, **changes: float) -> StallSeen:

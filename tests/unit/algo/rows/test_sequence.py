@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hawk.algo.rows.evidence import STEPS, strip
 from hawk.algo.rows.fit import Finds, Row, fit_row
 from hawk.algo.rows.sequence import Chosen, RowOptions, best_sequence, choose
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 from tests.unit.algo.rows.parking import WIDTH, finds_at, ground_of, row_at
 
 ANGLE = 0.3 + math.pi / 2

@@ -13,8 +13,8 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision import named
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import Found, GroundImage, StallSeen
 from hawk.algo.vision.network import VisionModelError
-from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel

@@ -15,8 +15,8 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
+from hawk.algo.vision.detection import StallSeen
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.algo.vision.seen import StallSeen
 from hawk.model.operation import StateName
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from hawk.algo.vision import network as network_module
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import GroundImage
 from hawk.algo.vision.network import (
     CHANNELS,
     StallNetwork,
@@ -21,7 +22,6 @@ from hawk.algo.vision.network import (
     sun_input,
 )
 from hawk.algo.vision.rectify import Rectifier, ground_homography
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 from training.scenes import Scene, SceneStall, draw_scene

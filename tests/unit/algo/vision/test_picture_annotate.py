@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detection import StallSeen
 from hawk.algo.vision.picture import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, PictureStyle, annotate, state_of
 from hawk.algo.vision.rectify import project, scaled_camera
-from hawk.algo.vision.seen import StallSeen
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose

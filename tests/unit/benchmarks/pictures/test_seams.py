@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.pictures.seams import shifts
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 
 M = 0.1
 

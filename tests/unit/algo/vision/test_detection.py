@@ -8,7 +8,7 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.seen import LEAST_STALLS, WHOLE, Seen, StallSeen, stall_size
+from hawk.algo.vision.detection import LEAST_STALLS, WHOLE, Seen, StallSeen, stall_size
 from hawk.model.pictures import StallSize
 from tests.unit.algo.vision.test_app_ground_height import ABOVE_GROUND_M, POSE, WIDTH_M, over_the_lot
 
