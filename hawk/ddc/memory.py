@@ -33,7 +33,7 @@ from hawk.model import operation, plans, poses, vehicle
 
 FORMAT: Final = 1
 """Number of the memory's form. It grows when a class of the decider remembers other things than before."""
-_STATES = (base, explore, ground, homing, hover, moves, path_home)
+_STATES = (base, explore, ground, hover, moves, path_home, rtl_and_land)
 _RULES = (command_desk, follower, kill, notices, silence, effort, fence, keeper, parameters, reader)
 _VALUES = (acts, facts, motion, orders, stopwatch, plan, commands, heartbeat, operation, plans, poses, vehicle)
 _MODULES: tuple[ModuleType, ...] = (decider, *_STATES, *_RULES, *_VALUES)
@@ -81,17 +81,13 @@ def _given(settings: DdcSettings, tokens: KillTokens) -> dict[str, Any]:
 
 @cache
 def _kinds() -> Mapping[str, type[Any]]:
-    """Return the classes that a memory may hold, by module and name."""
+    """Return the classes that a memory may hold, by name: a class may move to another module."""
     kinds: dict[str, type[Any]] = {}
     for module in _MODULES:
         for value in vars(module).values():
             if isinstance(value, type) and value.__module__ == module.__name__:
-                kinds[_name(value)] = value
+                kinds[value.__name__] = value
     return kinds
-
-
-def _name(kind: type[Any]) -> str:
-    return f"{kind.__module__.removeprefix('hawk.')}.{kind.__qualname__}"
 
 
 class _Writer:
@@ -133,10 +129,10 @@ class _Writer:
         return ["object", self._kind(value), number, self._attributes(value)]
 
     def _kind(self, value: Any) -> str:
-        name = _name(type(value))
-        if name not in _kinds():
-            raise MemoryFormatError(f"{name} is no class of the decider's memory")
-        return name
+        kind = type(value)
+        if _kinds().get(kind.__name__) is not kind:
+            raise MemoryFormatError(f"{kind.__qualname__} is no class of the decider's memory")
+        return kind.__name__
 
     def _attributes(self, value: Any) -> dict[str, _Coded]:
         names = [item.name for item in fields(value)] if is_dataclass(value) else list(vars(value))
@@ -171,7 +167,7 @@ class _Reader:
         return self._tags[tag](*content)
 
     def _kind(self, name: str) -> type[Any]:
-        kind = _kinds().get(name)
+        kind = _kinds().get(name.rpartition(".")[2])  # a memory may name the module, too
         if kind is None:
             raise MemoryFormatError(f"{name} is no class of the decider's memory")
         return kind
