@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.ground import COARSE_M, Bools, Floats, Place, Window
-from hawk.algo.known.placing import plan_rectangles
+from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.footprint import Footprint, Singles, Swath, exploring_height
 from hawk.algo.path_plan.grid_search import farthest_in_sight
 from hawk.algo.path_plan.lot_ground import FenceGuard

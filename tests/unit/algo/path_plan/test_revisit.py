@@ -10,7 +10,7 @@ import shapely
 
 from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
 from hawk.algo.ground import CoarseLayers, Floats, Window
-from hawk.algo.known.placing import plan_rectangles
+from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.known_tour import boxes_of, corners_of, lot_tour
 from hawk.algo.steps import outcome

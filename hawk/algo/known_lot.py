@@ -1,4 +1,4 @@
-"""The place of a lot's plan on the map of a flight, by where the stalls are.
+"""A lot that is known already: the place of its plan on the map of a flight, and what a frame shows of its stalls.
 
 The map of the flight grows; the plan is compared with it again and again, a few milliseconds a frame, until its place
 is certain (`hawk.algo.registration`). Until then the flight knows nothing of the plan.
@@ -7,6 +7,7 @@ is certain (`hawk.algo.registration`). Until then the flight knows nothing of th
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,9 @@ from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.algo.registration.whole_map import Doubt, Registration, registering
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.steps import Steps
+from hawk.algo.vision.decode import Stalls, occupancy, sample, sample_points
+from hawk.algo.vision.detection import FloatArray, Found, GroundImage
+from hawk.algo.vision.network import MapArray
 from hawk.model.known_lot import KnownLot
 
 FIRST_TRY: Final = 12
@@ -33,7 +37,7 @@ def plan_rectangles(lot: KnownLot) -> Rectangles:
     return Rectangles(values[:, :2], *values[:, 2:].T)
 
 
-class PlanPlacing:
+class PlanRegistration:
     """Looks for the place of one plan."""
 
     def __init__(self, lot: KnownLot) -> None:
@@ -87,3 +91,31 @@ def _polygons(lot: KnownLot) -> MultiPolygon:
     """Return the known ground; rings that cross themselves are mended."""
     whole = shapely.union_all([shapely.make_valid(Polygon(piece[0], piece[1:])) for piece in lot.ground])
     return MultiPolygon([part for part in shapely.get_parts(whole) if isinstance(part, Polygon) and not part.is_empty])
+
+
+@dataclass(frozen=True, slots=True)
+class _Layers:
+    core: MapArray = field(repr=False)
+    taken: MapArray = field(repr=False)
+    car: MapArray = field(repr=False)
+
+
+def judge(found: Found, stalls: Rectangles) -> tuple[FloatArray, FloatArray]:
+    """Return the probability (N,) that each stall is taken, and the share (N,) of each that the picture shows.
+
+    ``stalls``: metres (north, east), wherever vision found any itself.
+    """
+    if not len(stalls):
+        return np.zeros(0), np.zeros(0)
+    cells = _in_cells(stalls, found.core)
+    layers = _Layers(found.core.values, found.taken.values, found.car.values)
+    visible = sample(found.core.valid, sample_points(cells)).mean(axis=1)
+    return occupancy(layers, cells), np.asarray(visible, np.float64)
+
+
+def _in_cells(stalls: Rectangles, ground: GroundImage) -> Stalls:
+    column, row = ground.pixel_points(stalls.centres).T
+    along = np.column_stack([np.cos(stalls.angle), np.sin(stalls.angle)]) @ np.linalg.inv(ground.to_map[:, :2]).T
+    side = ground.metres_per_pixel
+    size = stalls.width / side, stalls.length / side
+    return Stalls(column, row, np.arctan2(along[:, 1], along[:, 0]), *size, np.ones(len(stalls)))

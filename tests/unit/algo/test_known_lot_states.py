@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.known.judging import judge
+from hawk.algo.known_lot import judge
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.detection import Found, GroundImage
 

@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import MultiPolygon
 
-from hawk.algo.known.placing import FIRST_TRY, PAUSE, PlanPlacing, plan_rectangles
+from hawk.algo.known_lot import FIRST_TRY, PAUSE, PlanRegistration, plan_rectangles
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.registration.whole_map import Doubt
 from hawk.algo.rows.fit import Rectangles
@@ -39,7 +39,7 @@ def moved(stalls: NDArray[np.float64], north: float, east: float, turn: float) -
     return np.column_stack([places, (stalls[:, 2] + turn) % math.pi, stalls[:, 3:]])
 
 
-def look(placing: PlanPlacing, found: StallMap, frames: int = 400) -> Rectangles | None:
+def look(placing: PlanRegistration, found: StallMap, frames: int = 400) -> Rectangles | None:
     for _ in range(frames):
         placed = placing.go_on(len(found.stalls), lambda: found)
         if placed is not None:
@@ -51,7 +51,7 @@ def look(placing: PlanPlacing, found: StallMap, frames: int = 400) -> Rectangles
 def test_the_plan_is_found_where_the_flight_sees_the_lot(north: float, east: float, turn: float) -> None:
     stalls = rows_of(14, 9, 12)
     there = moved(stalls, north, east, turn)
-    placed = look(PlanPlacing(lot_of(stalls)), seen(there))
+    placed = look(PlanRegistration(lot_of(stalls)), seen(there))
     assert placed is not None
     assert np.hypot(*(placed.centres - there[:, :2]).T).max() < 0.05
 
@@ -59,7 +59,7 @@ def test_the_plan_is_found_where_the_flight_sees_the_lot(north: float, east: flo
 def test_a_row_without_an_end_in_view_is_not_certain_and_is_looked_at_again() -> None:
     stalls = rows_of(40)
     part = stalls[10:30]
-    placing, asked = PlanPlacing(lot_of(stalls)), []
+    placing, asked = PlanRegistration(lot_of(stalls)), []
 
     def found() -> StallMap:
         asked.append(True)
@@ -72,7 +72,7 @@ def test_a_row_without_an_end_in_view_is_not_certain_and_is_looked_at_again() ->
 
 
 def test_a_few_stalls_are_not_compared() -> None:
-    placing = PlanPlacing(lot_of(rows_of(14, 9, 12)))
+    placing = PlanRegistration(lot_of(rows_of(14, 9, 12)))
 
     def never() -> StallMap:
         raise AssertionError
@@ -84,14 +84,14 @@ def test_a_few_stalls_are_not_compared() -> None:
 
 def test_a_plan_that_was_placed_is_not_looked_for_again() -> None:
     stalls = rows_of(14, 9, 12)
-    placing = PlanPlacing(lot_of(stalls))
+    placing = PlanRegistration(lot_of(stalls))
     assert look(placing, seen(stalls)) is not None
     assert placing.is_over
 
 
 def test_a_copy_begins_its_comparison_again() -> None:
     stalls = rows_of(14, 9, 12)
-    placing = PlanPlacing(lot_of(stalls))
+    placing = PlanRegistration(lot_of(stalls))
     found = seen(stalls)
     placing.go_on(len(stalls), lambda: found)
     assert look(copy.deepcopy(placing), found) is not None
@@ -102,4 +102,4 @@ def test_known_ground_that_crosses_itself_is_mended() -> None:
     bow = ((-10.0, -10.0), (45.0, 45.0), (45.0, -10.0), (-10.0, 45.0))
     lot = KnownLot("lot", lot_of(stalls).stalls, ((bow,),))
     assert len(plan_rectangles(lot)) == len(stalls)
-    PlanPlacing(lot)
+    PlanRegistration(lot)
