@@ -10,7 +10,7 @@ from typing import Any, Final
 from pydantic import TypeAdapter
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.vision.named import network_name
+from hawk.algo.vision.network_file import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.comm.topic import Topic

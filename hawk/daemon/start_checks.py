@@ -78,7 +78,8 @@ def check_model(settings: VisionSettings) -> None:
     """
     if settings.model is None and settings.engine == VisionSettings().engine:
         return
-    from hawk.algo.vision.network import StallNetwork, VisionModelError  # their libraries take half a second to load
+    from hawk.algo.vision.network import StallNetwork
+    from hawk.algo.vision.network_file import VisionModelError  # their libraries take half a second to load
 
     try:
         StallNetwork.load(settings.model, settings.engine, settings.threads)

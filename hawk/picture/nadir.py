@@ -28,16 +28,8 @@ from hawk.algo.rows.lot import RowStalls, complete_rows
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.detection import FloatArray
-from hawk.algo.vision.network import (
-    CELL_PIXELS,
-    Blob,
-    Engine,
-    EngineChoice,
-    NetworkMaps,
-    StallNetwork,
-    VisionModelError,
-    packaged_weights,
-)
+from hawk.algo.vision.network import CELL_PIXELS, Blob, Engine, EngineChoice, NetworkMaps, StallNetwork
+from hawk.algo.vision.network_file import VisionModelError, packaged_weights
 from hawk.model.lot_map import StallState
 from hawk.picture.values import PictureError, of_model
 

@@ -16,7 +16,8 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.blur import BLURRED, blur_of
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.detection import Found, Seen, SeenGround
-from hawk.algo.vision.network import EngineChoice, StallNetwork, VisionModelError
+from hawk.algo.vision.network import EngineChoice, StallNetwork
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.formats.image import DamagedImage, NoImage

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from hawk import cli
-from hawk.algo.vision.network import NetworkMaps, VisionModelError
+from hawk.algo.vision.network import NetworkMaps
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.check import commands
 from hawk.check.camera import CameraTimes
 from hawk.check.machine import DiskReading, ground_size, look_at_model

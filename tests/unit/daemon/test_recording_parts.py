@@ -5,7 +5,7 @@ from pathlib import Path
 
 import jsonschema
 
-from hawk.algo.vision.named import network_name
+from hawk.algo.vision.network_file import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.protocol.heartbeat import DroneStatus, LogEntry
 from hawk.comm.topic import Topic

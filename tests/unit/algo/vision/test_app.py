@@ -10,11 +10,11 @@ import pytest
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision import named
+from hawk.algo.vision import network_file
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.detection import Found, GroundImage, StallSeen
-from hawk.algo.vision.network import VisionModelError
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
@@ -281,7 +281,7 @@ def test_a_user_s_model_that_is_missing_or_no_network_is_an_error_that_names_the
 def test_without_the_package_s_network_pictures_are_shown_and_the_health_says_why(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(named, "_WEIGHTS", ("weights", "gone.onnx"))
+    monkeypatch.setattr(network_file, "_WEIGHTS", ("weights", "gone.onnx"))
     app = VisionApp()
     topics = AlgorithmTopicInterface()
     app.init(FrameCamera(topics), topics)
