@@ -33,8 +33,8 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose, MapPoint, MapPose, VehiclePose
+from hawk.store.frame_codec import StallsSeen, View, Words
 from hawk.store.recording import Recording
-from hawk.store.shown import StallsSeen, View, Words
 
 SECONDS: Final = 60
 TICKS_S: Final = 20

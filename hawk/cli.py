@@ -31,8 +31,7 @@ from hawk.picture.commands import COMMAND as MAP
 from hawk.picture.commands import add_map_command
 from hawk.replay.commands import COMMAND as REPLAY
 from hawk.replay.commands import add_replay_command
-from hawk.runtime.process import end_within
-from hawk.runtime.reader import READER_GONE, lose_readers, readers_are_gone
+from hawk.runtime.process import READER_GONE, end_within, lose_readers, readers_are_gone
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
 from hawk.sim.launch import (

@@ -26,10 +26,10 @@ from benchmarks.lots.looks import GNSS_M, ORIGIN, Look, datum_of, landed, true_i
 from benchmarks.lots.visits import DrawnLot, Visit
 from benchmarks.perception.edges import cut_labels
 from benchmarks.perception.places import Place
+from hawk.algo.frame import outcome
 from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.evidence import quality_mask
 from hawk.algo.path_plan.known_tour import lot_tour
-from hawk.algo.steps import outcome
 from hawk.algo.vision import decode
 from hawk.daemon.lot_keeper import find_stalls
 from hawk.lots.database import Database

@@ -14,10 +14,10 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from hawk.algo.frame import Steps
 from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.algo.registration.whole_map import Doubt, Registration, registering
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.steps import Steps
 from hawk.algo.vision.decode import Stalls, occupancy, sample, sample_points
 from hawk.algo.vision.detection import FloatArray, Found, GroundImage
 from hawk.algo.vision.network import MapArray

@@ -127,7 +127,7 @@ class TourKeeper:
 def _planned_tour(
     known: KnownLot, camera: CameraModel, heights: HeightParameters, fence: Fence | None, start: tuple[float, float]
 ) -> LotTour:
+    from hawk.algo.frame import outcome
     from hawk.algo.path_plan.known_tour import lot_tour  # its libraries are loaded off the loop
-    from hawk.algo.steps import outcome
 
     return outcome(lot_tour(known, camera, heights, fence, start))

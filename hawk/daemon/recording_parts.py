@@ -21,10 +21,9 @@ from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
-from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, StallsSeen, View, Words
 from hawk.store.recording import Recording
 from hawk.store.replay import KNOWN_LOT
-from hawk.store.shown import StallsSeen, View, Words
 
 POSE_S: Final = 0.2
 """Seconds between two poses for viewers."""

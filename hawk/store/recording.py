@@ -22,10 +22,9 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 from hawk.config.sections import StoreSettings
 from hawk.model.operation import Health
 from hawk.model.sentences import say
-from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, View
 from hawk.store.recordings import Recordings
 from hawk.store.ring_buffer import Item, Ring
-from hawk.store.shown import View
 
 if TYPE_CHECKING:
     from hawk.store.recording_file import JsonSchemas, RecordingFile

@@ -23,9 +23,8 @@ from hawk.worlds.materials import Material, sample_material
 from hawk.worlds.moment import clock_of
 from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import Axes, SitePlan, Surface
-from hawk.worlds.render import draw_plan
+from hawk.worlds.render import OwnStreams, Streams, draw_plan
 from hawk.worlds.repaint import repaint
-from hawk.worlds.streams import OwnStreams, Streams
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
 from hawk.worlds.surroundings import plan_clutter, plan_side
 from hawk.worlds.world import TrueStall, World, WorldError

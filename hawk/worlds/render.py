@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +20,6 @@ from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
 from hawk.worlds.materials import Colour, Material, texture
 from hawk.worlds.plan import Gain, Post, SitePlan, Stroke, Surface, Vehicle
-from hawk.worlds.streams import Streams
 from hawk.worlds.trees import draw_bare_tree, draw_tree, leaf_colours
 
 _FAR_M = 20.0
@@ -348,3 +348,27 @@ def _narrowed(quads: Points, by: float) -> Points:
     middle = quads.mean(1)
     a, b = shrunk
     return np.stack([middle - a - b, middle + a - b, middle + a + b, middle - a + b], axis=1)
+
+
+class Streams:
+    """One stream for everything, in the order in which things are drawn: one thing less changes all that follow."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+
+    def of(self, thing: str, *key: float) -> np.random.Generator:
+        """Return the random numbers of a thing; ``key`` states which one of its kind, in metres or whole numbers."""
+        del thing, key
+        return self._rng
+
+
+class OwnStreams(Streams):
+    """A stream for each thing, by the seed, its kind and its key: whatever is drawn beside it, it looks the same."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+
+    def of(self, thing: str, *key: float) -> np.random.Generator:
+        """Return the random numbers of a thing, the same for its key to a centimetre."""
+        numbers = [round(value * 100) % 2**48 for value in key]
+        return np.random.default_rng((self._seed, zlib.crc32(thing.encode()), *numbers))

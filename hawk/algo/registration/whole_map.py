@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
+from hawk.algo.frame import Steps, outcome
 from hawk.algo.registration.likelihood import DEVIATION_M, Fit, Likelihood, Placement, StallMap
 from hawk.algo.rows.fit import Indices
-from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import FloatArray
 

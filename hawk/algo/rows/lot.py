@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.frame import Steps, outcome
 from hawk.algo.rows.evidence import GroundAt, strip
 from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit
 from hawk.algo.rows.sequence import Chosen, RowOptions, choose
-from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import FloatArray
 

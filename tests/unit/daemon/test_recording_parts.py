@@ -13,8 +13,8 @@ from hawk.config.sections import Config, StoreSettings
 from hawk.daemon.recording_parts import POSE_S, STALLS_S, FlightViews, json_schemas, make_recording
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.poses import GlobalPose, VehiclePose
+from hawk.store.frame_codec import StallsSeen, View, Words
 from hawk.store.replay import read_metadata
-from hawk.store.shown import StallsSeen, View, Words
 from tests.manual_clock import ManualClock
 
 DATUM = GlobalPose(48.0, 11.0, 500.0)

@@ -22,10 +22,9 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.replay.process import Again
-from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, StallsSeen
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.ring_buffer import Item
-from hawk.store.shown import StallsSeen
 
 DATUM = GlobalPose(52.0, 5.0, 40.0)
 CAMERA = CameraModel(64, 36, 46.0, 46.0, 31.5, 17.5)

@@ -24,11 +24,10 @@ from hawk.daemon.recording_parts import json_schemas
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
-from hawk.store.frame_codec import FRAME_INPUT, to_json
+from hawk.store.frame_codec import FRAME_INPUT, StallsSeen, Words, to_json
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
 from hawk.store.ring_buffer import Item
-from hawk.store.shown import StallsSeen, Words
 from tests.unit.ddc.fakes import Rig
 from tests.unit.store.test_frame_codec import FRAME
 

@@ -18,9 +18,8 @@ from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moment import clock_of
 from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import PlannedStall, Vehicle
-from hawk.worlds.render import draw_plan
+from hawk.worlds.render import OwnStreams, Streams, draw_plan
 from hawk.worlds.stays import Stay
-from hawk.worlds.streams import OwnStreams, Streams
 from hawk.worlds.world import World, WorldError
 from tests.unit.worlds.builders import SUN, generator, plain_plan, square
 

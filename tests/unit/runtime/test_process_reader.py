@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from hawk.runtime.reader import READER_GONE, readers_are_gone
+from hawk.runtime.process import READER_GONE, readers_are_gone
 
 PRINTS = "import sys\nfrom hawk import cli\ncli._run_command = lambda _: print('lines') or 0\nsys.exit(cli.main())"
 GIVEN = (["-c", PRINTS], ["-m", "hawk.cli", "map", "none", "--out", "x", "--json"])

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from hawk.runtime.garbage import uncollected
+from hawk.runtime.performance import uncollected
 
 
 @pytest.fixture(autouse=True)
