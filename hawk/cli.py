@@ -18,7 +18,8 @@ from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.sections import ConfigError, load_settings
+from hawk.config.loader import load_settings
+from hawk.config.sections import ConfigError
 from hawk.daemon.import_plan import COMMAND as IMPORT_PLAN
 from hawk.daemon.import_plan import add_import_command
 from hawk.erasing.commands import COMMAND as ERASE

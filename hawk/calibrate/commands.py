@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, load_settings, refuse_existing
+from hawk.config.loader import load_settings, refuse_existing
+from hawk.config.sections import ConfigError
 
 COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()

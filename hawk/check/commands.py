@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.sections import Config, ConfigError, StoreSettings, load_settings, refuse_existing
+from hawk.config.loader import load_settings, refuse_existing
+from hawk.config.sections import Config, ConfigError, StoreSettings
 
 if TYPE_CHECKING:
     from hawk.check.result import CheckResult

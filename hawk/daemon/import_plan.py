@@ -12,7 +12,8 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, config_of
+from hawk.config.loader import config_of
+from hawk.config.sections import ConfigError
 
 if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the others
     from sqlalchemy import Connection

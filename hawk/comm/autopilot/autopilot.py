@@ -26,7 +26,8 @@ from hawk.comm.clock import Clock
 from hawk.comm.mavlink.peer import SEVERAL, Expected
 from hawk.comm.mavlink.udp_gate import Hearing
 from hawk.comm.threads import Inbox, LatestSender
-from hawk.config.sections import AutopilotSettings, host_and_port
+from hawk.config.addresses import host_and_port
+from hawk.config.sections import AutopilotSettings
 from hawk.model.frames import wrap_angle
 from hawk.model.moment import Moment, this_moment
 from hawk.model.plans import Fence

@@ -38,7 +38,8 @@ from hawk.check.result import (
 )
 from hawk.check.run import Tools, check_all
 from hawk.comm.clock import Clock
-from hawk.config.sections import Config, ConfigError, load_settings
+from hawk.config.loader import load_settings
+from hawk.config.sections import Config, ConfigError
 from hawk.runtime.programs import Kind, Processes
 from hawk.web.access.tls import RELEASED
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures

@@ -27,9 +27,10 @@ from hawk.check.result import failed
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.clock import Clock
 from hawk.comm.protocol.authority import Role
+from hawk.config.loader import load_config, variable_of
 from hawk.config.reference import reference_text, settings
 from hawk.config.secrets import HIDDEN, SecretUrl, is_secret, secrets_of, shown_address, without
-from hawk.config.sections import Config, ConfigError, load_config, variable_of
+from hawk.config.sections import Config, ConfigError
 from hawk.daemon.recording_parts import make_recording
 from hawk.lots import sharing
 from hawk.lots.saving import save

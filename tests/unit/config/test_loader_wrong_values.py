@@ -16,7 +16,8 @@ import hawk.cli
 import hawk.daemon.start
 import hawk.sim.cli
 import hawk.survey.run
-from hawk.config.sections import Config, ConfigError, Section, bounds, load_config, variable_of
+from hawk.config.loader import load_config, variable_of
+from hawk.config.sections import Config, ConfigError, Section, bounds
 
 EMPTY = ("", "  ")
 NO_PATH = (*EMPTY, "~nobody-of-this-name/x")
