@@ -212,7 +212,10 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
         "--fence", type=values.file, metavar="FILE", help="GeoJSON polygon that the drone must not leave"
     )
     parser.add_argument("--outline", type=values.file, metavar="FILE", help="GeoJSON polygons of the area to survey")
-    simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
+    _add_simulated_world(parser.add_argument_group("simulation", "fly a simulated drone instead of a real one"))
+
+
+def _add_simulated_world(simulated: argparse._ArgumentGroup) -> None:
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
     simulated.add_argument("--seed", type=values.whole(), metavar="N", help="world to draw (default 1)")
     simulated.add_argument("--condition", metavar="NAME", help="day, night, snow ... over a drawn world")
@@ -237,6 +240,10 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
         metavar="X,Y",
         help="where the drone stands, metres in the world's picture",
     )
+    _add_simulated_sensors(simulated)
+
+
+def _add_simulated_sensors(simulated: argparse._ArgumentGroup) -> None:
     simulated.add_argument("--speed", type=simulator.speed, default=1.0, metavar="N", help=SPEED_HELP)
     simulated.add_argument(
         "--gnss-sigma", type=simulator.gnss_sigma, metavar="M", help="slow error of the position, metres"
@@ -307,7 +314,7 @@ def _run(options: argparse.Namespace) -> int:
         _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
-    from hawk.daemon.root import DaemonOptions
+    from hawk.daemon.options import DaemonOptions
     from hawk.daemon.start import run_daemon
 
     given = DaemonOptions(

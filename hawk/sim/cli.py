@@ -177,6 +177,10 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
         help="reach of a rangefinder that looks down (sets RNGFND1_TYPE and RNGFND1_MAX; default 0: none)",
     )
     flight.add_argument("--wind", type=simulator.wind, default=0.0, metavar="M/S", help="mean wind (default 0)")
+    _add_battery_and_faults(flight)
+
+
+def _add_battery_and_faults(flight: argparse._ArgumentGroup) -> None:
     flight.add_argument(
         "--battery-minutes",
         type=values.number(0.1, 600),

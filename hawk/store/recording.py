@@ -88,20 +88,17 @@ class Recording:
         self._ready = threading.Condition()
         self._queue: deque[Item] = deque()
         self._queued = 0
-        self._wanted = False
-        self._closing = False
+        self._wanted = self._closing = False
         self._ended: Callable[[], None] = lambda: None
         self.dropped = 0
         """Number of messages that did not fit into the queue or could not be written."""
-        self._dropped_at = float("-inf")
+        self._dropped_at = self._tidied = float("-inf")
         self._health = Health()
         self._file: RecordingFile | None = None
         self._json_schemas = json_schemas
         self._about = about
-        self._is_on_ground = False
-        self._tidied = float("-inf")
-        self._ring = Ring() if ring is None else ring
-        self._has_entry = False
+        self._is_on_ground = self._has_entry = False
+        self._ring = ring or Ring()
         self.path: Path | None = None
         """The newest file."""
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
