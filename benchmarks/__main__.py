@@ -36,7 +36,7 @@ from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork
 from hawk.config.options import as_text, whole
 from hawk.sim import launch as simulator
-from hawk.worlds.conditions import Condition
+from hawk.worlds.moment import Condition
 
 Result = tuple[list[Figure], str]
 SECTIONS: Final = ("latency", "flood", "kill", "kill-loaded", "perception", "exploration", "chain", "seeds", "places")

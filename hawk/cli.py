@@ -22,6 +22,7 @@ from hawk.config.loader import load_settings
 from hawk.config.sections import ConfigError
 from hawk.daemon.import_plan import COMMAND as IMPORT_PLAN
 from hawk.daemon.import_plan import add_import_command
+from hawk.daemon.options import DaemonOptions
 from hawk.erasing.commands import COMMAND as ERASE
 from hawk.erasing.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
@@ -48,6 +49,7 @@ from hawk.stats.commands import add_stats_command
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
+from hawk.worlds.moment import HOURS, Condition
 
 COMMANDS = (
     {"run", "survey", "desk", "film", REPLAY, MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE, MAP}
@@ -191,8 +193,6 @@ def _check_drawn(options: argparse.Namespace) -> None:
         _refuse(options, ("condition", "at", "repaint"), "only for drawn worlds; not together with --world")
     if options.condition is None:
         return
-    from hawk.worlds.conditions import HOURS, Condition
-
     if options.condition not in list(Condition):
         raise ConfigError(f"--condition: must be one of {', '.join(Condition)}, not {options.condition}")
     if options.at is not None and options.condition in HOURS:
@@ -314,8 +314,7 @@ def _run(options: argparse.Namespace) -> int:
         _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
-    from hawk.daemon.options import DaemonOptions
-    from hawk.daemon.start import run_daemon
+    from hawk.daemon.start import run_daemon  # all of the daemon: other commands do not wait for it
 
     given = DaemonOptions(
         simulation,
@@ -332,7 +331,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _desk(options: argparse.Namespace) -> int:
     config = load_settings(options)
-    from hawk.daemon.desk import run_desk
+    from hawk.daemon.desk import run_desk  # SQLAlchemy and the web server
 
     return asyncio.run(run_desk(config, options.lot))
 
@@ -355,11 +354,11 @@ def _survey(options: argparse.Namespace) -> int:
         _refuse(options, ("outline",), "not together with --again, which surveys the ground of the lot")
     config = load_settings(options)  # a wrong setting shows here, before anything is started
     if options.url is None:
-        from hawk.daemon.start_checks import check_background, check_files
+        from hawk.daemon.start_checks import check_background, check_files  # as much to load
 
         check_files(config)
         check_background(config.web)
-    from hawk.survey.run import SurveyOptions, run_survey
+    from hawk.survey.run import SurveyOptions, run_survey  # the web client
 
     given = {each.name: getattr(options, each.name) for each in fields(SurveyOptions) if each.name != "simulation"}
     given["set_failsafes"] |= simulation is not None
@@ -367,7 +366,7 @@ def _survey(options: argparse.Namespace) -> int:
 
 
 def _film(options: argparse.Namespace) -> int:
-    from hawk.store.film import FilmError, write_film
+    from hawk.store.film import FilmError, write_film  # OpenCV
     from hawk.store.replay import RecordingError
 
     try:

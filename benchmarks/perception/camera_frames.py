@@ -26,8 +26,8 @@ from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
+from hawk.worlds.moment import Condition
 from hawk.worlds.world import World
 
 HEIGHT_M = 35.0

@@ -20,7 +20,7 @@ from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
-from hawk.worlds.conditions import Condition
+from hawk.worlds.moment import Condition
 
 PROTOTYPE_TILES: Final = {
     "precision": 0.879, "recall": 0.892, "precision_star": 0.917, "recall_whole": 0.927,

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
 
+from hawk.algo.frame import outcome
 from hawk.ddc.fence.geometry import to_map
 from hawk.model.known_lot import KnownLot, LotAhead, LotsAhead, LotTour, PlanOffer
 from hawk.model.operation import StateName
@@ -127,7 +128,6 @@ class TourKeeper:
 def _planned_tour(
     known: KnownLot, camera: CameraModel, heights: HeightParameters, fence: Fence | None, start: tuple[float, float]
 ) -> LotTour:
-    from hawk.algo.frame import outcome
     from hawk.algo.path_plan.known_tour import lot_tour  # its libraries are loaded off the loop
 
     return outcome(lot_tour(known, camera, heights, fence, start))

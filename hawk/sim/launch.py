@@ -92,7 +92,7 @@ class SimulationOptions:
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``cars`` is the seed by which the cars of a picture with a truth are moved to other stalls.
-    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`), ``at`` its moment
+    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.moment.Condition`), ``at`` its moment
     (`hawk.worlds.moment`), ``repaint`` the number of changes of its layout.
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.

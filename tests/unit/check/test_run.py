@@ -17,7 +17,7 @@ from rich.console import Console
 from hawk import cli
 from hawk.algo.vision.network import NetworkMaps
 from hawk.algo.vision.network_file import VisionModelError
-from hawk.check import commands
+from hawk.check import actions
 from hawk.check.camera import CameraTimes
 from hawk.check.machine import DiskReading, ground_size, look_at_model
 from hawk.check.network import NetworkTools
@@ -202,7 +202,7 @@ def test_the_command_line_gives_status_and_settings(
         asked.append(load_settings(options))  # type: ignore[arg-type]
         return result[0]
 
-    monkeypatch.setattr(commands, "make_checks", make)
+    monkeypatch.setattr(actions, "make_checks", make)
     given = ["--autopilot", "serial:///dev/ttyAMA0:921600", "--camera", "v4l2:///dev/video0", "--port", "3001"]
     assert cli.main(["check", "--json", *given]) == 1
     assert json.loads(capsys.readouterr().out)["passed"] is False
