@@ -153,7 +153,6 @@ LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
         "hawk/comm/protocol/heartbeat.py",
         "hawk/comm/protocol/base.py",
         "hawk/comm/message_socket.py",
-        "hawk/comm/cameras/operator_camera.py",
         "hawk/runtime/performance.py",
     ),
     "the camera: its faults end a task by Hover, and its motion is one of several witnesses": (

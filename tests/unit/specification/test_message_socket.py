@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.message_socket import ConnectionTimeout, FailedToSend, MessageSocket, NoMessagesError
+from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
+from hawk.specification.message_socket import MessageSocket, NoMessagesError
 from tests.unit.comm.peer import PATIENCE_S, Peer
 from tests.unit.web.access.certificates import make_pair
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.comm.cameras.operator_camera import OperatorCamera
 from hawk.formats.image import NoImage
+from hawk.specification.operator_camera import OperatorCamera
 from tests.manual_clock import ManualClock
 from tests.unit.comm.cameras.pictures import StreamServer, forever, once, part, picture
 from tests.unit.web.access.certificates import make_pair
