@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from hawk.comm.cameras.sources.mjpeg import HttpMjpegSource
 from hawk.comm.cameras.sources.source import CameraError
-from hawk.comm.threads import LoopThread
 from hawk.formats.image import NoImage, decode
+from hawk.specification.loop_thread import LoopThread
 
 _LOG = logging.getLogger(__name__)
 
