@@ -20,6 +20,7 @@ from hawk.comm.protocol.command_table import COMMAND_TABLE, Urgency
 from hawk.comm.protocol.commands import Ack, BadMessageError, Command, Outgoing, parse_command
 from hawk.comm.protocol.heartbeat import ClientId, CommandHandler
 from hawk.model.sentences import say
+from hawk.runtime.supervision import end_tasks
 
 _LOG = logging.getLogger(__name__)
 
@@ -193,9 +194,7 @@ class AsyncMessageSocket:
     async def close(self) -> None:
         """End tasks and connection."""
         tasks, self._tasks = self._tasks, []
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(*tasks)
         self._connected.clear()
         await self._socket.close()
 

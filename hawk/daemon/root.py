@@ -57,7 +57,7 @@ from hawk.model.plans import PathPlan
 from hawk.runtime.performance import LoopLag, Performance
 from hawk.runtime.process import SystemdNotifier, Ticker, Watchdog
 from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
-from hawk.runtime.supervision import Supervisor
+from hawk.runtime.supervision import Supervisor, end_tasks
 from hawk.store.journal import FlightJournal
 from hawk.store.run_notes import RunNotes, notes_file
 from hawk.versions.flight_state import FlightStateFile
@@ -391,9 +391,7 @@ class Daemon:
 
     async def _close(self) -> None:
         """End the parts in order: no part sends to one that has ended."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await end_tasks(*self._tasks)
         self._watchdog.stop()
         await self._web.close()
         await self.camera.close()

@@ -20,6 +20,7 @@ from hawk.config.sections import AutopilotSettings
 from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule, starts_before
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightSoFar
+from hawk.runtime.supervision import end_tasks
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.run_notes import Notes, RunNotes
@@ -237,6 +238,4 @@ async def wait_away(settings: AutopilotSettings, flown_id: int | None, stopping:
     )
     stopped = asyncio.create_task(stopping.wait(), name="stop-while-listening")
     await asyncio.wait({listening, stopped}, return_when=asyncio.FIRST_COMPLETED)
-    for task in (listening, stopped):
-        task.cancel()
-    await asyncio.gather(listening, stopped, return_exceptions=True)
+    await end_tasks(listening, stopped)

@@ -18,6 +18,7 @@ from typing import Final
 
 from hawk.config.options import number, pair, whole
 from hawk.runtime.programs import remedy
+from hawk.runtime.supervision import end_tasks
 from hawk.worlds import COARSEST_M, FINEST_M, MOST_CHANGES
 from hawk.worlds.moment import read_moment
 
@@ -200,8 +201,7 @@ class Simulation:
             return
         await end_process(self._process, STOP_TIMEOUT_S)
         if self._drain is not None:
-            self._drain.cancel()
-            await asyncio.gather(self._drain, return_exceptions=True)
+            await end_tasks(self._drain)
 
 
 async def end_process(process: asyncio.subprocess.Process, timeout_s: float) -> None:

@@ -8,6 +8,8 @@ from collections.abc import Coroutine
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
+from hawk.runtime.supervision import end_tasks
+
 T = TypeVar("T")
 
 STOP_S: Final = 5.0
@@ -39,8 +41,6 @@ class LoopThread:
             self._loop.close()
 
     async def _cancel_tasks(self) -> None:
-        tasks = asyncio.all_tasks() - {asyncio.current_task()}
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        own = asyncio.current_task()
+        await end_tasks(*(task for task in asyncio.all_tasks() if task is not own))
         self._loop.call_soon(self._loop.stop)

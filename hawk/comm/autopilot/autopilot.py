@@ -35,7 +35,7 @@ from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say, words_of
 from hawk.model.vehicle import CopterMode, ForeignWrite, StatusText
 from hawk.runtime.repeated_log import Repeated
-from hawk.runtime.supervision import Supervisor
+from hawk.runtime.supervision import Supervisor, end_tasks
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -146,9 +146,7 @@ class MavsdkAutopilot:
         if self._closed:
             return
         self._closed = True
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await end_tasks(*self._tasks)
         self._tasks = []
         if self._inbox is not None:
             self._inbox.close()
