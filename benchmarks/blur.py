@@ -25,7 +25,7 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.blur import BLURRED, blur_of
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.detection import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.picture import decode
 from hawk.worlds.generate import generate_world
@@ -79,7 +79,7 @@ def _blurred(frame: FrameInput, kind: str, metres: float, rng: np.random.Generat
     return replace(frame, jpeg=cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes())
 
 
-def _compared(world: World, ground: SeenGround) -> Iterator[tuple[bool, bool]]:
+def _compared(world: World, ground: FrameGround) -> Iterator[tuple[bool, bool]]:
     """Yield of each stall of the world that lies in the frame whether it was found, and with the right state."""
     found = np.array([(each.north, each.east) for each in ground.stalls]).reshape(-1, 2)
     for stall in world.stalls:

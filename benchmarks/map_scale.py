@@ -37,7 +37,7 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.algo.vision.detection import Seen
+from hawk.algo.vision.detection import VisionResult
 from hawk.model.lot_map import TILE_M, OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
@@ -152,7 +152,7 @@ class Stage:
         for number in range(FRAMES):
             east = self.lot.half - (FRAMES / 2 - number) * STEP_M
             pose = MapPose(0.0, east, HEIGHT_M, 0.0, 0.0, 0.0)
-            seen = Seen(park_lot_detected=True, ground=self.lot.look(pose, number * FRAME_S))
+            seen = VisionResult(park_lot_detected=True, ground=self.lot.look(pose, number * FRAME_S))
             frame = _frame(number, pose)
             self.interface.begin(frame)
             with self.samples.timed("update_ms"):

@@ -33,7 +33,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose, MapPoint, MapPose, VehiclePose
-from hawk.store.frame_codec import StallsSeen, View, Words
+from hawk.store.frame_codec import MapStalls, View, Words
 from hawk.store.recording import Recording
 
 SECONDS: Final = 60
@@ -108,7 +108,7 @@ def _fly(
         if step % (TICKS_S // 5) == 0:
             show(_pose(now))
         if step % (TICKS_S * 5) == 0:
-            show(StallsSeen(_DATUM, _stalls(step)))
+            show(MapStalls(_DATUM, _stalls(step)))
             show(Words("info", "New target: 12 m ahead."))
 
 

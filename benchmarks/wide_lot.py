@@ -19,7 +19,7 @@ from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, Rows, corners_of, to_bytes
-from hawk.algo.vision.detection import GroundImage, SeenGround, StallSeen
+from hawk.algo.vision.detection import Detection, FrameGround, GroundImage
 from hawk.model.lot_map import TILE_CELLS, TILE_M, Cell, TileKey
 from hawk.model.poses import MapPose
 from hawk.model.tile_picture import encode_picture
@@ -57,7 +57,7 @@ class WideLot:
             parts[delta.tile_name(delta.MOSAIC, key)] = self._picture_tile()
         return parts
 
-    def look(self, pose: MapPose, captured: float) -> SeenGround:
+    def look(self, pose: MapPose, captured: float) -> FrameGround:
         """Return what a picture from there shows; the top of the picture is north."""
         shape = tuple(round(pose.height * n / _FOCAL / _LAYER_M) for n in (_ROWS, _COLUMNS))
         affine = _affine(pose, (shape[0], shape[1]), _LAYER_M)
@@ -67,7 +67,7 @@ class WideLot:
         core = GroundImage(_drawn(lot, near, 0.74), affine, valid)
         car = GroundImage(_drawn(lot, near[near["state"] == TAKEN], 0.8), affine, valid)
         picture = self._picture(pose)
-        return SeenGround(_found(lot, near), lot, car, core, car, picture, pose, captured)
+        return FrameGround(_found(lot, near), lot, car, core, car, picture, pose, captured)
 
     def _make_stalls(self) -> Rows:
         along = np.arange(math.ceil((2 * self.half + BEYOND_M) / _WIDTH_M))
@@ -143,12 +143,12 @@ def _drawn(image: GroundImage, stalls: Rows, share: float) -> Floats:
     return values
 
 
-def _found(image: GroundImage, stalls: Rows) -> tuple[StallSeen, ...]:
+def _found(image: GroundImage, stalls: Rows) -> tuple[Detection, ...]:
     rows, columns = image.valid.shape
     pixels = image.pixel_points(corners_of(stalls))
     visible = ((pixels >= 0) & (pixels <= (columns - 1, rows - 1))).all(2).mean(1)
     return tuple(
-        StallSeen(
+        Detection(
             float(stall["north"]),
             float(stall["east"]),
             0.0,

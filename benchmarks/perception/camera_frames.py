@@ -17,7 +17,7 @@ from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.detection import FloatArray, GroundImage, StallSeen
+from hawk.algo.vision.detection import Detection, FloatArray, GroundImage
 from hawk.algo.vision.rectify import Rectifier
 from hawk.model.lot_map import StallState
 from hawk.model.operation import StateName
@@ -120,7 +120,7 @@ def _tilted(place: Place) -> Iterator[FrameInput]:
         )
 
 
-def _finding(seen: list[StallSeen]) -> Finding:
+def _finding(seen: list[Detection]) -> Finding:
     table = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in seen]).reshape(-1, 5)
     states = [StallState.FREE if s.taken < 0.5 else StallState.TAKEN for s in seen]
     return Finding(boxes(table), state_array(states))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.perception.eyes import north_up
 from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.detection import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from hawk.model.lot_map import StallState
 from hawk.model.poses import MapPose
 
@@ -72,9 +72,9 @@ def _frames(path: Path) -> Iterator[NDArray[np.uint8]]:
         video.release()
 
 
-def _seen(finder: NetworkFinder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> SeenGround:
+def _seen(finder: NetworkFinder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> FrameGround:
     ground = north_up(image, metres_per_pixel)
     found = finder.find(ground)
     middle = ground.map_points(np.array(ground.valid.shape[::-1]) / 2)
     pose = MapPose(float(middle[0]), float(middle[1]), _HEIGHT_M, 0.0, 0.0, 0.0)
-    return SeenGround(found.stalls, found.lot, found.car, found.core, found.taken, ground, pose, time)
+    return FrameGround(found.stalls, found.lot, found.car, found.core, found.taken, ground, pose, time)

@@ -21,7 +21,7 @@ from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
-from hawk.store.frame_codec import FRAME_INPUT, StallsSeen, View, Words
+from hawk.store.frame_codec import FRAME_INPUT, MapStalls, View, Words
 from hawk.store.recording import Recording
 from hawk.store.replay import KNOWN_LOT
 
@@ -137,4 +137,4 @@ class FlightViews:
             return
         self._seen = (current.map_id, current.version)
         self._stalls_due = now + max(STALLS_S, len(current.stalls) / STALLS_A_SECOND)
-        self._show(StallsSeen(datum, current.stalls))
+        self._show(MapStalls(datum, current.stalls))

@@ -121,11 +121,11 @@ class Words:
 
 
 @dataclass(frozen=True, slots=True)
-class StallsSeen:
+class MapStalls:
     """The stalls of a map, and the WGS-84 place of its origin."""
 
     datum: GlobalPose
     stalls: Mapping[int, Stall] = field(repr=False)
 
 
-View = VehiclePose | Words | StallsSeen
+View = VehiclePose | Words | MapStalls

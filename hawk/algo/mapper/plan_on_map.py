@@ -18,7 +18,7 @@ from hawk.algo.mapper.stalls import GivenLook, StallTracker, call_state
 from hawk.algo.mapper.table import SQUARE_M, Rows, corners_of, geometry_of, square_of
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.vision.detection import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from hawk.model.known_lot import KnownLot
 
 _LEAST_SHOWN: Final = 0.6
@@ -105,7 +105,7 @@ def well_seen(grid: EvidenceGrid) -> MultiPolygon:
     return MultiPolygon([part for part in left if isinstance(part, Polygon)])
 
 
-def given_look(rows: Rows, local: NDArray[np.intp], seen: SeenGround) -> GivenLook:
+def given_look(rows: Rows, local: NDArray[np.intp], seen: FrameGround) -> GivenLook:
     """Return what a frame shows of the given stalls among the rows ``local``."""
     index = local[rows["given"][local]]
     taken, visible = judge(seen, rectangles_of(rows[index]))

@@ -64,7 +64,7 @@ class GroundImage:
 
 
 @dataclass(frozen=True, slots=True)
-class StallSeen:
+class Detection:
     """A stall found in one frame: an oriented rectangle on the ground.
 
     ``angle`` is the direction of the long side in [0, pi), clockwise from north; ``score`` how sure it is to be a stall
@@ -89,7 +89,7 @@ class Found:
     taken.
     """
 
-    stalls: tuple[StallSeen, ...]
+    stalls: tuple[Detection, ...]
     lot: GroundImage = field(repr=False)
     car: GroundImage = field(repr=False)
     core: GroundImage = field(repr=False)
@@ -97,7 +97,7 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
-class SeenGround(Found):
+class FrameGround(Found):
     """Ground part of one frame.
 
     ``picture`` is the rectified frame, uint8 BGR at 0.1 m; ``pose`` its pose; ``captured`` seconds of the daemon's
@@ -111,7 +111,7 @@ class SeenGround(Found):
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class VisionResult:
     """Vision's result for one frame.
 
     ``park_lot_detected`` is steady over single frames. ``image`` is the camera's picture, uint8 BGR, None when it could
@@ -122,22 +122,22 @@ class Seen:
     park_lot_detected: bool = False
     health: Health = field(default_factory=Health)
     image: NDArray[np.uint8] | None = field(default=None, repr=False)
-    ground: SeenGround | None = field(default=None, repr=False)
+    ground: FrameGround | None = field(default=None, repr=False)
     is_damaged: bool = False
 
 
-class SeesFrames(Protocol):
+class FrameVision(Protocol):
     """The Vision App as manager and mapper use it."""
 
     def init(self, drone_camera: FrameCamera, topic_interface: AlgorithmTopicInterface) -> None:
         """Take camera and topics."""
         ...
 
-    def see(self, frame: FrameInput) -> Seen:
+    def see(self, frame: FrameInput) -> VisionResult:
         """Return what a frame shows. Raises NoImage, AlgoError."""
         ...
 
-    def fail(self, reason: str) -> Seen:
+    def fail(self, reason: str) -> VisionResult:
         """Return the result of a frame that failed."""
         ...
 
@@ -146,7 +146,7 @@ class SeesFrames(Protocol):
         ...
 
     @property
-    def seen(self) -> Seen:
+    def seen(self) -> VisionResult:
         """The last result."""
         ...
 
@@ -156,7 +156,7 @@ WHOLE: Final = 0.95
 """Share of a stall that the picture must show."""
 
 
-def stall_size(frame: FrameInput, seen: Seen) -> StallSize | None:
+def stall_size(frame: FrameInput, seen: VisionResult) -> StallSize | None:
     """Return the usual size in this frame.
 
     None where fewer stalls than `LEAST_STALLS` are whole, and where a rangefinder gives the picture its scale: the

@@ -22,7 +22,7 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.replay.process import Again
-from hawk.store.frame_codec import FRAME_INPUT, StallsSeen
+from hawk.store.frame_codec import FRAME_INPUT, MapStalls
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.ring_buffer import Item
 
@@ -79,7 +79,7 @@ def recorded_frame(one: FrameInput, now: float) -> Item:
 
 
 def recorded_map(shown: dict[int, Stall], now: float) -> Item:
-    return Item("", StallsSeen(DATUM, shown), "view", round(now * S), 1)
+    return Item("", MapStalls(DATUM, shown), "view", round(now * S), 1)
 
 
 def flight(frames: int = 4, shown: int = 3) -> list[Item]:

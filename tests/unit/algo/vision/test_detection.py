@@ -8,7 +8,7 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.detection import LEAST_STALLS, WHOLE, Seen, StallSeen, stall_size
+from hawk.algo.vision.detection import LEAST_STALLS, WHOLE, Detection, VisionResult, stall_size
 from hawk.model.pictures import StallSize
 from tests.unit.algo.vision.test_app_ground_height import ABOVE_GROUND_M, POSE, WIDTH_M, over_the_lot
 
@@ -26,7 +26,7 @@ def app() -> VisionApp:
 
 
 @pytest.fixture(scope="module")
-def seen(app: VisionApp, frame: FrameInput) -> Seen:
+def seen(app: VisionApp, frame: FrameInput) -> VisionResult:
     return app.see(frame)
 
 
@@ -45,19 +45,19 @@ def test_a_height_that_is_reported_too_great_makes_stalls_as_many_times_too_larg
 
 
 def test_a_picture_whose_scale_a_rangefinder_gives_says_nothing_of_the_reported_height(
-    frame: FrameInput, seen: Seen
+    frame: FrameInput, seen: VisionResult
 ) -> None:
     assert stall_size(replace(frame, ground=3.0), seen) is None
     assert stall_size(frame, replace(seen, ground=None)) is None
 
 
-def only(seen: Seen, *stalls: StallSeen) -> Seen:
+def only(seen: VisionResult, *stalls: Detection) -> VisionResult:
     assert seen.ground is not None
     return replace(seen, ground=replace(seen.ground, stalls=stalls))
 
 
-def test_it_is_the_median_of_the_whole_stalls_and_of_enough(frame: FrameInput, seen: Seen) -> None:
-    stall = StallSeen(0.0, 0.0, 0.0, 2.5, 5.0, 0.9, 0.1, WHOLE)
+def test_it_is_the_median_of_the_whole_stalls_and_of_enough(frame: FrameInput, seen: VisionResult) -> None:
+    stall = Detection(0.0, 0.0, 0.0, 2.5, 5.0, 0.9, 0.1, WHOLE)
     wide, cut = replace(stall, width=9.0), replace(stall, width=1.0, visible=WHOLE - 0.01)
     whole = [stall] * (LEAST_STALLS - 1)
     assert stall_size(frame, only(seen, *whole, *[cut] * 20)) is None
