@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hawk.worlds.canvas import Canvas, Floats, noise
-from hawk.worlds.light import LampLight, Sun
-from hawk.worlds.materials import grey
 from hawk.worlds.moment import Condition
 from hawk.worlds.plan import SitePlan
+from hawk.worlds.scene.canvas import Canvas, Floats, noise
+from hawk.worlds.scene.light import LampLight, Sun
+from hawk.worlds.scene.materials import grey
 
 _SODIUM, _LED = (0.45, 0.78, 1.0), (1.0, 0.96, 0.9)  # blue, green, red of lamp light
 _SNOW = (238.0, 236.0, 232.0)

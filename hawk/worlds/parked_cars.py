@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 import shapely
 
-from hawk.worlds.cars import sample_kind
 from hawk.worlds.plan import PlannedStall, SitePlan, Vehicle
+from hawk.worlds.scene.cars import sample_kind
 from hawk.worlds.stays import NEAR_M, Demand, LotStays, Stay
 
 _CAR, _MOVING = 31, 32

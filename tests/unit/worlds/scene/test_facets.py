@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.worlds.facets import (
+from hawk.worlds.scene.facets import (
     FacetSet,
     HeightLayer,
     VisiblePlain,

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.worlds.canvas import Canvas, noise
+from hawk.worlds.scene.canvas import Canvas, noise
 from tests.unit.worlds.builders import generator, square
 
 METRES = st.floats(1, 18)

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Canvas, Floats, Patch, Points, as_floats
-from hawk.worlds.facets import HeightLayer
+from hawk.worlds.scene.canvas import Bytes, Canvas, Floats, Patch, Points, as_floats
+from hawk.worlds.scene.facets import HeightLayer
 
 _COARSE_M = 0.5
 LOW_SUN_SHARE = 0.25

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from hawk.worlds.cars import outline, sample_kind
-from hawk.worlds.materials import Material, grey, sample_material
 from hawk.worlds.plan import Axes, Block, Building, SitePlan, Surface, Vehicle
+from hawk.worlds.scene.cars import outline, sample_kind
+from hawk.worlds.scene.materials import Material, grey, sample_material
 
 REACH_M = 140.0
 """Depth of the surroundings from a lot's edge."""

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.worlds.canvas import Bytes, Points, as_bytes
+from hawk.worlds.scene.canvas import Bytes, Points, as_bytes
 
 _OPAQUE = 127
 _LEVEL_LIMITS = (1.5, 3.0)  # texels to a pixel from which on a halved picture is taken

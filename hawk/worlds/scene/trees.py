@@ -5,10 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Floats, as_bytes, noise
-from hawk.worlds.facets import HeightLayer, flat_layer
-from hawk.worlds.light import Sun
 from hawk.worlds.plan import Tree
+from hawk.worlds.scene.canvas import Bytes, Floats, as_bytes, noise
+from hawk.worlds.scene.facets import HeightLayer, flat_layer
+from hawk.worlds.scene.light import Sun
 
 _SLICES = ((0.5, 1.0, 0.72), (0.75, 0.86, 0.95), (0.97, 0.58, 1.2))
 """Height, radius and brightness of a crown's slices, as shares of the tree's."""

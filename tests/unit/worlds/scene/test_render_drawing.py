@@ -4,15 +4,15 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Canvas, noise
-from hawk.worlds.cars import draw_vehicle, footprint_m, sample_kind
 from hawk.worlds.conditions import draw_puddles
-from hawk.worlds.light import Shadows, Sun, sample_sun
-from hawk.worlds.materials import Material, sample_material, texture
 from hawk.worlds.plan import Axes, Block, Building, Gain, Post, SitePlan, Surface, Tree, Vehicle
-from hawk.worlds.render import Paint, draw_plan
-from hawk.worlds.trees import draw_tree, leaf_colours
+from hawk.worlds.scene.buildings import draw_building
+from hawk.worlds.scene.canvas import Canvas, noise
+from hawk.worlds.scene.cars import draw_vehicle, footprint_m, sample_kind
+from hawk.worlds.scene.light import Shadows, Sun, sample_sun
+from hawk.worlds.scene.materials import Material, sample_material, texture
+from hawk.worlds.scene.render import Paint, draw_plan
+from hawk.worlds.scene.trees import draw_tree, leaf_colours
 from training.scenes import photograph
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, noise
-from hawk.worlds.facets import HeightLayer
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Colour, grey, sample_material, texture
 from hawk.worlds.plan import Axes, Building
+from hawk.worlds.scene.canvas import Bytes, Canvas, Floats, Points, noise
+from hawk.worlds.scene.facets import HeightLayer
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Colour, grey, sample_material, texture
 
 _SMALL_M = 6.0
 ROOF_AXES = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))

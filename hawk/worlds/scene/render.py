@@ -12,15 +12,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Bytes, Canvas, Floats, Patch, Points, as_bytes, as_floats, noise
-from hawk.worlds.cars import ShadowsAmong, Sprite, VehicleModel, dimmed, draw_vehicle, length_m, outline
 from hawk.worlds.conditions import draw_leaves, draw_puddles, draw_snow
-from hawk.worlds.facets import HeightLayer, flat_layer
-from hawk.worlds.light import Shadows, Sun
-from hawk.worlds.materials import Colour, Material, texture
 from hawk.worlds.plan import Gain, Post, SitePlan, Stroke, Surface, Vehicle
-from hawk.worlds.trees import draw_bare_tree, draw_tree, leaf_colours
+from hawk.worlds.scene.buildings import draw_building
+from hawk.worlds.scene.canvas import Bytes, Canvas, Floats, Patch, Points, as_bytes, as_floats, noise
+from hawk.worlds.scene.cars import ShadowsAmong, Sprite, VehicleModel, dimmed, draw_vehicle, length_m, outline
+from hawk.worlds.scene.facets import HeightLayer, flat_layer
+from hawk.worlds.scene.light import Shadows, Sun
+from hawk.worlds.scene.materials import Colour, Material, texture
+from hawk.worlds.scene.trees import draw_bare_tree, draw_tree, leaf_colours
 
 _FAR_M = 20.0
 """Things this far outside a canvas may still throw a shadow into it or lean into it."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.worlds.surroundings import (
+from hawk.worlds.scene.surroundings import (
     REACH_M,
     plan_clutter,
     plan_containers,

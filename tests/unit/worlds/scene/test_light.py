@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.worlds.canvas import Canvas
 from hawk.worlds.conditions import draw_leaves, draw_puddles, draw_snow, set_condition
-from hawk.worlds.facets import flat_layer
-from hawk.worlds.light import LampLight, Shadows, Sun, sample_sun
 from hawk.worlds.moment import Condition
 from hawk.worlds.plan import Block, Post, Tree, Vehicle
-from hawk.worlds.render import draw_plan
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.facets import flat_layer
+from hawk.worlds.scene.light import LampLight, Shadows, Sun, sample_sun
+from hawk.worlds.scene.render import draw_plan
 from tests.unit.worlds.builders import SUN, generator, plain_plan, square
 from training.scenes import CONDITION_SHARES, sample_condition
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Floats, Points, noise
-from hawk.worlds.light import Sun
 from hawk.worlds.plan import Vehicle
+from hawk.worlds.scene.canvas import Bytes, Floats, Points, noise
+from hawk.worlds.scene.light import Sun
 
 SPRITE_M = 0.05
 """Metres per pixel of a vehicle's picture."""

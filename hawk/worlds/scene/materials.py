@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.worlds.canvas import Floats, noise
+from hawk.worlds.scene.canvas import Floats, noise
 
 Colour = tuple[float, float, float]
 """Blue, green, red, 0..255."""

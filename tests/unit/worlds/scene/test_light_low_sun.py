@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.cars import ShadowsAmong, draw_vehicle
-from hawk.worlds.light import LOW_SUN_SHARE, Shadows, Sun, sample_sun, shade_gain
 from hawk.worlds.plan import Building, Tree, Vehicle
-from hawk.worlds.render import draw_plan
-from hawk.worlds.trees import draw_bare_tree
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.cars import ShadowsAmong, draw_vehicle
+from hawk.worlds.scene.light import LOW_SUN_SHARE, Shadows, Sun, sample_sun, shade_gain
+from hawk.worlds.scene.render import draw_plan
+from hawk.worlds.scene.trees import draw_bare_tree
 from tests.unit.worlds.builders import generator, plain_plan
 
 LOW = Sun((4.0, 0.0), (0.5, 0.4, 0.28), 0.0)
