@@ -20,8 +20,8 @@ from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
 from hawk.config.loader import load_settings
 from hawk.config.sections import ConfigError
-from hawk.daemon.import_plan import COMMAND as IMPORT_PLAN
-from hawk.daemon.import_plan import add_import_command
+from hawk.daemon.lots.import_plan import COMMAND as IMPORT_PLAN
+from hawk.daemon.lots.import_plan import add_import_command
 from hawk.daemon.options import DaemonOptions
 from hawk.erasing.commands import COMMAND as ERASE
 from hawk.erasing.commands import add_erase_command

@@ -31,7 +31,7 @@ from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.evidence import quality_mask
 from hawk.algo.path_plan.known_tour import lot_tour
 from hawk.algo.vision import decode
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.frames import Move
 from hawk.lots.saving import save

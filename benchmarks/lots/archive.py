@@ -13,7 +13,7 @@ from sqlalchemy import Connection, select
 
 from benchmarks.lots.looks import Eye, Look, datum_of
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.known import known_lot, lot_near
 from hawk.lots.proposing import proposals

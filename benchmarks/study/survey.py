@@ -14,7 +14,7 @@ from sqlalchemy import Connection, select
 from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import Visit
 from benchmarks.study.visits import CLOCK, DAY, StudyLot
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.frames import Move
 from hawk.lots.plan import editing

@@ -24,7 +24,7 @@ from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, serve
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.daemon.start_checks import check_background
 from hawk.lots.comparing import placed_surveys
 from hawk.lots.pictures import SurveyPictures, pictures_of

@@ -34,7 +34,7 @@ from hawk.daemon.announcement import PageShown, announcement, seconds_since_proc
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.flights import FlightFollower, FlightParts
-from hawk.daemon.lot_parts import LotParts, program_name, surroundings
+from hawk.daemon.lots.parts import LotParts, program_name, surroundings
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.options import DaemonOptions, start_words

@@ -7,7 +7,7 @@ from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.autopilot.terrain import FRESH_S, ground_below
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.clock import Clock
-from hawk.daemon.lot_parts import LotParts
+from hawk.daemon.lots.parts import LotParts
 from hawk.ddc.fence.keepers import OutlineKeeper
 from hawk.ddc.readings.topic_interface import DdcTopicInterface
 from hawk.model.operation import StateName

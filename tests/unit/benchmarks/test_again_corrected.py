@@ -17,7 +17,7 @@ from benchmarks.lots.archive import stored_ids
 from benchmarks.lots.looks import StillEye
 from benchmarks.lots.visits import DrawnLot
 from hawk.algo.vision.network import StallNetwork
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.frames import Move
 from hawk.lots.plan.reading import all_stalls

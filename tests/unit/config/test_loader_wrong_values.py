@@ -82,7 +82,7 @@ def kinds(annotation: Any) -> tuple[Any, ...]:
 def wrong_settings() -> Iterator[tuple[str, str, str]]:
     for section, model in Config():
         if not isinstance(model, Section):
-            continue  # tests/unit/daemon/test_schedule.py has wrong blocks of the schedule
+            continue  # tests/unit/daemon/lots/test_schedule.py has wrong blocks of the schedule
         for key, field in type(model).model_fields.items():
             name = f"{section}.{key}"
             found = bounds(section, key)

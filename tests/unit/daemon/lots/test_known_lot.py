@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.daemon.known_lot import KnownLotFollower
+from hawk.daemon.lots.known_lot import KnownLotFollower
 from hawk.lots import reading
 from hawk.lots.plan import editing
 from hawk.lots.saving import save

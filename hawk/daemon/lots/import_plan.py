@@ -59,7 +59,7 @@ def add_import_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.daemon.lot_keeper import find_stalls
+    from hawk.daemon.lots.keeper import find_stalls
     from hawk.lots.store import LotStore, lots_file
     from hawk.lots.values import LotInputError, LotStoreError
 

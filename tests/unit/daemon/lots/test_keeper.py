@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Connection, select
 
-from hawk.daemon.lot_keeper import KeeperTimes, LotKeeper, find_stalls
+from hawk.daemon.lots.keeper import KeeperTimes, LotKeeper, find_stalls
 from hawk.lots.backup import restore
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from hawk.daemon.lot_tour import TourKeeper
+from hawk.daemon.lots.tour import TourKeeper
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError

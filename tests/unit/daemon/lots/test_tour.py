@@ -13,9 +13,9 @@ from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.protocol.commands import Land
 from hawk.config.sections import FenceSettings
-from hawk.daemon.known_lot import KnownLotFollower
-from hawk.daemon.lot_parts import surroundings
-from hawk.daemon.lot_tour import Surroundings, TourKeeper
+from hawk.daemon.lots.known_lot import KnownLotFollower
+from hawk.daemon.lots.parts import surroundings
+from hawk.daemon.lots.tour import Surroundings, TourKeeper
 from hawk.ddc.fence.geometry import polygon_fence, to_map
 from hawk.lots import reading
 from hawk.lots.plan import editing

@@ -11,10 +11,10 @@ from typing import Self
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.config.sections import Config, FenceSettings
-from hawk.daemon.known_lot import KnownLotFollower
-from hawk.daemon.lot_keeper import LotKeeper, find_stalls
-from hawk.daemon.lot_tour import Surroundings, TourKeeper
-from hawk.daemon.schedule import Schedule
+from hawk.daemon.lots.keeper import LotKeeper, find_stalls
+from hawk.daemon.lots.known_lot import KnownLotFollower
+from hawk.daemon.lots.schedule import Schedule
+from hawk.daemon.lots.tour import Surroundings, TourKeeper
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface

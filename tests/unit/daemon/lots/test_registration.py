@@ -14,7 +14,7 @@ import shapely
 from sqlalchemy import select, update
 
 from hawk.algo.registration.likelihood import Placement, StallMap
-from hawk.daemon.lot_registration import registration
+from hawk.daemon.lots.registration import registration
 from hawk.lots import changes, reading
 from hawk.lots.database import Database
 from hawk.lots.frames import Move, frame_of

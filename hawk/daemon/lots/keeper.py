@@ -30,7 +30,7 @@ RETRY_S: Final = 60.0
 
 def find_stalls(known: KnownStalls, found: FoundStalls) -> Registration | Doubtful:
     """Return which stalls of a lot a survey found, or the doubt. Loads scipy, on the store's thread."""
-    from hawk.daemon.lot_registration import registration
+    from hawk.daemon.lots.registration import registration
 
     return registration(known, found)
 
