@@ -27,7 +27,7 @@ class FlightParts:
 
 
 class FlightFollower:
-    """Listens to the motors, the arm place and the operation state, and tells the parts."""
+    """Listens to the motors, the arm place and the operation state, and passes it on to the parts."""
 
     def __init__(
         self,
@@ -39,7 +39,7 @@ class FlightFollower:
         """Listen from now on.
 
         Args:
-            parts: The parts that are told.
+            parts: The parts that note it.
             topics: The topics of vehicle and states.
             datum: Returns the datum of the map, None before there is one.
             note_lots: Called with True while a flight goes on: lots are saved after it.

@@ -1,4 +1,4 @@
-"""The situation of the drone at a frame, as vision, mapper and planner are told it."""
+"""The situation of the drone at a frame, for vision, mapper and planner."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a drawn lot looks like: canvas, light, materials, the things on it, and how they are drawn."""
+"""The look of a drawn lot: canvas, light, materials, the things on it, and how they are drawn."""
