@@ -88,7 +88,7 @@ class Recording:
         self._ready = threading.Condition()
         self._queue: deque[Item] = deque()
         self._queued = 0
-        self._wanted = self._closing = False
+        self._wanted = self._closing = self._is_on_ground = self._has_entry = False
         self._ended: Callable[[], None] = lambda: None
         self.dropped = 0
         """Number of messages that did not fit into the queue or could not be written."""
@@ -97,7 +97,6 @@ class Recording:
         self._file: RecordingFile | None = None
         self._json_schemas = json_schemas
         self._about = about
-        self._is_on_ground = self._has_entry = False
         self._ring = ring or Ring()
         self.path: Path | None = None
         """The newest file."""
