@@ -41,6 +41,8 @@ _CACHES: Final = {reader.ParameterReader: frozenset({"_lately"})}
 """Attributes that are computed again from the others when they are None."""
 _PLAIN = (str, int, bool, type(None))
 _Coded = Any  # JSON
+_NAMED: Final = ("enum", "model", "value", "object")
+"""Tags behind which the name of a class stands."""
 _COLLECTIONS: Final[dict[str, type[Any]]] = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
 
 
@@ -70,6 +72,21 @@ def restore(memory: Mapping[str, Any], settings: DdcSettings, tokens: KillTokens
     if not isinstance(restored, Decider):
         raise MemoryFormatError(f"the memory is not a decider's, but holds {type(restored).__name__}")
     return restored
+
+
+def is_same(first: Mapping[str, Any], second: Mapping[str, Any]) -> bool:
+    """Return whether two memories are equal. An older one names the modules of its classes, which say nothing."""
+    return bool(_without_modules(first) == _without_modules(second))
+
+
+def _without_modules(coded: _Coded) -> _Coded:
+    if isinstance(coded, Mapping):
+        return {name: _without_modules(value) for name, value in coded.items()}
+    if not isinstance(coded, list):
+        return coded
+    if len(coded) > 1 and coded[0] in _NAMED and isinstance(coded[1], str):
+        return [coded[0], coded[1].rpartition(".")[2], *map(_without_modules, coded[2:])]
+    return list(map(_without_modules, coded))
 
 
 def _given(settings: DdcSettings, tokens: KillTokens) -> dict[str, Any]:

@@ -447,6 +447,8 @@ def test_each_class_of_a_memory_has_a_name_of_its_own_and_an_older_memory_may_na
     older = written.replace('["object", "Keeper"', '["object", "ddc.keeping.keeper.Keeper"')
     assert older != written
     assert json.dumps(remember(restore(json.loads(older), rig.settings, tokens), rig.settings, tokens)) == written
+    assert memory.is_same(json.loads(older), json.loads(written))
+    assert not memory.is_same(json.loads(older.replace("KeptHome", "KeptFence")), json.loads(written))
 
 
 def _attributes(kind: type[Any]) -> Iterator[str]:
