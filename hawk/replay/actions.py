@@ -13,7 +13,6 @@ from typing import Any, Final
 
 from hawk.ddc import replay as decisions
 from hawk.ddc.replay import compare_recording
-from hawk.replay.commands import PORT
 from hawk.replay.flight import RecordedFlight, ReplayError, in_a_line
 from hawk.replay.odm import write_odm
 from hawk.replay.report import Report
@@ -27,22 +26,22 @@ _FAILED: Final = 1
 _PROGRESS: Final = 10  # pictures
 
 
-def run(options: argparse.Namespace, *, is_process: bool) -> int:
-    """Do what the options ask for; return the exit status."""
+def run(options: argparse.Namespace, port: int, *, is_process: bool) -> int:
+    """Do what the options ask for; return the exit status. ``port``: of the page."""
     try:
         if options.to_odm is not None:
             return _to_odm(options)
         if is_process or options.check:
             return _process(options) if is_process else _decide(options)
-        return _show_page(options)
+        return _show_page(options.recording, port)
     except (ReplayError, RecordingError, decisions.ReplayError) as error:
         print(f"hawk-drone replay: {in_a_line(error)}", file=sys.stderr)
         return _FAILED
 
 
-def _show_page(options: argparse.Namespace) -> int:
+def _show_page(recording: Path, port: int) -> int:
     try:
-        asyncio.run(serve(options.recording, PORT if options.port is None else options.port))
+        asyncio.run(serve(recording, port))
     except KeyboardInterrupt:
         return 0
     except OSError as error:

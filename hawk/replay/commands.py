@@ -47,7 +47,7 @@ def _run(options: argparse.Namespace) -> int:
     _check(options, is_process=is_process)
     from hawk.replay.actions import run  # it loads numpy and all of vision: not for the other commands
 
-    return run(options, is_process=is_process)
+    return run(options, PORT if options.port is None else options.port, is_process=is_process)
 
 
 def _is_shown(options: argparse.Namespace) -> bool:
