@@ -35,7 +35,7 @@ from benchmarks.perception.sections import Material, network_sections
 from hawk.algo.vision.network import StallNetwork
 from hawk.config.options import as_text, whole
 from hawk.sim import launch as simulator
-from hawk.worlds.conditions import Condition
+from hawk.worlds.moment import Condition
 
 Result = tuple[list[Figure], str]
 SECTIONS: Final = ("latency", "flood", "kill", "perception", "exploration", "chain", "seeds", "places")

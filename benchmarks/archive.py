@@ -34,7 +34,7 @@ from benchmarks.archive_calls import SURVEYS, Calls, measure_calls
 from benchmarks.archive_files import PACKED
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.frames import Move
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore

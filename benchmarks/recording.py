@@ -34,8 +34,8 @@ from hawk.model.operation import Health
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose, MapPoint, MapPose, VehiclePose
+from hawk.store.frame_codec import MapStalls, View, Words
 from hawk.store.recording import Recording
-from hawk.store.shown import StallsSeen, View, Words
 
 SECONDS: Final = 60
 TICKS_S: Final = 20
@@ -108,7 +108,7 @@ def _fly(
         if step % (TICKS_S // 5) == 0:
             show(_pose(now))
         if step % (TICKS_S * 5) == 0:
-            show(StallsSeen(_DATUM, _stalls(step)))
+            show(MapStalls(_DATUM, _stalls(step)))
             show(Words("info", "New target: 12 m ahead."))
 
 

@@ -27,7 +27,7 @@ from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, process
 from hawk.store.frame_codec import FRAME_INPUT
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
+from hawk.store.ring_buffer import Item
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
 from tests.reference.kept import unpack

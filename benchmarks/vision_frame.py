@@ -22,7 +22,8 @@ from benchmarks.options import make_parser
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, VisionModelError
+from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.algo.vision.odometry import Features, find_features, measured_motion
 from hawk.algo.vision.picture import annotate, decode
 from hawk.algo.vision.rectify import Rectifier

@@ -26,8 +26,8 @@ from benchmarks.lots.archive import store_look, stored_ids
 from benchmarks.lots.correction import correct, edited
 from benchmarks.lots.looks import GNSS_M, datum_of, flown_look
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
+from hawk.algo.frame import outcome
 from hawk.algo.path_plan.known_tour import lot_tour
-from hawk.algo.steps import outcome
 from hawk.lots.database import Database
 from hawk.lots.known import known_lot, lot_near
 from hawk.lots.tables import OBSERVATION, STALL

@@ -19,7 +19,7 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from hawk.ddc.motion import Goal
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.pictures import CameraModel
@@ -60,7 +60,7 @@ class Errors:
 class Glance:
     """One frame: vision's result, and the error of its pose (metres north and east)."""
 
-    seen: SeenGround
+    seen: FrameGround
     off: tuple[float, float]
 
 

@@ -23,7 +23,7 @@ from benchmarks.figures import Figure, Limit, Reference
 from benchmarks.perception.edges import finds_of_cut, without
 from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap

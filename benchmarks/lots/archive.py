@@ -13,7 +13,7 @@ from sqlalchemy import Connection, select
 
 from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.proposing import proposals
 from hawk.lots.saving import save

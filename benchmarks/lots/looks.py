@@ -21,8 +21,8 @@ from benchmarks.perception.eyes import boxes_of_maps
 from benchmarks.world_lots import north_east
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork
-from hawk.algo.vision.seen import FloatArray
 from hawk.lots.finished import LandedSurvey, finished
 from hawk.lots.frames import Move
 from hawk.lots.values import FinishedSurvey, SurveyStall

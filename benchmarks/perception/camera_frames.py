@@ -14,12 +14,12 @@ from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import Detection, FloatArray, GroundImage
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
 from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
-from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
+from hawk.worlds.moment import Condition
 from hawk.worlds.world import World
 
 HEIGHT_M = 35.0
@@ -77,7 +77,7 @@ def _look(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput, labels
     return tally(finding, _in_view(labels, ground))
 
 
-def _finding(seen: list[StallSeen]) -> Finding:
+def _finding(seen: list[Detection]) -> Finding:
     table = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in seen]).reshape(-1, 5)
     states = [StallState.FREE if s.taken < 0.5 else StallState.TAKEN for s in seen]
     return Finding(boxes(table), state_array(states))

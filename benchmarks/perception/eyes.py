@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from benchmarks.perception.places import state_array
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
+from hawk.algo.vision.detection import GroundImage
 from hawk.algo.vision.network import NetworkMaps, StallNetwork
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import StallState
 from hawk.picture.nadir import CELL_M, GROUND_M, LOT_M, found_in, resized, stalls_of
 from hawk.survey.scoring import Finding, FloatArray

@@ -17,7 +17,7 @@ from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
-from hawk.worlds.conditions import Condition
+from hawk.worlds.moment import Condition
 
 LIMITS: Final = {
     "precision": Limit(lowest=0.90), "precision_star": Limit(lowest=0.96), "recall_whole": Limit(lowest=0.95),

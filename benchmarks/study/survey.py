@@ -14,7 +14,7 @@ from benchmarks.lots.correction import correct, edited
 from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import Visit
 from benchmarks.study.visits import CLOCK, DAY, StudyLot
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.database import Database
 from hawk.lots.saving import save
 from hawk.lots.tables import STALL

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import config_of
+from hawk.config.loader import config_of
 
 COMMAND: Final = "export"
 _ENDS: Final = (".csv", ".geojson", ".gpkg", ".kmz", ".png", ".tif")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import config_of
+from hawk.config.loader import config_of
 
 LOT_COMMANDS: Final = frozenset({"backup", "restore", "verify"})
 _FAILED: Final = 1

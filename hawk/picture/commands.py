@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.sections import ConfigError, load_settings
+from hawk.config.loader import load_settings
+from hawk.config.sections import ConfigError
 from hawk.picture.work_folder import is_ours, kept_source, other_source
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.vision.blur import BLURRED, blur_of
-from hawk.algo.vision.seen import Found, GroundImage, Seen, SeenGround
+from hawk.algo.vision.detection import Found, FrameGround, GroundImage, VisionResult
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
@@ -40,7 +40,7 @@ class PictureMap:
 
     def add(self, picture: GroundImage, found: Found, pose: MapPose, time: float) -> None:
         """Fuse a photograph with what was found in it. ``pose``: of its camera above the ground below."""
-        ground = SeenGround(
+        ground = FrameGround(
             found.stalls, found.lot, found.car, found.core, found.taken, picture=picture, pose=pose, captured=time,
             is_blurred=blur_of(picture) >= BLURRED,
         )  # fmt: skip
@@ -49,7 +49,7 @@ class PictureMap:
             sequence=self._count, captured=time, jpeg=b"", camera=_NO_CAMERA, pose=pose, speed=0.0,
             state=StateName.AUTONOMOUS_EXPLORE, desired=None, heights=HeightParameters(), fence=None, home=None,
         )  # fmt: skip
-        self._mapper.fuse(frame, Seen(ground=ground))
+        self._mapper.fuse(frame, VisionResult(ground=ground))
 
     def finish(self) -> OccupancyMap:
         """Return the whole map."""

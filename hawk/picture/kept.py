@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.seen import Found, GroundImage, StallSeen
+from hawk.algo.vision.detection import Detection, Found, GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.app import Adjusted, Known, Pair
 from hawk.picture.adjust.features import Features, Ties
@@ -217,7 +217,7 @@ def _found_of(data: bytes) -> Found:
     valid = bits.reshape(rows, columns).astype(np.bool_)
     layers = [_layer(rest, at + packed + 4 * cells * k, (rows, columns)) for k in range(len(_LAYERS))]
     images = [GroundImage(layer, to_map, valid) for layer in layers]
-    return Found(tuple(StallSeen(*row) for row in stalls.tolist()), *images)
+    return Found(tuple(Detection(*row) for row in stalls.tolist()), *images)
 
 
 def _layer(data: bytes, begin: int, shape: tuple[int, int]) -> NDArray[np.float32]:

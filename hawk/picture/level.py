@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detection import CameraView, GroundImage
 from hawk.algo.vision.rectify import GROUND_M, MAXIMUM_OFF_NADIR
-from hawk.algo.vision.seen import CameraView, GroundImage
 from hawk.picture.adjust.posed import FloatArray, Posed
 
 LARGEST_M: Final = 150.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.seen import WHOLE
+from hawk.algo.vision.detection import WHOLE
 from hawk.formats.image import NoImage, decode
 from hawk.model.lot_map import OccupancyMap
 from hawk.picture.adjust.app import Adjusted

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
-from hawk.algo.mapper.shown import lot_outline
+from hawk.algo.mapper.cell_classes import lot_outline
 from hawk.algo.mapper.stalls import call_state
 from hawk.algo.mapper.suggestions import WIDTH_M, car_boxes, length_about, on_stalls
 from hawk.algo.mapper.table import STATES, UNKNOWN, published_size
@@ -27,17 +27,9 @@ from hawk.algo.rows.fit import Finds
 from hawk.algo.rows.lot import RowStalls, complete_rows
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.network import (
-    CELL_PIXELS,
-    Blob,
-    Engine,
-    EngineChoice,
-    NetworkMaps,
-    StallNetwork,
-    VisionModelError,
-    packaged_weights,
-)
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
+from hawk.algo.vision.network import CELL_PIXELS, Blob, Engine, EngineChoice, NetworkMaps, StallNetwork
+from hawk.algo.vision.network_file import VisionModelError, packaged_weights
 from hawk.model.lot_map import StallState
 from hawk.picture.values import PictureError, of_model
 

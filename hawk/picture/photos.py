@@ -17,8 +17,8 @@ import numpy as np
 import pymap3d
 
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.named import network_name
-from hawk.algo.vision.network import StallNetwork, VisionModelError
+from hawk.algo.vision.network import StallNetwork
+from hawk.algo.vision.network_file import VisionModelError, network_name
 from hawk.exports.ground import ground_of
 from hawk.exports.reading import found_stalls
 from hawk.exports.values import ExportedSurvey

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.ground import Ground
 from hawk.exports.values import ExportedSurvey
 from hawk.lots.finished import LandedSurvey

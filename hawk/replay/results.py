@@ -7,13 +7,16 @@ import errno
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import cv2
 
 from hawk.replay.flight import ReplayError
-from hawk.replay.process import Processed
 from hawk.results.survey_map import Made, SurveyMap, map_picture, stalls_csv, stalls_geojson
+
+if TYPE_CHECKING:  # vision takes half a second to load
+    from hawk.replay.process import Processed
+
 
 SPARE_BYTES: Final = 50_000_000
 """Bytes that stay free on the disk."""

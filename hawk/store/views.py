@@ -40,8 +40,8 @@ from hawk.model.operation import Level
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose, VehiclePose
 from hawk.results.survey_map import stalls_geojson
+from hawk.store.frame_codec import View, Words
 from hawk.store.replay import CAMERA
-from hawk.store.shown import View, Words
 
 CALIBRATION: Final = "camera_calibration"
 LOCATION: Final = "location"

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
+from hawk.algo.vision.detection import Detection, FloatArray, Found, GroundImage
 from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray, NetworkMaps, StallNetwork, sun_input
-from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
 
 _EDGE_CELLS = 2
 _CORE_LIMIT = 0.35
@@ -177,7 +177,7 @@ def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
     return np.where(inside, read, 0)
 
 
-def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[StallSeen, ...]:
+def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Detection, ...]:
     """Return stalls, given in cells of the raster ``ground``, in metres of the map."""
     if not len(stalls):
         return ()
@@ -187,7 +187,7 @@ def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Sta
     angle = np.arctan2(long[:, 1], long[:, 0]) % np.pi
     visible = sample(ground.valid, sample_points(stalls)).mean(axis=1)
     table = np.column_stack([place, angle, stalls.width * side, stalls.length * side, stalls.score, taken, visible])
-    return tuple(StallSeen(*line) for line in table.tolist())
+    return tuple(Detection(*line) for line in table.tolist())
 
 
 class _Voters:

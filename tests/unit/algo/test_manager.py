@@ -14,8 +14,8 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.detection import FrameGround, VisionResult
 from hawk.algo.vision.odometry import Odometry
-from hawk.algo.vision.seen import Seen, SeenGround
 from hawk.formats.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep
@@ -134,7 +134,7 @@ def left_out(turns: dict[int, float], monkeypatch: pytest.MonkeyPatch) -> list[F
     rig, frames = Rig(cast("Odometry", Turning(turns))), flight(40)
     mapped, fuse = [], rig.mapper._core.fuse
 
-    def noted(ground: SeenGround) -> None:
+    def noted(ground: FrameGround) -> None:
         mapped.append(ground.captured)
         fuse(ground)
 
@@ -255,7 +255,7 @@ def test_without_a_pose_there_is_a_picture_and_no_map() -> None:
 
 def test_a_picture_that_cannot_be_drawn_on_costs_only_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     rig = Rig()
-    monkeypatch.setattr(rig.vision, "see", lambda _: Seen(image=np.zeros((0, 0, 3), np.uint8)))
+    monkeypatch.setattr(rig.vision, "see", lambda _: VisionResult(image=np.zeros((0, 0, 3), np.uint8)))
     output = rig.run(flight(1)[0])
     assert output.annotated_jpeg == b""
     assert output.mapper_health.is_healthy

@@ -27,6 +27,7 @@ from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, HealthStatus, StateName
 from hawk.model.pictures import GroundStep
 from hawk.model.poses import MapPose
+from hawk.specification.access_programs import DdcAccess
 from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 
@@ -148,7 +149,7 @@ async def test_an_unhealthy_part_makes_health_status_one(flying: Rig, part: str)
     flying.see = lambda: getattr(flying.inputs, f"{part}_health").publish(Health.bad("gone"))  # type: ignore[method-assign]
     await flying.run(0.3)
     assert status(flying).parts.health_status is HealthStatus.UNHEALTHY
-    assert flying.topics.get_health_status().reason == f"{part}: gone"
+    assert DdcAccess(flying.topics).get_health_status().reason == f"{part}: gone"
 
 
 # -- the message list -------------------------------------------------------------------------------------------------

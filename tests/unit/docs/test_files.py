@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hawk.daemon.announcement import ADDRESS_FILE
-from hawk.ddc.fence.stored import FENCE_FILE
+from hawk.ddc.fence.keepers import FENCE_FILE
 from hawk.ddc.parameters.heights import PARAMETER_FILE
 from hawk.web.access.access import LOGIN_FILE
 from hawk.web.access.tls import CERTIFICATE_FILE, KEY_FILE

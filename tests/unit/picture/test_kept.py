@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 import numpy as np
 import pytest
 
-from hawk.algo.vision.seen import Found, GroundImage, StallSeen
+from hawk.algo.vision.detection import Detection, Found, GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.app import Adjusted, Known, Pair
 from hawk.picture.adjust.features import Features, Search, Ties
@@ -32,7 +32,7 @@ def shot(folder: Path, content: bytes = b"picture") -> Shot:
 def found(count: int = 2) -> Found:
     to_map, valid = np.array([[0.0, -0.2, 9.0], [0.2, 0.0, 1 / 3]]), RNG.random((7, 9)) > 0.3
     layers = [GroundImage(RNG.random((7, 9)).astype(np.float32), to_map, valid) for _ in range(4)]
-    return Found(tuple(StallSeen(*row) for row in RNG.random((count, 8)).tolist()), *layers)
+    return Found(tuple(Detection(*row) for row in RNG.random((count, 8)).tolist()), *layers)
 
 
 class Counted(Generic[T]):

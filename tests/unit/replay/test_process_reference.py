@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hawk.ddc.replay import compare_recording
-from hawk.replay.comparing import Comparison, compare_maps
+from hawk.replay.comparison import Comparison, compare_maps
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, Processed, process
 from hawk.results.survey_map import stalls_geojson

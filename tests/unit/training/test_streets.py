@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.worlds.cars import LONG_KINDS, footprint_m
 from hawk.worlds.generate import SiteSize
 from hawk.worlds.plan import PlannedStall, SitePlan
+from hawk.worlds.scene.cars import LONG_KINDS, footprint_m
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.streets import plan_street_site

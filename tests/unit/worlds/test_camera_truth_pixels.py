@@ -12,14 +12,14 @@ import shapely
 
 from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import Lens, WorldCamera
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.cars import footprint_m
-from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.light import Sun
 from hawk.worlds.plan import Building, PlannedStall
-from hawk.worlds.render import draw_plan
 from hawk.worlds.rows import plan_row
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.cars import footprint_m
+from hawk.worlds.scene.facets import FacetSet, ground_projection
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.render import draw_plan
 from hawk.worlds.world import TrueStall, World
 from tests.unit.worlds.builders import EAST, areas_of, generator, plain_plan, plain_style, square
 from training.scenes import Scene, _lot_mask, _scene_stall, _share, draw_scene, photograph

@@ -13,13 +13,13 @@ import pytest
 import shapely
 
 from hawk.worlds.bays import LEAST, Room
-from hawk.worlds.canvas import Points
 from hawk.worlds.generate import SiteSize, WorldOptions, generate_world, plan_lot_site
 from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls
+from hawk.worlds.parked_cars import number_stalls
 from hawk.worlds.plan import PlannedStall, SitePlan, Surface, Vehicle
 from hawk.worlds.repaint import CHANGES, Change, add_bays, build_island, change_pitch, close_row, repaint
 from hawk.worlds.runs import runs_of
+from hawk.worlds.scene.canvas import Points
 from hawk.worlds.world import TrueStall, World, WorldError, load_truth
 from tests.unit.worlds.builders import GREY, areas_of, generator, largest_overlap, plain_plan
 

@@ -11,16 +11,14 @@ import shapely
 from numpy.typing import NDArray
 
 from hawk.model.sun import SunPosition, sun_position
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.conditions import Condition
 from hawk.worlds.daylight import DUSK_BELOW_DEG, light_at, shadow_of
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls, park, stays_of
+from hawk.worlds.moment import Condition, clock_of
+from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import PlannedStall, Vehicle
-from hawk.worlds.render import draw_plan
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.render import OwnStreams, Streams, draw_plan
 from hawk.worlds.stays import Stay
-from hawk.worlds.streams import OwnStreams, Streams
 from hawk.worlds.world import World, WorldError
 from tests.unit.worlds.builders import SUN, generator, plain_plan, square
 

@@ -67,7 +67,6 @@ def test_the_verdict_carries_the_number_of_the_place_it_is_about(inbound: Inboun
     assert plan.verdict == Verdict(42, inbound, route)
     assert rig.interface.des_loc_inbound_pub.value == plan.verdict
     assert plan.asked is None
-    assert rig.app.get_des_pose_inbound() is (inbound is Inbound.INSIDE)
 
 
 @pytest.mark.parametrize(
@@ -106,10 +105,9 @@ def test_without_a_pose_nothing_is_said_of_a_place_inside() -> None:
     assert rig.plan(frame_at(None, state=StateName.HOVER, desired=DesiredPose(1, 5.0, 6.0))).verdict is None
 
 
-def test_without_a_place_there_is_no_verdict_and_it_is_not_inbound() -> None:
+def test_without_a_place_there_is_no_verdict() -> None:
     rig = Rig()
     assert rig.plan(frame_at(pose_at(0, 0), state=StateName.HOVER)).verdict is None
-    assert rig.app.get_des_pose_inbound() is False
 
 
 def test_nothing_is_explored_in_other_states() -> None:
@@ -273,7 +271,6 @@ def test_a_plan_is_the_answer_to_a_frame_and_a_map_and_the_getters_repeat_it() -
     assert plan.path.target == MapPoint(5.0, 6.0)
     assert plan.health == Health()
     assert app.get_local_pose() is plan.path
-    assert app.get_des_pose_inbound() is True
     without = app.plan(frame_at(pose_at(math.nan, 0)), known)
     assert (without.path, without.health.is_healthy) == (PathPlan(), False)
     assert app.get_health() is without.health

@@ -15,8 +15,8 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
+from hawk.algo.vision.detection import Detection
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.algo.vision.seen import StallSeen
 from hawk.model.operation import StateName
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
@@ -74,13 +74,13 @@ def app() -> VisionApp:
     return VisionApp()
 
 
-def seen(app: VisionApp, frame: FrameInput) -> list[StallSeen]:
+def seen(app: VisionApp, frame: FrameInput) -> list[Detection]:
     ground = app.see(frame).ground
     assert ground is not None
     return [stall for stall in ground.stalls if stall.score >= 0.5]
 
 
-def in_place(found: list[StallSeen]) -> int:
+def in_place(found: list[Detection]) -> int:
     """Return how many stalls were found within half a metre and with their own size, to within 10 %."""
     return sum(
         any(

@@ -21,8 +21,8 @@ from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics, turned_camera
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
+from hawk.worlds.moment import Condition
 from hawk.worlds.world import World
 
 CAMERA = default_intrinsics()

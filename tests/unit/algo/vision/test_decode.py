@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
+from hawk.algo.vision.detection import FloatArray, GroundImage
 from hawk.algo.vision.network import NetworkMaps
-from hawk.algo.vision.seen import FloatArray, GroundImage
 from training.targets import shape_of
 
 CELL = 0.2

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import GroundImage
 from hawk.algo.vision.network import Blob, NetworkMaps, StallNetwork, maps_from_output, sun_input
 from hawk.algo.vision.rectify import GROUND_M, Rectifier, project
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 from hawk.model.sun import sun_position

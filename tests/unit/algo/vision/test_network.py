@@ -12,16 +12,10 @@ from hypothesis import strategies as st
 
 from hawk.algo.vision import network as network_module
 from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import (
-    CHANNELS,
-    StallNetwork,
-    VisionModelError,
-    maps_from_output,
-    packaged_weights,
-    sun_input,
-)
+from hawk.algo.vision.detection import GroundImage
+from hawk.algo.vision.network import CHANNELS, StallNetwork, maps_from_output, sun_input
+from hawk.algo.vision.network_file import VisionModelError, packaged_weights
 from hawk.algo.vision.rectify import Rectifier, ground_homography
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 from training.scenes import Scene, SceneStall, draw_scene

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detection import FloatArray, GroundImage
 from hawk.algo.vision.rectify import MAXIMUM_PIXELS, Rectifier, RectifyError, project
-from hawk.algo.vision.seen import FloatArray, GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 

@@ -24,8 +24,8 @@ from hawk.ddc.readings.link import LinkFacts
 from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceRule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.ground import ArmState
-from hawk.ddc.states.homing import LandState, ReturnToLaunchState
 from hawk.ddc.states.hover import HoverState, ManualState
+from hawk.ddc.states.rtl_and_land import LandState, ReturnToLaunchState
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import Rig
