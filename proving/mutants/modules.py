@@ -189,7 +189,7 @@ WITHOUT_EVERY_BRANCH: Final = frozenset(
 )
 """Modules of which the fast unit tests miss some branches; flights and integration tests reach them."""
 
-COVERING: Final = "not flight"
+COVERING: Final = "not flight and not nightly"
 """The tests that run, as pytest's marker expression."""
 
 TEST_FOLDERS: Final = tuple(f"tests/unit/{room}" for room in ("ddc", "comm", "daemon", "model", "runtime", "store"))

@@ -22,6 +22,7 @@ def test_a_smear_spreads_light_over_its_length_and_loses_none(angle: float, axis
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_pictures_are_found_blurred_before_the_network_loses_stalls(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(blur, "SMEARS_M", (0.0, 1.8))
     monkeypatch.setattr(blur, "SOFT_M", (0.4,))

@@ -32,6 +32,7 @@ def test_a_mosaic_has_the_windows_that_its_side_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_plain_processes_and_a_run_have_the_same_results(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

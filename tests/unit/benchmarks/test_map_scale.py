@@ -80,6 +80,7 @@ def test_the_drawn_map_is_read_as_it_is_drawn() -> None:
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_a_short_flight_measures_everything(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(map_scale, "FRAMES", 18)
     figures = asyncio.run(Stage(1.0).run(tmp_path))

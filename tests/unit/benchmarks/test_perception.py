@@ -171,6 +171,7 @@ def test_tilted_frames_show_the_stalls_where_they_are(ground: Place) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_video_shows_how_steady_each_stall_is(tmp_path: Path, ground: Place) -> None:
     path = tmp_path / "still.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, ground.image.shape[1::-1])

@@ -194,6 +194,7 @@ def test_a_wrong_word_is_refused(words: list[str]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("with_ustreamer", [False, True])
+@pytest.mark.nightly
 def test_real_servers_are_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, with_ustreamer: bool, drawn: list[bytes]
 ) -> None:

@@ -95,6 +95,7 @@ def test_every_cell_of_the_outline_is_looked_at_and_nothing_beside_it_though_it_
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_ground_without_any_lot_is_seen_whole() -> None:
     lot, ground = shapely.box(-150.0, -150.0, -140.0, -140.0), shapely.box(-30.0, 20.0, 30.0, 80.0)
     flight, known = explored(lot, ground)

@@ -399,8 +399,18 @@ def test_another_camera_begins_a_new_check(world: World) -> None:
     assert check.look(replace(frame, camera=replace(CAMERA, fx=900.0)), picture).is_healthy
 
 
+HARDEST = (Condition.NIGHT, Condition.SNOW)
+MARKS = {condition: () if condition in HARDEST else pytest.mark.nightly for condition in Condition}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("condition", "height"), list(zip(Condition, [35, 35, 60, 35, 15, 60, 15], strict=True)))
+@pytest.mark.parametrize(
+    ("condition", "height"),
+    [
+        pytest.param(condition, height, marks=MARKS[condition])
+        for condition, height in zip(Condition, [35, 35, 60, 35, 15, 60, 15], strict=True)
+    ],
+)
 def test_no_time_of_day_and_no_weather_makes_a_right_camera_wrong(condition: Condition, height: int) -> None:
     world = world_in(condition)
     poses = [replace(pose, height=height) for pose in corner(40)]
@@ -410,7 +420,7 @@ def test_no_time_of_day_and_no_weather_makes_a_right_camera_wrong(condition: Con
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("condition", list(Condition))
+@pytest.mark.parametrize("condition", [pytest.param(condition, marks=MARKS[condition]) for condition in Condition])
 def test_a_camera_upside_down_is_found_at_any_time_and_in_any_weather(condition: Condition) -> None:
     world = world_in(condition)
     _, healths = Flight(world, turn=math.pi).check(straight(30))

@@ -64,6 +64,7 @@ def test_nothing_to_look_at_is_refused(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_drawn_world_is_seen_with_its_stalls_where_they_are() -> None:
     (world,) = worlds([3])
     found = statistics([world])
