@@ -44,7 +44,7 @@ from tests.manual_clock import ManualClock
 
 TICK_S = 0.05
 STRIDE, FINE_TICKS = 3, 10
-"""A long time passes in fewer ticks, each of a stride: a test of a minute costs a third. Its last ticks are fine ones."""
+"""A long time passes in fewer ticks, each of a stride: a test of a minute costs a third. Its last ticks are fine."""
 HOLDING_STATES = frozenset({StateName.HOVER, StateName.COMMUNICATION_LOST})
 COMMANDING_STATES = HOLDING_STATES | {
     StateName.AUTONOMOUS_EXPLORE,

@@ -17,6 +17,7 @@ from hawk.store.recordings import Recordings
 from hawk.web.v1 import bodies, models
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
+from tests.sweep import sweep
 from tests.unit.lots.importing.imports import drawn, geojson
 from tests.unit.lots.repaints import extra, flown
 from tests.unit.lots.surveys import later, survey
@@ -47,7 +48,7 @@ async def recordings(rig: Rig, tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("operation", CHANGES, ids=lambda each: each.name)
+@sweep("operation", CHANGES)
 async def test_a_viewer_a_stranger_and_another_origin_change_nothing(archive: Archive, operation: Operation) -> None:
     path = path_of(operation, archive)
     tag = (await archive.ask("/lots")).headers["ETag"]
@@ -158,7 +159,7 @@ async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -
     assert await archive.items(f"{path}/stalls?kind=staff") == []
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("path", "body", "field", "words"),
     [
         ("/lots/LOT/name", {}, "name", "is missing: write it"),

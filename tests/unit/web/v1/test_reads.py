@@ -12,6 +12,7 @@ from hawk.lots.tables import LOOKS
 from hawk.web.v1 import figures, models, shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
+from tests.sweep import sweep
 from tests.unit.web.v1.archive import NOWHERE, Archive
 
 
@@ -161,7 +162,7 @@ async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_quest
     assert await archive.store.read(kept) == 0
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("path", "field", "words"),
     [
         ("/lots?limit=0", "limit", "must be a whole number, 1 to 1000"),
@@ -189,7 +190,7 @@ async def test_a_parameter_that_cannot_be_used_is_named_with_the_remedy(
     models.Problem.model_validate(problem)
 
 
-@pytest.mark.parametrize(
+@sweep(
     "path",
     [
         "/lots/ID", "/lots/ID/layouts", "/lots/ID/layouts/1/stalls", "/lots/ID/stalls", "/stalls/ID", "/lots/ID/zones",
@@ -221,7 +222,7 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
     assert problem["detail"].endswith("of this lot with this id; GET /api/v1/lots/{id}/surveys lists them")
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("method", "path", "field", "words"),
     [
         ("GET", "/lots/ID", "id", "there is no lot with this id; GET /api/v1/lots lists them"),
@@ -238,7 +239,7 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
         ("GET", "/features/collections/lots/items/ID", "id", "there is no feature with this id; GET /api/v1/features/"),
     ],
 )
-@pytest.mark.parametrize("given", [NOWHERE, "nix"])
+@sweep("given", [NOWHERE, "nix"])
 async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
     archive: Archive, method: str, path: str, field: str, words: str, given: str
 ) -> None:
@@ -254,7 +255,7 @@ async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
     models.Problem.model_validate(problem)
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("path", "field"),
     [
         ("/features/collections/cars", "collection"), ("/features/collections/cars/items/1", "collection"),
@@ -271,7 +272,7 @@ async def test_another_method_of_an_address_stays_refused_as_such(archive: Archi
     assert (await archive.refused("/lots/import"))[0] == 405
 
 
-@pytest.mark.parametrize("method", ["GET", "POST"])
+@sweep("method", ["GET", "POST"])
 async def test_another_address_is_refused_with_the_list_of_all(archive: Archive, method: str) -> None:
     status, problem = await archive.refused("/nothing", method=method, operator=True)
     assert (status, problem["field"], problem["detail"]) == (404, "", NOTHING)
