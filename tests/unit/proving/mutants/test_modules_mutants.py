@@ -67,8 +67,14 @@ def test_a_mutant_that_is_not_there_is_an_error() -> None:
         mutated(SOURCE, Mutant("m.py", "core/AddNot", 99, 1))
 
 
+def test_every_module_is_there_and_has_a_line_that_a_fault_can_change() -> None:
+    bare = [module for module in ALL_MODULES if not function_lines(ast.parse((ROOT / module).read_text("utf-8")))]
+    assert bare == []
+
+
 @pytest.mark.slow
-def test_every_module_is_there_and_has_mutants() -> None:
+@pytest.mark.nightly
+def test_every_module_has_mutants() -> None:
     for module in ALL_MODULES:
         assert len(mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))) > 0, module
 
