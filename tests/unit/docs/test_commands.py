@@ -12,6 +12,7 @@ import pytest
 
 from hawk.cli import make_parser as drone_parser
 from hawk.sim.cli import make_parser as sim_parser
+from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -76,7 +77,7 @@ def parser_of(program: str, words: list[str]) -> argparse.ArgumentParser | None:
     return found
 
 
-@pytest.mark.parametrize(("page", "words"), FOUND)
+@sweep(("page", "words"), FOUND)
 def test_the_command_exists_with_these_options(page: Path, words: list[str]) -> None:
     program, *rest = words
     if program == "make":

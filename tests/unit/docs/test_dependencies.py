@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sweep import sweep
+
 ROOT = Path(__file__).parents[3]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = SETTINGS["project"]
@@ -99,7 +101,7 @@ def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
     assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
 
-@pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
+@sweep("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
 def test_every_dependency_is_defended(name: str) -> None:
     assert f"`{name}`" in DOCUMENT
 

@@ -1,11 +1,11 @@
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.comm.mavlink.frames import Heartbeat, ground_station_heartbeat, heartbeats, is_mavlink_1, system_of
+from tests.sweep import sweep
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 
@@ -80,7 +80,7 @@ def test_our_heartbeat_is_a_ground_stations_as_pymavlink_reads_it() -> None:
     assert not next(heartbeats(ground_station_heartbeat(245, 190))).is_of_an_autopilot
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("kind", "autopilot", "component", "is_copter"),
     [
         *((kind, 3, 1, True) for kind in (2, 3, 4, 13, 14, 15, 29, 35, 43)),

@@ -255,7 +255,7 @@ async def test_resume_waits_for_the_pilots_hand_to_leave_the_switch(fresh: Rig) 
 # -- control ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", sorted(set(COMMANDS) - {"Hold"}))
+@sweep("name", sorted(set(COMMANDS) - {"Hold"}))
 async def test_commands_of_someone_without_control_are_refused(rig: Rig, name: str) -> None:
     answer = rig.command(COMMANDS[name], client="eve")
     assert not answer.accepted

@@ -6,12 +6,12 @@ import json
 from typing import Any
 
 import jsonschema
-import pytest
 from openapi_pydantic import OpenAPI
 
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
+from tests.sweep import sweep
 from tests.unit.web.v1.archive import Archive
 
 
@@ -59,7 +59,7 @@ def test_the_schemas_are_valid_and_every_reference_leads_somewhere() -> None:
         assert part.partition('"')[0] in schemas
 
 
-@pytest.mark.parametrize("operation", OPERATIONS, ids=lambda each: each.name)
+@sweep("operation", OPERATIONS)
 def test_every_address_says_what_it_takes_and_answers(operation: Operation) -> None:
     from hawk.web.v1.openapi import document
 
