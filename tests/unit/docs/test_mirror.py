@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[3]
 UNIT = ROOT / "tests" / "unit"
 OF_NO_MODULE = {"docs", "packaging", "page"}
 """Folders of tests on documents, scripts and the page's build."""
-OF_ALL_MODULES = {"test_imports.py", "test_field_inputs.py"}
+OF_ALL_MODULES = {"test_imports.py", "test_field_inputs.py", "test_sweep.py"}
 FOLDERS = sorted({file.parent for file in UNIT.rglob("test_*.py")} - {UNIT / name for name in OF_NO_MODULE})
 
 
