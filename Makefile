@@ -55,12 +55,13 @@ test: setup
 	$(MAKE) --jobs 2 --output-sync lint page-check docs
 	$(MAKE) $(UNIT_KINDS) programs
 
-# Whole explorations and benchmarks' runs, and many cases of what a cheaper test of `make test` shows with one: once a
-# night, and before a release. Half an hour.
+# Whole explorations and benchmarks' runs, many cases of what a cheaper test of `make test` shows with one, and properties
+# on new examples: once a night, and before a release. An hour.
 nightly: setup browser
 	$(UNIT) -m nightly $(ARGS)
 	$(REAL) --numprocesses 2 -m nightly tests/integration $(ARGS)
 	$(PYTEST) -m nightly tests/e2e $(ARGS)
+	$(UNIT) $(FAST) --hypothesis-profile=search $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

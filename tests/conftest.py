@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, settings
 
 # No test is timed: a machine that others share may stop for half a second anywhere.
 UNTIMED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("repeatable", UNTIMED, derandomize=True)
+settings.register_profile("repeatable", UNTIMED, derandomize=True, max_examples=30)
 settings.register_profile("search", UNTIMED)
 settings.load_profile("repeatable")
 
