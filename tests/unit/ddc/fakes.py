@@ -43,8 +43,8 @@ from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState
 from tests.manual_clock import ManualClock
 
 TICK_S = 0.05
-STRIDE, FINE_TICKS = 3, 10
-"""A long time passes in fewer ticks, each of a stride: a test of a minute costs a third. Its last ticks are fine."""
+STRIDE, FIRST, LAST = 3, 4, 8
+"""A long time passes in fewer ticks, each of a stride, but for its first and last: a minute costs a third."""
 HOLDING_STATES = frozenset({StateName.HOVER, StateName.COMMUNICATION_LOST})
 COMMANDING_STATES = HOLDING_STATES | {
     StateName.AUTONOMOUS_EXPLORE,
@@ -671,11 +671,12 @@ class Rig:
                 await asyncio.sleep(0)
 
     async def run(self, seconds: float) -> None:
-        """Let time pass: in ticks of a busy computer, but for the last half second."""
+        """Let time pass: in ticks of a busy computer, but at the beginning and the end."""
         ticks = round(seconds / TICK_S)
-        late = max(0, ticks - FINE_TICKS) // STRIDE
-        await self.tick(late, STRIDE * TICK_S)
-        await self.tick(ticks - STRIDE * late)
+        long = max(0, ticks - FIRST - LAST) // STRIDE
+        await self.tick(min(ticks, FIRST))
+        await self.tick(long, STRIDE * TICK_S)
+        await self.tick(max(0, ticks - FIRST - STRIDE * long))
 
     async def until(self, state: StateName, seconds: float = 60.0) -> None:
         """Let time pass until a state is active."""
