@@ -428,7 +428,7 @@ def _attributes(kind: type[Any]) -> Iterator[str]:
 
 
 async def _wait(rig: Rig) -> None:
-    await rig.run(3)
+    await rig.tick(60)
 
 
 def _without_operator(moment: Moment) -> Moment:

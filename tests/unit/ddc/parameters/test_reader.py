@@ -18,6 +18,7 @@ from hawk.ddc.parameters.reader import AT_ONCE, ParameterReader
 from hawk.ddc.readings.remote_control import SWITCH_NAMES, remote_control_check
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, ForeignWrite
+from tests.sweep import sweep
 from tests.unit.ddc.by_facts import read_all, reads, standing
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.parameters.test_failsafes import SAFE_47, VIEW
@@ -102,10 +103,10 @@ def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
 
 
 @pytest.mark.fault("a parameter is not answered")
-@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "FENCE_ALT_MAX"} - MAY_BE_MISSING))
+@sweep("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "FENCE_ALT_MAX"} - MAY_BE_MISSING))
 def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
     bench = Bench(SAFE_PARAMETERS, frozenset({name}))
-    bench.run(30)
+    bench.run(10)
     values = bench.reader.values()
     assert name not in values
     assert all(check.passed for check in check_failsafes(values, VIEW)) is (name in SWITCH_NAMES)
