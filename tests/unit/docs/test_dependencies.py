@@ -28,16 +28,20 @@ def declared(requirements: list[str]) -> set[str]:
 
 def imported(folder: str) -> set[str]:
     """Return the top-level modules of others that a folder's files import."""
+    files = (path for path in (ROOT / folder).rglob("*.py") if "node_modules" not in path.parts)
+    return set[str]().union(*map(imported_by, files)) - OURS - set(sys.stdlib_module_names)
+
+
+@cache
+def imported_by(path: Path) -> frozenset[str]:
+    """Return the top-level modules that a file imports."""
     found: set[str] = set()
-    for path in (ROOT / folder).rglob("*.py"):
-        if "node_modules" in path.parts:
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                found |= {alias.name.split(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found.add(node.module.split(".")[0])
-    return found - OURS - set(sys.stdlib_module_names)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.split(".")[0])
+    return frozenset(found)
 
 
 @cache
