@@ -105,6 +105,7 @@ def test_ground_without_any_lot_is_seen_whole() -> None:
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_an_outline_beyond_the_fence_widens_it_not_and_what_was_not_seen_is_outlined() -> None:
     """The planner is given ground that nobody cut off at the fence."""
     lot = shapely.box(-30.0, -30.0, 30.0, 30.0)

@@ -32,7 +32,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Filled:
 @pytest.fixture
 async def archive(tmp_path: Path, rig: Rig, filled: Filled) -> AsyncIterator[Archive]:
     """A copy of `filled` behind a server."""
-    store = rig.lots = LotStore(shutil.copy(filled.file, tmp_path / "lots.db"), by_place)
+    store = rig.lots = LotStore(Path(shutil.copy(filled.file, tmp_path / "lots.db")), by_place)
     stand, rig.folder = Stand(rig, tmp_path), tmp_path
     await rig.start()
     viewer, operator = await stand.tool(Role.VIEWER), await stand.tool(Role.OPERATOR)

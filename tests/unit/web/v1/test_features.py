@@ -193,7 +193,7 @@ found = {"label": list(named["label"]), "state": list(named["state"]), "shapes":
 @pytest.fixture
 async def opened(tmp_path: Path, rig: Rig, filled: Filled) -> AsyncIterator[Archive]:
     """The store of `archive` behind a server that asks for no token."""
-    store = rig.lots = LotStore(shutil.copy(filled.file, tmp_path / "lots.db"), by_place)
+    store = rig.lots = LotStore(Path(shutil.copy(filled.file, tmp_path / "lots.db")), by_place)
     await rig.start()
     async with browser() as session:
         stand = cast("Stand", SimpleNamespace(rig=rig))
