@@ -86,6 +86,7 @@ def test_bash_completes(typed: str, offered: str) -> None:
     assert offered in run.stdout.split("\n"), run.stderr
 
 
+@pytest.mark.slow
 def test_check_names_what_is_out_of_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

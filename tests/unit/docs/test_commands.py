@@ -77,6 +77,7 @@ def parser_of(program: str, words: list[str]) -> argparse.ArgumentParser | None:
     return found
 
 
+@pytest.mark.slow
 @sweep(("page", "words"), FOUND)
 def test_the_command_exists_with_these_options(page: Path, words: list[str]) -> None:
     program, *rest = words

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import pytest
+
 from tests.sweep import sweep
 from tests.unit.docs.names import ROOT, exists, marked, names_of_tests
 
@@ -79,6 +81,7 @@ def test_every_program_of_the_specification_has_one_row(section: str) -> None:
     assert not set(SPECIFICATION[section].split(", ")) - set(rows)
 
 
+@pytest.mark.slow
 @sweep("row", ROWS)
 def test_every_row_names_what_exists(row: Row) -> None:
     named = marked(row.here)
@@ -87,6 +90,7 @@ def test_every_row_names_what_exists(row: Row) -> None:
         assert (ROOT / name).is_file() if "/" in name else exists(name), name
 
 
+@pytest.mark.slow
 @sweep("row", ROWS)
 def test_every_row_names_a_test_that_exists(row: Row) -> None:
     (named,) = marked(row.test)

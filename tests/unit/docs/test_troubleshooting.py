@@ -32,6 +32,7 @@ def test_the_page_has_more_than_eighty_sentences() -> None:
     assert len(SAID) > 80
 
 
+@pytest.mark.slow
 @sweep("words", [words for words in SAID if words not in NO_WORDS])
 def test_the_sources_have_each_sentence(words: str, sources: str) -> None:
     parts = [part.strip(" :.") for part in words.split("…")]

@@ -95,6 +95,7 @@ def test_every_table_is_of_a_part() -> None:
     assert METADATA.tables.keys() - of_parts == {"digest", "erased"}
 
 
+@pytest.mark.slow
 def test_whatever_the_program_writes_has_its_digests(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     lot = filled(path)
@@ -180,6 +181,7 @@ def test_no_command_ends_in_a_traceback_and_a_backup_is_restored_over_any_damage
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a survey in the store of lots is damaged",
     "passed over and named; the others are shown, a backup says it, a restore mends it",

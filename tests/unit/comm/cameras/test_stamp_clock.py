@@ -81,6 +81,7 @@ def busy(camera: Camera, seconds: float, least: float, most: float) -> list[tupl
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "pictures are missing and late by .1 to .7 s on a busy computer",
     "no step is reported, no picture is placed wrongly",

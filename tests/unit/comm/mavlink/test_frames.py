@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -27,6 +28,7 @@ def packed(
     return bytes(message.pack(sender, force_mavlink1=version_1))
 
 
+@pytest.mark.slow
 @given(
     mode=st.integers(0, 2**32 - 1), kind=st.integers(0, 255), autopilot=st.integers(0, 255), base=st.integers(0, 255),
     status=st.integers(0, 255), version_1=st.booleans(), signed=st.booleans(), noise=st.binary(max_size=40),

@@ -77,6 +77,7 @@ def test_a_mutant_that_is_not_there_is_an_error() -> None:
         mutated(SOURCE, Mutant("m.py", "core/AddNot", 99, 1))
 
 
+@pytest.mark.slow
 def test_every_module_is_there_and_has_a_line_that_a_fault_can_change() -> None:
     bare = [module for module in SAFETY_MODULES if not function_lines(ast.parse((ROOT / module).read_text("utf-8")))]
     assert bare == []
@@ -156,6 +157,7 @@ def test_a_group_below_nine_of_ten_fails_the_run() -> None:
     assert "| **all** | 19 | 17 | 2 | 89% |" in shown
 
 
+@pytest.mark.slow
 def test_the_modules_are_printed_as_coverage_takes_them() -> None:
     printed = subprocess.run(
         [sys.executable, "-m", "proving.mutants", "--list"], cwd=ROOT, capture_output=True, text=True, check=True

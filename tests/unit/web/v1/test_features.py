@@ -32,6 +32,7 @@ def links_of(found: dict[str, Any]) -> dict[str, str]:
     return {each["rel"]: each["href"] for each in found["links"]}
 
 
+@pytest.mark.slow
 async def test_every_link_from_the_landing_page_leads_on(archive: Archive) -> None:
     landing = await archive.shown("/features", shapes.Landing)
     links = links_of(landing)
@@ -56,6 +57,7 @@ async def test_every_link_from_the_landing_page_leads_on(archive: Archive) -> No
             assert len((await archive.get(archive.path_of(links["alternate"])))["items"]) == found.number_matched
 
 
+@pytest.mark.slow
 @sweep("name", COUNTS)
 async def test_parts_follow_each_other_in_both_directions(archive: Archive, name: str) -> None:
     path = f"{ITEMS.format(name)}?limit=7"
@@ -90,6 +92,7 @@ async def test_more_features_than_an_answer_holds_are_no_error(
     assert links_of(part)["next"].endswith("limit=25&offset=25")
 
 
+@pytest.mark.slow
 @sweep("name", COUNTS)
 async def test_a_feature_is_found_by_its_id(archive: Archive, name: str) -> None:
     first = (await archive.get(f"{ITEMS.format(name)}?limit=1"))["features"][0]

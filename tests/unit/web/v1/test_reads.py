@@ -33,6 +33,7 @@ async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -
     assert (await archive.shown(f"/lots/{archive.lot}", models.Lot))["edit"]["who"] == "Ann"
 
 
+@pytest.mark.slow
 async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
     stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", models.StallList))["items"]
     old = await archive.get(f"/api/lots/{archive.lot}.json")
@@ -137,6 +138,7 @@ async def test_statistics_are_those_of_the_command(archive: Archive, by: str | N
     assert (found["surveys"], found["by"]) == (3, by)
 
 
+@pytest.mark.slow
 async def test_statistics_of_a_period_use_the_surveys_with_looks_of_it_alone(archive: Archive) -> None:
     """All looks of the archive are of 2 February; two of its surveys ended on the days after it."""
     looked, ended = "from=2026-02-02&to=2026-02-02&time_zone=UTC", "from=2026-02-03&to=2026-02-04&time_zone=UTC"
