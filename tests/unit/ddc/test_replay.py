@@ -398,7 +398,7 @@ class RecordedFlight(Flight):
 @pytest.mark.usefixtures("often")
 class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, valid-type]
     settings = settings(
-        max_examples=12,
+        max_examples=5,
         stateful_step_count=25,
         deadline=None,
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],

@@ -150,6 +150,7 @@ def test_another_outline_begins_the_exploration_again() -> None:
     assert plan.path.target.east > 20.0
 
 
+@pytest.mark.slow
 def test_only_unclear_stalls_of_the_outline_are_looked_at_again() -> None:
     class Unclear(KnownMap):
         def unclear_stalls(self) -> dict[int, Stall]:

@@ -160,6 +160,7 @@ def evidence(expected: list[Motion], measured: Callable[[Motion], Motion]) -> Ev
     return found
 
 
+@pytest.mark.slow
 @given(moves(), directions, noise)
 def test_a_turn_is_measured_whatever_the_flight(expected: list[Motion], angle: float, wrong: float) -> None:
     found = evidence(expected, lambda e: Motion(e.shift * cmath.exp(-1j * (angle + wrong)), e.turn * 0.9)).finding()
@@ -170,6 +171,7 @@ def test_a_turn_is_measured_whatever_the_flight(expected: list[Motion], angle: f
         assert abs(math.remainder(found.angle - angle, math.tau)) < 0.13
 
 
+@pytest.mark.slow
 @given(moves(), directions)
 def test_a_mirrored_picture_is_never_right(expected: list[Motion], axis: float) -> None:
     found = evidence(expected, lambda e: Motion(e.shift.conjugate() * cmath.exp(1j * axis), -e.turn)).finding()
@@ -260,6 +262,7 @@ def test_a_mirrored_picture_is_unhealthy_and_stays_so_along_a_line(world: World)
     assert not any(health.is_healthy for health in healths[first:])
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the camera sends the same picture with new time stamps",
     "camera unhealthy once the drone moved by 1 m or turned by 15° (0.3 s to 1.3 s of flight); Explore and "
