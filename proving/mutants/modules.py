@@ -1,11 +1,13 @@
-"""The modules that decide about safety, and their tests.
+"""The modules whose tests are tried by mutants, and these tests.
 
-Their fast unit tests reach every branch (`make coverage`; `WITHOUT_EVERY_BRANCH` names the exceptions) and kill nine of
-ten mutants of each group (`make mutants`).
+Those that decide about safety (`SAFETY`): their fast unit tests reach every branch (`make coverage`;
+`WITHOUT_EVERY_BRANCH` names the exceptions) and kill nine of ten mutants of each group (`make mutants`). The rooms that
+keep and count years of surveys (`ARCHIVE`): 85 % of the mutants of each.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -126,10 +128,24 @@ def _unnamed(folder: str) -> tuple[str, ...]:
     return tuple(module for module in found if module not in named)
 
 
-GROUPS: Final = _NAMED | {"readings": _NAMED["readings"] + _unnamed("hawk/ddc/readings")}
-"""Group -> modules, as paths in the checkout. A new reading is one of them without an entry."""
+def _room(name: str) -> tuple[str, ...]:
+    """Return all modules of a room."""
+    found = sorted((ROOT / "hawk" / name).rglob("*.py"))
+    return tuple(str(path.relative_to(ROOT)) for path in found if path.stem != "__init__")
 
+
+SAFETY: Final = _NAMED | {"readings": _NAMED["readings"] + _unnamed("hawk/ddc/readings")}
+"""Group -> modules, as paths in the checkout. A new reading is one of them without an entry."""
+SAFETY_MODULES: Final = tuple(module for modules in SAFETY.values() for module in modules)
+
+ARCHIVE: Final = {room: _room(room) for room in ("lots", "stats", "exports", "picture")}
+"""Room -> its modules."""
+
+GROUPS: Final = SAFETY | ARCHIVE
 ALL_MODULES: Final = tuple(module for modules in GROUPS.values() for module in modules)
+
+NEEDED: Final = dict.fromkeys(SAFETY, 0.90) | dict.fromkeys(ARCHIVE, 0.85)
+"""Group -> share of its mutants that must be killed."""
 
 LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
     "it reports: no state and no reaction reads it": (
@@ -188,10 +204,17 @@ WITHOUT_EVERY_BRANCH: Final = frozenset(
 )
 """Modules of which the fast unit tests miss some branches; flights and integration tests reach them."""
 
-COVERING: Final = "not flight"
+COVERING: Final = "not flight and not nightly"
 """The tests that run, as pytest's marker expression."""
 
-TEST_FOLDERS: Final = tuple(f"tests/unit/{room}" for room in ("ddc", "comm", "daemon", "model", "runtime", "store"))
+_SAFETY_TESTS: Final = ("ddc", "comm", "daemon", "model", "runtime", "store")
+_ARCHIVE_TESTS: Final = {
+    "lots": ("lots", "stats", "web", "webhooks"),
+    "stats": ("stats", "web"),
+    "exports": ("exports", "web"),
+    "picture": ("picture",),
+}
+"""Room -> rooms of the unit tests that reach it."""
 
 _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/decider.py": ("decider", "operations_manager_lot_moves"),
@@ -254,6 +277,14 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/runtime/process.py": ("process_watchdog", "process_ticker", "process_priority", "process_parent"),
 }
 """Module -> names of its own test files where they do not bear its name."""
+
+
+def folders_of_tests(modules: Iterable[str]) -> tuple[str, ...]:
+    """Return the folders of the tests that are tried for these modules."""
+    rooms: dict[str, None] = {}
+    for room in {Path(module).parts[1] for module in modules}:
+        rooms |= dict.fromkeys(_ARCHIVE_TESTS.get(room, _SAFETY_TESTS))
+    return tuple(f"tests/unit/{room}" for room in sorted(rooms))
 
 
 def own_files(module: str) -> list[str]:

@@ -31,7 +31,7 @@ from tests.integration.daemon_support import PatientStack, operator, write_setti
 from tests.integration.sim_support import get_json
 from tests.pace import speed_here
 
-pytestmark = [pytest.mark.integration, pytest.mark.alone]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 
 SETTINGS = """
 [heights]

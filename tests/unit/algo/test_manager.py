@@ -106,6 +106,7 @@ def test_both_halves_of_a_frame_give_the_map_of_the_whole(rig: Rig) -> None:
     assert rig.mapper.get_occupancy_map() == expected
 
 
+@pytest.mark.slow
 def test_what_failed_in_the_first_half_is_raised_at_the_end_of_the_second(rig: Rig) -> None:
     rig.vision.fault = AlgoError("no ground")
     frame = flight(21)[-1]
@@ -216,6 +217,7 @@ def test_process_raises_when_one_app_alone_fails(rig: Rig, part: str, monkeypatc
     assert [name for name, health in healths.items() if not health.is_healthy] == [part][part == "vision" :]
 
 
+@pytest.mark.slow
 def test_the_pictures_of_a_frozen_camera_are_not_mapped(rig: Rig) -> None:
     before = rig.mapper.get_occupancy_map()
     frames = [replace(frame, jpeg=b"frozen") for frame in flight(30)[20:]]

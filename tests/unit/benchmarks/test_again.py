@@ -62,6 +62,7 @@ def test_the_limits_are_those_of_the_corrected_plan_and_the_finds_have_keys_of_t
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_the_second_survey_of_a_lot_flies_less_and_looks_at_every_stall() -> None:
     both = survey_again(DrawnLot(10))
     assert both.corrections < 0.2 * both.found.stalls

@@ -178,6 +178,7 @@ def test_errors_of_compass_and_height_change_the_reported_pose_and_the_goal() ->
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(flight, "TIMEOUT_S", 2.0)
     monkeypatch.setattr(flight, "PIXELS", (640, 360))

@@ -31,6 +31,7 @@ def test_a_mosaic_has_the_windows_that_its_side_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_run_says_what_it_found_counts_its_looks_and_goes_on_where_one_has_stopped(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

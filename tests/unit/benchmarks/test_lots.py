@@ -121,6 +121,7 @@ class TwoVisits(DrawnLot):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_stalls_of_a_drawn_lot_keep_their_ids_with_other_cars_and_errors() -> None:
     eye = StillEye(StallNetwork.load(None))
     looks: list[Look] = []

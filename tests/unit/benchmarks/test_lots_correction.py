@@ -49,6 +49,7 @@ def test_a_shape_is_read_from_its_corners(angle: float, width: float, length: fl
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_corrected_plan_has_every_true_stall_at_its_place(tmp_path: Path) -> None:
     lot = DrawnLot(4)
     visit = lot.visits()[0]

@@ -18,6 +18,7 @@ import hawk.sim.cli
 import hawk.survey.run
 from hawk.config.loader import load_config, variable_of
 from hawk.config.sections import Config, ConfigError, Section, bounds
+from tests.sweep import sweep
 
 EMPTY = ("", "  ")
 NO_PATH = (*EMPTY, "~nobody-of-this-name/x")
@@ -98,7 +99,7 @@ def wrong_settings() -> Iterator[tuple[str, str, str]]:
             yield from ((section, key, value) for value in values)
 
 
-@pytest.mark.parametrize(("section", "key", "value"), list(wrong_settings()))
+@sweep("section, key, value", wrong_settings())
 def test_a_wrong_setting_is_refused_by_its_name(section: str, key: str, value: str) -> None:
     with pytest.raises(ConfigError) as caught:
         load_config(None, {variable_of(section, key): value})
@@ -409,7 +410,8 @@ def nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(("command", "name", "beside", "value"), list(cases()))
+@pytest.mark.slow
+@sweep("command, name, beside, value", cases())
 def test_a_wrong_option_is_named_and_ends_with_two_before_anything_starts(
     command: str,
     name: str,
@@ -468,8 +470,9 @@ PHOTOS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("name", "beside", "value"),
+@pytest.mark.slow
+@sweep(
+    "name, beside, value",
     [(name, beside, value) for name, (beside, wrong) in PHOTOS.items() for value in wrong],
 )
 def test_hawk_sim_photos_refuses_them_before_it_draws(
@@ -481,8 +484,9 @@ def test_hawk_sim_photos_refuses_them_before_it_draws(
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize(
-    ("name", "beside", "value"),
+@pytest.mark.slow
+@sweep(
+    "name, beside, value",
     [(name, beside, value) for name, (beside, wrong) in SIMULATOR.items() for value in wrong],
 )
 def test_hawk_sim_refuses_the_same(

@@ -44,7 +44,7 @@ def status(rig: Rig) -> DroneStatus:
 async def test_five_heartbeats_a_second(rig: Rig) -> None:
     times: list[float] = []
     rig.manager.status.listen(lambda s: times.append(s.stamp.time))
-    await rig.run(10)
+    await rig.tick(200)
     assert len(times) == 50
     gaps = [b - a for a, b in itertools.pairwise(times)]
     assert gaps == pytest.approx([0.2] * 49)
@@ -113,7 +113,7 @@ async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))
     camera_agrees(flying)
-    await flying.run(3)
+    await flying.tick(60)
     reported = status(flying)
     assert reported.operation.state is S.COMPULSIVE_MOVE
     assert reported.vehicle.ardupilot_state == "GUIDED"
@@ -260,7 +260,7 @@ async def test_a_fault_in_a_task_holds_the_drone_and_is_shown(fresh: Rig, monkey
 async def test_a_fault_in_the_status_does_not_stop_the_ticks(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(status_room, "options", lambda _: 1 / 0)
     before = rig.manager.ticks
-    await rig.run(1)
+    await rig.tick(20)
     assert rig.manager.ticks == before + 20
     assert not rig.manager.own_health.is_healthy
 

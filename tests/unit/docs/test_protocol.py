@@ -30,6 +30,7 @@ from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallSt
 from hawk.model.operation import StateName
 from hawk.results.survey_map import Made
 from hawk.web.v1.unknown import ROOT as ROOT_OF_API
+from tests.sweep import sweep
 from tests.unit.docs.scripts import load
 from tests.unit.web.rig import Rig, Visitor, browser
 
@@ -73,13 +74,13 @@ def test_the_page_is_what_the_command_writes() -> None:
     assert protocol_page.page() == PAGE, "run: python packaging/protocol_page.py"
 
 
-@pytest.mark.parametrize("example", MESSAGES["toDrone"], ids=lambda each: str(each["Type"]))
+@sweep("example", MESSAGES["toDrone"])
 def test_a_command_is_taken_as_it_stands(example: dict[str, Any]) -> None:
     command = parse_command(json.dumps(example))
     assert command.model_dump(by_alias=True, exclude_unset=True) == example
 
 
-@pytest.mark.parametrize("example", MESSAGES["fromDrone"], ids=lambda each: str(each["Type"]))
+@sweep("example", MESSAGES["fromDrone"])
 def test_a_message_of_the_drone_is_whole(example: dict[str, Any]) -> None:
     message = INCOMING[example["Type"]].model_validate_json(json.dumps(example))
     assert json.loads(message.to_json()) == example

@@ -54,6 +54,7 @@ def files(out: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_map_that_was_killed_twice_goes_on_to_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     whole, out = tmp_path / "whole", tmp_path / "out"
     subprocess.run(command(folder, whole), check=True, stdout=subprocess.DEVNULL)
@@ -71,6 +72,7 @@ def test_a_map_that_was_killed_twice_goes_on_to_the_same_bytes(folder: Path, tmp
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_photograph_that_changed_is_looked_at_again(folder: Path, tmp_path: Path) -> None:
     changed, out, whole = tmp_path / "yard", tmp_path / "out", tmp_path / "whole"
     shutil.copytree(folder, changed)

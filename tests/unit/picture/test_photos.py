@@ -110,7 +110,7 @@ def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("said_m", [112.0, 56.0, None])
+@pytest.mark.parametrize("said_m", [112.0, *(pytest.param(said, marks=pytest.mark.nightly) for said in (56.0, None))])
 def test_a_height_that_the_pictures_contradict_or_none_is_asked_about_with_the_one_that_fits(
     folder: Path, said_m: float | None
 ) -> None:

@@ -54,6 +54,7 @@ def _shows_in(stroke: Stroke, area: shapely.Geometry, last_surface: int) -> bool
     return stroke.order > last_surface and area.intersects(shapely.Polygon(stroke.polygon))
 
 
+@pytest.mark.slow
 def test_many_driveways_pass_between_two_islands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(row_breaks, "_DRIVEWAY_SHARE", 1.0)
     islands = []

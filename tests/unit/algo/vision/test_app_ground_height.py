@@ -108,6 +108,7 @@ def test_without_it_they_do_not(app: VisionApp, frame: FrameInput) -> None:
     assert in_place(seen(app, frame)) <= 0.1 * len(stalls())
 
 
+@pytest.mark.slow
 def test_with_the_ground_known_the_map_s_pose_keeps_its_place(app: VisionApp, frame: FrameInput) -> None:
     ground = app.see(replace(frame, ground=GROUND_M)).ground
     assert ground is not None

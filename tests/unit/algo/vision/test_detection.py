@@ -44,6 +44,7 @@ def test_a_height_that_is_reported_too_great_makes_stalls_as_many_times_too_larg
     assert found.width == pytest.approx(share * WIDTH_M, rel=0.09)  # up to 1.085 at 1.4: the network's own error
 
 
+@pytest.mark.slow
 def test_a_picture_whose_scale_a_rangefinder_gives_says_nothing_of_the_reported_height(
     frame: FrameInput, seen: VisionResult
 ) -> None:

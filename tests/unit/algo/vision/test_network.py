@@ -105,6 +105,7 @@ def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork, l
     assert core.values[:, 110:].max() > 0.5
 
 
+@pytest.mark.slow
 def test_the_same_picture_twice_gives_the_same_maps(network: StallNetwork, lot: Scene) -> None:
     one, two = (network.run(lot.image) for _ in range(2))
     np.testing.assert_array_equal(one.core, two.core)
@@ -199,6 +200,7 @@ def test_the_parts_of_a_picture_cover_it_once_with_a_margin(side: int) -> None:
         assert pixels.stop == side or pixels.stop - 2 * last >= 30
 
 
+@pytest.mark.slow
 def test_a_large_picture_shows_what_a_small_one_does(network: StallNetwork, lot: Scene) -> None:
     image = lot.image
     large = cv2.copyMakeBorder(image, 150, 150, 200, 200, cv2.BORDER_REFLECT_101)

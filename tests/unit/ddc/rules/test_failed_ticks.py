@@ -126,7 +126,7 @@ async def test_a_fault_that_passes_is_shown_and_forgiven(flying: Rig, monkeypatc
     with monkeypatch.context() as broken:
         the_guard(flying, broken)
         await flying.tick(5)
-    await flying.run(1.0)
+    await flying.tick(20)
     assert flying.manager.ticks == ticks + 20
     assert modes(flying) == []
     flying.expect(S.HOVER)
@@ -163,12 +163,12 @@ async def test_on_the_ground_the_fault_can_be_read_before_the_restart(
 ) -> None:
     breaks(rig, monkeypatch)
     ticks = rig.manager.ticks
-    await rig.run(GROUND_S - 0.5)
+    await rig.tick(round((GROUND_S - 0.5) / TICK_S))
     reported = rig.manager.ticks
     assert reported >= ticks + (GROUND_S - 0.5) / TICK_S - 1
-    await rig.run(1.0)
+    await rig.tick(20)
     later = rig.manager.ticks
-    await rig.run(1.0)
+    await rig.tick(20)
     assert rig.manager.ticks == later
     assert modes(rig) == []
 
@@ -212,7 +212,7 @@ async def test_a_socket_that_fails_keeps_no_tick_from_deciding(flying: Rig, monk
     monkeypatch.setattr(flying.socket, "receive", boom)
     ticks = flying.manager.ticks
     flying.desk.client = None
-    await flying.run(1.0)
+    await flying.tick(20)
     assert flying.manager.ticks == ticks + 20
     flying.expect(S.COMMUNICATION_LOST)
     assert not flying.manager.own_health.is_healthy

@@ -315,6 +315,6 @@ async def test_a_kill_is_repeated_for_its_five_seconds(flying: Rig) -> None:
     assert isinstance(answer, Ack)
     assert answer.accepted
     assert answer.reason == UNHEARD
-    await flying.run(6.0)
+    await flying.tick(120)
     assert flying.autopilot.count("kill") == pytest.approx(25, abs=1)
     assert flying.shown.operation.kill_state == "not confirmed"

@@ -85,17 +85,6 @@ async def test_nothing_resumes_by_itself_when_the_operator_is_back(fresh: Rig) -
     fresh.expect(S.HOVER)
 
 
-@pytest.mark.slow
-async def test_hold_is_refused_while_the_operator_is_lost_and_taken_when_back(fresh: Rig) -> None:
-    await fresh.enter(S.COMMUNICATION_LOST)
-    await fresh.run(30.5)
-    fresh.expect(S.RETURN_TO_LAUNCH)
-    assert fresh.command(Hold()).reason == "Not while this lasts: The operator is lost."
-    fresh.desk.present = True
-    fresh.order(Hold())
-    fresh.expect(S.HOVER)
-
-
 # -- Manual -----------------------------------------------------------------------------------------------------------
 
 
