@@ -1,4 +1,4 @@
-"""The picture of a lot as a sheet that stands alone: below it lot and date, legend with counts, scale and north."""
+"""Pictures of a lot: the map, and a sheet that stands alone, with lot and date, legend, scale and north below it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model.lot_map import StallState
-from hawk.results.survey_map import draw_stall
+from hawk.model.lot_map import Cell, StallState
+from hawk.results.survey_map import SurveyMap
 
 Picture = NDArray[np.uint8]
+_CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
+_FREE = (255, 143, 47)
+_FREE_LINE = (255, 241, 227)
+_TAKEN = (26, 122, 255)
+_TAKEN_LINE = (0, 90, 224)
+_PLATE = (28, 22, 16)
 _PAPER: Final = (255, 255, 255)
 _INK: Final = (40, 34, 28)
 _GREY: Final = (120, 112, 104)
@@ -27,6 +33,59 @@ _BAR_SHARE: Final = 0.14
 """Greatest length of the scale bar, of the sheet's width."""
 _LEGEND: Final = (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)
 _BOX: Final = (22, 38)
+
+
+def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
+    """Return the map as a BGR picture, north up, 10 cm a pixel: the mosaic where there is one, stalls drawn over it.
+
+    Free is blue and plain, taken orange and hatched, unknown dark with a question mark, suggested only has corners: no
+    state rests on colour alone.
+    """
+    mosaic, opacity, cells = survey.picture()
+    colours = np.array([_CELL_COLOURS.get(cell, _CELL_COLOURS[Cell.LOT]) for cell in Cell], np.uint8)
+    share = (opacity / np.float32(255)).astype(np.float32)
+    picture = np.asarray(cv2.blendLinear(mosaic, colours[cells.values], share, 1 - share), np.uint8)
+    for key in sorted(survey.stalls):
+        draw_stall(picture, cells.to_pixels(survey.stalls[key].corners()), survey.stalls[key].state)
+    return picture
+
+
+def draw_stall(picture: NDArray[np.uint8], corners: NDArray[np.float64], state: StallState) -> None:
+    """Draw a stall into a BGR picture by its corners (4, 2) as (column, row)."""
+    pixels = corners.astype(np.int32)
+    if state is StallState.SUGGESTED:
+        _draw_corners(picture, pixels)
+        return
+    left, top = np.maximum(pixels.min(axis=0), 0)
+    right, bottom = pixels.max(axis=0) + 1
+    part = picture[top:bottom, left:right]
+    if part.size == 0:
+        return
+    inside = np.zeros(part.shape[:2], np.uint8)
+    cv2.fillPoly(inside, [pixels - (left, top)], 255)
+    colour, line, share = {
+        StallState.FREE: (_FREE, _FREE_LINE, 0.46),
+        StallState.TAKEN: (_TAKEN, _TAKEN_LINE, 0.6),
+        StallState.UNKNOWN: (_PLATE, (255, 255, 255), 0.45),
+    }[state]
+    tint = np.empty(part.shape, np.float32)
+    tint[:] = colour
+    if state is StallState.TAKEN:
+        rows, columns = np.indices(inside.shape)
+        tint[(rows + columns + left + top) % 9 > 4] = _PLATE
+    tinted = part * (1 - share) + tint * share
+    part[inside > 0] = tinted[inside > 0].astype(np.uint8)
+    cv2.polylines(picture, [pixels], True, line, 1, cv2.LINE_AA)
+    if state is StallState.UNKNOWN:
+        centre = (int(pixels[:, 0].mean()) - 5, int(pixels[:, 1].mean()) + 5)
+        cv2.putText(picture, "?", centre, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def _draw_corners(picture: NDArray[np.uint8], pixels: NDArray[np.int32]) -> None:
+    """Draw a quarter of each side from its ends: a suggested stall has no lines on the ground."""
+    for start, end in zip(pixels, np.roll(pixels, -1, axis=0), strict=True):
+        for near, far in ((start, end), (end, start)):
+            cv2.line(picture, near.tolist(), (near + (far - near) // 4).tolist(), (255, 255, 255), 1, cv2.LINE_AA)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hawk.model.lot_map import StallState
-from hawk.results.sheet import Caption, scale_bar_m, sheet
+from hawk.results.map_picture import Caption, scale_bar_m, sheet
 
 CAPTION = Caption("Lot 1", ("2026-02-03", "hawk-drone"), {StallState.FREE: 46, StallState.TAKEN: 60})
 
