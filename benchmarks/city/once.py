@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def hash_of(mapped: Mapped) -> str:
     """Return a hash of everything that a survey says of its stalls and its ground."""
-    content = (mapped.survey.stalls, mapped.survey.outline, mapped.area_m2, mapped.scores, mapped.left_out)
+    content = (mapped.survey.stalls, mapped.survey.outline, mapped.area_m2, mapped.left_out)
     return hashlib.sha256(repr(content).encode()).hexdigest()
 
 

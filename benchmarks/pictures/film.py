@@ -33,7 +33,8 @@ from hawk.picture.film.app import read_film
 from hawk.picture.film.course import Course
 from hawk.picture.film.lens import LensChoice
 from hawk.picture.film.recording import read_frames
-from hawk.picture.photos import Taken, survey_shots
+from hawk.picture.photos import survey_shots
+from hawk.picture.values import Provenance
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, process
 from hawk.results.survey_map import SurveyMap
@@ -106,9 +107,9 @@ def judge(seed: int, folder: Path) -> Filmed:
 
 def _mapped(path: Path, truth: GroundTruth, lens: LensChoice) -> tuple[float, int]:
     film = read_film(path, lens=lens)
-    survey = survey_shots(Taken(path.name, SourceKind.FILM), film.shots, film)
+    survey = survey_shots(Provenance(path.name, SourceKind.FILM), film, film)
     film.close()
-    found = SurveyMap.of(survey.landed.datum, survey.landed.current)
+    found = SurveyMap.of(survey.mapped.landed.datum, survey.mapped.landed.current)
     return compare(found, truth)["stall_f1"], len(film.shots)
 
 

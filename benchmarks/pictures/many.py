@@ -17,7 +17,6 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import survey_folder
 from hawk.picture.work_folder import WORK
 from hawk.sim.photos import PhotoOptions, plan, write_photos
@@ -118,7 +117,7 @@ def mapped(folder: Path, work: Path) -> Grown:
             began.setdefault("settle", time.perf_counter())
 
     start = time.perf_counter()
-    survey = survey_folder(read_folder(folder), work=work, progress=note)
+    survey = survey_folder(folder, work=work, progress=note)
     ends = [*list(began.values())[1:], time.perf_counter()]
     seconds = {step: end - at for (step, at), end in zip(began.items(), ends, strict=True)}
     seconds["read"] += began["read"] - start

@@ -19,7 +19,6 @@ from scipy.spatial import cKDTree
 from benchmarks.figures import Figure, Limit, Reference, share
 from hawk.model.pictures import CameraModel
 from hawk.picture.adjust.posed import FloatArray
-from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, survey_folder
 from hawk.picture.report import free_range
 from hawk.results.survey_map import SurveyMap
@@ -134,7 +133,7 @@ def place_on(photos: PhotoSurvey, truth: GroundTruth, cameras: Mapping[str, tupl
     What is measured is how the stalls lie to each other. ``cameras``: true places (x, y) by the photograph's name;
     they look straight down.
     """
-    survey = SurveyMap.of(photos.landed.datum, photos.landed.current)
+    survey = SurveyMap.of(photos.mapped.landed.datum, photos.mapped.landed.current)
     stalls = survey.marked
     true = np.array([corners.mean(axis=0) for corners in truth.stalls])
     if len(stalls) < _LEAST or len(true) < _LEAST:
@@ -174,7 +173,7 @@ def _judge(name: str, world: World, options: PhotoOptions) -> Judged:
         folder = Path(path) / "photographs"
         write_photos(world, options, folder)
         began = time.perf_counter()
-        survey = survey_folder(read_folder(folder))
+        survey = survey_folder(folder)
         took = time.perf_counter() - began
         truth: dict[str, Any] = json.loads((folder / TRUTH).read_text())
     truth["origin"] = truth["photos"]["origin"]

@@ -13,7 +13,6 @@ from benchmarks.figures import Figure, Limit, share
 from benchmarks.perception.photo_labels import PHOTO_LOT, read_labels
 from benchmarks.pictures.seams import seams
 from hawk.model.lot_map import StallState
-from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, survey_folder
 from hawk.survey.scoring import FloatArray, match
 
@@ -25,10 +24,10 @@ def lot_figures(folder: Path) -> list[Figure]:
     the last photograph that was looked at, as the map's are.
     """
     labels = read_labels(PHOTO_LOT, folder)
-    survey = survey_folder(read_folder(folder, height_m=labels.height_m))
+    survey = survey_folder(folder, height_m=labels.height_m)
     raw: dict[str, Any] = json.loads(PHOTO_LOT.read_text())
     truth = _on_ground(survey, labels.photograph, np.array(list(raw["stalls"].values()), float))
-    found = [stall for stall in survey.landed.current.stalls.values() if stall.state is not StallState.SUGGESTED]
+    found = [stall for stall in survey.mapped.landed.current.stalls.values() if stall.state is not StallState.SUGGESTED]
     corners = np.array([stall.corners() for stall in found]).reshape(-1, 4, 2)
     pairs = match(corners, truth)
     apart = corners[pairs.found].mean(axis=1) - truth[pairs.true].mean(axis=1)
@@ -52,8 +51,8 @@ def lot_figures(folder: Path) -> list[Figure]:
 
 def park_figures(folder: Path) -> list[Figure]:
     """Return the figures of the park (pierotofy/drone_dataset_brighton_beach)."""
-    survey = survey_folder(read_folder(folder))
-    counts = survey.landed.current.counts
+    survey = survey_folder(folder)
+    counts = survey.mapped.landed.current.counts
     apart = seams(survey)
     return [
         *_adjusted(survey, "park_", "park"),

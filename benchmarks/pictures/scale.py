@@ -25,8 +25,8 @@ from hawk.lots.source import SourceKind
 from hawk.picture.kept import Work
 from hawk.picture.looked import Files, Looked
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import PosedShots, Taken, pose_shots
-from hawk.picture.values import PictureError
+from hawk.picture.photos import PosedShots, pose_shots
+from hawk.picture.values import PictureError, Provenance
 from hawk.sim.photos import TRUTH, Errors, PhotoOptions, write_photos
 from hawk.worlds.generate import generate_world
 
@@ -118,5 +118,5 @@ def _scaled(path: Path, number: int, finder: NetworkFinder) -> Scaled:
 def _posed(folder: Path, work: Path, finder: NetworkFinder, height_m: float | None) -> PosedShots:
     read = read_folder(folder, height_m=height_m)
     kept = Work(work)
-    taken = Taken(read.name, SourceKind.PHOTOGRAPHS, height_m=height_m)
+    taken = Provenance(folder.name, SourceKind.PHOTOGRAPHS, height_m=height_m)
     return pose_shots(taken, read.shots, Looked(Files(), kept), kept, finder, lambda *_: None)

@@ -1,4 +1,4 @@
-"""Source of a survey by pictures, with what limits it."""
+"""Limits of a survey by pictures."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from hawk.lots.place import ground_about
-from hawk.lots.source import Limit, PictureSource, SourceKind
-from hawk.lots.values import FinishedSurvey, fitting_name
+from hawk.lots.source import Limit
+from hawk.lots.values import FinishedSurvey
 from hawk.picture.values import COARSE_M, Shot
 
 if TYPE_CHECKING:  # orthophotos have limits without its libraries
@@ -22,11 +22,6 @@ STALL_M: Final = 2.5
 """Error of a lot's ends against its middle by which a stall there is taken for its neighbour."""
 UNSEEN_SHARE: Final = 0.02
 """Share of a lot's ground from which it counts as not wholly seen; cars and edges hide less."""
-
-
-def source_of(kind: SourceKind, name: str, limits: Sequence[Limit] = ()) -> PictureSource:
-    """Return the source of a survey. ``name``: that of its folder or file, as the system has it."""
-    return PictureSource(kind, fitting_name(name) or kind.value, tuple(limits))
 
 
 def limits_of(

@@ -25,7 +25,7 @@ from hawk.exports.values import ExportedSurvey
 from hawk.lots.finished import LandedSurvey, finished
 from hawk.lots.frames import Move
 from hawk.lots.source import SourceKind
-from hawk.lots.values import FinishedSurvey, fitting_name
+from hawk.lots.values import FinishedSurvey
 from hawk.model.lot_map import CELL_M, Cell, OccupancyMap, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose
@@ -34,11 +34,11 @@ from hawk.picture.adjust.features import Features
 from hawk.picture.adjust.posed import Posed
 from hawk.picture.cars import with_lone_cars_suggested
 from hawk.picture.kept import Work
-from hawk.picture.limits import LOT_M, limits_of, source_of, stretch
+from hawk.picture.limits import LOT_M, limits_of, stretch
 from hawk.picture.longitudes import unwrapped, wrapped
 from hawk.picture.looked import Files, Looked, Pictures
 from hawk.picture.oblique import oblique_of
-from hawk.picture.photographs.folder import Folder, read_folder
+from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.heights import HIGHEST_M, doubt_of, guessed
 from hawk.picture.scale import Reading, Said, Scale, by_height, by_places, by_stalls, decided, grown, middle_height
 from hawk.picture.values import (
@@ -49,7 +49,9 @@ from hawk.picture.values import (
     Mapped,
     PictureError,
     Progress,
+    Provenance,
     Shot,
+    ShotSet,
     named,
     of_model,
 )
@@ -72,40 +74,14 @@ _UNSEEN_M: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
-    """Source of shots: the ``name`` of their folder or file, and its kind. Not ``time_is_sure`` by a clock that a
-    person set and whose zone is not known. ``height_m``: above the ground, that a person gave.
-    """
-
-    name: str
-    kind: SourceKind
-    time_is_sure: bool = False
-    height_m: float | None = None
-
-    @property
-    def lot(self) -> str:
-        """Name of the lot: that of the folder, or of the film without its ending, as far as it can be shown."""
-        name = self.name if self.kind is SourceKind.PHOTOGRAPHS else Path(self.name).stem
-        return fitting_name(name) or self.kind.value
-
-
-@dataclass(frozen=True, slots=True)
 class PhotoSurvey:
-    """A survey by photographs as the store takes it, and as files have it.
-
-    ``adjusted``: poses in the order of ``shots``; ``residual`` in it is in pixels at a quarter of the size.
+    """A survey by photographs. ``adjusted``: poses in the order of ``shots``; ``residual`` in it is in pixels at a
+    quarter of the size.
     """
 
     mapped: Mapped
-    landed: LandedSurvey = field(repr=False)
     shots: tuple[Shot, ...] = field(repr=False)
     adjusted: Adjusted = field(repr=False)
-
-    def beside(self, left_out: Sequence[LeftOut], notes: Sequence[str]) -> PhotoSurvey:
-        """Return the survey with what the reader of the pictures left out and noted."""
-        every = sorted((*left_out, *self.mapped.left_out), key=lambda each: each.name)
-        mapped = replace(self.mapped, left_out=tuple(every), notes=(*notes, *self.mapped.notes))
-        return replace(self, mapped=mapped)
 
 
 def map_photos(
@@ -137,25 +113,38 @@ def map_photos(
     Raises:
         PictureError: Nothing can be mapped; the text has the remedy.
     """
-    read = read_folder(folder, lenses=lenses, calibration=calibration, height_m=height_m, group=group)
-    return survey_folder(read, model=model, work=work, progress=progress).mapped
+    return survey_folder(
+        folder,
+        height_m=height_m,
+        lenses=lenses,
+        calibration=calibration,
+        group=group,
+        model=model,
+        work=work,
+        progress=progress,
+    ).mapped
 
 
 def survey_folder(
-    read: Folder, *, model: Path | None = None, work: Path | None = None, progress: Progress = lambda *_: None
+    folder: Path,
+    *,
+    height_m: float | None = None,
+    lenses: Path | None = None,
+    calibration: CameraModel | None = None,
+    group: int | None = None,
+    model: Path | None = None,
+    work: Path | None = None,
+    progress: Progress = lambda *_: None,
 ) -> PhotoSurvey:
-    """Return the survey of a folder that was read, with the poses, and as the store takes it.
-
-    Arguments and errors are those of `map_photos`.
-    """
-    taken = Taken(read.name, SourceKind.PHOTOGRAPHS, read.time_is_sure, read.height_m)
-    survey = survey_shots(taken, read.shots, Files(), model=model, work=work, progress=progress)
-    return survey.beside(read.left_out, read.notes)
+    """Return the survey of a folder with the poses. Arguments and errors are those of `map_photos`."""
+    read = read_folder(folder, lenses=lenses, calibration=calibration, height_m=height_m, group=group)
+    provenance = Provenance(folder.resolve().name, SourceKind.PHOTOGRAPHS, read.time_is_sure, height_m)
+    return survey_shots(provenance, read, Files(), model=model, work=work, progress=progress)
 
 
 def survey_shots(
-    taken: Taken,
-    shots: Sequence[Shot],
+    provenance: Provenance,
+    read: ShotSet,
     pictures: Pictures,
     *,
     model: Path | None = None,
@@ -167,29 +156,28 @@ def survey_shots(
     Raises PictureError, which asks for the height where what says the scale differs, or nothing says a height.
 
     Args:
-        taken: Where the shots are from.
-        shots: In the order of time.
+        provenance: Where the shots are from.
+        read: The shots.
         pictures: Gives their pictures.
         model: The network's ONNX file; None: that of the package.
         work: As of `map_photos`.
         progress: Is called as the work goes on.
     """
-    network, name = _network(model), taken.lot
+    network, name = _network(model), provenance.lot
     kept, finder = Work(work, f"{network_name(model)} {network.engine}"), NetworkFinder(network)
     looked = Looked(pictures, kept)
-    posed = pose_shots(taken, shots, looked, kept, finder, progress)
-    shots, adjusted, scale, datum = posed.shots, posed.adjusted, posed.scale, posed.datum
+    posed = pose_shots(provenance, read.shots, looked, kept, finder, progress)
+    shots, adjusted, scale = posed.shots, posed.adjusted, posed.scale
     pixel = _pixel(adjusted)
     _check_pixel(name, pixel)
-    current = looked.mapped(name, shots, adjusted, finder, progress)
-    current = with_lone_cars_suggested(current)
-    landed = _landed(taken, shots, datum, current, network_name(model))
+    current = with_lone_cars_suggested(looked.mapped(name, shots, adjusted, finder, progress))
+    landed = _landed(provenance, shots, posed.datum, current, network_name(model))
     survey = finished(landed)
-    source = source_of(taken.kind, taken.name, limits_of(shots, adjusted, scale, pixel, survey))
+    source = provenance.source(limits_of(shots, adjusted, scale, pixel, survey))
     landed, survey = replace(landed, pictures=source), replace(survey, pictures=source)
-    notes = (*_notes(shots, adjusted, scale, current), *_pixel_notes(pixel))
-    mapped = _survey(name, shots, survey, current, notes, (*posed.left_out, *looked.lost))
-    return PhotoSurvey(mapped, landed, shots, adjusted)
+    left_out = sorted((*read.left_out, *posed.left_out, *looked.lost), key=lambda each: each.name)
+    notes = (*read.notes, *_notes(shots, adjusted, scale, current), *_pixel_notes(pixel))
+    return PhotoSurvey(_mapped(provenance, shots, landed, survey, tuple(left_out), notes), shots, adjusted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,18 +192,23 @@ class PosedShots:
 
 
 def pose_shots(
-    taken: Taken, shots: Sequence[Shot], looked: Looked, kept: Work, finder: NetworkFinder, progress: Progress
+    provenance: Provenance,
+    shots: Sequence[Shot],
+    looked: Looked,
+    kept: Work,
+    finder: NetworkFinder,
+    progress: Progress,
 ) -> PosedShots:
     """Adjust the poses of shots and decide the scale. Arguments and errors are those of `survey_shots`."""
     datum = _middle(shots)
-    doubt = "" if taken.height_m is not None else doubt_of(shots)
+    doubt = "" if provenance.height_m is not None else doubt_of(shots)
     is_none = any(shot.height is None or shot.height > HIGHEST_M for shot in shots)
     shots = guessed(shots) if is_none else shots
     known = [known_pose(shot, datum) for shot in shots]
-    shots, known, left_out = _usable(taken.lot, shots, known, looked, progress)
+    shots, known, left_out = _usable(provenance.lot, shots, known, looked, progress)
     adjusted = _adjusted(kept, shots, known, looked.features_of(shots), progress)
-    said = Said(taken.height_m, doubt, is_none)
-    scale = _scale(taken.lot, shots, known, adjusted, said, partial(looked.widths, shots, finder=finder))
+    said = Said(provenance.height_m, doubt, is_none)
+    scale = _scale(provenance.lot, shots, known, adjusted, said, partial(looked.widths, shots, finder=finder))
     return PosedShots(tuple(shots), datum, grown(adjusted, scale.factor), scale, tuple(left_out))
 
 
@@ -322,23 +315,23 @@ def _pixel_notes(metres: float) -> Iterator[str]:
 
 
 def _landed(
-    taken: Taken, shots: Sequence[Shot], datum: GlobalPose, current: OccupancyMap, network: str
+    provenance: Provenance, shots: Sequence[Shot], datum: GlobalPose, current: OccupancyMap, network: str
 ) -> LandedSurvey:
     times = [shot.time for shot in shots if shot.time is not None] or [shot.path.stat().st_mtime for shot in shots]
-    ended = max(times)
+    ended, is_sure = provenance.moment(max(times))
     return LandedSurvey(
-        name=f"{taken.kind.value} {hashlib.sha256(_identity(shots).encode()).hexdigest()[:16]}",
+        name=f"{provenance.kind.value} {hashlib.sha256(_identity(shots).encode()).hexdigest()[:16]}",
         datum=datum,
         current=current,
         outline=None,
         seconds=0.0,
         utc=ended,
-        time_is_sure=taken.time_is_sure,
+        time_is_sure=is_sure,
         program=f"{version('hawk-drone')}, network {network}",
-        flown_s=ended - min(times),
+        flown_s=max(times) - min(times),
         speed=math.inf,  # every look counts as the last photograph's time
         accuracy=_accuracy(shots),
-        title=taken.lot,
+        title=provenance.lot,
     )
 
 
@@ -354,40 +347,42 @@ def _identity(shots: Sequence[Shot]) -> str:
     return json.dumps([[shot.name, shot.latitude, shot.longitude, shot.time] for shot in shots])
 
 
-def _survey(
-    name: str,
+def _mapped(
+    provenance: Provenance,
     shots: Sequence[Shot],
-    kept: FinishedSurvey,
-    current: OccupancyMap,
+    landed: LandedSurvey,
+    finished_survey: FinishedSurvey,
+    left_out: tuple[LeftOut, ...],
     notes: tuple[str, ...],
-    left_out: Sequence[LeftOut],
 ) -> Mapped:
-    origin = kept.datum.latitude, kept.datum.longitude
-    stalls = [stall for stall in kept.stalls if not stall.is_extra]
+    """Return a survey, ``landed`` and as `finished`, with what its files have."""
+    datum, program, current = landed.datum, landed.program, landed.current
+    origin = datum.latitude, datum.longitude
+    stalls = [stall for stall in finished_survey.stalls if not stall.is_extra]
     survey = ExportedSurvey(
-        lot=name,
-        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, f"photographs {name}")) if stalls else "",
-        survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{_identity(shots)} {kept.program}")),
-        began=kept.began,
-        ended=kept.ended,
-        time_is_sure=kept.time_is_sure,
+        lot=landed.title,
+        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, f"photographs {provenance.own_name}")) if stalls else "",
+        survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{_identity(shots)} {program}")),
+        began=finished_survey.began,
+        ended=finished_survey.ended,
+        time_is_sure=landed.time_is_sure,
         layout=None,
-        software=f"hawk-drone {kept.program}",
+        software=f"hawk-drone {program}",
         is_simulated=False,
-        accuracy=kept.accuracy,
+        accuracy=landed.accuracy,
         is_pinned=False,
         origin=origin,
-        outline=kept.outline,
+        outline=finished_survey.outline,
         stalls=found_stalls(stalls, origin),
         doubt="" if stalls else NO_STALLS,
-        pictures=kept.pictures,
+        pictures=landed.pictures,
     )
     tiles = {key: tile.data for key, tile in current.mosaic.items()}
     has_ground = bool(tiles) or bool(survey.stalls)
     ground = ground_of(survey, tiles, Move()) if has_ground else None
-    cells = SurveyMap.of(kept.datum, current).cells().values
+    cells = SurveyMap.of(datum, current).cells().values
     area = float((cells != Cell.UNKNOWN).sum() * CELL_M**2)
-    return Mapped(survey, ground, round(area, 1), "", tuple(left_out), notes, tuple(stall.score for stall in stalls))
+    return Mapped(survey, landed, ground, round(area, 1), "", left_out, notes)
 
 
 def _fit_notes(adjusted: Adjusted, scale: Scale) -> Iterator[str]:

@@ -17,12 +17,9 @@ def free_range(mapped: Mapped) -> tuple[int, int] | None:
     As after a flight (`hawk.model.lot_map.free_interval`): of stalls that err each for itself.
     """
     stalls = mapped.survey.stalls
-    if not stalls or len(mapped.scores) != len(stalls):
+    if not stalls or any(stall.score is None for stall in stalls):
         return None
-    variance = sum(
-        free_variance(score, stall.taken) for score, stall in zip(mapped.scores, stalls, strict=True)
-        if stall.taken is not None
-    )  # fmt: skip
+    variance = sum(free_variance(stall.score or 0.0, stall.taken) for stall in stalls if stall.taken is not None)
     least, most = interval_of(mapped.survey.count("free"), variance)
     return least, min(most, len(stalls))
 

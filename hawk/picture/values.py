@@ -9,6 +9,9 @@ from typing import Final
 
 from hawk.exports.ground import Ground
 from hawk.exports.values import ExportedSurvey
+from hawk.lots.finished import LandedSurvey
+from hawk.lots.source import Limit, PictureSource, SourceKind
+from hawk.lots.values import fitting_name
 from hawk.model.pictures import CameraModel
 
 COARSEST_M: Final = 0.20
@@ -104,22 +107,71 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True)
+class ShotSet:
+    """Shots of one flight in order of time, each with a height, or none where the files say none.
+
+    ``notes``: sentences on what a person must know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the
+    files say.
+    """
+
+    shots: tuple[Shot, ...]
+    left_out: tuple[LeftOut, ...] = ()
+    notes: tuple[str, ...] = ()
+    time_is_sure: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where pictures are from: the ``name`` of their folder or file, and its kind.
+
+    ``title``: name of the lot that a person gave, "" for that of the pictures. ``ended``: moment of the last picture
+    that a person says, Unix seconds; None: as the files say it, and not ``time_is_sure`` by a clock that a person set
+    and whose zone is not known. ``height_m``: above the ground, that a person gave.
+    """
+
+    name: str
+    kind: SourceKind
+    time_is_sure: bool = False
+    height_m: float | None = None
+    title: str = ""
+    ended: float | None = None
+
+    @property
+    def own_name(self) -> str:
+        """Name of the folder, or of the file without its ending, as far as it can be shown."""
+        name = self.name if self.kind is SourceKind.PHOTOGRAPHS else Path(self.name).stem
+        return fitting_name(name) or self.kind.value
+
+    @property
+    def lot(self) -> str:
+        """Name of the lot: a person's, else that of the pictures."""
+        return self.title or self.own_name
+
+    def moment(self, ended: float) -> tuple[float, bool]:
+        """Return the moment of the last picture, which files say as ``ended``, and whether it is sure."""
+        return (ended, self.time_is_sure) if self.ended is None else (self.ended, True)
+
+    def source(self, limits: Sequence[Limit] = ()) -> PictureSource:
+        """Return the source of a survey, with what limits it."""
+        return PictureSource(self.kind, fitting_name(self.name) or self.kind.value, tuple(limits))
+
+
+@dataclass(frozen=True, slots=True)
 class Mapped:
-    """A survey by pictures.
+    """A survey by pictures: as files have it, and ``landed``, as the store takes one after a flight.
 
     ``ground``: its picture in the frame of the survey's origin, None where none is drawn. ``area_m2``: ground that was
     seen. ``crs``: that of the source as PROJ or GDAL name it (``EPSG:28992``), "" for WGS-84. ``notes``: sentences on
-    what a reader must know, such as a coarse scale. ``scores``: the probability that each of the survey's stalls is
-    one; empty where it is not known. Its source with what limits it is ``survey.pictures``.
+    what a reader must know, such as a coarse scale. Its source with what limits it is ``survey.pictures``.
     """
 
     survey: ExportedSurvey
+    landed: LandedSurvey = field(repr=False)
     ground: Ground | None = field(repr=False)
     area_m2: float
     crs: str = ""
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
-    scores: tuple[float, ...] = field(default=(), repr=False)
 
 
 def is_coarser(metres: float, limit: float) -> bool:

@@ -66,7 +66,8 @@ class Made:
     @classmethod
     def now(cls, survey: str) -> Made:
         """Return the source of a file that this program makes now."""
-        return cls(survey, datetime.now(UTC).isoformat(timespec="seconds"), f"hawk-drone {version('hawk-drone')}")
+        moment = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+        return cls(survey, moment, f"hawk-drone {version('hawk-drone')}")
 
     def values(self) -> dict[str, str]:
         """Return the source by the names of its columns."""

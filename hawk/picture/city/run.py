@@ -22,7 +22,7 @@ from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.steps import Task, looked, settle, start
 from hawk.picture.orthophoto.windows import CORE_M
-from hawk.picture.values import Mapped, PictureError
+from hawk.picture.values import Mapped, PictureError, Provenance
 from hawk.runtime.programs import remedy
 
 
@@ -70,6 +70,7 @@ def map_city(
     core_m: float = CORE_M,
     load: LoadEye = Eye.load,
     accept: Callable[[Orthophoto], None] = lambda _: None,
+    provenance: Provenance | None = None,
 ) -> CityRun:
     """Find the stalls of a large picture by many workers. The same call goes on where an earlier one was cut off.
 
@@ -89,6 +90,7 @@ def map_city(
         core_m: Side of a window's core, metres.
         load: Loads the eye; workers import it by its name.
         accept: Is called before the work with the picture; what it raises goes on.
+        provenance: Name of the picture, and what a person says of it; None: that of its file.
 
     Raises:
         PictureError: Picture, outlines, folder, scheduler or a worker cannot be used, or no window can be looked at;
@@ -108,7 +110,7 @@ def map_city(
     job = Job(started.source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
     pace = _Pace(count, count - len(missing), progress)
     failures = _failures(_ended(job, eye, missing, workers, scheduler), pace, results, started.source.grid)
-    return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)
+    return CityRun(settle(started, results, failures, provenance), count, count - len(missing), pace.seconds)
 
 
 def _failures(

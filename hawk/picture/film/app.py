@@ -18,7 +18,7 @@ from hawk.picture.film.lens import FilmLens, LensChoice, lens_of
 from hawk.picture.film.mounted import mounted
 from hawk.picture.film.video import SUFFIXES, Picture, Video
 from hawk.picture.photographs.heights import REMEDY, check_given, with_heights
-from hawk.picture.values import LeftOut, PictureError, Progress, Shot
+from hawk.picture.values import LeftOut, PictureError, Progress, Shot, ShotSet
 
 FILMS: Final = (*SUFFIXES, recording.SUFFIX)
 """Endings of the names of films that are read."""
@@ -42,16 +42,10 @@ class Frames(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
-    """Shots of a film in order of time, each with the number of its frame. ``notes``: what a person must know.
-    ``time_is_sure``: its times are GNSS's.
-    """
+class Film(ShotSet):
+    """Shots of a film, each with the number of its frame; its ``frames``."""
 
-    shots: tuple[Shot, ...]
-    left_out: tuple[LeftOut, ...]
-    notes: tuple[str, ...]
-    frames: Frames = field(repr=False)
-    time_is_sure: bool = False
+    frames: Frames = field(repr=False, kw_only=True)
 
     def picture(self, shot: Shot) -> Picture:
         """Return a shot's picture (H, W, 3), BGR, quickest in their order. Raises NoImage; ValueError for no frame."""
@@ -152,7 +146,7 @@ def _of_video(
     shots = _shots(common, chosen, numbers, course, [known.lens.camera] * len(numbers))
     found, low = with_heights(shots, height_m)
     is_sure = course.epoch is not None and log.suffix.lower() == ".bin"  # a .tlog has the desk's clock
-    return Film(tuple(found), (*left, *low), known.notes, video, is_sure)
+    return Film(tuple(found), (*left, *low), known.notes, is_sure, frames=video)
 
 
 def _made(path: Path) -> Made:
@@ -284,4 +278,4 @@ def _of_recording(path: Path, height_m: float | None, progress: Progress) -> Fil
     notes = (f"The rest of {path.name} is missing: {read.damage}",) if read.damage else ()
     common = _Common(path, "hawk-drone", True, True, course.epoch)
     shots = _shots(common, chosen, read.numbers, course, read.cameras)
-    return Film(tuple(shots), tuple(left), notes, frames)
+    return Film(tuple(shots), tuple(left), notes, frames=frames)

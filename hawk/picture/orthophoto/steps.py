@@ -21,7 +21,7 @@ from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.survey import check_ground, to_survey
 from hawk.picture.orthophoto.windows import CORE_M, Window, WindowStalls, map_window, task_name, windows_of
-from hawk.picture.values import LeftOut, Mapped, PictureError
+from hawk.picture.values import LeftOut, Mapped, PictureError, Provenance
 
 _GONE: Final = "its result is gone; go on by --resume"
 
@@ -179,13 +179,14 @@ def looked(tasks: Sequence[Task], source: Orthophoto, eye: Eye, store: Store) ->
             yield task, look(task, source, eye, store)
 
 
-def settle(started: Started, store: Store, failures: Mapping[str, str]) -> Mapped:
+def settle(started: Started, store: Store, failures: Mapping[str, str], provenance: Provenance | None = None) -> Mapped:
     """Return the survey of the results in a store. Windows without one are named in its ``left_out``.
 
     Args:
         started: The picture.
         store: Its results.
         failures: By the names of tasks, why they failed.
+        provenance: Name of the picture, and what a person says of it; None: that of its file.
 
     Raises:
         PictureError: No window has a result, or none shows ground; the results are removed then.
@@ -198,7 +199,9 @@ def settle(started: Started, store: Store, failures: Mapping[str, str]) -> Mappe
     if len(left_out) == len(found) > 0:
         raise PictureError(left_out[0].reason)
     parts = [part for _, part in found if part is not None]
-    mapped = to_survey(source, parts, outline=started.lots, model=started.eye.model, left_out=left_out)
+    mapped = to_survey(
+        source, parts, provenance=provenance, outline=started.lots, model=started.eye.model, left_out=left_out
+    )
     try:
         check_ground(mapped, source, has_lots=has_lots)
     except PictureError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -14,7 +14,7 @@ from hawk.picture.photographs.heights import with_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import Photograph, UnusableError, read_photograph
 from hawk.picture.photographs.places import Choice, apart_m, compared
-from hawk.picture.values import LeftOut, PictureError, Shot, named
+from hawk.picture.values import LeftOut, PictureError, Shot, ShotSet, named
 
 SUFFIXES: Final = (".jpg", ".jpeg")
 LONGEST_PAUSE_S: Final = 45 * 60.0
@@ -29,22 +29,6 @@ _FEW: Final = 4
 """Names that a sentence lists."""
 
 
-@dataclass(frozen=True, slots=True)
-class Folder:
-    """Shots of one flight, by time and then by name, each with a height, or none where the files say none.
-
-    ``name``: that of the folder. ``left_out`` is in the order of the names. ``notes``: sentences on what a person must
-    know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the files say. ``height_m``: a person's word.
-    """
-
-    name: str
-    shots: tuple[Shot, ...]
-    left_out: tuple[LeftOut, ...] = ()
-    notes: tuple[str, ...] = ()
-    time_is_sure: bool = False
-    height_m: float | None = None
-
-
 def read_folder(
     folder: Path,
     *,
@@ -53,7 +37,7 @@ def read_folder(
     height_m: float | None = None,
     group: int | None = None,
     place: Choice | None = None,
-) -> Folder:
+) -> ShotSet:
     """Read the photographs of a folder; of each only its head, so that thousands take seconds and little memory.
 
     Args:
@@ -63,6 +47,9 @@ def read_folder(
         height_m: Height above the ground of the middle photograph, metres, where the files give none or another one.
         group: Which flight or camera of a mixed folder, from 1, as the refusal numbers them.
         place: Which tags have the right place, where those of EXIF and XMP differ and nothing else says it.
+
+    Returns:
+        The shots by time and then by name; ``left_out`` is in the order of the names.
 
     Raises:
         PictureError: Nothing can be mapped, or several flights or cameras are mixed.
@@ -88,9 +75,7 @@ def read_folder(
     is_sure = any(
         all(facts) for facts in zip(*((one.gnss_time is not None, one.has_zone) for one in chosen), strict=True)
     )
-    return Folder(
-        folder.resolve().name, tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure, height_m
-    )
+    return ShotSet(tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure)
 
 
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:

@@ -34,10 +34,10 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None:
     steps: list[str] = []
     asked = Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG)
-    surveyed = survey_of_source(asked, lambda step, *_: steps.append(step))
-    survey = surveyed.mapped.survey
-    assert (survey.lot, survey.stalls, surveyed.mapped.left_out) == ("DJI_0007", (), ())
-    assert surveyed.mapped.area_m2 > 500.0
+    mapped = survey_of_source(asked, lambda step, *_: steps.append(step))
+    survey = mapped.survey
+    assert (survey.lot, survey.stalls, mapped.left_out) == ("DJI_0007", (), ())
+    assert mapped.area_m2 > 500.0
     assert {"choose frames", "map"} <= set(steps)
     assert survey.ended == pytest.approx(1_777_890_601.5, abs=1.5)
 
@@ -47,9 +47,10 @@ def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path:
         survey_of_source(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, name=name), _nothing)
         for name in (None, " North  Street ")
     )
-    assert (named.mapped.survey.lot, named.landed().title) == ("North Street", "North Street")
-    assert (named.landed().name, named.mapped.survey.survey) == (plain.landed().name, plain.mapped.survey.survey)
-    pictures = named.landed().pictures
+    assert (named.survey.lot, named.landed.title) == ("North Street", "North Street")
+    assert (named.landed.name, named.survey.survey) == (plain.landed.name, plain.survey.survey)
+    assert named.survey.lot_id == plain.survey.lot_id
+    pictures = named.landed.pictures
     assert pictures is not None
     assert pictures.words == "film DJI_0007.MP4"
 
@@ -59,19 +60,31 @@ def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(film: 
         survey_of_source(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, taken=taken), _nothing)
         for taken in (None, 1_767_225_600.0)
     )
-    survey, before = timed.mapped.survey, plain.mapped.survey
+    survey, before = timed.survey, plain.survey
     assert (survey.ended, survey.time_is_sure, before.time_is_sure) == (1_767_225_600.0, True, False)
     assert survey.ended - survey.began == pytest.approx(before.ended - before.began)
-    assert (timed.landed().utc, timed.landed().time_is_sure) == (1_767_225_600.0, True)
+    assert (timed.landed.utc, timed.landed.time_is_sure) == (1_767_225_600.0, True)
 
 
-def test_a_time_is_refused_where_the_files_say_it_themselves(
+def test_a_name_and_a_time_are_those_of_an_orthophoto_in_its_files_and_in_the_store(tmp_path: Path) -> None:
+    path = blank(tmp_path, 400, 600)
+    plain, said = (
+        survey_of_source(Asked(path, tmp_path / "out", name=name, taken=taken), _nothing)
+        for name, taken in ((None, None), ("North", 1_767_225_600.0))
+    )
+    assert (plain.survey.lot, plain.survey.time_is_sure, plain.landed.title) == ("blank", False, "blank")
+    assert (said.survey.lot, said.survey.ended, said.survey.time_is_sure) == ("North", 1_767_225_600.0, True)
+    assert (said.landed.title, said.landed.utc, said.landed.time_is_sure) == ("North", 1_767_225_600.0, True)
+    assert said.survey.survey == plain.survey.survey
+
+
+def test_a_time_is_refused_before_the_work_where_the_files_say_it_themselves(
     film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    surveyed = survey_of_source(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG), _nothing)
-    sure = replace(surveyed.mapped, survey=replace(surveyed.mapped.survey, time_is_sure=True))
-    monkeypatch.setattr(sources, "_survey", lambda *_: replace(surveyed, mapped=sure))
-    assert "--taken: the files say themselves" in _refused(Asked(film, tmp_path / "out", taken=1_767_225_600.0))
+    monkeypatch.setattr(sources, "read_film", lambda *of, **by: replace(read_film(*of, **by), time_is_sure=True))
+    monkeypatch.setattr(sources, "survey_shots", lambda *_, **__: pytest.fail("it was mapped"))
+    words = _refused(Asked(film, tmp_path / "out", hfov_deg=VIEW_DEG, taken=1_767_225_600.0))
+    assert "--taken: the files say themselves" in words
 
 
 @pytest.mark.parametrize("is_sure", [True, False])
@@ -85,7 +98,7 @@ def test_a_moment_that_has_not_been_is_refused_before_the_work_with_the_remedy(
     assert "which is later than now" in words
     assert "--taken" in words
     monkeypatch.undo()
-    timed = survey_of_source(replace(early, taken=1_767_225_600.0), _nothing).mapped.survey
+    timed = survey_of_source(replace(early, taken=1_767_225_600.0), _nothing).survey
     assert (timed.ended, timed.time_is_sure) == (1_767_225_600.0, True)
 
 

@@ -33,8 +33,8 @@ def mapped(folder: Path, name: str = "out", steps: list[CityProgress] | None = N
 
 
 def same(one: Mapped, other: Mapped) -> bool:
-    return (one.survey, one.area_m2, one.scores, one.left_out) == (
-        other.survey, other.area_m2, other.scores, other.left_out,
+    return (one.survey, one.area_m2, one.left_out) == (
+        other.survey, other.area_m2, other.left_out,
     )  # fmt: skip
 
 
