@@ -24,7 +24,7 @@ from benchmarks.vision_frame import FIELD_OF_VIEW, PIXELS, frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.blur import BLURRED, blur_of
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.seen import SeenGround
@@ -100,7 +100,7 @@ def _compared(world: World, ground: SeenGround) -> Iterator[tuple[bool, bool]]:
 
 def measure(seeds: Sequence[int], count: int, network: StallNetwork) -> list[Line]:
     """Return a line a kind and strength of blur."""
-    app = VisionApp(VisionSettings(), NetworkFinder(network))
+    app = VisionApp(VisionSettings(), StallDetector(network))
     worlds = [(world, frames(world, height, count, lens=False)) for world in map(generate_world, seeds)
               for height in HEIGHTS_M]  # fmt: skip
     lines = []

@@ -20,7 +20,7 @@ import numpy as np
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork, VisionModelError
 from hawk.algo.vision.odometry import Features, find_features, measured_motion
 from hawk.algo.vision.picture import annotate, decode
@@ -70,7 +70,7 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
 
     The camera's check compares two frames each time; in flight it does so once in 3.5 m at 35 m.
     """
-    rectifier, finder = Rectifier(), NetworkFinder(network)
+    rectifier, finder = Rectifier(), StallDetector(network)
     rows = []
     before: Features | None = None
     for frame in [inputs[0], *inputs]:
@@ -84,7 +84,7 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
         at.append(time.perf_counter())
         network.run(ground.values)
         at.append(time.perf_counter())
-        finder.find(ground)
+        finder.detect(ground)
         at.append(time.perf_counter())
         features = find_features(image, frame.camera)
         measured_motion(before or features, features)
@@ -111,7 +111,7 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
 
 def frame_ms(network: StallNetwork, count: int = 20, seed: int = 1) -> float:
     """Return the median milliseconds of a frame at 35 m over a drawn world, from JPEG to stalls."""
-    app = VisionApp(VisionSettings(), NetworkFinder(network))
+    app = VisionApp(VisionSettings(), StallDetector(network))
     return measure(app, network, frames(generate_world(seed), 35.0, count, lens=False))["median_ms"]
 
 
@@ -124,7 +124,7 @@ def engine_figures(inputs: list[FrameInput], model: Path | None = None) -> dict[
         except VisionModelError as error:
             print(error, file=sys.stderr)
             continue
-        spent = measure(VisionApp(VisionSettings(), NetworkFinder(network)), network, inputs)["network_ms"]
+        spent = measure(VisionApp(VisionSettings(), StallDetector(network)), network, inputs)["network_ms"]
         figures[f"engine_{engine}_ms"] = spent
         figures[f"engine_{engine}_by_{DEFAULT_ENGINE}"] = spent / figures[f"engine_{DEFAULT_ENGINE}_ms"]
     return figures
@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     world = generate_world(options.seed)
     figures: dict[str, float] = {}
     for height, lens in ((15.0, False), (35.0, False), (35.0, True), (60.0, False)):
-        app = VisionApp(VisionSettings(), NetworkFinder(network))
+        app = VisionApp(VisionSettings(), StallDetector(network))
         one = measure(app, network, frames(world, height, options.frames, lens=lens))
         name = f"vision_{height:.0f}m{'_lens' if lens else ''}"
         print(name, " ".join(f"{key} {value:.1f}" for key, value in one.items()), flush=True)

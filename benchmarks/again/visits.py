@@ -39,7 +39,7 @@ from hawk.lots.tables import OBSERVATION, STALL
 from hawk.lots.values import PLACED, Saved
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.plans import HeightParameters
-from hawk.survey import scoring
+from hawk.survey import accuracy
 from hawk.survey.truth import parse_truth
 from hawk.worlds.world import World
 
@@ -80,7 +80,7 @@ class Watch:
         x0, y0 = world.start()
         corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
         self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
-        labels = scoring.LabelledPlace(corners, np.array([stall.state for stall in world.stalls], object))
+        labels = accuracy.LabelledPlace(corners, np.array([stall.state for stall in world.stalls], object))
         self.counted = ~cut_labels(Place(world.name, world.ground, world.metres_per_pixel, labels))
         """A mask (N,) of the stalls that can be seen: the world's picture shows them whole."""
         self.whole, self.well = (np.zeros(len(corners), np.bool_) for _ in range(2))

@@ -17,7 +17,7 @@ from benchmarks.perception.stall_rows import Boxes
 from hawk.algo.vision import quads
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.lot_map import Stall, StallState
-from hawk.survey.scoring import NEAR_M, FloatArray
+from hawk.survey.accuracy import NEAR_M, FloatArray
 from hawk.worlds.world import World
 
 SHIFT_M: Final = 1.5
@@ -96,7 +96,7 @@ def _true_places(world: World) -> tuple[FloatArray, Boxes]:
 
 
 def _false(world: World, stalls: Sequence[Stall]) -> int:
-    """Return how many of the proposals are counted false alarms, as `hawk.survey.scoring` counts them; none beyond the
+    """Return how many of the proposals are counted false alarms, as `hawk.survey.accuracy` counts them; none beyond the
     world's picture.
     """
     (x0, y0), (width, height) = world.start(), world.size_m

@@ -29,9 +29,9 @@ from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap
-from hawk.survey import scoring
+from hawk.survey import accuracy
+from hawk.survey.accuracy import Finding, Tally, match, tally
 from hawk.survey.report import compare, in_range, map_offset
-from hawk.survey.scoring import Finding, Tally, match, tally
 from hawk.survey.truth import GroundTruth, in_picture
 from hawk.worlds.world import World
 
@@ -61,7 +61,7 @@ class Judgement:
         stalls: Floats,
         taken: Floats,
         states: NDArray[np.object_],
-        truth: scoring.LabelledPlace,
+        truth: accuracy.LabelledPlace,
         cut: NDArray[np.bool_] | None = None,
     ) -> Judgement:
         """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,).
@@ -115,7 +115,7 @@ class SingleFrames:
         corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
         self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
         self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
-        labels = scoring.LabelledPlace(corners, self._states)
+        labels = accuracy.LabelledPlace(corners, self._states)
         self.cut = cut_labels(Place(world.name, world.ground, world.metres_per_pixel, labels))
         """A mask (N,) of the world's stalls that its picture does not show whole."""
         self.judgements: list[Judgement] = []
@@ -147,7 +147,7 @@ class SingleFrames:
         table = table[in_picture(np.column_stack((x0 + table[:, 1], y0 - table[:, 0])), self._size)]
         whole = _is_whole(seen.picture, self._corners + off)
         self._looked_at |= _is_in_good_part(seen.lot, self._corners + off)
-        truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
+        truth = accuracy.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
         judgement = Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self.cut[whole])
         self.judgements.append(judgement)
@@ -229,7 +229,7 @@ def judge(
     found = np.stack([x0 + corners[..., 1], y0 - corners[..., 0]], axis=-1)
     true = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     found += map_offset(found.mean(1), true.mean(1))
-    real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
+    real = accuracy.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
     taken, states = np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object)
     inside = truth.in_picture(found.mean(1))
     found = found[inside]

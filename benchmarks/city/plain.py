@@ -1,7 +1,7 @@
 """The baseline: windows by their numbers, without a scheduler.
 
 ``seq 0 399 | xargs -P 2 -n 100 python -m benchmarks.city.plain SOURCE OUT CORE``: each process opens the picture and
-loads the eye once, then looks at its hundred windows.
+loads the detector once, then looks at its hundred windows.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from pathlib import Path
 
 import cv2
 
-from hawk.picture.city.results import Results
-from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import open_orthophoto
-from hawk.picture.orthophoto.steps import look, tasks_of
+from hawk.picture.orthophoto.steps import map_task, tasks_of
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.orthophoto.windows import windows_of
 
 
@@ -22,12 +22,12 @@ def main(source: str, out: str, core: str, *numbers: str) -> None:
     """Look at the windows of a picture that have these numbers."""
     cv2.setNumThreads(1)
     picture = open_orthophoto(Path(source).resolve())
-    eye = Eye.load()
-    tasks = tasks_of(picture, windows_of(picture, core_m=float(core)), eye.model, eye.engine)
+    detector = TileDetector.load()
+    tasks = tasks_of(picture, windows_of(picture, core_m=float(core)), detector.model, detector.engine)
     results = Results(Path(out).resolve())
     results.prepare()
     for number in numbers:
-        look(tasks[int(number)], picture, eye, results)
+        map_task(tasks[int(number)], picture, detector, results)
 
 
 if __name__ == "__main__":

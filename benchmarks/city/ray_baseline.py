@@ -18,26 +18,26 @@ from typing import Any
 import cv2
 
 from benchmarks.city.once import peak_mib
-from hawk.picture.city.results import Results
-from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import open_orthophoto
-from hawk.picture.orthophoto.steps import Task, look, tasks_of
-from hawk.picture.orthophoto.windows import windows_of
+from hawk.picture.orthophoto.steps import map_task, tasks_of
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.orthophoto.tile_results import Results
+from hawk.picture.orthophoto.windows import Task, windows_of
 
 
 class Looker:
-    """A worker: it loads the eye once."""
+    """A worker: it loads the detector once."""
 
     def __init__(self, source: Path, out: Path) -> None:
         """``source``: the picture; ``out``: the folder of results."""
         cv2.setNumThreads(1)
         self._source = open_orthophoto(source)
-        self._eye = Eye.load()
+        self._detector = TileDetector.load()
         self._results = Results(out)
 
     def look(self, task: Task) -> float:
         """Look at a window; return this process's largest memory, MiB."""
-        look(task, self._source, self._eye, self._results)
+        map_task(task, self._source, self._detector, self._results)
         return peak_mib(os.getpid())
 
 
@@ -47,8 +47,8 @@ def main(source: str, out: str, core: str, workers: str) -> None:
     began = time.monotonic()
     ray.init(num_cpus=int(workers), include_dashboard=False, logging_level="ERROR")
     path, folder = Path(source).resolve(), Path(out).resolve()
-    picture, eye = open_orthophoto(path), Eye.load()
-    tasks = tasks_of(picture, windows_of(picture, core_m=float(core)), eye.model, eye.engine)
+    picture, detector = open_orthophoto(path), TileDetector.load()
+    tasks = tasks_of(picture, windows_of(picture, core_m=float(core)), detector.model, detector.engine)
     Results(folder).prepare()
     actor = ray.remote(num_cpus=1)(Looker)
     pool = importlib.import_module("ray.util").ActorPool([actor.remote(path, folder) for _ in range(int(workers))])

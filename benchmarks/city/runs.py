@@ -67,7 +67,7 @@ def finished(process: subprocess.Popen[str]) -> Run:
 def by_xargs(picture: Path, out: Path, core_m: float, windows: int, chunk: int) -> Run:
     """Look at all windows by two plain processes at a time, ``chunk`` windows each, then merge. Raises BenchmarkError.
 
-    The program of a chunk opens the picture and loads the eye once.
+    The program of a chunk opens the picture and loads the detector once.
     """
     words = [sys.executable, "-m", "benchmarks.city.plain", str(picture), str(out), str(core_m)]
     numbers = "\n".join(map(str, range(windows)))

@@ -29,7 +29,7 @@ from hawk.model.lot_map import StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, Outline
 from hawk.model.poses import GlobalPose
-from hawk.picture.nadir import GROUND_M
+from hawk.picture.orthophoto.tile_detector import GROUND_M
 from hawk.results.survey_map import to_global
 from hawk.survey.truth import parse_truth
 from hawk.worlds.camera import WorldCamera

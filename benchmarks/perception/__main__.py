@@ -13,7 +13,7 @@ carried to the others. ``--negatives``: pictures without any stall. ``--seeds``:
 ``--plan``: ``--lots`` and ``--regions`` with their labels as a plan, shifted and turned by a receiver's and a compass's
 errors.
 
-The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
+The measures are those of `hawk.survey.accuracy`; labels that a picture's edge or missing ground cuts are counted as
 neither right nor wrong. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions
 ``regions_``, those of photographs ``photo_`` and ``photos_``, those of frames over drawn worlds ``frames_``.
 
@@ -38,7 +38,7 @@ from benchmarks.perception.regions import Regions, ground_option, left_out_optio
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, network_sections, plan_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 
 T = TypeVar("T")
@@ -131,7 +131,7 @@ def _option(read: Callable[[str], T]) -> Callable[[str], T]:
 
 def _video(network: StallNetwork, path: Path, metres_per_pixel: float) -> int:
     try:
-        stalls = watch(NetworkFinder(network), path, metres_per_pixel)
+        stalls = watch(StallDetector(network), path, metres_per_pixel)
     except (FileNotFoundError, ValueError) as error:
         print(f"--video: {error}", file=sys.stderr)
         return 2

@@ -16,7 +16,7 @@ from benchmarks.perception.places import Place, state_array
 from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
 from hawk.model.lot_map import StallState
@@ -24,7 +24,7 @@ from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
-from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
+from hawk.survey.accuracy import Finding, LabelledPlace, Tally, tally
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
@@ -47,7 +47,7 @@ class Labels:
 
 
 def measure_worlds(
-    finder: NetworkFinder,
+    finder: StallDetector,
     seeds: Sequence[int],
     count: int = 12,
     *,
@@ -67,7 +67,7 @@ def measure_worlds(
     return total
 
 
-def measure_tilted(finder: NetworkFinder, places: Iterable[Place]) -> Tally:
+def measure_tilted(finder: StallDetector, places: Iterable[Place]) -> Tally:
     """Return the tally of frames taken with `TILT` over labelled pictures, each from four sides.
 
     Labels that the picture's edge cuts are left out; a find of one counts as false.
@@ -80,11 +80,11 @@ def measure_tilted(finder: NetworkFinder, places: Iterable[Place]) -> Tally:
     return total
 
 
-def _find_whole(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
+def _find_whole(finder: StallDetector, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
     """Return the stalls that lie wholly in a frame, in the world's metres, and the frame on the ground."""
     assert frame.pose is not None
     ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
-    seen = [s for s in finder.find(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > 0.98]
+    seen = [s for s in finder.detect(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > 0.98]
     return _finding(seen), ground
 
 
@@ -96,7 +96,7 @@ def _labels_of(world: World) -> Labels:
     return Labels(corners, state_array(states), tuple(np.asarray(lot) for lot in world.lots))
 
 
-def _look(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
+def _look(finder: StallDetector, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
     finding, ground = _find_whole(finder, rectifier, frame)
     return tally(finding, _in_view(labels, ground))
 

@@ -19,7 +19,7 @@ from benchmarks.perception.measures import Looked
 from benchmarks.perception.paint import brightness, is_marked
 from benchmarks.perception.stall_rows import Boxes, Rows, neighbours, spanning
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Matches, match
+from hawk.survey.accuracy import Matches, match
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

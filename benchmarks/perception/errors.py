@@ -13,7 +13,7 @@ from benchmarks.figures import Figure, Section
 from benchmarks.perception.categories import Categories, Category, categories
 from benchmarks.perception.measures import Looked
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import counted_false_alarms
+from hawk.survey.accuracy import counted_false_alarms
 
 ALL: Final = "all"
 NONE: Final = "none"
@@ -27,7 +27,7 @@ class Row:
     """Counts of one category.
 
     ``labels`` and those ``missed``; ``judged``: matched labels that are free or taken, and those called ``wrong``;
-    ``finds`` and the ``false`` ones among them: counted false alarms of `hawk.survey.scoring`, all where there is no
+    ``finds`` and the ``false`` ones among them: counted false alarms of `hawk.survey.accuracy`, all where there is no
     outline of the lot.
     """
 

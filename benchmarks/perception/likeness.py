@@ -29,7 +29,7 @@ from benchmarks.perception.stall_rows import Boxes
 from benchmarks.surveys import seeds_option
 from hawk.model.lot_map import StallState
 from hawk.model.pictures import CameraModel
-from hawk.survey.scoring import LabelledPlace
+from hawk.survey.accuracy import LabelledPlace
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world
 from training.scenes import draw_scene

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.figures import write_json
 from benchmarks.perception.eyes import Eye, NetworkEye
 from hawk.algo.vision.network import StallNetwork
-from hawk.survey.scoring import match
+from hawk.survey.accuracy import match
 from hawk.worlds.plan import SitePlan
 from hawk.worlds.style import LotStyle, Marks
 from training.paved import MARKS, plan_paved_site

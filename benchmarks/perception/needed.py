@@ -21,7 +21,7 @@ from benchmarks.perception.edges import counted
 from benchmarks.perception.eyes import Eye
 from benchmarks.perception.places import Place
 from benchmarks.perception.stall_rows import Boxes, Rows, neighbours
-from hawk.survey.scoring import NEAR_M, FloatArray, match
+from hawk.survey.accuracy import NEAR_M, FloatArray, match
 
 LIMITS = {"places": 1.0, "regions": 1.5}
 """Most operations for ten stalls."""
@@ -138,7 +138,7 @@ def _aside(
 
 
 def _is_false(place: Place, labels: FloatArray, finds: FloatArray) -> NDArray[np.bool_]:
-    """Return which finds (N, 4, 2) are counted false alarms, as `hawk.survey.scoring` counts them."""
+    """Return which finds (N, 4, 2) are counted false alarms, as `hawk.survey.accuracy` counts them."""
     if not len(finds):
         return np.zeros(0, np.bool_)
     points = shapely.points(finds.mean(axis=1))

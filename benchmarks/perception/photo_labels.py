@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from benchmarks.perception.photo_shots import Shot, read_shot
 from benchmarks.perception.places import state_array
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import FloatArray, StateArray
+from hawk.survey.accuracy import FloatArray, StateArray
 
 PHOTO_LOT: Final = Path(__file__).with_name("data") / "photo_lot.json"
 """Labels of OpenDroneMap/odm_data_garfield_msp."""

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.perception.photo_shots import Shot
-from hawk.picture.level import border_of, seen_by
-from hawk.picture.nadir import GROUND_M
-from hawk.survey.scoring import FloatArray
+from hawk.picture.orthophoto.tile_detector import GROUND_M
+from hawk.picture.orthorectification import border_of, seen_by
+from hawk.survey.accuracy import FloatArray
 
 FEATURES: Final = 8000
 RATIO: Final = 0.75

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from hawk.algo.vision.rectify import camera_to_ned
 from hawk.formats.image import NoImage, decode
 from hawk.model.pictures import CameraModel
-from hawk.picture.adjust.posed import Posed
 from hawk.picture.photographs.folder import SUFFIXES
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import UnusableError, read_photograph
-from hawk.survey.scoring import FloatArray
+from hawk.picture.reconstruction.camera_pose import CameraPose
+from hawk.survey.accuracy import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,9 @@ class Shot:
     turning: tuple[float, float, float] = (0.0, 0.0, 0.0)
     line_s: float = 0.0
 
-    def posed(self, height_m: float) -> Posed:
+    def posed(self, height_m: float) -> CameraPose:
         """Return the pose about the point below the camera, which was ``height_m`` above it at the middle line."""
-        return Posed(
+        return CameraPose(
             self.camera, 0.0, 0.0, height_m, self.attitude, turning=self.turning, velocity=self.velocity,
             line_s=self.line_s,
         )  # fmt: skip

@@ -29,8 +29,8 @@ from benchmarks.perception.photo_match import Carried, Features, Levelled, featu
 from benchmarks.perception.photo_shots import Shot, photographs, read_shot
 from benchmarks.perception.places import Place
 from hawk.model.lot_map import StallState
-from hawk.picture.nadir import GROUND_M
-from hawk.survey.scoring import FloatArray, LabelledPlace, match
+from hawk.picture.orthophoto.tile_detector import GROUND_M
+from hawk.survey.accuracy import FloatArray, LabelledPlace, match
 
 AROUND_M: Final = 8.0
 """Features this far around the lot place a photograph: farther off, trees rise and the ground slopes."""

@@ -27,8 +27,8 @@ from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import FloatArray
 from hawk.model.lot_map import StallState
-from hawk.picture.nadir import CELL_M, GROUND_M
-from hawk.survey.scoring import NEAR_M
+from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M
+from hawk.survey.accuracy import NEAR_M
 
 SHIFT_M: Final = 1.5
 TURN: Final = math.radians(1.0)
@@ -159,7 +159,7 @@ def _beside(found: Rectangles, plan: Rectangles) -> NDArray[np.bool_]:
 
 
 def _is_false(place: Place, centres: FloatArray) -> NDArray[np.bool_]:
-    """Return which finds (N,) are counted false alarms, as `hawk.survey.scoring` counts them."""
+    """Return which finds (N,) are counted false alarms, as `hawk.survey.accuracy` counts them."""
     points = shapely.points(centres)
     stalls = shapely.union_all([shapely.Polygon(corners) for corners in place.truth.stalls])
     lots = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in place.truth.lots])

@@ -18,7 +18,7 @@ from benchmarks.perception.places import Place, read_lots, read_pictures, read_t
 from benchmarks.perception.plans import plan_section
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
@@ -85,7 +85,7 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         sections.append(photo_section(eye, material.photos))
     sections.extend(_negatives(eye, material))
     if material.seeds:
-        sections.append(_drawn(NetworkFinder(network), material.seeds))
+        sections.append(_drawn(StallDetector(network), material.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
 
@@ -106,7 +106,7 @@ def look_left_out(eye: Eye, regions: Regions) -> list[Looked]:
     return [one for place in places for one in look(eyes[models[place.name]], [place], verbose=True)]
 
 
-def _drawn(finder: NetworkFinder, seeds: Sequence[int]) -> Section:
+def _drawn(finder: StallDetector, seeds: Sequence[int]) -> Section:
     """Return the measures over drawn worlds by day, and what other conditions leave of recall and state accuracy."""
     print("frames over drawn worlds by day")
     day = measure_worlds(finder, seeds, verbose=True)
@@ -136,7 +136,7 @@ def _hard(eye: Eye, network: StallNetwork, tiles: Sequence[Place], straight: flo
                 reference=Reference("at x1", straight), limit=Limit(lowest=straight - SCALE_LOSS),
             )
         )  # fmt: skip
-    tilted = measure_tilted(NetworkFinder(network), tiles)
+    tilted = measure_tilted(StallDetector(network), tiles)
     figures.append(Figure("recall_tilt_10", "recall in frames tilted by 10 degrees, rows not completed", tilted.recall))
     figures.append(Figure("state_accuracy_tilt_10", "state accuracy in tilted frames", tilted.state_accuracy))
     return figures

@@ -22,7 +22,7 @@ from benchmarks.perception.measures import line
 from benchmarks.perception.places import Place, state_array
 from hawk.algo.vision.network import StallNetwork, sun_input
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, FloatArray, LabelledPlace, Tally, tally
+from hawk.survey.accuracy import Finding, FloatArray, LabelledPlace, Tally, tally
 from training.pool import training_scene
 from training.scenes import draw_scene
 from training.targets import TrainingScene

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.perception.eyes import north_up
 from hawk.algo.mapper.core import MapCore, MapperSettings
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.seen import SeenGround
 from hawk.model.lot_map import StallState
 from hawk.model.poses import MapPose
@@ -34,7 +34,7 @@ class Steadiness:
     flips: int
 
 
-def watch(finder: NetworkFinder, path: Path, metres_per_pixel: float) -> list[Steadiness]:
+def watch(finder: StallDetector, path: Path, metres_per_pixel: float) -> list[Steadiness]:
     """Return every stall that counted in some frame. Raises FileNotFoundError, ValueError for a video of no frames."""
     core = MapCore(MapperSettings(), "video")
     last: dict[int, StallState] = {}
@@ -72,9 +72,9 @@ def _frames(path: Path) -> Iterator[NDArray[np.uint8]]:
         video.release()
 
 
-def _seen(finder: NetworkFinder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> SeenGround:
+def _seen(finder: StallDetector, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> SeenGround:
     ground = north_up(image, metres_per_pixel)
-    found = finder.find(ground)
+    found = finder.detect(ground)
     middle = ground.map_points(np.array(ground.valid.shape[::-1]) / 2)
     pose = MapPose(float(middle[0]), float(middle[1]), _HEIGHT_M, 0.0, 0.0, 0.0)
     return SeenGround(found.stalls, found.lot, found.car, found.core, found.taken, ground, pose, time)

@@ -17,7 +17,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hawk.picture.photos import survey_folder
+from benchmarks.pictures.photos import survey_folder
 from hawk.picture.work_folder import WORK
 from hawk.sim.photos import PhotoOptions, plan, write_photos
 from hawk.sim.photos_tags import CAMERAS

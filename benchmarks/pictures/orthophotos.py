@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, share
 from benchmarks.perception.places import Place, read_lots
-from hawk.picture.nadir import Eye
-from hawk.picture.orthophoto.app import map_orthophoto
-from hawk.picture.values import Mapped
-from hawk.survey.scoring import FloatArray, match
+from hawk.picture.city.run import map_orthophoto
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.values import PictureSurvey
+from hawk.survey.accuracy import FloatArray, match
 
 SYSTEMS: Final = {
     "UTM": ("EPSG:32631", 5.0, 52.0),
@@ -43,13 +43,13 @@ class _Variant:
 
 
 def orthophoto_figures(folder: Path | None) -> list[Figure]:
-    """Return how alike the stalls of each place's forms are, and against the eye that the benchmark judges."""
+    """Return how alike the stalls of each place's forms are, and against the detector that the benchmark judges."""
     if folder is None:
         raise BenchmarkError("--orthophoto: needs --places DIR, with PLACE.jpg and PLACE.json")
-    eye = Eye.load()
+    detector = TileDetector.load()
     total = same = rounded = coordinates = found = missed = extra = 0
     for place in read_lots(folder):
-        looked = eye.look(place.image, place.metres_per_pixel).stalls
+        looked = detector.detect(place.image, place.metres_per_pixel).stalls
         first: FloatArray | None = None
         for variant in _variants():
             corners = _in_picture(place, variant)
@@ -67,8 +67,8 @@ def orthophoto_figures(folder: Path | None) -> list[Figure]:
     return [
         Figure("orthophoto_same", "forms with the stalls of the first", share(same, total), limit=Limit(lowest=1.0)),
         Figure("orthophoto_rounded", "coordinates equal after rounding to .05 m", share(rounded, coordinates)),
-        Figure("orthophoto_found", "stalls of the benchmark's eye that were mapped", share(found, found + missed)),
-        Figure("orthophoto_extra", "stalls that the benchmark's eye does not have", float(extra)),
+        Figure("orthophoto_found", "stalls of the benchmark's detector that were mapped", share(found, found + missed)),
+        Figure("orthophoto_extra", "stalls that the benchmark's detector does not have", float(extra)),
         Figure("orthophoto_forms", "forms that were mapped", float(total)),
     ]  # fmt: skip
 
@@ -128,7 +128,7 @@ def _write(path: Path, image: NDArray[np.uint8], metres: float, variant: _Varian
     return ~transform
 
 
-def _pixels(mapped: Mapped, variant: _Variant, to_picture: rasterio.Affine) -> FloatArray:
+def _pixels(mapped: PictureSurvey, variant: _Variant, to_picture: rasterio.Affine) -> FloatArray:
     """Return the stalls (N, 4, 2) in pixels of the picture as it was given."""
     onto = pyproj.Transformer.from_crs("EPSG:4326", SYSTEMS[variant.system][0], always_xy=True)
     corners = np.array([stall.corners for stall in mapped.survey.stalls], float).reshape(-1, 2)

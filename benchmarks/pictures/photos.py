@@ -17,10 +17,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.figures import Figure, Limit, Reference, share
+from hawk.lots.source import SourceKind
 from hawk.model.pictures import CameraModel
-from hawk.picture.adjust.posed import FloatArray
-from hawk.picture.photos import PhotoSurvey, survey_folder
+from hawk.picture.photographs.folder import read_folder
+from hawk.picture.photos import PhotoSurvey, survey_shots
+from hawk.picture.reconstruction.camera_pose import FloatArray
 from hawk.picture.report import free_range
+from hawk.picture.shot_detections import Files
+from hawk.picture.values import Progress, Provenance
 from hawk.results.survey_map import SurveyMap
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.survey.report import compare, in_range
@@ -56,6 +60,15 @@ class Placed:
     survey: SurveyMap
     turn: float
     scale: float
+
+
+def survey_folder(
+    folder: Path, *, height_m: float | None = None, work: Path | None = None, progress: Progress = lambda *_: None
+) -> PhotoSurvey:
+    """Return the survey of a folder as `hawk.picture.map_photos` makes it, with the poses."""
+    read = read_folder(folder, height_m=height_m)
+    provenance = Provenance(folder.resolve().name, SourceKind.PHOTOGRAPHS, read.time_is_sure, height_m)
+    return survey_shots(provenance, read, Files(), work=work, progress=progress)
 
 
 def judge_all(worlds: Iterable[tuple[str, World]]) -> list[Judged]:

@@ -11,10 +11,11 @@ import numpy as np
 
 from benchmarks.figures import Figure, Limit, share
 from benchmarks.perception.photo_labels import PHOTO_LOT, read_labels
+from benchmarks.pictures.photos import survey_folder
 from benchmarks.pictures.seams import seams
 from hawk.model.lot_map import StallState
-from hawk.picture.photos import PhotoSurvey, survey_folder
-from hawk.survey.scoring import FloatArray, match
+from hawk.picture.photos import PhotoSurvey
+from hawk.survey.accuracy import FloatArray, match
 
 
 def lot_figures(folder: Path) -> list[Figure]:

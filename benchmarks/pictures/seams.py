@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.seen import GroundImage
-from hawk.picture.level import level
-from hawk.picture.looked import Files
+from hawk.picture.orthorectification import orthorectify
 from hawk.picture.photos import PhotoSurvey
+from hawk.picture.shot_detections import Files
 
 SIDE: Final = 128
 """Pixels of a square's side: 12.8 m."""
@@ -34,7 +34,7 @@ def seams(survey: PhotoSurvey) -> NDArray[np.float64]:
         for shot, posed, is_adjusted in zip(
             survey.shots, survey.adjusted.posed, survey.adjusted.is_adjusted.tolist(), strict=True
         )
-        if is_adjusted and (ground := level(pictures.picture(shot), posed)) is not None
+        if is_adjusted and (ground := orthorectify(pictures.picture(shot), posed)) is not None
     ]
     return shifts(on_ground)
 

@@ -21,8 +21,8 @@ from hawk.picture.work_folder import is_ours, kept_source, other_source
 
 if TYPE_CHECKING:
     from hawk.picture.city.scheduler import Scheduler
-    from hawk.picture.stored import Stored
-    from hawk.picture.values import Mapped
+    from hawk.picture.ingest import StoredSurvey
+    from hawk.picture.values import PictureSurvey
 
 COMMAND: Final = "map"
 PARTLY: Final = 3
@@ -142,10 +142,10 @@ def _needs_network(options: argparse.Namespace) -> bool:
 def _run(options: argparse.Namespace) -> int:
     _check(options)
     from hawk.picture.progress import shown_progress
-    from hawk.picture.sources import Asked, survey_of_source
+    from hawk.picture.sources import MapRequest, survey_of_source
     from hawk.picture.values import PictureError
 
-    asked = Asked(
+    asked = MapRequest(
         source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
@@ -239,11 +239,11 @@ def _check_port(options: argparse.Namespace) -> None:
         raise ConfigError(str(error).replace("web.port", "--port", 1)) from None
 
 
-def _write(options: argparse.Namespace, mapped: Mapped) -> Stored | None:
+def _write(options: argparse.Namespace, mapped: PictureSurvey) -> StoredSurvey | None:
     """Write the files, store the survey where that is asked for, and report. Raises PictureError."""
     from hawk.picture.files import write_files
+    from hawk.picture.ingest import store_survey
     from hawk.picture.report import report, text
-    from hawk.picture.stored import store_survey
 
     program = f"hawk-drone {version('hawk-drone')}"
     kept = None
@@ -269,7 +269,7 @@ def _store_folder(options: argparse.Namespace) -> Path:
     return options.store if options.store is not None else Path(options.out) / "store"
 
 
-def _show(options: argparse.Namespace, stored: Stored | None) -> int:
+def _show(options: argparse.Namespace, stored: StoredSurvey | None) -> int:
     """Serve the page from the store until a signal."""
     import asyncio
 

@@ -11,7 +11,7 @@ from hawk.lots.values import FinishedSurvey
 from hawk.picture.values import COARSE_M, Shot
 
 if TYPE_CHECKING:  # orthophotos have limits without its libraries
-    from hawk.picture.adjust.app import Adjusted
+    from hawk.picture.reconstruction.alignment import Reconstruction
     from hawk.picture.scale import Scale
 
 SURE_M: Final = 0.3
@@ -25,7 +25,7 @@ UNSEEN_SHARE: Final = 0.02
 
 
 def limits_of(
-    shots: Sequence[Shot], adjusted: Adjusted, scale: Scale, metres_per_pixel: float, kept: FinishedSurvey
+    shots: Sequence[Shot], adjusted: Reconstruction, scale: Scale, metres_per_pixel: float, kept: FinishedSurvey
 ) -> tuple[Limit, ...]:
     """Return what limits a survey by shots, of which some were adjusted."""
     alone = [shot for shot, good in zip(shots, adjusted.is_adjusted, strict=True) if not good]
@@ -41,7 +41,7 @@ def limits_of(
     return tuple(found)
 
 
-def stretch(adjusted: Adjusted, scale: Scale) -> float:
+def stretch(adjusted: Reconstruction, scale: Scale) -> float:
     """Return by how much a map may be turned, radians, or scaled, as a share, in nine of ten surveys.
 
     It is 0 where fewer than two shots were adjusted: each lies by its own place then.

@@ -8,6 +8,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -23,11 +24,11 @@ from hawk.picture import webodm
 from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
-from hawk.picture.looked import Files, Pictures
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import survey_shots
-from hawk.picture.values import Mapped, PictureError, Progress, Provenance, Shot, ShotSet
+from hawk.picture.shot_detections import Files, Pictures
+from hawk.picture.values import PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
@@ -35,7 +36,7 @@ _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class MapRequest:
     """A source with the options of the command line."""
 
     source: Path
@@ -59,7 +60,7 @@ class Asked:
     now: float = field(default_factory=time.time)
 
 
-def survey_of_source(asked: Asked, progress: Progress) -> Mapped:
+def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a source. Raises PictureError: it cannot be mapped, or an option does not fit it."""
     if asked.name is not None:
         asked = replace(asked, name=_lot_name(asked.name))
@@ -128,13 +129,10 @@ def _is_placed(path: Path) -> bool:
     return False
 
 
-def _orthophoto(asked: Asked, progress: Progress, project: Path | None = None) -> Mapped:
+def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = None) -> PictureSurvey:
     """Map an orthophoto; that of a ``project`` is called as it: all orthophotos of projects have one name."""
     _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", "place", *_OF_FILMS)
-    from hawk.picture.city.run import CityProgress, map_city
-
-    def show(city: CityProgress) -> None:
-        progress("map", city.done, city.count)
+    from hawk.picture.city.run import map_city
 
     picture = asked.source.resolve()
     name, title = (picture.name, "") if project is None else (project.name, fitting_name(project.name))
@@ -146,13 +144,13 @@ def _orthophoto(asked: Asked, progress: Progress, project: Path | None = None) -
         scheduler=asked.scheduler,
         crs=asked.crs,
         model=asked.model,
-        progress=show,
+        progress=partial(progress, "map"),
         accept=lambda source: _check_moment(asked, source.taken),
         provenance=_provenance(replace(asked, name=asked.name or title), name, SourceKind.ORTHOPHOTO),
     ).mapped
 
 
-def _photographs(asked: Asked, progress: Progress) -> Mapped:
+def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
     _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
     read = read_folder(
         asked.source,
@@ -167,7 +165,7 @@ def _photographs(asked: Asked, progress: Progress) -> Mapped:
     return _of_shots(asked, provenance, read, Files(), progress)
 
 
-def _film(asked: Asked, progress: Progress) -> Mapped:
+def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a film, or a recording, which has its own places and lens."""
     _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group", "place")
     if asked.source.suffix.lower() == ".mcap":
@@ -188,7 +186,7 @@ def _film(asked: Asked, progress: Progress) -> Mapped:
         film.close()
 
 
-def _project(asked: Asked, progress: Progress) -> Mapped:
+def _project(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a project of OpenDroneMap: its orthophoto, or its photographs where it has none."""
     folder = asked.source.resolve()
     picture = webodm.orthophoto(asked.source)
@@ -202,17 +200,19 @@ def _project(asked: Asked, progress: Progress) -> Mapped:
     return replace(_of_shots(asked, provenance, read, Files(), progress), crs=webodm.system_of(asked.source))
 
 
-def _provenance(asked: Asked, name: str, kind: SourceKind, read: ShotSet | None = None) -> Provenance:
+def _provenance(asked: MapRequest, name: str, kind: SourceKind, read: ShotSet | None = None) -> Provenance:
     is_sure = read is not None and read.time_is_sure
     return Provenance(name, kind, is_sure, asked.height_m, asked.name or "", asked.taken)
 
 
-def _of_shots(asked: Asked, provenance: Provenance, read: ShotSet, pictures: Pictures, progress: Progress) -> Mapped:
+def _of_shots(
+    asked: MapRequest, provenance: Provenance, read: ShotSet, pictures: Pictures, progress: Progress
+) -> PictureSurvey:
     work = asked.out / WORK
     return survey_shots(provenance, read, pictures, model=asked.model, work=work, progress=progress).mapped
 
 
-def _check_times(asked: Asked, shots: Sequence[Shot], source: MomentSource) -> None:
+def _check_times(asked: MapRequest, shots: Sequence[Shot], source: MomentSource) -> None:
     """Refuse shots whose last one has not been, as `_check_moment`. ``source``: of their times."""
     times = [shot.time for shot in shots if shot.time is not None]
     if not times:
@@ -221,7 +221,7 @@ def _check_times(asked: Asked, shots: Sequence[Shot], source: MomentSource) -> N
         _check_moment(asked, SurveyMoment.said(max(times), source, asked.now))
 
 
-def _check_moment(asked: Asked, moment: SurveyMoment) -> None:
+def _check_moment(asked: MapRequest, moment: SurveyMoment) -> None:
     """Refuse a moment that has not been, unless a person says another one, and that one where the files are sure.
 
     Raises PictureError.
@@ -236,7 +236,7 @@ def _check_moment(asked: Asked, moment: SurveyMoment) -> None:
         raise PictureError(f"--taken: the files say themselves that the last picture is of {said}; leave it out")
 
 
-def _refuse(asked: Asked, kind: str, *names: str) -> None:
+def _refuse(asked: MapRequest, kind: str, *names: str) -> None:
     """Refuse options that a kind of source has no use for. Raises PictureError naming the option."""
     for name in names:
         if getattr(asked, name) is not None:

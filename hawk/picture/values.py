@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportedSurvey
+from hawk.exports.values import ExportedStall, ExportedSurvey
 from hawk.lots.finished import LandedSurvey
 from hawk.lots.source import Limit, PictureSource, SourceKind
 from hawk.lots.values import fitting_name
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import Outline
 
 COARSEST_M: Final = 0.20
 """Metres a pixel from which stalls cannot be found well."""
@@ -28,7 +30,7 @@ _FEW: Final = 4
 """Names that a sentence lists."""
 
 
-def named(names: Sequence[str]) -> str:
+def list_names(names: Sequence[str]) -> str:
     """Return names for a sentence: the first ones, and how many more there are."""
     rest = len(names) - _FEW
     return ", ".join(names[:_FEW]) + (f" and {rest} more" if rest > 0 else "")
@@ -122,7 +124,7 @@ class ShotSet:
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where pictures are from: the ``name`` of their folder or file, and its kind.
+    """Origin of pictures: the ``name`` of their folder or file, and its kind.
 
     ``title``: name of the lot that a person gave, "" for that of the pictures. ``ended``: moment of the last picture
     that a person says, Unix seconds; None: as the files say it, and not ``time_is_sure`` by a clock that a person set
@@ -157,7 +159,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True)
-class Mapped:
+class PictureSurvey:
     """A survey by pictures: as files have it, and ``landed``, as the store takes one after a flight.
 
     ``ground``: its picture in the frame of the survey's origin, None where none is drawn. ``area_m2``: ground that was
@@ -172,6 +174,35 @@ class Mapped:
     crs: str = ""
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
+
+
+def id_of(place: str) -> str:
+    """Return the id that a lot or survey has wherever it is mapped, by a text that names it alone."""
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, place))
+
+
+def export_survey(
+    landed: LandedSurvey, ids: tuple[str, str], outline: Outline, stalls: tuple[ExportedStall, ...]
+) -> ExportedSurvey:
+    """Return a survey as files have it: ``ids`` of its lot and its own, ``outline`` of the lot, its ``stalls``."""
+    return ExportedSurvey(
+        lot=landed.title,
+        lot_id=ids[0] if stalls else "",
+        survey=ids[1],
+        began=landed.utc - landed.flown_s,
+        ended=landed.utc,
+        time_is_sure=landed.time_is_sure,
+        layout=None,
+        software=f"hawk-drone {landed.program}",
+        is_simulated=False,
+        accuracy=landed.accuracy,
+        is_pinned=False,
+        origin=(landed.datum.latitude, landed.datum.longitude),
+        outline=outline,
+        stalls=stalls,
+        doubt="" if stalls else NO_STALLS,
+        pictures=landed.pictures,
+    )
 
 
 def is_coarser(metres: float, limit: float) -> bool:

@@ -25,7 +25,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from hawk.formats import gdal
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, angles
-from hawk.picture.photographs.heights import with_heights
+from hawk.picture.photographs.heights import assign_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import MOST_TILT_DEG, UnusableError, read_photograph, tilt_deg
 from hawk.picture.values import LeftOut, PictureError, Shot, ShotSet
@@ -137,7 +137,7 @@ def read_project(path: Path, *, height_m: float | None = None) -> ShotSet:
     lost = sorted(each.name for name, each in images.items() if name not in known)
     left += [LeftOut(name, "OpenDroneMap found no pose for it; more overlap helps") for name in lost]
     grounded = _by_tags(shots) if (model := _elevations(path)) is None else _above_ground(shots, model)
-    found, low = with_heights(grounded, height_m)
+    found, low = assign_heights(grounded, height_m)
     return ShotSet(tuple(sorted(found, key=lambda each: each.name)), (*left, *low))
 
 

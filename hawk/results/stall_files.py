@@ -99,8 +99,9 @@ def _feature(stall: Values, ring: Ring) -> dict[str, Any]:
     for name in STALL_COLUMNS:
         if name not in _GEOMETRY:
             value = stall.get(name)
-            is_rounded = isinstance(value, float) and name in _DECIMALS
-            properties[_OSM.get(name, name)] = round(value, _DECIMALS[name]) if is_rounded else value
+            if isinstance(value, float) and name in _DECIMALS:
+                value = round(value, _DECIMALS[name])
+            properties[_OSM.get(name, name)] = value
     geometry = {"type": "Polygon", "coordinates": [ring]}
     return {"type": "Feature", "id": stall["stall_id"], "geometry": geometry, "properties": properties}
 

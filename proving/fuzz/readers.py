@@ -28,10 +28,10 @@ Prepared = tuple[Callable[[Path], object], tuple[type[Exception], ...]]
 
 def _plan() -> Prepared:
     from hawk.lots.plan_files.reading import read_plan
-    from hawk.lots.plan_files.values import Asked
+    from hawk.lots.plan_files.values import MapRequest
     from hawk.lots.values import LotInputError
 
-    return lambda path: read_plan(path.read_bytes(), Asked()), (LotInputError,)
+    return lambda path: read_plan(path.read_bytes(), MapRequest()), (LotInputError,)
 
 
 def _outline() -> Prepared:
@@ -80,7 +80,7 @@ def _picture() -> Prepared:
 
 
 def _background() -> Prepared:
-    from hawk.background.tiling import PictureError, open_picture
+    from hawk.background.tiles import PictureError, open_picture
 
     def read(path: Path) -> None:
         with open_picture(path):

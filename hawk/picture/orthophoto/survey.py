@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import cv2
@@ -13,8 +12,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
-from hawk.exports.ground import Ground
-from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
+from hawk.exports.values import UNSEEN, ExportedStall, LatLon
 from hawk.lots.finished import JOIN_M, LEAST_M2, OFF_M, LandedSurvey
 from hawk.lots.place import about
 from hawk.lots.source import Limit, SourceKind
@@ -22,14 +20,23 @@ from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.picture.limits import UNSEEN_SHARE
-from hawk.picture.nadir import program_name, states_of
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
 from hawk.picture.orthophoto.mosaic import ground_of_box, tiles_of
 from hawk.picture.orthophoto.outline import LotOutline
-from hawk.picture.orthophoto.seams import Stalls, merged
 from hawk.picture.orthophoto.source import Orthophoto
+from hawk.picture.orthophoto.tile_detector import program_name, states_of
+from hawk.picture.orthophoto.tile_merger import Stalls, merge_tiles
 from hawk.picture.orthophoto.windows import AROUND_M, WindowStalls
-from hawk.picture.values import COARSE_M, NO_STALLS, LeftOut, Mapped, PictureError, Provenance, is_coarser
+from hawk.picture.values import (
+    COARSE_M,
+    LeftOut,
+    PictureError,
+    PictureSurvey,
+    Provenance,
+    export_survey,
+    id_of,
+    is_coarser,
+)
 
 _DIGITS: Final = 8
 """Of degrees: a millimetre."""
@@ -65,7 +72,7 @@ def to_survey(
     outline: LotOutline | None = None,
     model: str = "",
     left_out: Sequence[LeftOut] = (),
-) -> Mapped:
+) -> PictureSurvey:
     """Return the survey of a picture.
 
     Args:
@@ -78,7 +85,7 @@ def to_survey(
     """
     provenance = provenance or Provenance(source.path.name, SourceKind.ORTHOPHOTO)
     plane = _Plane(source.grid, None if outline is None else outline.in_metres(source.grid))
-    every = merged(results, source.grid.metres)
+    every = merge_tiles(results, source.grid.metres)
     is_in = plane.has(every.corners.mean(axis=1))
     suggested = every.suggested[plane.has(every.suggested.mean(axis=1))]
     stalls = Stalls(every.corners[is_in], every.taken[is_in], every.score[is_in], suggested)
@@ -89,29 +96,16 @@ def to_survey(
     seen_m2 = round(sum(_seen_m2(part, plane) for part in results), 1)
     limits = tuple(_limits(plane, seen_m2, len(left_out)))
     place, program = _place_name(source, outline), program_name(model)
-    ended, is_sure = provenance.moment(source.taken.value)
+    ids = id_of(place), id_of(f"{place} {source.identity} {program}")
+    lots = _on_earth(found, source.grid) if outline is None else outline.outline()
     on_earth = _on_earth_of(stalls, source.grid, origin)
-    survey = ExportedSurvey(
-        lot=provenance.lot,
-        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, place)) if len(stalls) else "",
-        survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{place} {source.identity} {program}")),
-        began=ended,
-        ended=ended,
-        time_is_sure=is_sure or (provenance.ended is None and source.taken.is_sure),
-        layout=None,
-        software=f"hawk-drone {program}",
-        is_simulated=False,
-        accuracy=None,
-        is_pinned=False,
-        origin=origin,
-        outline=_on_earth(found, source.grid) if outline is None else outline.outline(),
-        stalls=_exported(stalls, on_earth, ended),
-        doubt="" if len(stalls) else NO_STALLS,
-        pictures=provenance.source(limits),
-    )
-    return Mapped(
-        survey,
-        _landed(survey, _on_map(stalls, on_earth), ground, program),
+    tiles, mosaic = ({}, {}) if ground is None else tiles_of(ground, lots, origin)
+    current = OccupancyMap(tiles, mosaic, _on_map(stalls, on_earth), version=1, map_id=ids[1])
+    landed = replace(_landed(source, provenance, origin, current, program), pictures=provenance.source(limits))
+    landed = replace(landed, outline=lots if lots.polygons else None)
+    return PictureSurvey(
+        export_survey(landed, ids, lots, _exported(stalls, on_earth, landed.utc)),
+        landed,
         ground,
         seen_m2,
         source.crs,
@@ -120,24 +114,25 @@ def to_survey(
     )
 
 
-def _landed(survey: ExportedSurvey, stalls: dict[int, Stall], ground: Ground | None, program: str) -> LandedSurvey:
-    """Return a survey as one after a landing, with its ground where that was drawn."""
-    tiles, mosaic = ({}, {}) if ground is None else tiles_of(ground, survey.outline, survey.origin)
+def _landed(
+    source: Orthophoto, provenance: Provenance, origin: LatLon, current: OccupancyMap, program: str
+) -> LandedSurvey:
+    """Return a survey as one after a landing."""
+    ended, is_sure = provenance.moment(source.taken.value)
     return LandedSurvey(
-        name=f"orthophoto {survey.survey}",
-        datum=GlobalPose(*survey.origin, 0.0),
-        current=OccupancyMap(tiles=tiles, mosaic=mosaic, stalls=stalls, version=1, map_id=survey.survey),
-        outline=survey.outline if survey.outline.polygons else None,
+        name=f"orthophoto {current.map_id}",
+        datum=GlobalPose(*origin, 0.0),
+        current=current,
+        outline=None,
         seconds=0.0,
-        utc=survey.ended,
-        time_is_sure=survey.time_is_sure,
+        utc=ended,
+        time_is_sure=is_sure or (provenance.ended is None and source.taken.is_sure),
         program=program,
-        pictures=survey.pictures,
-        title=survey.lot,
+        title=provenance.lot,
     )
 
 
-def check_ground(mapped: Mapped, source: Orthophoto, *, has_lots: bool) -> None:
+def check_ground(mapped: PictureSurvey, source: Orthophoto, *, has_lots: bool) -> None:
     """Refuse a survey that saw no ground though every window was looked at. Raises PictureError."""
     if mapped.area_m2 or mapped.left_out:
         return
@@ -232,8 +227,10 @@ def _on_map(stalls: Stalls, on_earth: _OnEarth) -> dict[int, Stall]:
         [on_earth.metres, on_earth.angle, on_earth.width, on_earth.length, stalls.taken, stalls.score]
     )
     return {
-        number: Stall(number, *shape, taken, state, score, seen=1, last_seen=0.0, version=1)
-        for number, (state, (*shape, taken, score)) in enumerate(zip(states, table.tolist(), strict=True), 1)
+        number: Stall(number, north, east, angle, width, length, taken, state, score, seen=1, last_seen=0.0, version=1)
+        for number, (state, (north, east, angle, width, length, taken, score)) in enumerate(
+            zip(states, table.tolist(), strict=True), 1
+        )
     }
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Final
 
 from hawk.model.pictures import CameraModel
-from hawk.picture.photographs.heights import with_heights
+from hawk.picture.photographs.heights import assign_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import Photograph, UnusableError, read_photograph
-from hawk.picture.photographs.places import Choice, apart_m, compared
-from hawk.picture.values import LeftOut, PictureError, Shot, ShotSet, named
+from hawk.picture.photographs.places import Choice, apart_m, resolve_places
+from hawk.picture.values import LeftOut, PictureError, Shot, ShotSet, list_names
 
 SUFFIXES: Final = (".jpg", ".jpeg")
 LONGEST_PAUSE_S: Final = 45 * 60.0
@@ -60,14 +60,14 @@ def read_folder(
     photographs = list(_read(paths, table, calibration, left))
     if not photographs:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
-    photographs, differ = compared(photographs, place)
+    photographs, differ = resolve_places(photographs, place)
     groups = _groups(_by_time(photographs))
     if group is None:
         groups, few = _without_few(groups)
         left += few
     chosen = _by_time(_chosen(groups, group, folder))  # others may lack GNSS's time
     shots, doubles = _once(chosen)
-    shots, low = with_heights(shots, height_m)
+    shots, low = assign_heights(shots, height_m)
     left += [*doubles, *low]
     if not shots:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
@@ -90,10 +90,10 @@ def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
     inner = [entry.name for entry in entries if entry.is_dir()]
     others = [entry.name for entry in entries if entry.is_file() and entry not in set(paths)]
     if not paths:
-        hint = f"name one of its folders: {named(inner)}" if inner else "name the folder that holds them"
+        hint = f"name one of its folders: {list_names(inner)}" if inner else "name the folder that holds them"
         raise PictureError(f"{folder}: no JPEG photograph is in it; {hint}")
-    notes = [f"No JPEG, passed over: {named(others)}"] if others else []
-    return paths, notes + ([f"Folders, passed over: {named(inner)}"] if inner else [])
+    notes = [f"No JPEG, passed over: {list_names(others)}"] if others else []
+    return paths, notes + ([f"Folders, passed over: {list_names(inner)}"] if inner else [])
 
 
 def _read(
@@ -202,8 +202,9 @@ def _notes(photographs: list[Photograph]) -> list[str]:
     later = [each for each in photographs if each.saved_by]
     if later:
         notes.append(
-            f"Saved by {later[0].saved_by}, which may have turned them: {named([each.shot.name for each in later])}; "
-            "their yaw is believed to quarter turns only, and the camera's own files are better"
+            f"Saved by {later[0].saved_by}, which may have turned them: "
+            f"{list_names([each.shot.name for each in later])}; their yaw is believed to quarter turns only, and the "
+            "camera's own files are better"
         )
     if any(each.orientation != 1 for each in photographs):
         notes.append("EXIF's orientation is not applied: pictures are mapped as the sensor gave them")

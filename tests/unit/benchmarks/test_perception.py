@@ -15,10 +15,10 @@ from benchmarks.perception.eyes import NetworkEye, Result, as_shown
 from benchmarks.perception.measures import Judged, calibration_error, false_alarms, measure
 from benchmarks.perception.places import Place, read_lots, read_tiles, state_array
 from benchmarks.perception.video import watch
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, LabelledPlace, match
+from hawk.survey.accuracy import Finding, LabelledPlace, match
 from hawk.worlds.generate import generate_world
 
 ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)
@@ -165,7 +165,7 @@ def test_a_picture_of_nothing_shows_nothing() -> None:
 
 @pytest.mark.slow
 def test_tilted_frames_show_the_stalls_where_they_are(ground: Place) -> None:
-    found = measure_tilted(NetworkFinder(StallNetwork.load()), [ground])
+    found = measure_tilted(StallDetector(StallNetwork.load()), [ground])
     assert found.true >= 30
     assert found.recall > 0.6
 
@@ -177,14 +177,14 @@ def test_a_video_shows_how_steady_each_stall_is(tmp_path: Path, ground: Place) -
     for _ in range(6):
         writer.write(ground.image)
     writer.release()
-    stalls = watch(NetworkFinder(StallNetwork.load()), path, ground.metres_per_pixel)
+    stalls = watch(StallDetector(StallNetwork.load()), path, ground.metres_per_pixel)
     assert len(stalls) >= 0.6 * len(ground.truth.stalls)
     assert all(stall.flips == 0 for stall in stalls)
     assert max(stall.frames for stall in stalls) == 6
 
 
 def test_a_video_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    finder = NetworkFinder(StallNetwork.load())
+    finder = StallDetector(StallNetwork.load())
     with pytest.raises(FileNotFoundError, match="name a video"):
         watch(finder, tmp_path / "none.avi", 0.1)
     (tmp_path / "empty.avi").write_bytes(b"")

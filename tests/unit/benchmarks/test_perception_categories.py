@@ -18,7 +18,7 @@ from benchmarks.perception.paint import brightness, is_marked, side_lines
 from benchmarks.perception.places import Place, state_array
 from benchmarks.perception.stall_rows import Boxes, Rows, neighbours, spanning
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, LabelledPlace
+from hawk.survey.accuracy import Finding, LabelledPlace
 
 Picture = NDArray[np.uint8]
 Quads = NDArray[np.float64]

@@ -7,7 +7,7 @@ from benchmarks.perception.eyes import Result
 from benchmarks.perception.needed import Needed, figures, needed, run_of
 from benchmarks.perception.places import Place, state_array
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, FloatArray, LabelledPlace
+from hawk.survey.accuracy import Finding, FloatArray, LabelledPlace
 
 LOT = np.array([[2.0, 2.0], [58.0, 2.0], [58.0, 28.0], [2.0, 28.0]])
 

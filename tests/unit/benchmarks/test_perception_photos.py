@@ -21,7 +21,7 @@ from benchmarks.perception.photo_shots import Shot, photographs, read_shot
 from benchmarks.perception.photos import Offsets, Photos, lot_features, photo_section
 from benchmarks.perception.places import state_array
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding
+from hawk.survey.accuracy import Finding
 from tests.unit.jpegs import jpeg
 
 WIDTH, HEIGHT, FOCAL = 800, 600, 640.0

@@ -11,7 +11,7 @@ from benchmarks.perception.plans import SHIFT_M, Planned, figures, look_with_pla
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.network import StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import LabelledPlace
+from hawk.survey.accuracy import LabelledPlace
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
 

@@ -11,7 +11,7 @@ from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.picture.orthophoto.mosaic import tiles_of
-from hawk.picture.values import LeftOut, Mapped
+from hawk.picture.values import LeftOut, PictureSurvey
 from hawk.results.survey_map import to_global
 
 ORIGIN = (52.0, 5.0)
@@ -32,7 +32,7 @@ def stall(number: int, state: str, taken: float | None, score: float | None = 0.
     )  # fmt: skip
 
 
-def mapped(*, crs: str = "", left_out: tuple[LeftOut, ...] = (), with_scores: bool = True) -> Mapped:
+def mapped(*, crs: str = "", left_out: tuple[LeftOut, ...] = (), with_scores: bool = True) -> PictureSurvey:
     """Return a survey of eight stalls: five free, two taken, one unclear; 40 m x 40 m were seen."""
     states = [("free", 0.05)] * 5 + [("taken", 0.97)] * 2 + [("unknown", 0.5)]
     stalls = tuple(stall(k, state, taken, 0.95 if with_scores else None) for k, (state, taken) in enumerate(states))
@@ -53,4 +53,4 @@ def mapped(*, crs: str = "", left_out: tuple[LeftOut, ...] = (), with_scores: bo
         "orthophoto yard", GlobalPose(*ORIGIN, 0.0), current, survey.outline, 0.0, survey.ended, False,
         "1.0, network 12345678", title="yard",
     )  # fmt: skip
-    return Mapped(survey, landed, ground, 1600.0, crs, left_out, ("A note.",))
+    return PictureSurvey(survey, landed, ground, 1600.0, crs, left_out, ("A note.",))

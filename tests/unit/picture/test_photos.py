@@ -9,9 +9,10 @@ import pytest
 
 from hawk.lots.source import Limit, SourceKind
 from hawk.model.poses import GlobalPose
-from hawk.picture.looked import Files
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import known_pose, map_photos, survey_shots
+from hawk.picture.photos import map_photos, survey_shots
+from hawk.picture.shot_detections import Files
+from hawk.picture.shot_poses import known_pose
 from hawk.picture.values import PictureError, Provenance, ShotSet
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.sim.photos_tags import CAMERAS

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.perception.coarse import coarser, main
 from benchmarks.perception.places import Place
-from hawk.survey.scoring import LabelledPlace
+from hawk.survey.accuracy import LabelledPlace
 
 
 def place() -> Place:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from benchmarks.perception import marks
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.marks import KINDS, Count, lots, measure
-from hawk.survey.scoring import Finding
+from hawk.survey.accuracy import Finding
 from training.scenes import Scene
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from benchmarks.perception.suns import looks
 from hawk.algo.vision.network import Blob, NetworkMaps, StallNetwork, maps_from_output, sun_input
-from hawk.survey.scoring import FloatArray
+from hawk.survey.accuracy import FloatArray
 from training.targets import CORE, COSINE, LABELS, LENGTH, OFFSET_COLUMN, OFFSET_ROW, TAKEN, WIDTH, TrainingScene
 
 FIRST = np.array([[60, 40], [86, 40], [86, 92], [60, 92]], np.float32)
