@@ -37,7 +37,8 @@ from hawk.algo.vision.rectify import Rectifier, ground_footprint
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, TileKey
 from hawk.model.poses import GlobalPose, MapPose
 from hawk.model.tile_picture import decode_picture, encode_picture
-from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.results.map_picture import map_picture
+from hawk.results.survey_map import SurveyMap
 from hawk.worlds.camera import Lens, WorldCamera
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World

@@ -21,7 +21,7 @@ from benchmarks.frames import LENS, camera_model, drawn_frames
 from benchmarks.options import make_parser
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import DEFAULT_ENGINE, Engine, StallNetwork
 from hawk.algo.vision.network_file import VisionModelError
 from hawk.algo.vision.odometry import Features, find_features, measured_motion
@@ -53,7 +53,7 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
 
     The camera's check compares two frames each time; in flight it does so once in 3.5 m at 35 m.
     """
-    rectifier, finder = Rectifier(), NetworkFinder(network)
+    rectifier, finder = Rectifier(), StallDetector(network)
     rows = []
     before: Features | None = None
     for frame in [inputs[0], *inputs]:
@@ -67,7 +67,7 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
         at.append(time.perf_counter())
         network.run(ground.values)
         at.append(time.perf_counter())
-        finder.find(ground)
+        finder.detect(ground)
         at.append(time.perf_counter())
         features = find_features(image, frame.camera)
         measured_motion(before or features, features)
@@ -98,7 +98,7 @@ def frame_ms(network: StallNetwork, count: int = 20, seed: int = 1) -> float:
 
 
 def _measured(network: StallNetwork, inputs: list[FrameInput]) -> dict[str, float]:
-    return measure(VisionApp(VisionSettings(), NetworkFinder(network)), network, inputs)
+    return measure(VisionApp(VisionSettings(), StallDetector(network)), network, inputs)
 
 
 def engine_figures(inputs: list[FrameInput], model: Path | None = None) -> list[Figure]:

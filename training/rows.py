@@ -24,7 +24,7 @@ from hawk.algo.rows.sequence import RowOptions
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
-from hawk.picture.nadir import finds_of, ground_at
+from hawk.picture.orthophoto.tile_detector import finds_of, ground_at
 from training.ground import read_ground
 from training.pool import training_scene
 from training.scenes import draw_scene

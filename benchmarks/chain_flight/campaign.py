@@ -16,7 +16,7 @@ from benchmarks.chain_flight.pairs import pair_of
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.world_lots import kinematic_flight, place_world
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.results.survey_map import map_picture
+from hawk.results.map_picture import map_picture
 from hawk.survey.truth import parse_truth
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World

@@ -27,9 +27,9 @@ from hawk.algo.vision.detection import GroundImage
 from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap
-from hawk.survey import scoring
+from hawk.survey import accuracy
+from hawk.survey.accuracy import Finding, Tally, match, tally
 from hawk.survey.report import compare, in_range, map_offset
-from hawk.survey.scoring import Finding, Tally, match, tally
 from hawk.survey.truth import GroundTruth, in_picture
 from hawk.worlds.world import World
 
@@ -60,7 +60,7 @@ class Judgement:
         stalls: Floats,
         taken: Floats,
         states: NDArray[np.object_],
-        truth: scoring.LabelledPlace,
+        truth: accuracy.LabelledPlace,
         cut: NDArray[np.bool_] | None = None,
     ) -> Judgement:
         """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,).
@@ -142,7 +142,7 @@ class SingleFrames:
         corners, known = self._views.corners, self._views.states
         whole = _is_whole(seen.picture, corners + off)
         self._views.see(glance)
-        truth = scoring.LabelledPlace(corners[whole], known[whole])
+        truth = accuracy.LabelledPlace(corners[whole], known[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
         judgement = Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self.cut[whole])
         self.judgements.append(judgement)
@@ -207,7 +207,7 @@ def judge(
     found = np.stack([x0 + corners[..., 1], y0 - corners[..., 0]], axis=-1)
     true = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     found += map_offset(found.mean(1), true.mean(1))
-    real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
+    real = accuracy.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
     taken, states = np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object)
     inside = truth.in_picture(found.mean(1))
     found = found[inside]

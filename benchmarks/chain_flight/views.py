@@ -12,7 +12,7 @@ from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.evidence import quality_mask
 from hawk.algo.vision import decode
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import LabelledPlace
+from hawk.survey.accuracy import LabelledPlace
 from hawk.worlds.world import World
 
 

@@ -20,7 +20,7 @@ from hawk.lots.saving import save
 from hawk.lots.tables import OBSERVATION, STALL
 from hawk.lots.taking import take_over
 from hawk.lots.values import PLACED, Placed, Saved
-from hawk.survey.scoring import match
+from hawk.survey.accuracy import match
 from hawk.worlds.world import World
 
 _FAST: Final = {"synchronous": 0}

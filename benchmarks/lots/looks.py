@@ -29,7 +29,7 @@ from hawk.lots.values import FinishedSurvey, SurveyStall
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
-from hawk.picture.nadir import GROUND_M
+from hawk.picture.orthophoto.tile_detector import GROUND_M
 from hawk.results.survey_map import to_global
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.world import World

@@ -9,7 +9,7 @@ polygon in fractions; 0 car, 1 lot, 3 stall); tiles with fewer than five stalls 
 streets, ``--left-out FILE=PATTERN`` a network that was not trained on some of them and looks at those.
 ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
 
-The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
+The measures are those of `hawk.survey.accuracy`; labels that a picture's edge or missing ground cuts are counted as
 neither right nor wrong. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions
 ``regions_``, those of frames over drawn worlds ``frames_``.
 """

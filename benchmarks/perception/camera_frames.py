@@ -13,11 +13,11 @@ from benchmarks.perception.places import state_array
 from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
-from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.detection import Detection, FloatArray, GroundImage
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.rectify import Rectifier
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
+from hawk.survey.accuracy import Finding, LabelledPlace, Tally, tally
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moment import Condition
 from hawk.worlds.world import World
@@ -36,7 +36,7 @@ class Labels:
 
 
 def measure_worlds(
-    finder: NetworkFinder,
+    finder: StallDetector,
     seeds: Sequence[int],
     count: int = 12,
     *,
@@ -56,11 +56,11 @@ def measure_worlds(
     return total
 
 
-def _find_whole(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
+def _find_whole(finder: StallDetector, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
     """Return the stalls that lie wholly in a frame, in the world's metres, and the frame on the ground."""
     assert frame.pose is not None
     ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
-    seen = [s for s in finder.find(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > 0.98]
+    seen = [s for s in finder.detect(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > 0.98]
     return _finding(seen), ground
 
 
@@ -72,7 +72,7 @@ def _labels_of(world: World) -> Labels:
     return Labels(corners, state_array(states), tuple(np.asarray(lot) for lot in world.lots))
 
 
-def _look(finder: NetworkFinder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
+def _look(finder: StallDetector, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
     finding, ground = _find_whole(finder, rectifier, frame)
     return tally(finding, _in_view(labels, ground))
 

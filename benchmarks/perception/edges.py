@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.perception.boxes import Boxes
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.places import Place
-from hawk.survey.scoring import Finding, FloatArray, LabelledPlace, is_whole, match
+from hawk.survey.accuracy import Finding, FloatArray, LabelledPlace, is_whole, match
 
 EDGE_M = 0.2
 """A label with a corner this near to the edge, or beyond it, is cut: two pixels."""

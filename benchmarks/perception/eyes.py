@@ -1,4 +1,4 @@
-"""An eye that looks at a nadir picture: `hawk.picture.nadir`, its finds cut off at the edges as labels are."""
+"""An eye for nadir pictures: `hawk.picture.orthophoto.tile_detector`, its finds cut off at the edges as labels are."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from hawk.algo.vision import quads
 from hawk.algo.vision.detection import GroundImage
 from hawk.algo.vision.network import NetworkMaps, StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.picture.nadir import CELL_M, GROUND_M, LOT_M, found_in, resized, stalls_of
-from hawk.survey.scoring import Finding, FloatArray
+from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M, LOT_M, found_in, resized, stalls_of
+from hawk.survey.accuracy import Finding, FloatArray
 
 SLIVER_M2 = 2.0
 """A stall at a picture's edge with a smaller part in the picture is left out."""

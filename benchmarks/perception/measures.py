@@ -16,7 +16,7 @@ from benchmarks.perception.edges import Counted, counted
 from benchmarks.perception.eyes import Eye, Result
 from benchmarks.perception.places import Place
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import FloatArray, Tally, mask_iou, match, tally
+from hawk.survey.accuracy import FloatArray, Tally, mask_iou, match, tally
 
 MEASURES = (
     "precision",

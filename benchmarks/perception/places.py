@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import FloatArray, LabelledPlace
+from hawk.survey.accuracy import FloatArray, LabelledPlace
 
 TILE_METRES_PER_PIXEL = 0.0938
 FREE_COVER, TAKEN_COVER = 0.12, 0.30
@@ -116,7 +116,7 @@ def missing_ground(image: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
 
 
 def state_array(values: Sequence[StallState]) -> NDArray[Any]:
-    """Return states as `hawk.survey.scoring` takes them."""
+    """Return states as `hawk.survey.accuracy` takes them."""
     return np.array([str(value) for value in values], dtype=object)
 
 

@@ -15,7 +15,7 @@ from benchmarks.perception.measures import MEASURES, Looked, false_alarms, line,
 from benchmarks.perception.places import Place, coarser, read_lots, read_pictures, read_tiles
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.moment import Condition
 
@@ -67,7 +67,7 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
         sections.append(region_section(material.regions, look_left_out(eye, material.regions)))
     sections.extend(_negatives(eye, material))
     if material.seeds:
-        sections.append(_drawn(NetworkFinder(network), material.seeds))
+        sections.append(_drawn(StallDetector(network), material.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
 
@@ -80,7 +80,7 @@ def look_left_out(eye: Eye, regions: Regions) -> list[Looked]:
     return [one for place in places for one in look(eyes[models[place.name]], [place], verbose=True)]
 
 
-def _drawn(finder: NetworkFinder, seeds: Sequence[int]) -> Section:
+def _drawn(finder: StallDetector, seeds: Sequence[int]) -> Section:
     """Return the measures over drawn worlds by day, and what other conditions leave of recall and state accuracy."""
     print("frames over drawn worlds by day")
     day = measure_worlds(finder, seeds, verbose=True)

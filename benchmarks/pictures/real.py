@@ -10,10 +10,10 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.figures import Figure, Limit, share
+from benchmarks.pictures.photos import survey_folder
 from hawk.model.lot_map import StallState
-from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import PhotoSurvey, survey_folder
-from hawk.survey.scoring import FloatArray, match
+from hawk.picture.photos import PhotoSurvey
+from hawk.survey.accuracy import FloatArray, match
 
 PHOTO_LOT: Final = Path(__file__).with_name("data") / "photo_lot.json"
 """Labels of one photograph of OpenDroneMap/odm_data_garfield_msp, made by hand, with who is parked there in each."""
@@ -26,9 +26,9 @@ def lot_figures(folder: Path) -> list[Figure]:
     the last photograph that was looked at, as the map's are.
     """
     labels: dict[str, Any] = json.loads(PHOTO_LOT.read_text())
-    survey = survey_folder(read_folder(folder, height_m=labels["pose"]["height_m"]))
+    survey = survey_folder(folder, height_m=labels["pose"]["height_m"])
     truth = _on_ground(survey, labels["photograph"], np.array(list(labels["stalls"].values()), float))
-    found = [stall for stall in survey.landed.current.stalls.values() if stall.state is not StallState.SUGGESTED]
+    found = [stall for stall in survey.mapped.landed.current.stalls.values() if stall.state is not StallState.SUGGESTED]
     corners = np.array([stall.corners() for stall in found]).reshape(-1, 4, 2)
     pairs = match(corners, truth)
     apart = corners[pairs.found].mean(axis=1) - truth[pairs.true].mean(axis=1)
@@ -52,8 +52,8 @@ def lot_figures(folder: Path) -> list[Figure]:
 
 def park_figures(folder: Path) -> list[Figure]:
     """Return the figures of the park (pierotofy/drone_dataset_brighton_beach)."""
-    survey = survey_folder(read_folder(folder))
-    counts = survey.landed.current.counts
+    survey = survey_folder(folder)
+    counts = survey.mapped.landed.current.counts
     return [
         *_adjusted(survey, "park_", "park"),
         Figure(

@@ -1,4 +1,4 @@
-"""Two maps of one flight, as GeoJSON of `hawk.results.survey_map.stalls_geojson`: which stalls differ, and how."""
+"""Two maps of one flight, as GeoJSON of `hawk.results.survey_map.recorded_geojson`: which stalls differ, and how."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.plans import PathPlan
 from hawk.model.poses import GlobalPose
 from hawk.replay.flight import Maker, Origin, RecordedFlight, ReplayError, in_a_line
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.survey_map import recorded_geojson
 from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, to_json
 from hawk.store.replay import Recorded, RecordingError, text_of_geojson
 
@@ -43,7 +43,7 @@ _KEPT: Final = ("known", "tour", "fence", "asked_ground")
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A map as it was recorded and as it is made again, both as `stalls_geojson` writes them.
+    """A map as it was recorded and as it is made again, both as `recorded_geojson` writes them.
 
     ``at``: seconds of the recording's clock.
     """
@@ -270,8 +270,7 @@ def _plan_of(tick: Recorded) -> Any:
 
 def _geojson(datum: GlobalPose, made: OccupancyMap) -> str:
     """Return the stalls as a recording has them (`hawk.store.views`)."""
-    labels = {key: stall.label for key, stall in made.stalls.items() if stall.label}
-    return stalls_geojson(datum, made.stalls, labels=labels)
+    return recorded_geojson(datum, made.stalls)
 
 
 def process(flight: RecordedFlight, again: Again, show: Callable[[int], None] = lambda _: None) -> Processed:

@@ -80,7 +80,7 @@ def _picture() -> Prepared:
 
 
 def _background() -> Prepared:
-    from hawk.background.tiling import PictureError, open_picture
+    from hawk.background.tiles import PictureError, open_picture
 
     def read(path: Path) -> None:
         with open_picture(path):

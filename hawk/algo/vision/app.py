@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.blur import BLURRED, blur_of
-from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.detection import Found, FrameGround, VisionResult
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import EngineChoice, StallNetwork
 from hawk.algo.vision.network_file import VisionModelError
 from hawk.algo.vision.picture import decode
@@ -51,7 +51,7 @@ class VisionSettings:
 class VisionApp:
     """Rectifies each frame, finds stalls in it and decides whether a lot is in sight."""
 
-    def __init__(self, settings: VisionSettings | None = None, finder: NetworkFinder | None = None) -> None:
+    def __init__(self, settings: VisionSettings | None = None, finder: StallDetector | None = None) -> None:
         """Make the app. Where the package's network cannot be used, pictures are shown only, and the health is bad.
 
         Args:
@@ -134,12 +134,12 @@ class VisionApp:
         """The last result."""
         return self._seen
 
-    def _make_finder(self) -> NetworkFinder | None:
+    def _make_finder(self) -> StallDetector | None:
         wanted = self._settings
         try:
             network = StallNetwork.load(wanted.model, wanted.engine, wanted.threads)
             _LOG.info("the network runs in %s, threads: %d", network.engine, wanted.threads)
-            return NetworkFinder(network)
+            return StallDetector(network)
         except VisionModelError as error:
             if wanted.model is not None or wanted.engine == "onnxruntime":
                 raise
@@ -164,11 +164,11 @@ class VisionApp:
         return self._project(finder, frame, pose, image), Health()
 
     def _project(
-        self, finder: NetworkFinder, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]
+        self, finder: StallDetector, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]
     ) -> FrameGround:
         try:
             picture = self._rectifier.rectify(image, frame.camera, pose)
-            found = finder.find(picture, None if frame.sun is None else frame.sun.shadow())
+            found = finder.detect(picture, None if frame.sun is None else frame.sun.shadow())
         except (RectifyError, VisionModelError) as error:
             raise AlgoError(str(error)) from error
         sure = sum(s.score >= _SURE_SCORE for s in found.stalls)

@@ -21,7 +21,7 @@ from hawk.model.lot_map import Counts, OccupancyMap, StallState
 from hawk.model.operation import Health
 from hawk.model.plans import ExploreStatus, PathPlan
 from hawk.model.poses import MapPose
-from hawk.survey import scoring
+from hawk.survey import accuracy
 from hawk.worlds.world import TrueStall, World
 
 BOX = np.array([[0, 0], [2.6, 0], [2.6, 5.2], [0, 5.2]], float)
@@ -34,7 +34,7 @@ def row(count: int, x: float = 0.0, y: float = 0.0) -> NDArray[np.float64]:
 def judged(found: int, true: int, *, free: int, taken: float = 0.1, shift: float = 0.0) -> Judgement:
     """The first stalls of a row of free ones are found; ``free`` of them are called free."""
     states = np.array([StallState.FREE] * free + [StallState.TAKEN] * (found - free), object)
-    truth = scoring.LabelledPlace(row(true), np.array([StallState.FREE] * true, object))
+    truth = accuracy.LabelledPlace(row(true), np.array([StallState.FREE] * true, object))
     return Judgement.of(row(found, shift), np.full(found, taken), states, truth)
 
 

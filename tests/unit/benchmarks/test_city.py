@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.city import once
 from benchmarks.city.__main__ import _same
-from benchmarks.city.eyes import LOOKS, CountedEye
+from benchmarks.city.eyes import LOOKS, CountedDetector
 from benchmarks.city.picture import PIECE, write_mosaic
 from hawk.picture.orthophoto.source import open_orthophoto
 from hawk.picture.orthophoto.windows import windows_of
@@ -50,12 +50,12 @@ def test_a_run_says_what_it_found_counts_its_looks_and_goes_on_where_one_has_sto
 
 
 def test_a_look_counts_before_it_ends(tmp_path: Path) -> None:
-    class Cut(CountedEye):
+    class Cut(CountedDetector):
         """Has no eye behind it."""
 
         def __init__(self) -> None:
             self._looks = tmp_path / "looks"
 
     with pytest.raises(AttributeError):
-        Cut().look(np.zeros((4, 4, 3), np.uint8), 0.1)
+        Cut().detect(np.zeros((4, 4, 3), np.uint8), 0.1)
     assert len((tmp_path / "looks").read_text().splitlines()) == 1

@@ -17,7 +17,7 @@ from benchmarks.perception.measures import Judged, calibration_error, false_alar
 from benchmarks.perception.places import Place, coarser, read_lots, read_tiles, state_array
 from hawk.algo.vision.network import StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, LabelledPlace, match
+from hawk.survey.accuracy import Finding, LabelledPlace, match
 from hawk.worlds.generate import generate_world
 
 ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)

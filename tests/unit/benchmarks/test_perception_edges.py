@@ -13,7 +13,7 @@ from benchmarks.perception.eyes import Result
 from benchmarks.perception.measures import look, measure, pooled
 from benchmarks.perception.places import Place, missing_ground, state_array
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, LabelledPlace
+from hawk.survey.accuracy import Finding, LabelledPlace
 
 STALLS = np.array([[[3 * k, 5], [3 * k + 2.5, 5], [3 * k + 2.5, 10], [3 * k, 10]] for k in range(10)], float)
 """A row of ten; the first begins at the left edge of a picture of 40 m x 20 m."""

@@ -143,7 +143,7 @@ async def rig() -> AsyncIterator[Rig]:
 async def test_a_request_is_answered_as_the_page_says(
     rig: Rig, example: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Made, "now", lambda survey: Made(survey, "2026-05-01T09:41:31+00:00", "hawk-drone 0.3.0"))
+    monkeypatch.setattr(Made, "now", lambda survey: Made(survey, "2026-05-01T09:41:31Z", "hawk-drone 0.3.0"))
     assert rig.server is not None
     url = rig.server.make_url(example["path"])
     async with browser() as session, session.request(example["method"], url, allow_redirects=False) as response:

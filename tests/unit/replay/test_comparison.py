@@ -9,12 +9,12 @@ import pytest
 from hawk.model.lot_map import Stall, StallState
 from hawk.replay.comparison import MOVED_M, SAME_M, compare_maps
 from hawk.replay.flight import ReplayError
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.survey_map import recorded_geojson
 from tests.unit.replay.recordings import DATUM, stall, stalls
 
 
 def text(found: dict[int, Stall]) -> str:
-    return stalls_geojson(DATUM, found, labels={})
+    return recorded_geojson(DATUM, found)
 
 
 def test_equal_maps_have_no_change() -> None:

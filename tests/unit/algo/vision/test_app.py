@@ -12,8 +12,8 @@ from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision import network_file
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.detection import Detection, Found, GroundImage
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network_file import VisionModelError
 from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import StateName
@@ -30,7 +30,7 @@ JPEG = cv2.imencode(".jpg", np.full((720, 1280, 3), 110, np.uint8))[1].tobytes()
 STALL = Detection(10, 20, 0.3, 2.62, 5.35, 0.9, 0.1, 1.0)
 
 
-class SetFinder(NetworkFinder):
+class SetFinder(StallDetector):
     """Finds what the test says."""
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class SetFinder(NetworkFinder):
         self.error: Exception | None = None
         self.shadows: list[tuple[float, float] | None] = []
 
-    def find(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
+    def detect(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
         self.shadows.append(shadow)
         if self.error:
             raise self.error
