@@ -21,7 +21,7 @@ from proving.mutants.modules import (
     own_files,
 )
 from proving.mutants.reach import ENOUGH_TESTS_S, ReachMap
-from proving.mutants.runs import InOrder, Verdict
+from proving.mutants.runs import IMPORTED_ONCE, InOrder, Verdict
 from proving.mutants.sampling import Mutant, difference, function_lines, mutants_of, mutated, sample
 
 SOURCE = '''
@@ -125,6 +125,13 @@ def test_tests_of_the_line_run_a_module_s_own_first_then_quick_ones_within_the_l
     at_import = found.tests(Mutant(module, "core/AddNot", 0, 2), inside_function=False)
     assert at_import == of_line, "a line of the module runs at import"
     assert function_lines(ast.parse(SOURCE)) == {6, 7}
+
+
+@pytest.mark.slow
+def test_what_is_imported_before_every_run_loads_no_module_under_test() -> None:
+    code = f"import sys; [__import__(name) for name in {IMPORTED_ONCE}]; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert not {module.removesuffix(".py").replace("/", ".") for module in ALL_MODULES} & set(loaded.split())
 
 
 class Item:
