@@ -84,7 +84,8 @@ def sections(
     """Return the figures."""
     fast = [each for each in walks if each.speed >= FAST_M_S - 1e-9]
     slow = [each for each in walks if each.speed < FAST_M_S - 1e-9]
-    false = sum(each.is_false for each in (*honest, *walks, *high, *tasks))
+    false = sum(each.is_false for each in honest)
+    walked = [*walks, *high, *tasks]
     return [
         Section(
             "walks while the drone holds",
@@ -114,7 +115,9 @@ def sections(
             [
                 Figure("honest_flights", "flights without a walk", len(honest)),
                 Figure("honest_minutes", "their time", sum(each.seconds for each in honest) / 60.0, "min"),
-                Figure("false_doubts", "doubts without a walk, in all flights", false, limit=Limit(highest=0.0)),
+                Figure("false_doubts", "doubts without a walk", false, limit=Limit(highest=0.0)),
+                Figure("early_flights", "flights with a walk", len(walked)),
+                Figure("early_doubts", "of these doubted before it", sum(each.is_false for each in walked)),
             ],
         ),
     ]

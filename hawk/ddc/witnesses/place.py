@@ -32,15 +32,12 @@ from hawk.model.sentences import say
 
 WINDOW_S = 10.0
 """Time over which the two are compared, seconds."""
-LIMIT_M, LIMIT_HEIGHT_M = 2.7, 40.0
+LIMIT_M, LIMIT_HEIGHT_M = 2.6, 40.0
 """Disagreement in the window that is a doubt, metres, up to a height over ground; above, it grows with the height, as
 what a tilt that is off makes of it does."""
 PATH_SHARE = 0.06
 """Share of the path flown in the window that is no disagreement: cars and crowns stand above the ground that the camera
 is taken to see, grounds slope, and the picture's time is off by some hundredths of a second."""
-TALL_SHARE, ALONG = 0.12, 0.7
-"""The same where the ground moves as reported, but faster: crowns and low roofs fill the picture. The cosine between
-path and disagreement is at least the second then."""
 GAP_M, LEANS_M_S = 1.2, 3.0
 """Disagreement that a missing comparison may leave while the drone flies, metres: half of a sway of the picture, since
 it leans over and the picture's time is off by 0.1 s; no more than the second times its time, m/s."""
@@ -246,18 +243,16 @@ class PlaceReading:
         seconds = math.fsum(each.seconds for each in self._window)
         moving = _moving(path.flown)
         whole = min(1.0 + (1.0 - moving) * unseen_s / seconds, MOST_UNSEEN)
-        off = sum((each.beyond for each in self._window), 0j) - known
-        raw = abs(off) * whole
+        raw = abs(sum((each.beyond for each in self._window), 0j) - known) * whole
         eased = abs(sum((each.eased for each in self._window), 0j) - known) * whole
         gaps = [each.gap for each in self._window if each.gap > 0.0]
         hidden = STILL_GAP_M * math.sqrt(len(gaps)) + moving * math.fsum(map(_leaning, gaps))
-        is_along = (off * path.place.conjugate()).real >= ALONG * abs(off) * abs(path.place)
-        return max(0.0, min(raw, eased) - self._allowed(raw, path, is_along) - hidden)
+        return max(0.0, min(raw, eased) - self._allowed(raw, path) - hidden)
 
-    def _allowed(self, raw: float, path: Odometer, is_along: bool) -> float:
-        """Return the disagreement that a path explains, metres; ``raw`` is what was seen, along the path or not."""
+    def _allowed(self, raw: float, path: Odometer) -> float:
+        """Return the disagreement that a path explains, metres; ``raw`` is what was seen."""
         if self._learned() is not None:
-            return (TALL_SHARE if is_along else PATH_SHARE) * path.flown
+            return PATH_SHARE * path.flown
         least, moved = UNPROVEN_SHARE * path.flown, abs(path.place)
         if raw <= MOUNT_SHARE * path.flown:
             return least
