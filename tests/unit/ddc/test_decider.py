@@ -473,10 +473,10 @@ VITAL = (
     "rules.follower.VehicleFollower.follow",
     "rules.follower.VehicleFollower.follow_jump",
     "rules.silence.SilenceRule.tick",
-    "keeping.parameters.KeptParameters.tick",
-    "keeping.fence.KeptFence.tick",
-    "keeping.keeper.KeptHome.tick",
-    "keeping.keeper.Keeper.kept",
+    "keeper.parameters.KeptParameters.tick",
+    "keeper.fence.KeptFence.tick",
+    "keeper.keeper.KeptHome.tick",
+    "keeper.keeper.Keeper.kept",
     "rules.kill.KillSwitch.follow",
 )
 LESS_VITAL = (
