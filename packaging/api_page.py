@@ -8,7 +8,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,7 +26,8 @@ Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its pydantic 
 
 Other programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change
 them. A drone and a [desk](how-to/your-lot.md#at-a-desk) answer alike. The definition is OpenAPI 3.1:
-`http://DRONE:3000/api/v1/openapi.json`. The older addresses of [the protocol](protocol.md) stay.
+`http://DRONE:3000/api/v1/openapi.json`. The page and the commands of `hawk-drone` use the same addresses. What is of
+the present flight alone has [addresses of its own](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
     curl -s "http://127.0.0.1:3000/api/v1/lots/LOT/statistics?from=2026-05-04&to=2026-05-10&by=row"
@@ -43,6 +45,8 @@ them. A drone and a [desk](how-to/your-lot.md#at-a-desk) answer alike. The defin
 - Times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84, latitude first. `from` and `to`
   are dates or moments; without an offset they are those of the clock `time_zone`.
 """
+_SHARED: Final = 3
+"""Addresses with the same parameter, from which it is described once."""
 _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC API Features, Part 1 (Core, GeoJSON),
 read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). `bbox` is west, south,
 east, north; `datetime` is a moment, a date, or a period as `2026-05-01/..`. A lot has the time of its last survey,
@@ -53,7 +57,10 @@ a stall that of the last look at it, a survey that of its flight.
 def page() -> str:
     """Return the page (Markdown)."""
     found = document(OPERATIONS, "http://DRONE:3000/api/v1", "1")
-    blocks = [_HEADER]
+    every = [operation for item in found["paths"].values() for operation in item.values()]
+    count = Counter(line for operation in every for line in _parameters(operation).values())
+    shared = {line for line, number in count.items() if number >= _SHARED}
+    blocks = [_HEADER, "## Shared parameters\n", "\n".join([*(line for line in count if line in shared), ""])]
     for tag in (each["name"] for each in found["tags"]):
         blocks.append(f"## {tag}\n")
         if tag == FEATURES:
@@ -61,26 +68,37 @@ def page() -> str:
         for path, item in found["paths"].items():
             for method, operation in item.items():
                 if tag in operation["tags"]:
-                    blocks += _operation(method.upper(), path, operation)
+                    blocks += _operation(method.upper(), path, operation, shared)
     blocks.append("## Values\n")
     for name, model in sorted(found["components"]["schemas"].items()):
         blocks += _model(name, model)
     return "\n".join(blocks)
 
 
-def _operation(method: str, path: str, operation: Mapping[str, Any]) -> Iterator[str]:
-    (content,) = operation["responses"]["200"]["content"].values()
-    lines = [f"`{method} {ROOT}{path}`: {operation['summary']}. Answers {_type(content['schema'])}"]
+def _parameters(operation: Mapping[str, Any]) -> dict[str, str]:
+    """Return the line about each parameter of an address by its name, as it is written there."""
+    return {
+        f"`{each['name']}`": f"- `{each['name']}`: {_type(each['schema'])}. {_sentence(each['description'])}"
+        for each in operation.get("parameters", ())
+        if each["in"] == "query"
+    }
+
+
+def _operation(
+    method: str, path: str, operation: Mapping[str, Any], shared: Collection[str]
+) -> Iterator[str]:  # fmt: skip
+    answers = operation["responses"]["200"]["content"]
+    schemas = [content["schema"] for content in answers.values() if "schema" in content]
+    answer = _type(schemas[0]) if schemas else f"a file: {', '.join(f'`{each}`' for each in answers)}"
+    lines = [f"`{method} {ROOT}{path}`: {operation['summary']}. Answers {answer}"]
     body = operation.get("requestBody")
     if body is not None:
         (content,) = body["content"].values()
         lines[0] += f"; takes {_type(content['schema']) if 'schema' in content else 'the file'}"
-    lines[0] += ".\n"
-    lines += [
-        f"- `{each['name']}`: {_type(each['schema'])}. {_sentence(each['description'])}"
-        for each in operation.get("parameters", ())
-        if each["in"] == "query"
-    ]
+    parameters = _parameters(operation)
+    usual = [name for name, line in parameters.items() if line in shared]
+    lines[0] += f". Takes {', '.join(usual)}.\n" if usual else ".\n"
+    lines += [line for line in parameters.values() if line not in shared]
     yield "\n".join([*lines, *([""] if len(lines) > 1 else [])])
 
 

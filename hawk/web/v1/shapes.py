@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hawk.web.v1.asked import Id
 from hawk.web.v1.models import BLURRED, Count, Shown, Utc
+from hawk.web.v1.parameters import Id
 
 
 class Link(Shown):

@@ -16,7 +16,7 @@ import shapely
 
 from hawk.lots.store import LotStore
 from hawk.web.v1 import features, shapes
-from hawk.web.v1.features_asked import box_of, period_of
+from hawk.web.v1.features_parameters import box_of, period_of
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.stand import Stand
