@@ -7,7 +7,8 @@ import sys
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, config_of
+from hawk.config.loader import config_of
+from hawk.config.sections import ConfigError
 
 COMMAND: Final = "erase"
 _FAILED: Final = 1

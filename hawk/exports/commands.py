@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import config_of
+from hawk.config.loader import config_of
 from hawk.exports.feed_table import FEEDS, VALID_S, Wanted
 
 COMMAND: Final = "export"

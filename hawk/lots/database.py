@@ -26,7 +26,7 @@ from hawk.lots.schema import Schema, difference, schema_of
 from hawk.lots.tables import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.values import LotStoreError, StoreBusyError
 from hawk.runtime.files import sync_folder
-from hawk.runtime.garbage import uncollected
+from hawk.runtime.performance import uncollected
 
 BUSY_S: Final = 5.0
 """Real seconds to wait for another program that writes the file."""

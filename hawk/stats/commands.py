@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, config_of
+from hawk.config.loader import config_of
+from hawk.config.sections import ConfigError
 
 COMMAND: Final = "stats"
 BY: Final = ("hour", "row", "zone", "kind")

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from sqlalchemy import insert
 
-from benchmarks.perception.stall_rows import Boxes
+from benchmarks.perception.boxes import Boxes
 from hawk.comm.protocol.commands import AutonomousExplore
 from hawk.lots.database import Database
 from hawk.lots.tables import LABEL, LAYOUT, LOT, STALL
@@ -33,7 +33,7 @@ from tests.pace import speed_here
 
 Stored = list[Mapping[str, Any]]
 """Items of the API."""
-pytestmark = [pytest.mark.integration, pytest.mark.alone]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 
 SETTINGS = """
 [heights]

@@ -13,9 +13,9 @@ import pytest
 import shapely
 
 from hawk.exports.files import SUFFIXES, TABLES, export, made
-from hawk.exports.text_files import CSV_COLUMNS
 from hawk.lots.place import about
 from hawk.lots.values import LotInputError, LotStoreError
+from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import Stored
 
 BEGINNINGS = {

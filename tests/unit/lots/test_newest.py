@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select, update
 
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, extent, lots, stalls
 from hawk.exports.feed_table import FEEDS, VALID_S, Span
 from hawk.exports.feeds import valid_at

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.importing import taking
 from hawk.lots.importing.asking import asked_of
 from hawk.lots.importing.previews import Preview, preview, preview_json
