@@ -172,7 +172,7 @@ class ListedStall(PlanStall):
 
     state: State | None
     taken_probability: Share | None
-    looked: Utc | None
+    observed: Utc | None
     survey: Id | None
 
 
@@ -238,15 +238,15 @@ class Plan(Shown):
 
 
 class Observation(Shown):
-    """Look of a survey at a stall. `looks`: pictures behind it."""
+    """Look of a survey at a stall. `picture_count`: pictures behind it."""
 
     survey: Id
     stall: Id
     label: str
     state: State
     taken_probability: Share
-    looked: Utc
-    looks: Count
+    observed: Utc
+    picture_count: Count
 
 
 class Change(Shown):

@@ -68,7 +68,7 @@ def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_surve
         seen = connection.execute(select(STALL.c.id, OBSERVATION.c.looked).select_from(looks).where(of_last)).all()
         assert len(seen) > 30
         assert all(shown[stall] == utc(looked) for stall, looked in seen)
-        exported = {each["id"]: each["properties"]["looked"] for each in stalls(connection, Choice()).features}
+        exported = {each["id"]: each["properties"]["observed"] for each in stalls(connection, Choice()).features}
         assert all(exported[stall] == utc(looked) for stall, looked in seen)
 
 

@@ -332,7 +332,7 @@ export interface ListedStall {
   longitude: number;
   state: "free" | "taken" | "unknown" | null;
   taken_probability: number | null;
-  looked: string | null;
+  observed: string | null;
   survey: string | null;
 }
 
@@ -387,15 +387,15 @@ export interface NamedStall {
   label: string;
 }
 
-/** Look of a survey at a stall. `looks`: pictures behind it. */
+/** Look of a survey at a stall. `picture_count`: pictures behind it. */
 export interface Observation {
   survey: string;
   stall: string;
   label: string;
   state: "free" | "taken" | "unknown";
   taken_probability: number;
-  looked: string;
-  looks: number;
+  observed: string;
+  picture_count: number;
 }
 
 /** Part of the list of observations. */
@@ -610,7 +610,7 @@ export interface Stall {
   longitude: number;
   state: "free" | "taken" | "unknown" | null;
   taken_probability: number | null;
-  looked: string | null;
+  observed: string | null;
   survey: string | null;
   lot: string;
   begins: number;

@@ -178,7 +178,7 @@ describe("lots over time", () => {
       "/stalls": FEATURES,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
-      "/observations": { next: null, items: [{ survey: ONE, label: "A 1", looked: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
+      "/observations": { next: null, items: [{ survey: ONE, label: "A 1", observed: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
       "/statistics/stalls": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
       "/statistics/between": { compared: 2, unknown: 1, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 }, stalls: [{ id: STALL, label: "A 1", taken: true, chance: 0.98 }] },
     };
