@@ -109,7 +109,7 @@ class FeatureCollection(Shown):
 class AboutSurvey(Shown):
     """The survey that features show. `doubt`: why it is not registered."""
 
-    lot: str
+    lot_name: str
     lot_id: Id
     survey_id: Id
     survey_began_utc: Utc

@@ -2,7 +2,7 @@
 
 /** The survey that features show. `doubt`: why it is not registered. */
 export interface AboutSurvey {
-  lot: string;
+  lot_name: string;
   lot_id: string;
   survey_id: string;
   survey_began_utc: string;
