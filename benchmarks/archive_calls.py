@@ -26,12 +26,12 @@ from hawk.stats.answering import ALL_BY, changes, statistics
 from hawk.stats.listing import surveys_json
 from hawk.stats.reading import Period
 from hawk.stats.stalls import heat_json
-from hawk.web.v1 import asked as forms
 from hawk.web.v1 import features, reads
-from hawk.web.v1.answering import Read, encoded
-from hawk.web.v1.asked import MOST_ITEMS, Query, Request
+from hawk.web.v1 import parameters as forms
+from hawk.web.v1.answers import Read, encoded
 from hawk.web.v1.features import COLLECTIONS
-from hawk.web.v1.features_asked import Items
+from hawk.web.v1.features_parameters import Items
+from hawk.web.v1.parameters import MOST_ITEMS, Query, Request
 
 SURVEYS: Final = 1000
 HOURS: Final = (8.2, 11.4, 14.6, 17.8)

@@ -1,7 +1,7 @@
-"""Write the page's TypeScript from the messages that drone and operator exchange, and from the table of commands.
+"""Write the page's TypeScript from the messages that drone and operator exchange, the table of commands and the API.
 
-``python packaging/page_protocol.py`` writes ``protocol.ts`` and ``command-table.ts`` of ``hawk/web/page/src``;
-``--check`` fails when one is out of date.
+``python packaging/page_protocol.py`` writes ``protocol.ts``, ``command-table.ts`` and ``api.ts`` of
+``hawk/web/page/src``; ``--check`` fails when one is out of date.
 """
 
 from __future__ import annotations
@@ -9,16 +9,22 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.comm.protocol.commands import schema
+from hawk.web.v1.openapi import document
+from hawk.web.v1.table import FEATURES, OPERATIONS
 
 SOURCES = Path(__file__).resolve().parent.parent / "hawk" / "web" / "page" / "src"
 
 _HEADER = (
     "// Written by packaging/page_protocol.py from hawk/comm/protocol/commands.py: change that and run this again.\n"
+)
+_API_HEADER = (
+    "// Written by packaging/page_protocol.py from the models of hawk/web/v1: change these and run this again.\n"
 )
 _TABLE_HEAD = """\
 // Written by packaging/page_protocol.py from hawk/comm/protocol/command_table.py: change that and run this again.
@@ -84,9 +90,18 @@ def command_table() -> str:
     return f"{_TABLE_HEAD}{rows}{_TABLE_END}"
 
 
+def api() -> str:
+    """Return the TypeScript source of the type of each answer of the API, but those of OGC API Features."""
+    shown = tuple(replace(each, body=None) for each in OPERATIONS if each.tag != FEATURES)
+    models = document(shown, "http://drone", "1")["components"]["schemas"]
+    blocks = [_interface(name, model, sending=False) for name, model in sorted(models.items())]
+    return "\n".join([_API_HEADER, *blocks])
+
+
 def files() -> dict[Path, str]:
     """Return the text of each file that is written."""
-    return {SOURCES / "protocol.ts": protocol(), SOURCES / "command-table.ts": command_table()}
+    texts = {"protocol.ts": protocol(), "command-table.ts": command_table(), "api.ts": api()}
+    return {SOURCES / name: text for name, text in texts.items()}
 
 
 def _key(text: str) -> str:
@@ -103,7 +118,8 @@ def _interface(name: str, model: dict[str, Any], *, sending: bool) -> str:
     What is sent may leave out what has a default; what arrives is complete but for what its schema marks as optional.
     """
     required = set(model.get("required", ()))
-    lines = [f"/** {model['description'].splitlines()[0]} */"] if model.get("description") else []
+    about = " ".join(model.get("description", "").split("\n\n")[0].split())
+    lines = [f"/** {about} */"] if about else []
     lines.append(f"export interface {_command(name) if sending else name} {{")
     for key, value in model["properties"].items():
         may_lack = value.get("optional", False) or (sending and key not in required and key != "Type")
@@ -124,11 +140,17 @@ def _type(value: dict[str, Any]) -> str:
         return " | ".join(dict.fromkeys(_type(each) for each in value["anyOf"]))
     if "prefixItems" in value:
         return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
+    if value.get("type") == "array" and value.get("minItems") == value.get("maxItems", 0):
+        return f"[{', '.join([_type(value['items'])] * value['minItems'])}]"
     if value.get("type") == "array":
         inner = _type(value["items"])
-        return f"({inner})[]" if " " in inner else f"{inner}[]"
+        return f"({inner})[]" if " | " in inner else f"{inner}[]"
     if "additionalProperties" in value and isinstance(value["additionalProperties"], dict):
         return f"Record<string, {_type(value['additionalProperties'])}>"
+    if value.get("additionalProperties") is True:
+        return "Record<string, unknown>"
+    if not value:
+        return "unknown"
     return _PRIMITIVES[value["type"]]
 
 

@@ -49,8 +49,8 @@ every example.
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
 WebSocket ([Roles, login and HTTPS](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
-[http.json](examples/http.json), [messages.json](examples/messages.json). Lots, surveys and statistics have
-[an API of their own](api.md).
+[http.json](examples/http.json), [messages.json](examples/messages.json). Lots, surveys, recordings and
+statistics have [an API of their own](api.md).
 """
 _RULES: Final = """## WebSocket
 

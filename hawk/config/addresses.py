@@ -11,6 +11,8 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
 
+from hawk.formats.validation import first_wrong
+
 BAUD_RATES: Final = (
     *(9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000, 921600),
     *(1000000, 1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000),
@@ -272,9 +274,7 @@ def _checked(model: type[M], query: str, named: dict[str, Any]) -> M:
     try:
         return model.model_validate({**named, **options})
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        name = str(problem["loc"][0]) if problem["loc"] else ""
-        raise ValueError(f"{name}: {problem['msg'].removeprefix('Value error, ')}".removeprefix(": ")) from None
+        raise ValueError(first_wrong(error, model)) from None
 
 
 def host_and_port(address: str) -> tuple[str, int | None]:

@@ -17,7 +17,8 @@ from typing import Any, Final, NamedTuple
 from pydantic import ValidationError
 
 from hawk.config.secrets import is_secret
-from hawk.config.sections import Config, ConfigError, bounds, section_fields
+from hawk.config.sections import Config, ConfigError, section_fields
+from hawk.formats.validation import wrong_values
 
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
@@ -36,7 +37,6 @@ _REMOVED: Final = {
     ),
 }
 """By section and key."""
-_OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 
 
 def config_of(options: argparse.Namespace) -> Config:
@@ -115,19 +115,14 @@ def _section(values: dict[str, Any], name: str) -> dict[str, Any]:
 def _explain(error: ValidationError, path: Path | None, text: str, variables: Mapping[tuple[str, str], str]) -> str:
     """Return one line for each wrong setting: file and line, or environment variable, then key, what is wrong."""
     lines = []
-    for problem in error.errors(include_url=False):
-        keys = [str(part) for part in problem["loc"]]
-        message = problem["msg"].removeprefix("Value error, ")
-        if problem["type"] == "extra_forbidden":
+    for wrong in wrong_values(error, Config):
+        keys, message = [str(part) for part in wrong.location], wrong.reason
+        if wrong.kind == "extra_forbidden":
             similar = f"is not a setting; see config.toml for those that are{_similar(keys)}"
             removed = _REMOVED.get((keys[0], keys[-1]))
             message = similar if removed is None else removed.remedy
-        elif problem["type"] == "missing":
-            message = "is missing"
-        elif not _has_secret(keys):  # a secret, even a part of one, is not repeated
-            if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
-                message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
-            message = f"{message} (found {problem['input']!r})"
+        elif wrong.kind != "missing" and not _has_secret(keys):  # a secret, even a part of one, is not repeated
+            message = f"{message} (found {wrong.given!r})"
         number = _line_of(keys, text)
         place = f"{path}, line {number}: " if number else f"{path}: " if path else ""
         if len(keys) > 1 and (variable := variables.get((keys[0], keys[1]))):

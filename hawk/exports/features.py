@@ -301,7 +301,7 @@ def _rings(datum: tuple[float, float], rows: Sequence[Row[Any]]) -> Floats:
 def _stall(row: Row[Any], ring: Floats) -> Feature:
     properties = {
         "lot": row.lot, "label": row.label, "kind": row.kind, "state": row.state, "taken_probability": row.taken,
-        "looked": None if row.looked is None else utc(row.looked), "width_m": row.width, "length_m": row.length,
+        "observed": None if row.looked is None else utc(row.looked), "width_m": row.width, "length_m": row.length,
         "confirmed": row.is_confirmed,
     }  # fmt: skip
     shape = {"type": "Polygon", "coordinates": [ring.tolist()]}

@@ -5,22 +5,26 @@ A state is that of a look at a moment. Where the look is older than the receiver
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from itertools import groupby
 from typing import Any, Final
 
 import shapely
+from sqlalchemy import Connection
 
+from hawk.exports.feed_table import FEEDS, VALID_S, Span, Wanted
+from hawk.exports.reading import NEWEST, read_survey, survey_of
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey
 from hawk.lots.labels import parts_of
 from hawk.lots.moments import has_been
-from hawk.lots.values import utc
+from hawk.lots.text import json_text
+from hawk.lots.values import LotInputError, utc
+from hawk.stats.asked import period_of
+from hawk.stats.reading import read_panel
 
-VALID_S: Final = 3600.0
-"""Age of a look up to which its state is given, seconds, where a receiver names no other."""
 _NGSI_STATES: Final = {"free": "free", "taken": "occupied"}
 _NGSI_CONTEXT: Final = (
     "https://raw.githubusercontent.com/smart-data-models/dataModel.Parking/master/context.jsonld",
@@ -38,12 +42,27 @@ _PARKAPI_CAPACITY: Final = {
 CDS_VERSION: Final = "1.0.0"
 
 
-@dataclass(frozen=True, slots=True)
-class Feed:
-    """A receiver's format: the type of its content, and what makes it of a survey."""
+def feed_text(connection: Connection, name: str, wanted: Wanted, now: float) -> str:
+    """Return a feed as text; ``now``: Unix seconds. Raises NotFoundError, LotInputError."""
+    feed = FEEDS[name]
+    _check(name, wanted)
+    if feed.span is Span.PERIOD:
+        period = period_of(wanted.begin, wanted.end, wanted.time_zone)
+        return str(feed.make(read_panel(connection, wanted.lot, period)))
+    survey = read_survey(connection, survey_of(connection, wanted.lot, wanted.survey or NEWEST))
+    return json_text(feed.make(valid_at(survey, now, VALID_S if wanted.valid_s is None else wanted.valid_s)))
 
-    content_type: str
-    make: Callable[[ExportedSurvey], Any]
+
+def _check(name: str, wanted: Wanted) -> None:
+    """Refuse what the feed does not use."""
+    of_span: Mapping[Span, Mapping[str, object]] = {
+        Span.SURVEY: {"survey": wanted.survey, "valid_s": wanted.valid_s},
+        Span.PERIOD: {"from": wanted.begin, "to": wanted.end, "time_zone": wanted.time_zone},
+    }
+    (other,) = set(Span) - {FEEDS[name].span}
+    for field, value in of_span[other].items():
+        if value is not None:
+            raise LotInputError(field, f"is not used by {name}, a feed over a {FEEDS[name].span}: leave it out")
 
 
 def valid_at(survey: ExportedSurvey, now: float, valid_s: float) -> ExportedSurvey:
@@ -244,11 +263,3 @@ def _realtime_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, An
 
 def _offset(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds")
-
-
-FEEDS: Final[Mapping[str, Feed]] = {
-    "ngsi-ld": Feed("application/ld+json", ngsi_entities),
-    "cds": Feed("application/vnd.cds+json;version=1.0", cds_spaces),
-    "parkapi": Feed("application/json", parkapi),
-}
-"""Formats by name."""

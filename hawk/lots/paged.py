@@ -207,7 +207,7 @@ def _look_of(row: Row[Any]) -> Found:
     return {
         "state": row.state,
         "taken_probability": row.taken_probability,
-        "looked": None if row.looked is None else utc(row.looked),
+        "observed": None if row.looked is None else utc(row.looked),
         "survey": row.by,
     }
 
@@ -285,7 +285,7 @@ def observations(
     def shown(row: Row[Any]) -> Found:
         return {
             "survey": row.by, "stall": row.id, "label": row.label, "state": row.state,
-            "taken_probability": row.taken_probability, "looked": utc(row.looked), "looks": row.seen,
+            "taken_probability": row.taken_probability, "observed": utc(row.looked), "picture_count": row.seen,
         }  # fmt: skip
 
     return _part(connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")

@@ -1,4 +1,4 @@
-"""Lots and surveys as JSON values with the keys of ``/api/lots.json``; and the changes that the API asks for."""
+"""Lots and surveys as JSON values with the keys of ``/api/v1``; and the changes that the API asks for."""
 
 from __future__ import annotations
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 
 from hawk.formats import gdal
+from hawk.formats.validation import first_wrong
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, angles
 from hawk.picture.photographs.heights import assign_heights
 from hawk.picture.photographs.lenses import Lenses
@@ -146,7 +147,7 @@ def _features(path: Path) -> list[_Feature]:
     try:
         return _Shots.model_validate(found).features
     except ValidationError as error:
-        raise PictureError(f"{path}: {_first(error)}; {_RERUN}") from None
+        raise PictureError(f"{path}: {first_wrong(error)}; {_RERUN}") from None
 
 
 def _lenses(path: Path) -> dict[str, _Lens]:
@@ -156,7 +157,7 @@ def _lenses(path: Path) -> dict[str, _Lens]:
     try:
         return {str(name): _Lens.model_validate(lens) for name, lens in dict(found).items()}
     except (ValidationError, TypeError, ValueError) as error:
-        words = _first(error) if isinstance(error, ValidationError) else "is no table of cameras"
+        words = first_wrong(error) if isinstance(error, ValidationError) else "is no table of cameras"
         raise PictureError(f"{path}: {words}; {_RERUN}") from None
 
 
@@ -167,11 +168,6 @@ def _json(path: Path) -> Any:
         raise PictureError(f"{path} cannot be read ({error.strerror or error}); {_RERUN}") from None
     except (ValueError, RecursionError) as error:
         raise PictureError(f"{path}: is no JSON ({error}); {_RERUN}") from None
-
-
-def _first(error: ValidationError) -> str:
-    first = error.errors()[0]
-    return f"{'.'.join(str(part) for part in first['loc'])}: {first['msg']}"
 
 
 def _images(folder: Path) -> list[Path]:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Final, NoReturn, TypeVar
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hawk.formats.validation import wrong_values
 from hawk.runtime.supervision import end_tasks
 from hawk.sim.camera.camera import Camera, Frame
 from hawk.sim.faults import CameraFaults, Fault
@@ -215,7 +216,6 @@ async def _read(request: web.Request, model: type[Model]) -> Model:
     try:
         return model.model_validate_json(await request.read())
     except ValidationError as error:
-        problems = [
-            {"field": ".".join(map(str, item["loc"])) or "body", "problem": item["msg"]} for item in error.errors()
-        ]
+        found = wrong_values(error, model)
+        problems = [{"field": wrong.path or "body", "problem": wrong.reason} for wrong in found]
         raise web.HTTPBadRequest(text=json.dumps({"errors": problems}), content_type="application/json") from None

@@ -17,7 +17,6 @@ from hawk.stats.figures import by_hour
 from hawk.stats.hours import Hours
 from hawk.stats.values import Panel
 
-CONTENT_TYPE: Final = "application/vnd.cds+csv;version=1.0"
 FIELDS: Final = ("curb_place_type", "curb_place_id", "metric_type", "date", "hour", "value")
 METRIC: Final = "occupancy_percent"
 """The only metric that surveys give as a number: turnover and stay are brackets, sessions are not seen."""

@@ -11,6 +11,7 @@ import logging
 import ssl
 import zlib
 from collections.abc import Mapping
+from http import HTTPStatus
 from typing import Annotated, Any, Final, Self
 
 import aiohttp
@@ -41,6 +42,8 @@ SIGN_INTERVAL_S: Final = 1.0
 """Seconds of the drone's clock between signs of life."""
 SHORTEST_SIGN_INTERVAL_S: Final = 0.2
 PICTURE_TIMEOUT_S: Final = 10.0
+LOTS_AT_ONCE: Final = 1000
+"""Lots of one answer: the most that the API gives."""
 LOG_LIMIT: Final = 1000
 
 _Incoming = Annotated[Heartbeat | Answer | Welcome, Field(discriminator="type")]
@@ -183,17 +186,25 @@ class DroneClient:
         return found
 
     async def lots(self) -> list[dict[str, Any]]:
-        """Return the lots of the store, as ``/api/lots.json`` has them.
+        """Return the lots of the store, as ``/api/v1/lots`` has them.
 
         Raises:
             CommandRefusedError: They cannot be read; the text is the reason.
         """
         timeout = aiohttp.ClientTimeout(total=PICTURE_TIMEOUT_S)
+        found: list[dict[str, Any]] = []
+        after = ""
         try:
-            async with self._base.session().get(f"{self._base.url}/api/lots.json", timeout=timeout) as response:
-                if response.status != 200:
-                    raise CommandRefusedError((await response.text()).strip() or f"status {response.status}")
-                return list((await response.json())["lots"])
+            while True:
+                address = f"{self._base.url}/api/v1/lots?limit={LOTS_AT_ONCE}{after}"
+                async with self._base.session().get(address, timeout=timeout) as response:
+                    answer = await response.json(content_type=None)
+                if response.status != HTTPStatus.OK:
+                    raise CommandRefusedError(str(answer["detail"]))
+                found += answer["items"]
+                if answer["next"] is None:
+                    return found
+                after = f"&after={answer['next']}"
         except (aiohttp.ClientError, TimeoutError, ValueError, KeyError) as error:
             raise CommandRefusedError(str(error) or type(error).__name__) from error
 

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, Validati
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
+from hawk.formats.validation import first_wrong
 from hawk.model.frames import offset_ned
 from hawk.model.lot_map import StallState
 from hawk.model.poses import GlobalPose
@@ -102,8 +103,7 @@ def parse_truth(values: Mapping[str, Any]) -> GroundTruth:
     try:
         found = _TruthFile.model_validate(values)
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        raise TruthError(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}") from None
+        raise TruthError(first_wrong(error, _TruthFile)) from None
     for number, stall in enumerate(found.stalls):
         if len(stall.corners_m) != 4:
             raise TruthError(f"stalls.{number}.corners_m: a stall has 4 corners, not {len(stall.corners_m)}")

@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, area_file, background, downloads, exports, links, lots, plan_files, plans, recordings
+from hawk.web import api, area_file, background, downloads
 from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
 from hawk.web.access.admission import Admission
 from hawk.web.access.guesses import GUESSES, LINK_GUESSES, TokenGuesses
@@ -28,7 +28,8 @@ from hawk.web.listener import Listener
 from hawk.web.security import RequestCheck, check_binding, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 from hawk.web.v1 import routes as v1
-from hawk.web.v1.answering import problems
+from hawk.web.v1.answers import problems
+from hawk.web.v1.links import LINK_LOG
 from hawk.web.video import video
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
@@ -98,7 +99,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
     app[GUESSES], app[LINK_GUESSES] = guesses, TokenGuesses(services.monotonic)
-    app[links.LINK_LOG] = log
+    app[LINK_LOG] = log
     app[BOOK] = book
     app[OPEN] = keeper.connections
     app[KEEPER] = keeper
@@ -116,11 +117,6 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     login_page.add_routes(app)
     background.add_routes(app)
     area_file.add_routes(app)
-    lots.add_routes(app)
-    recordings.add_routes(app)
-    plans.add_routes(app)
-    exports.add_routes(app)
-    plan_files.add_routes(app)
     v1.add_routes(app)
     (documentation or Documentation.load()).add_routes(app)
     for name in ARCHIVE_NAMES:

@@ -25,7 +25,7 @@ from hawk.web.access.proxied import forwarding_header, is_secure, place
 from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens
 from hawk.web.api import is_for_everybody_here
-from hawk.web.links import is_for_links
+from hawk.web.v1.links import is_for_links
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
 _HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")

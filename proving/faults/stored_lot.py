@@ -18,6 +18,7 @@ _NEW_ROW_M: Final = 28.0
 """North of the start, the lot lies south of it: no picture of the lot shows it."""
 _DEGREE_M: Final = 111_320.0
 _WHO: Final = "Operator 2"
+_API: Final = "/api/v1/lots"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +34,13 @@ class StoredLot:
     async def make(cls, url: str, latitude: float, longitude: float) -> Self:
         """Import the plan of a lot. Raises LinkLostError where the daemon refuses it."""
         made = cls(url, "", latitude, longitude)
-        shown = await made._post("/api/lots/import?name=plan.geojson", data=made._plan())
-        begun = await made._post(f"/api/lots/import/{shown['token']}/take", json={"name": "Known lot"})
+        shown = await made._post(f"{_API}/import?name=plan.geojson", data=made._plan())
+        begun = await made._post(f"{_API}/import/{shown['token']}/take", json={"name": "Known lot"})
         return cls(url, str(begun["lot"]), latitude, longitude)
 
     async def change(self, what: Literal["plan", "pin", "outline"]) -> None:
         """Add a row 48 m beside the lot, pin the lot 25 m farther north, or split half of its ground off."""
-        lot = f"/api/lots/{self.id}"
+        lot = f"{_API}/{self.id}"
         match what:
             case "plan":
                 edit = (await self._post(f"{lot}/edit", json={"who": _WHO}))["edit"]

@@ -146,7 +146,7 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
     await panel.get_by_label("Name of the zone").fill("Middle")
     await page.keyboard.press("Enter")
     await done(page)
-    assert {each["name"]: each["kind"] for each in (await Store(address).lot())["named_zones"]} == {
+    assert {each["name"]: each["kind"] for each in (await Store(address).lot("/plan"))["named_zones"]} == {
         "West": "disabled", "Middle": "disabled",
     }  # fmt: skip
     await page.get_by_role("button", name="Remove the zone Middle").click()

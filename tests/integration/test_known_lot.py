@@ -31,6 +31,8 @@ from tests.integration.daemon_support import PatientStack, operator, write_setti
 from tests.integration.sim_support import get_json
 from tests.pace import speed_here
 
+Stored = list[Mapping[str, Any]]
+"""Items of the API."""
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 
 SETTINGS = """
@@ -70,8 +72,8 @@ def store_plan(path: Path, truth: Mapping[str, Any]) -> int:
     return len(rows)
 
 
-async def fly(stack: SimulatedStack, count: int) -> tuple[list[Stall], Mapping[str, Any]]:
-    """Explore the lot once, and return the counted stalls of the map, and the lot as its store has it afterwards."""
+async def fly(stack: SimulatedStack, count: int) -> tuple[list[Stall], Stored, Stored]:
+    """Explore the lot once; return the counted stalls of the map, and surveys and stalls as the store has them then."""
     url = (await stack.start()).url
     async with operator(url) as pilot:
         await pilot.take_off()
@@ -84,9 +86,11 @@ async def fly(stack: SimulatedStack, count: int) -> tuple[list[Stall], Mapping[s
         await pilot.drone.whole_map()
         shown = list(pilot.drone.map.stalls.values())
     answer = asyncio.get_running_loop().run_in_executor
-    lots = await answer(None, get_json, urljoin(url, "/api/lots.json"))
-    lot = await answer(None, get_json, urljoin(url, f"/api/lots/{lots['lots'][0]['id']}.json"))
-    return [stall for stall in shown if stall.state is not StallState.SUGGESTED], lot
+    (lot,) = (await answer(None, get_json, urljoin(url, "/api/v1/lots")))["items"]
+    path = f"/api/v1/lots/{lot['id']}"
+    surveys = (await answer(None, get_json, urljoin(url, f"{path}/surveys")))["items"]
+    stalls = (await answer(None, get_json, urljoin(url, f"{path}/stalls?limit=1000")))["items"]
+    return [stall for stall in shown if stall.state is not StallState.SUGGESTED], surveys, stalls
 
 
 async def test_a_flight_over_a_confirmed_plan_keeps_its_stalls_and_reads_their_states(tmp_path: Path) -> None:
@@ -96,15 +100,15 @@ async def test_a_flight_over_a_confirmed_plan_keeps_its_stalls_and_reads_their_s
     options = SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ, gnss_bias=BIAS)
     stack = PatientStack(options, tmp_path, write_settings(tmp_path, SETTINGS), None)
     try:
-        shown, lot = await fly(stack, count)
+        shown, surveys, stalls = await fly(stack, count)
     finally:
         await stack.stop()
     assert [stall for stall in shown if not stall.label] == []
     assert len(shown) == count
-    (survey,) = lot["surveys"]
+    (survey,) = surveys
     assert survey["placed"] == "registered"
-    assert len(lot["stalls"]) == count
-    looked = [stall for stall in lot["stalls"] if stall["state"] is not None]
+    assert len(stalls) == count
+    looked = [stall for stall in stalls if stall["state"] is not None]
     assert len(looked) >= 0.97 * count
     states = {f"A {number}": stall["state"] for number, stall in enumerate(truth["stalls"], 1)}
     right = sum(stall["state"] == states[stall["label"]] for stall in looked)

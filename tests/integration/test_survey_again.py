@@ -27,7 +27,7 @@ async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off
     try:
         url = (await stack.start()).url
         answer = asyncio.get_running_loop().run_in_executor
-        (lot,) = (await answer(None, get_json, urljoin(url, "/api/lots.json")))["lots"]
+        (lot,) = (await answer(None, get_json, urljoin(url, "/api/v1/lots")))["items"]
         async with operator(url) as pilot:
             await pilot.take_control()
             async with asyncio.timeout(60.0):  # the lots are read every two seconds, once the place is known

@@ -15,6 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from hawk.config.sections import CameraSettings, ConfigError
+from hawk.formats.validation import wrong_values
 from hawk.model.pictures import CameraModel
 
 _MODELS = {"plumb_bob": 5, "rational_polynomial": 8}
@@ -124,9 +125,6 @@ def _read(path: Path) -> _CameraInfo:
     try:
         return _CameraInfo.model_validate(content)
     except ValidationError as error:
-        problems = [
-            f"{'.'.join(str(part) for part in problem['loc']) or 'camera_info'}: "
-            f"{problem['msg'].removeprefix('Value error, ')}"
-            for problem in error.errors(include_url=False)
-        ]
+        found = wrong_values(error, _CameraInfo)
+        problems = [f"{wrong.path or 'camera_info'}: {wrong.reason}" for wrong in found]
         raise ConfigError("\n".join(f"camera.calibration: {path}: {problem}" for problem in problems)) from None

@@ -19,6 +19,7 @@ from hawk.comm.protocol.base import Outgoing as Outgoing
 from hawk.comm.protocol.heartbeat import LEAST_CORNERS as LEAST_CORNERS
 from hawk.comm.protocol.heartbeat import MOST_CORNERS as MOST_CORNERS
 from hawk.comm.protocol.heartbeat import Corners, FenceCorner, Heartbeat, Point
+from hawk.formats.validation import reason_of
 
 MOST_OUTLINE_RINGS = 12
 """Polygons, and holes, of an outline."""
@@ -82,7 +83,7 @@ class SurveyAgain(Command):
 
     type: Literal["Survey Again"] = "Survey Again"
     lot: str = Field(min_length=1, max_length=64)
-    """Id of the lot, as in ``/api/lots.json``."""
+    """Id of the lot, as in ``/api/v1/lots``."""
 
 
 class FlyPlan(Command):
@@ -385,10 +386,10 @@ def parse_command(text: str) -> Command:
 
 def _explain(error: ValidationError) -> str:
     """Return the first problem as "field: what is wrong"."""
-    problem = error.errors(include_url=False, include_context=False)[0]
+    problem = error.errors(include_url=False)[0]
     kind = problem["type"]
     if kind == "json_invalid":
-        return f"not JSON: {problem['msg']}; send one JSON object with a Type"
+        return f"not JSON: {problem['ctx']['error']}; send one JSON object with a Type"
     if kind == "union_tag_not_found":
         return 'Type: missing; send one JSON object such as {"Type": "Hold"}'
     if kind == "union_tag_invalid":
@@ -400,7 +401,7 @@ def _explain(error: ValidationError) -> str:
         return f"{'.'.join(location)}: is no key of a {problem['loc'][0]}; leave it out"
     if location[0] == "Id":
         return "Id: is neither a text of 64 characters at most nor a whole number; send one of them, or leave it out"
-    return f"{'.'.join(location)}: {problem['msg'].removeprefix('Value error, ')}"
+    return f"{'.'.join(location)}: {reason_of(kind, problem.get('ctx', {}))}"
 
 
 def _shown_type(message: Any) -> str:

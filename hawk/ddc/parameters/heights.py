@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hawk.formats.validation import first_wrong
 from hawk.model.plans import HeightParameters
 from hawk.model.sentences import say, words_of
 from hawk.runtime.files import set_aside, write_atomically
@@ -75,8 +76,7 @@ class ParameterStore:
         try:
             stored = _StoredHeights.model_validate_json(text)
         except ValidationError as error:
-            found = error.errors(include_url=False)[0]
-            return self._defaults, self._set_aside(f"{'.'.join(map(str, found['loc']))}: {found['msg']}")
+            return self._defaults, self._set_aside(first_wrong(error, _StoredHeights))
         heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
         problem = heights_problem(heights, self._ceiling, self._floor)
         return (self._defaults, self._set_aside(problem)) if problem else (heights, "")

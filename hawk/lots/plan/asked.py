@@ -6,11 +6,12 @@ Places are [north, east], metres in the lot's frame; angles are radians, clockwi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import Annotated, Any, Final, Literal, Self, get_args
+from collections.abc import Mapping
+from typing import Annotated, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
+from hawk.formats.validation import FieldError, wrong_values
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.values import LotInputError
 
@@ -41,7 +42,10 @@ Length = Annotated[float, Field(allow_inf_nan=False, ge=LENGTHS_M[0], le=LENGTHS
 Place = Annotated[tuple[Metres, Metres], Field(strict=False)]
 Id = Annotated[str, Field(min_length=1, max_length=36)]
 Label = Annotated[str, Field(max_length=LONGEST_LABEL), AfterValidator(_tidy)]
-Letter = Annotated[str, Field(pattern=r"^[A-Z]{1,3}$")]
+LETTER: Final = "^[A-Z]{1,3}$"
+Letter = Annotated[str, Field(pattern=LETTER)]
+FORMS: Final[Mapping[str, str]] = {LETTER: "must be one to three capital letters, such as B"}
+"""Pattern of a text -> reason for one that has not this form."""
 
 
 class Asked(BaseModel):
@@ -65,7 +69,7 @@ class AddStall(Asked):
     @model_validator(mode="after")
     def _is_long(self) -> Self:
         if self.width > self.length:
-            raise _problem("width", "is more than the length: exchange both, and turn the angle by 90°")
+            raise FieldError("width", "is more than the length: exchange both, and turn the angle by 90°")
         return self
 
 
@@ -90,9 +94,9 @@ class AddRow(Asked):
     @model_validator(mode="after")
     def _is_one_row(self) -> Self:
         if self.count is not None and self.pitch is not None:
-            raise _problem("pitch", "follows from the count: leave one of both out")
+            raise FieldError("pitch", "follows from the count: leave one of both out")
         if self.parallel and self.lean:
-            raise _problem("lean", "is none of a parallel row: leave it out")
+            raise FieldError("lean", "is none of a parallel row: leave it out")
         return self
 
 
@@ -106,9 +110,9 @@ class Selecting(Asked):
     @model_validator(mode="after")
     def _is_one_selection(self) -> Self:
         if (self.stalls is not None) + (self.row is not None) + self.every != 1:
-            raise _problem("stalls", 'names no stalls, or twice: write ids, "row" with a letter, or "all": true')
+            raise FieldError("stalls", 'names no stalls, or twice: write ids, "row" with a letter, or "all": true')
         if self.stalls is not None and len(set(self.stalls)) < len(self.stalls):
-            raise _problem("stalls", "names a stall twice: name each once")
+            raise FieldError("stalls", "names a stall twice: name each once")
         return self
 
 
@@ -144,7 +148,7 @@ class Widen(Selecting):
     @model_validator(mode="after")
     def _is_size(self) -> Self:
         if self.width is None and self.length is None:
-            raise _problem("width", "is missing: write a width, a length, or both")
+            raise FieldError("width", "is missing: write a width, a length, or both")
         return self
 
 
@@ -175,11 +179,11 @@ class Renumber(Selecting):
     @model_validator(mode="after")
     def _is_one_numbering(self) -> Self:
         if (self.letter is None) == (self.labels is None):
-            raise _problem("letter", "and labels are both there or both missing: write one of them")
+            raise FieldError("letter", "and labels are both there or both missing: write one of them")
         if self.labels is not None and len(set(self.labels)) < len(self.labels):
-            raise _problem("labels", "holds a label twice: write each once")
+            raise FieldError("labels", "holds a label twice: write each once")
         if self.every:
-            raise _problem("all", "has no order: name the stalls, or a row")
+            raise FieldError("all", "has no order: name the stalls, or a row")
         return self
 
 
@@ -243,66 +247,5 @@ def operation_of(given: object) -> Operation:
     try:
         return _OPERATION.validate_python(given)
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        raise _explained(problem) from None
-
-
-class _FieldError(ValueError):
-    """A problem of one field that a model finds as a whole."""
-
-    def __init__(self, field: str, reason: str) -> None:
-        super().__init__(reason)
-        self.field = field
-
-
-def _problem(field: str, reason: str) -> ValueError:
-    return _FieldError(field, reason)
-
-
-_REASONS: Final = {
-    "missing": "is missing: write it",
-    "finite_number": "must be a finite number",
-    "float_type": "must be a number",
-    "int_type": "must be a whole number",
-    "bool_type": "must be true or false",
-    "string_type": "must be text",
-    "list_type": "must be a list",
-    "tuple_type": "must be a list of two",
-    "string_pattern_mismatch": "must be one to three capital letters, such as B",
-}
-"""Pydantic's name of an error -> words behind the field's name."""
-_LIMITS: Final = {
-    "greater_than_equal": ("ge", "must be {} or more"),
-    "less_than_equal": ("le", "must be {} or less"),
-    "too_short": ("min_length", "has too few: write {} or more"),
-    "too_long": ("max_length", "has too many: write {} or fewer"),
-    "string_too_short": ("min_length", "is too short: write {} or more characters"),
-    "string_too_long": ("max_length", "is too long: write {} or fewer characters"),
-    "literal_error": ("expected", "must be {}"),
-}
-"""The same for errors with a limit: its name in pydantic's context, and the words about it."""
-
-
-def _explained(problem: Any) -> LotInputError:
-    kind, context = problem["type"], problem.get("ctx", {})
-    location = [*problem["loc"]]
-    if kind in ("union_tag_not_found", "union_tag_invalid"):
-        return LotInputError("do", f"must be one of {', '.join(NAMES)}")
-    field = _path(location[1:])
-    found = context.get("error")
-    if isinstance(found, _FieldError):
-        return LotInputError(found.field, str(found))
-    if kind == "value_error":
-        return LotInputError(field, str(found))
-    if kind == "extra_forbidden":
-        return LotInputError(field[:LONGEST_LABEL], f"is no field of {location[0]}: leave it out")
-    if kind in _LIMITS:
-        name, words = _LIMITS[kind]
-        limit = context[name]
-        return LotInputError(field, words.format(f"{limit:.6g}" if isinstance(limit, float) else limit))
-    return LotInputError(field, _REASONS.get(kind, problem["msg"]))
-
-
-def _path(location: Iterable[object]) -> str:
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
-    return path.removeprefix(".") or "operation"
+        wrong = wrong_values(error, tags=NAMES, forms=FORMS)[0]
+        raise LotInputError(wrong.field or "operation", wrong.reason) from None

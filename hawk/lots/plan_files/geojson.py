@@ -126,7 +126,7 @@ def crs_name(name: str) -> str:
 
 
 def _lot(content: dict[str, Any], notes: Notes) -> Drawing:
-    """Return the stalls of a lot as ``/api/lots/LOT.json`` shows it: metres about its ``datum``."""
+    """Return the stalls of a lot as ``/api/v1/lots/LOT/plan`` shows it: metres about its ``datum``."""
     datum, stalls = content["datum"], content["stalls"]
     is_place = isinstance(datum, list) and len(datum) == 2 and all(_is_finite(each) for each in datum)
     if not is_place or not isinstance(stalls, list):

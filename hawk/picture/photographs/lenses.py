@@ -25,6 +25,7 @@ from typing import Annotated, Final
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from hawk.algo.vision.rectify import scaled_camera
+from hawk.formats.validation import first_wrong
 from hawk.model.pictures import CameraModel
 from hawk.picture.photographs.exif import Exif
 from hawk.picture.photographs.xmp import number, numbers
@@ -162,9 +163,9 @@ def _read(text: str, name: str) -> list[LensEntry]:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise PictureError(f"{name} is no TOML ({error}); docs/photographs.md shows a table of lenses") from None
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise PictureError(f"{name}: {field}: {first['msg']}; docs/photographs.md shows a table of lenses") from None
+        raise PictureError(
+            f"{name}: {first_wrong(error, _Table)}; docs/photographs.md shows a table of lenses"
+        ) from None
 
 
 def _text(path: Path) -> str:

@@ -1,7 +1,7 @@
 import tseslint from "typescript-eslint";
 
 export default tseslint.config(
-  { ignores: ["node_modules/", "build.mjs", "eslint.config.mjs", "src/protocol.ts", "src/messages/keys.ts"] },
+  { ignores: ["node_modules/", "build.mjs", "eslint.config.mjs", "src/protocol.ts", "src/api.ts", "src/messages/keys.ts"] },
   ...tseslint.configs.strictTypeChecked,
   ...tseslint.configs.stylisticTypeChecked,
   {

@@ -8,8 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hawk.lots.plan.asked import Operation
 from hawk.lots.values import LONGEST_NAME
-from hawk.web.v1.asked import Id
-from hawk.web.v1.models import Count, Degrees, Metres, Shown, Utc
+from hawk.web.v1.models import Count, Degrees, EditedStall, EditedZone, Shown, Utc
+from hawk.web.v1.parameters import Id
 
 Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
 Why = Annotated[str, Field(max_length=LONGEST_NAME, description="reason of the change")]
@@ -172,29 +172,6 @@ class Opened(Shown):
     revision: Count
     undo: Count
     redo: Count
-
-
-class EditedStall(Shown):
-    """A stall of the plan."""
-
-    id: Id
-    label: str
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    kind: str
-    is_confirmed: bool
-
-
-class EditedZone(Shown):
-    """A zone of the plan, or an area without stalls."""
-
-    id: Id
-    name: str
-    kind: str
-    outline: list[Metres]
 
 
 class Edited(Shown):

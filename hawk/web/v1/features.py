@@ -1,28 +1,26 @@
 """OGC API Features, Part 1: Core (OGC 17-069r4), read only: lots, stalls and surveys for QGIS, GDAL and their like.
 
 Kept are the classes Core and GeoJSON. The API definition is OpenAPI 3.1, for which the standard has no class yet.
+A thread of the store loads this module, and SQLAlchemy with it (`StoreDoor`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 from urllib.parse import urlencode
 
+from sqlalchemy import Connection
+
+from hawk.exports import features
+from hawk.exports.features import Box, Choice, Extent, Found, extent
 from hawk.lots.values import NotFoundError, utc
-from hawk.web.v1.answering import JSON, Answer
-from hawk.web.v1.asked import Query, Request
-from hawk.web.v1.features_asked import MOST_FEATURES, Items, box_of, period_of
-from hawk.web.v1.features_asked import ROOT as FEATURES
-from hawk.web.v1.reads import GEOJSON
+from hawk.web.v1.answers import GEOJSON, JSON, OPENAPI, Answer
+from hawk.web.v1.features_parameters import MOST_FEATURES, Items, box_of, period_of
+from hawk.web.v1.features_parameters import ROOT as FEATURES
+from hawk.web.v1.parameters import Query, Request
 from hawk.web.v1.unknown import ROOT
 
-if TYPE_CHECKING:  # loaded on the store's thread
-    from sqlalchemy import Connection
-
-    from hawk.exports.features import Choice, Extent, Found
-
-OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
 CRS84: Final = "http://www.opengis.net/def/crs/OGC/1.3/CRS84"
 _GREGORIAN: Final = "http://www.opengis.net/def/uom/ISO-8601/0/Gregorian"
 CLASSES: Final = tuple(f"http://www.opengis.net/spec/ogcapi-features-1/1.0/conf/{each}" for each in ("core", "geojson"))
@@ -60,8 +58,6 @@ def conformance(_: Connection, __: Request[Query]) -> Answer:
 
 def collections(connection: Connection, asked: Request[Query]) -> Answer:
     """Return all collections."""
-    from hawk.exports.features import extent
-
     around = extent(connection)
     found = [_collection(asked, name, around) for name in _TEXTS]
     return Answer({"links": [_link(_address(asked), "self", JSON, "This list")], "collections": found})
@@ -69,8 +65,6 @@ def collections(connection: Connection, asked: Request[Query]) -> Answer:
 
 def collection(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a collection."""
-    from hawk.exports.features import extent
-
     return Answer(_collection(asked, asked.path["collection"], extent(connection)))
 
 
@@ -120,8 +114,6 @@ def items(connection: Connection, asked: Request[Items]) -> Answer:
 
 def item(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a feature. Raises NotFoundError."""
-    from hawk.exports.features import Choice
-
     name = asked.path["collection"]
     found = _finder(name)(connection, Choice(ids=[asked.id]))
     if not found.features:
@@ -135,15 +127,11 @@ def item(connection: Connection, asked: Request[Query]) -> Answer:
 
 
 def _finder(name: str) -> Callable[[Connection, Choice], Found]:
-    from hawk.exports import features
-
     found: Callable[[Connection, Choice], Found] = getattr(features, name)
     return found
 
 
 def _choice(query: Items, limit: int) -> Choice:
-    from hawk.exports.features import Box, Choice
-
     box = None if query.bbox is None else Box(*box_of(query.bbox))
     begin, end = (None, None) if query.datetime is None else period_of(query.datetime)
     return Choice(limit, query.offset, box, begin, end)

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hawk.web.v1.asked import Id
 from hawk.web.v1.models import BLURRED, Count, Placed, Share, Shown, Sourced, Utc
+from hawk.web.v1.parameters import Id
 
 Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
 Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]

@@ -10,7 +10,8 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hawk.web.v1.asked import Id
+from hawk.lots.plan.kinds import Kind
+from hawk.web.v1.parameters import Id
 
 Utc = Annotated[datetime, Field(description="UTC")]
 Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
@@ -28,7 +29,7 @@ BLURRED: Final = "stalls that only blurred pictures showed; null: not measured"
 class Shown(BaseModel):
     """An object of an answer."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Problem(Shown):
@@ -65,7 +66,7 @@ class SurveyPlace(Shown):
 
     north: float
     east: float
-    turn: float | None
+    turn: float
 
 
 class Sourced(Shown):
@@ -159,7 +160,7 @@ class PlanStall(Shown):
     angle: float
     width: float
     length: float
-    kind: Annotated[str, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
+    kind: Annotated[Kind, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
     is_confirmed: bool
     row: Annotated[str | None, Field(description="letter of its row; null under an owner's own label")]
     latitude: float
@@ -171,7 +172,7 @@ class ListedStall(PlanStall):
 
     state: State | None
     taken_probability: Share | None
-    looked: Utc | None
+    observed: Utc | None
     survey: Id | None
 
 
@@ -188,22 +189,64 @@ class Zone(Shown):
 
     id: Id
     name: str
-    kind: str
+    kind: Kind
     has_stalls: bool
     outline: list[Metres]
     ground: list[Degrees]
 
 
+class EditedStall(Shown):
+    """A stall of the plan."""
+
+    id: Id
+    label: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    kind: Kind
+    is_confirmed: bool
+
+
+class EditedZone(Shown):
+    """A zone of the plan, or an area without stalls."""
+
+    id: Id
+    name: str
+    kind: Kind | Literal["no_stalls"]
+    outline: list[Metres]
+
+
+class Plan(Shown):
+    """A lot's plan: all of it where `whole`, else the stalls that changed after a revision, and the ids of those that
+    are `gone`. `zones`: areas without stalls; `named_zones`: those that statistics count. `layout`: the version that
+    was asked for, which has neither a `revision` nor an `edit`; null for the present plan. `datum`: origin of the
+    lot's frame, north up. A file with all of it is imported as an owner's plan.
+    """
+
+    lot: Id
+    datum: Degrees
+    layout: int | None
+    revision: Count | None
+    edit: Edit | None
+    whole: bool
+    stalls: list[EditedStall]
+    gone: list[Id]
+    zones: list[EditedZone]
+    named_zones: list[EditedZone]
+
+
 class Observation(Shown):
-    """Look of a survey at a stall. `looks`: pictures behind it."""
+    """Look of a survey at a stall. `picture_count`: pictures behind it."""
 
     survey: Id
     stall: Id
     label: str
     state: State
     taken_probability: Share
-    looked: Utc
-    looks: Count
+    observed: Utc
+    picture_count: Count
 
 
 class Change(Shown):
@@ -264,6 +307,56 @@ class Proposals(Shown):
     datum: Degrees
     surveys: list[SurveyProposals]
     doubtful: list[DoubtfulSurvey]
+
+
+class FoundStall(Shown):
+    """A stall that a survey found, in the lot's frame, with the number that the survey gave it."""
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    state: State
+
+
+class NamedStall(Shown):
+    """A stall of the layout."""
+
+    id: Id
+    label: str
+
+
+class Comparison(Shown):
+    """Newest registered survey of a lot beside the layout; null where there is none. `found`: stalls that the layout
+    lacks; `missed`: stalls of the layout that it did not find where it saw their ground.
+    """
+
+    survey: Id | None
+    found: list[FoundStall]
+    missed: list[NamedStall]
+
+
+Shape = Annotated[
+    list[float],
+    Field(min_length=5, max_length=5, description="north, east, angle, width and length in the lot's frame"),
+]  # fmt: skip
+
+
+class PlacedStalls(Shown):
+    """Stalls of a survey at one of its possible places."""
+
+    stalls: list[Shape]
+
+
+class PossiblePlaces(Shown):
+    """Places of a survey's doubt, in their order, with its stalls at each; `known`: stalls of its lot."""
+
+    survey: Id
+    lot: Id
+    known: list[Shape]
+    places: list[PlacedStalls]
 
 
 class ChangeList(Shown):

@@ -22,10 +22,10 @@ from openapi_pydantic.v3.v3_1 import (
 )
 from pydantic import BaseModel
 
-from hawk.web.v1.answering import JSON, PROBLEM
-from hawk.web.v1.asked import Query
+from hawk.web.v1.answers import JSON, PROBLEM
 from hawk.web.v1.models import Problem
 from hawk.web.v1.operations import Operation
+from hawk.web.v1.parameters import Query
 from hawk.web.v1.unknown import PATTERNS
 
 TITLE: Final = "hawk"
@@ -45,6 +45,8 @@ _FIELDS: Final = {
     "survey": "id of a survey (UUID)",
     "token": "token of a link",
     "preview": "token of the preview",
+    "kind": "kind of the file; `zip` holds the rasters",
+    "feed": "name of the feed",
 }
 """Fields of paths."""
 _ANY_FILE: Final = "application/octet-stream"
@@ -82,14 +84,14 @@ def document(operations: tuple[Operation, ...], base: str, version: str) -> dict
 
 def _described(operation: Operation) -> Described:
     answers: dict[str, Response] = {"200": _answer(operation)}
-    if not operation.is_change:
+    if _has_tag(operation):
         answers["304"] = Response(description="the client has this answer already, by its ETag")
     answers["4XX"] = _problem("refused: the value that is meant, and the remedy")
     answers["5XX"] = _problem("busy or broken: ask again later")
     return Described(
         operationId=operation.name,
         summary=operation.text,
-        description="For operators." if operation.is_change else None,
+        description="For operators." if operation.is_change or operation.for_operators else None,
         tags=[operation.tag],
         parameters=[*_in_path(operation), *_in_query(operation.query)] or None,
         requestBody=_file() if operation.takes_file else None if operation.body is None else _body(operation.body),
@@ -98,11 +100,17 @@ def _described(operation: Operation) -> Described:
     )
 
 
+def _has_tag(operation: Operation) -> bool:
+    return operation.has_tag and not operation.is_change
+
+
 def _answer(operation: Operation) -> Response:
-    assert operation.answer is not None  # noqa: S101 - every address of the table has one
-    content = {operation.content_type: MediaType(media_type_schema=PydanticSchema(schema_class=operation.answer))}
+    shown = MediaType()
+    if operation.answer is not None:
+        shown = MediaType(media_type_schema=PydanticSchema(schema_class=operation.answer))
+    content = dict.fromkeys(operation.content_types, shown)
     headers: dict[str, Header | Reference] | None = None
-    if not operation.is_change:
+    if _has_tag(operation):
         headers = {"ETag": Header.model_validate(_ETAG)}
     return Response(description=operation.text, headers=headers, content=content)
 

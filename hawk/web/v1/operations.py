@@ -8,17 +8,18 @@ from dataclasses import dataclass
 from aiohttp.typedefs import Handler
 from pydantic import BaseModel
 
-from hawk.web.v1.answering import JSON
-from hawk.web.v1.asked import Query
+from hawk.web.v1.answers import JSON
+from hawk.web.v1.parameters import Query
 from hawk.web.v1.unknown import PATTERNS
 
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An address. ``path`` begins below `hawk.web.v1.answering.ROOT`; ``tag`` is its group in the documentation.
+    """An address. ``path`` begins below `hawk.web.v1.answers.ROOT`; ``tag`` is its group in the documentation.
 
-    ``takes_file``: the body is a file, whatever it holds. ``is_open``: a field of the path is a link's token, and no
-    login is asked for.
+    ``answer``: model of the answer; None for a file, which is of one of the ``content_types``. ``takes_file``: the body
+    is a file, whatever it holds. ``has_tag``: the answer has an ETag. ``for_operators``: viewers may not read it.
+    ``is_open``: a field of the path is a link's token, and no login is asked for.
     """
 
     method: str
@@ -30,8 +31,10 @@ class Operation:
     answer: type[BaseModel] | None
     query: type[Query] = Query
     body: type[BaseModel] | None = None
-    content_type: str = JSON
+    content_types: tuple[str, ...] = (JSON,)
     takes_file: bool = False
+    has_tag: bool = True
+    for_operators: bool = False
     is_open: bool = False
 
     @property

@@ -1,30 +1,33 @@
 """Reading of lots, layouts, stalls, zones, surveys, observations and statistics for `hawk.web.v1.table`.
 
-Each function runs on a thread of the store, where SQLAlchemy is loaded.
+Each function runs on a thread of the store, which loads this module and SQLAlchemy with it (`StoreDoor`).
 """
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
 
-from hawk.lots.store import LotStore
-from hawk.lots.values import LotStoreError, Placed
-from hawk.web.v1 import asked as forms
-from hawk.web.v1.answering import Answer
-from hawk.web.v1.asked import Query, Request
+from sqlalchemy import ColumnElement, Connection
 
-if TYPE_CHECKING:  # loaded on the store's thread
-    from sqlalchemy import ColumnElement, Connection
-
-    from hawk.lots.paged import Asked, Part
-    from hawk.stats.reading import Period
-
-GEOJSON: Final = "application/geo+json"
-_AT_ONCE: Final = 20
-"""Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""
+from hawk.exports.reading import read_survey, survey_of
+from hawk.exports.text_files import survey_geojson
+from hawk.lots import paged, reading
+from hawk.lots.comparing import newest_registered
+from hawk.lots.paged import Asked, Part
+from hawk.lots.registering import datum_of
+from hawk.lots.tables import SURVEY
+from hawk.lots.values import Placed
+from hawk.stats import answering
+from hawk.stats.asked import period_of
+from hawk.stats.listing import surveys_json
+from hawk.stats.reading import Period
+from hawk.stats.shown import changes_json, figures_json
+from hawk.stats.stalls import heat_json
+from hawk.web.v1 import parameters as forms
+from hawk.web.v1.answers import GEOJSON, Answer
+from hawk.web.v1.models import Comparison
+from hawk.web.v1.parameters import Query, Request
 
 
 def _listed(part: Part) -> Answer:
@@ -32,16 +35,12 @@ def _listed(part: Part) -> Answer:
 
 
 def _part(query: forms.Listed) -> Asked:
-    from hawk.lots.paged import Asked
 
     return Asked(query.limit, query.after)
 
 
 def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
     """Return the conditions that a survey ended within a period. Raises LotInputError."""
-    from hawk.lots.tables import SURVEY
-    from hawk.stats.asked import period_of
-
     if query.begin is None and query.end is None:
         return ()
     return period_of(query.begin, query.end, query.time_zone).holds(SURVEY.c.ended)
@@ -49,51 +48,37 @@ def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
 
 def _period(query: forms.Period) -> Period:
     """Return a period, which may have no end. Raises LotInputError."""
-    from hawk.stats.asked import period_of
-
     return period_of(query.begin, query.end, query.time_zone)
 
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
-    from hawk.lots import paged
-
     return _listed(paged.lots(connection, _part(asked.query)))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a lot."""
-    from hawk.lots import paged
-
     return Answer(paged.lot(connection, asked.id))
 
 
 def layouts(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the versions of a lot's layout."""
-    from hawk.lots import paged
-
     return _listed(paged.layouts(connection, asked.id, _part(asked.query)))
 
 
 def stalls_of_layout(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the stalls of a version of a lot's layout."""
-    from hawk.lots import paged
-
     version = int(asked.path["version"])
     return _listed(paged.stalls_of_layout(connection, asked.id, version, _part(asked.query)))
 
 
 def zones(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the zones of a lot."""
-    from hawk.lots import paged
-
     return _listed(paged.zones(connection, asked.id, _part(asked.query)))
 
 
 def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
     """Return the stalls of a lot."""
-    from hawk.lots import paged
-
     query = asked.query
     part = paged.stalls(
         connection, asked.id, _part(query), row=query.row, kind=query.kind, state=query.state
@@ -103,16 +88,11 @@ def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
 
 def stall(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a stall."""
-    from hawk.lots import paged
-
     return Answer(paged.stall(connection, asked.id))
 
 
 def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
     """Return surveys: those of a lot where the address names one."""
-    from hawk.lots import paged
-    from hawk.lots.tables import SURVEY
-
     query = asked.query
     is_asked = SURVEY.c.placed != Placed.DELETED.value if query.placed is None else SURVEY.c.placed == query.placed
     conditions = [*_during(query), is_asked]
@@ -122,15 +102,11 @@ def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
 
 def survey(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a survey."""
-    from hawk.lots import paged
-
     return Answer(paged.survey(connection, asked.id))
 
 
 def observations(connection: Connection, asked: Request[forms.Observations]) -> Answer:
     """Return the looks at the stalls of a lot."""
-    from hawk.lots import paged
-
     query = asked.query
     part = replace(_part(query), newest_first=query.order == "newest", of=_during(query))
     found = paged.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
@@ -139,83 +115,60 @@ def observations(connection: Connection, asked: Request[forms.Observations]) -> 
 
 def observations_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the looks of a survey."""
-    from hawk.lots import paged
-
     return _listed(paged.observations(connection, _part(asked.query), survey_id=asked.id))
 
 
 def changes(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the changes that persons made."""
-    from hawk.lots import paged
-
     return _listed(paged.changes(connection, _part(asked.query)))
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:
     """Return what the newest surveys of a lot propose to change of its layout."""
-    from hawk.lots import reading
-
     return Answer(reading.proposed(connection, asked.id))
+
+
+def plan(connection: Connection, asked: Request[forms.PlanPart]) -> Answer:
+    """Return the plan of a lot."""
+    found = reading.plan(connection, asked.id, asked.query.since, asked.query.layout)
+    usual: dict[str, object] = {"layout": None, "revision": None, "edit": None, "whole": True, "gone": []}
+    return Answer({"datum": list(datum_of(connection, asked.id))} | usual | found)
+
+
+def comparison(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return how the newest registered survey of a lot differs from its layout."""
+    reading.lot_row(connection, asked.id)
+    found = newest_registered(connection, asked.id)
+    return Answer(Comparison(survey=None, found=[], missed=[]) if found is None else found)
+
+
+def places(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return the places where a survey may lie."""
+    return Answer(reading.places(connection, asked.id))
 
 
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
-    from hawk.stats.answering import statistics as figures
-    from hawk.stats.shown import figures_json
-
-    return Answer(figures_json(figures(connection, asked.id, _period(asked.query), asked.query.by)))
+    return Answer(figures_json(answering.statistics(connection, asked.id, _period(asked.query), asked.query.by)))
 
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    from hawk.stats.listing import surveys_json
-
     return Answer(surveys_json(connection, asked.id, _period(asked.query)))
 
 
 def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return of each stall of a lot the share of the surveys in which it was taken."""
-    from hawk.stats.stalls import heat_json
-
     return Answer(heat_json(connection, asked.id, _period(asked.query)))
 
 
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
-    from hawk.stats.answering import changes as found
-    from hawk.stats.shown import changes_json
-
     query = asked.query
-    return Answer(changes_json(found(connection, asked.id, query.before, query.after, _period(query))))
+    return Answer(changes_json(answering.changes(connection, asked.id, query.before, query.after, _period(query))))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a survey of a lot with its stalls, as GeoJSON."""
-    from hawk.exports.reading import read_survey, survey_of
-    from hawk.exports.text_files import survey_geojson
-
     found = survey_of(connection, asked.id, asked.path["survey"])
     return Answer(survey_geojson(read_survey(connection, found)).decode(), content_type=GEOJSON)
-
-
-async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:
-    """Put the looks of an archive that an earlier version wrote in one piece a survey, once: statistics read these.
-
-    A store of a newer version is only read: each question then takes longer.
-    """
-
-    def missing(connection: Connection) -> list[int]:
-        from hawk.lots.looks import missing_looks
-
-        return missing_looks(connection, asked.id)
-
-    def keep(connection: Connection, surveys: Sequence[int]) -> None:
-        from hawk.lots.looks import keep_looks
-
-        keep_looks(connection, surveys)
-
-    found = await store.read(missing)
-    with contextlib.suppress(LotStoreError):
-        for first in range(0, len(found), _AT_ONCE):
-            some = found[first : first + _AT_ONCE]
-            await store.write(lambda connection, some=some: keep(connection, some))  # type: ignore[misc]

@@ -10,9 +10,9 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
-from hawk.web.v1.answering import Answer, answered, base_of, made
-from hawk.web.v1.asked import Query, query_of
-from hawk.web.v1.features import OPENAPI
+from hawk.web.v1 import plan_files
+from hawk.web.v1.answers import OPENAPI, Answer, answered, base_of, made
+from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
 
@@ -34,6 +34,7 @@ _DEFINITION: Final = web.AppKey("api_definition", _Definition)
 def add_routes(app: web.Application) -> None:
     """Add every address of the table, and that of the definition."""
     app[_DEFINITION] = _Definition()
+    plan_files.prepare(app)
     found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}
     for each in OPERATIONS:
         found.setdefault(each.route, {})[each.method] = each.handler

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hawk.web.v1.asked import Id
 from hawk.web.v1.models import BLURRED, Count, Shown, Utc
+from hawk.web.v1.parameters import Id
 
 
 class Link(Shown):
@@ -109,7 +109,7 @@ class FeatureCollection(Shown):
 class AboutSurvey(Shown):
     """The survey that features show. `doubt`: why it is not registered."""
 
-    lot: str
+    lot_name: str
     lot_id: Id
     survey_id: Id
     survey_began_utc: Utc

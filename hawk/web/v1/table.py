@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from http import HTTPStatus
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from pydantic import BaseModel
 
-from hawk.web import links, lots, plan_files, plans, recordings
-from hawk.web.lot_answers import Change
-from hawk.web.v1 import asked, bodies, changing, features, figures, importing, models, reads, shapes
-from hawk.web.v1 import features_asked as forms
-from hawk.web.v1 import links as of_links
-from hawk.web.v1.answering import JSON, Prepare, Read, reader
-from hawk.web.v1.asked import Query
+from hawk.exports.feed_table import FEEDS as ALL_FEEDS
+from hawk.exports.formats import CONTENT_TYPES
+from hawk.web.v1 import bodies, exports, figures, links, models, parameters, plan_files, recordings, shapes
+from hawk.web.v1 import features_parameters as forms
+from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
-from hawk.web.v1.changing import changer, of_recordings
-from hawk.web.v1.features_asked import ROOT as FEATURES_ROOT
+from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
+from hawk.web.v1.features_parameters import ROOT as FEATURES_ROOT
+from hawk.web.v1.looks import keep_missing_looks
 from hawk.web.v1.models import Shown
 from hawk.web.v1.operations import Operation
-from hawk.web.v1.reads import GEOJSON
+from hawk.web.v1.parameters import Query
+from hawk.web.v1.store_door import StoreDoor
+
+if TYPE_CHECKING:
+    from hawk.web.v1 import commands, features, reads
+else:
+    commands, features, reads = (StoreDoor(f"hawk.web.v1.{name}") for name in ("commands", "features", "reads"))
 
 LOTS: Final = "Lots"
 SURVEYS: Final = "Surveys"
@@ -30,6 +35,12 @@ RECORDINGS: Final = "Recordings"
 LINKS: Final = "Links"
 SHARED: Final = "Read by a link"
 FEATURES: Final = "OGC API Features"
+FEEDS: Final = "Feeds and files"
+_ANY_FILE: Final = "application/octet-stream"
+_FILES: Final = tuple(each.partition(";")[0] for each in CONTENT_TYPES.values())
+"""Types of a survey's files."""
+_FEED_TYPES: Final = tuple(each.content_type for each in ALL_FEEDS.values())
+_NAMED: Final = "; ".join(f"`{name}`, {feed.title}" for name, feed in ALL_FEEDS.items())
 
 
 def _read(
@@ -45,8 +56,15 @@ def _change(
     return Operation("POST", path, name, text, tag, changer(body, change), answer, body=body)
 
 
+def _post(
+    path: str, name: str, text: str, tag: str, work: Work, body: type[Given], answer: type[Shown],
+    for_operators: str = FOR_OPERATORS,
+) -> Operation:  # fmt: skip
+    return Operation("POST", path, name, text, tag, poster(body, work, for_operators), answer, body=body)
+
+
 def _file(path: str, name: str, text: str) -> Operation:
-    return Operation("POST", path, name, text, PLANS, importing.preview, bodies.PlanPreview, importing.ImportChoices,
+    return Operation("POST", path, name, text, PLANS, plan_files.preview, bodies.PlanPreview, plan_files.ImportChoices,
                      takes_file=True)  # fmt: skip
 
 
@@ -56,7 +74,7 @@ def _features(
 ) -> Operation:  # fmt: skip
     handler = reader(query, read, bad_parameter=HTTPStatus.BAD_REQUEST)
     return Operation("GET", f"{FEATURES_ROOT}{path}", name, text, FEATURES, handler, answer, query,
-                     content_type=content_type)  # fmt: skip
+                     content_types=(content_type,))  # fmt: skip
 
 
 def _of_lot(by_link: bool) -> tuple[Operation, ...]:
@@ -69,105 +87,123 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
         handler = reader(query, read, prepare, lot_of=links.lot_of if by_link else None)
         whole, called = ("/shared/{token}", f"shared_{name}") if by_link else ("/lots/{id}", name)
         return Operation("GET", f"{whole}{path}", called, text, SHARED if by_link else tag, handler, answer, query,
-                         content_type=content_type, is_open=by_link)  # fmt: skip
+                         content_types=(content_type,), is_open=by_link)  # fmt: skip
 
     return (
         one("/observations", "observations", "Looks of all surveys at the stalls of a lot", SURVEYS,
-            reads.observations, models.ObservationList, asked.Observations),
+            reads.observations, models.ObservationList, parameters.Observations),
         one("/surveys/{survey}/stalls", "survey_stalls", "A survey of a lot with its stalls, as its GeoJSON file",
             SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
-            STATISTICS, reads.statistics, figures.Figures, asked.Statistics, reads.keep_missing_looks),
+            STATISTICS, reads.statistics, figures.Figures, parameters.Statistics, keep_missing_looks),
         one("/statistics/surveys", "surveys_use", "Surveys of a lot, each with its share of taken stalls", STATISTICS,
-            reads.surveys_use, figures.SurveysUse, asked.Period, reads.keep_missing_looks),
+            reads.surveys_use, figures.SurveysUse, parameters.Period, keep_missing_looks),
         one("/statistics/stalls", "stalls_use", "Stalls of a lot by the share of surveys that found them taken",
-            STATISTICS, reads.stalls_use, figures.StallsUse, asked.Period, reads.keep_missing_looks),
+            STATISTICS, reads.stalls_use, figures.StallsUse, parameters.Period, keep_missing_looks),
         one("/statistics/between", "between", "Changes of a lot's stalls from one survey to another one", STATISTICS,
-            reads.between, figures.Changed, asked.Between, reads.keep_missing_looks),
+            reads.between, figures.Changed, parameters.Between, keep_missing_looks),
     )  # fmt: skip
 
 
 _READS: Final = (
-    _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, models.LotList, asked.Listed),
+    _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, models.LotList, parameters.Listed),
     _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, models.Lot),
     _read("/lots/{id}/layouts", "layouts", "Versions of a lot's layout, the first one first", LOTS, reads.layouts,
-          models.LayoutList, asked.Listed),
+          models.LayoutList, parameters.Listed),
     _read("/lots/{id}/layouts/{version}/stalls", "layout_stalls", "Stalls of a version of a lot's layout, as they were",
-          LOTS, reads.stalls_of_layout, models.PlanStallList, asked.Listed),
+          LOTS, reads.stalls_of_layout, models.PlanStallList, parameters.Listed),
     _read("/lots/{id}/stalls", "stalls", "Stalls of a lot's plan with the last look at each", LOTS, reads.stalls,
-          models.StallList, asked.Stalls),
+          models.StallList, parameters.Stalls),
     _read("/stalls/{id}", "stall", "A stall of any layout", LOTS, reads.stall, models.Stall),
     _read("/lots/{id}/zones", "zones", "Zones of a lot's plan, and areas without stalls", LOTS, reads.zones,
-          models.ZoneList, asked.Listed),
+          models.ZoneList, parameters.Listed),
     _read("/surveys", "surveys", "Surveys of all lots, and of none", SURVEYS, reads.surveys, models.SurveyList,
-          asked.Surveys),
+          parameters.Surveys),
     _read("/lots/{id}/surveys", "lot_surveys", "Surveys of a lot", SURVEYS, reads.surveys, models.SurveyList,
-          asked.Surveys),
+          parameters.Surveys),
     _read("/surveys/{id}", "survey", "A survey", SURVEYS, reads.survey, models.Survey),
+    _read("/lots/{id}/comparison", "comparison", "Newest registered survey of a lot beside its layout", SURVEYS,
+          reads.comparison, models.Comparison),
+    _read("/surveys/{id}/places", "survey_places", "Places where a survey in doubt may lie, with its stalls at each",
+          SURVEYS, reads.places, models.PossiblePlaces),
     _read("/surveys/{id}/observations", "survey_observations", "Looks of a survey at the stalls of its lot", SURVEYS,
-          reads.observations_of_survey, models.ObservationList, asked.Listed),
+          reads.observations_of_survey, models.ObservationList, parameters.Listed),
     *_of_lot(False),
 )  # fmt: skip
 
 _CHANGES: Final = (
     _read("/changes", "changes", "Changes that persons made, the newest first", CHANGES, reads.changes,
-          models.ChangeList, asked.Listed),
+          models.ChangeList, parameters.Listed),
     _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
           CHANGES, reads.proposals, models.Proposals),
-    _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, lots.undo, bodies.Nothing, bodies.Undone),
-    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, lots.rename, bodies.LotName, bodies.Done),
-    _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, lots.merge, bodies.LotMerge,
+    _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, commands.undo, bodies.Nothing,
+            bodies.Undone),
+    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, commands.rename, bodies.LotName, bodies.Done),
+    _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, commands.merge, bodies.LotMerge,
             bodies.Done),
-    _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, lots.split,
+    _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, commands.split,
             bodies.LotSplit, bodies.Done),
-    _change("/lots/{id}/pin", "pin", "Pin a lot to its place on Earth", CHANGES, lots.pin, bodies.LotPin,
+    _change("/lots/{id}/pin", "pin", "Pin a lot to its place on Earth", CHANGES, commands.pin, bodies.LotPin,
             bodies.Pinned),
-    _change("/lots/{id}/take-over", "take_over", "Take proposals over into the layout", CHANGES, lots.take_over,
+    _change("/lots/{id}/take-over", "take_over", "Take proposals over into the layout", CHANGES, commands.take_over,
             bodies.TakeOver, bodies.Done),
-    _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, lots.drop, bodies.Chosen, bodies.Done),
-    _change("/surveys/{id}/move", "move_survey", "Move a survey to another lot, or to a new one", CHANGES, lots.move,
-            bodies.SurveyMove, bodies.Done),
+    _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, commands.drop, bodies.Chosen, bodies.Done),
+    _change("/surveys/{id}/move", "move_survey", "Move a survey to another lot, or to a new one", CHANGES,
+            commands.move, bodies.SurveyMove, bodies.Done),
     _change("/surveys/{id}/delete", "delete_survey", "Delete a survey of a lot; undoing brings it back", CHANGES,
-            lots.delete, bodies.Nothing, bodies.Done),
+            commands.delete, bodies.Nothing, bodies.Done),
     _change("/surveys/{id}/place", "place_survey", "Choose the place of a survey whose place is not certain", CHANGES,
-            lots.choose, bodies.Choose, bodies.Done),
+            commands.choose, bodies.Choose, bodies.Done),
 )  # fmt: skip
 
 _PLANS: Final = (
+    _read("/lots/{id}/plan", "plan", "Plan of a lot: all of it, its changes since a revision, or an earlier version",
+          PLANS, reads.plan, models.Plan, parameters.PlanPart),
     _change("/lots/{id}/edit", "open_edit", "Open an edit of a lot's plan, or go on with one's own", PLANS,
-            plans.open_edit, bodies.OpenEdit, bodies.Opened),
-    _change("/lots/{id}/plan", "edit_plan", "Do an operation on the plan", PLANS, plans.do, bodies.Do, bodies.Edited),
-    _change("/lots/{id}/plan/undo", "undo_step", "Undo the newest operation of the edit", PLANS, plans.undo,
+            commands.open_edit, bodies.OpenEdit, bodies.Opened),
+    _change("/lots/{id}/plan", "edit_plan", "Do an operation on the plan", PLANS, commands.edit_plan, bodies.Do,
+            bodies.Edited),
+    _change("/lots/{id}/plan/undo", "undo_step", "Undo the newest operation of the edit", PLANS, commands.undo_step,
             bodies.InEdit, bodies.Stepped),
-    _change("/lots/{id}/plan/redo", "redo_step", "Do the operation again that was undone last", PLANS, plans.redo,
-            bodies.InEdit, bodies.Stepped),
+    _change("/lots/{id}/plan/redo", "redo_step", "Do the operation again that was undone last", PLANS,
+            commands.redo_step, bodies.InEdit, bodies.Stepped),
     _change("/lots/{id}/edit/close", "close_edit", "Close the edit: its version of the layout is final", PLANS,
-            plans.close, bodies.CloseEdit, bodies.Closed),
+            commands.close_edit, bodies.CloseEdit, bodies.Closed),
     _file("/lots/{id}/plan/import", "preview_plan", "Read a file with a plan of a lot; nothing is written"),
-    _change("/lots/{id}/plan/import/{preview}/take", "take_plan", "Take a plan that was read, within the edit", PLANS,
-            plan_files.take, bodies.TakePlan, bodies.Edited),
+    _post("/lots/{id}/plan/import/{preview}/take", "take_plan", "Take a plan that was read, within the edit", PLANS,
+          plan_files.take, bodies.TakePlan, bodies.Edited),
     _file("/lots/import", "preview_lot", "Read a file with the plan of a new lot; nothing is written"),
-    _change("/lots/import/{preview}/take", "begin_lot", "Make a lot of a plan that was read", PLANS, plan_files.begin,
-            bodies.BeginLot, bodies.Begun),
+    _post("/lots/import/{preview}/take", "begin_lot", "Make a lot of a plan that was read", PLANS, plan_files.begin,
+          bodies.BeginLot, bodies.Begun),
 )  # fmt: skip
 
 _LINKS: Final = (
-    Operation("GET", "/lots/{id}/shares", "links", "Links to a lot, without their tokens", LINKS, of_links.listed,
+    Operation("GET", "/lots/{id}/shares", "links", "Links to a lot, without their tokens", LINKS, links.listed,
               bodies.SharedLinks),
     _change("/lots/{id}/shares", "make_link", "Make a link by which others read a lot for some days", LINKS,
-            links.share, bodies.LinkDays, bodies.SharedLink),
+            commands.share, bodies.LinkDays, bodies.SharedLink),
     _change("/shares/{id}/take-back", "take_back_link", "Take a link back: it opens nothing from now on", LINKS,
-            links.take_back, bodies.Nothing, bodies.TakenBack),
+            commands.take_back, bodies.Nothing, bodies.TakenBack),
     *_of_lot(True),
 )  # fmt: skip
 
 _RECORDINGS: Final = (
     Operation("GET", "/recordings", "recordings", "Recordings on the drone's disk, the oldest first", RECORDINGS,
-              changing.listed, models.RecordingList, asked.Listed),
-    Operation("POST", "/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away",
-              RECORDINGS, of_recordings(bodies.Keep, recordings.kept), bodies.Kept, body=bodies.Keep),
-    Operation("POST", "/recordings/{name}/delete", "delete_recording", "Delete a recording, while no drone flies",
-              RECORDINGS, of_recordings(bodies.Nothing, recordings.deleted), bodies.Deleted, body=bodies.Nothing),
+              recordings.listed, models.RecordingList, parameters.Listed),
+    Operation("GET", "/recordings/{name}", "recording", "A recording, or the part of it that `Range` names; 409 in "
+              "flight", RECORDINGS, recordings.download, None, content_types=(_ANY_FILE,), has_tag=False,
+              for_operators=True),
+    _post("/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away", RECORDINGS,
+          recordings.keep, bodies.Keep, bodies.Kept, recordings.FOR_OPERATORS),
+    _post("/recordings/{name}/delete", "delete_recording", "Delete a recording, while no drone flies", RECORDINGS,
+          recordings.delete, bodies.Nothing, bodies.Deleted, recordings.FOR_OPERATORS),
+)  # fmt: skip
+
+_FEEDS: Final = (
+    Operation("GET", "/lots/{id}/feeds/{feed}", "feed", f"A lot in the words of a receiver: {_NAMED}", FEEDS,
+              exports.feed, None, parameters.FeedOptions, content_types=_FEED_TYPES),
+    Operation("GET", "/surveys/{id}/files/{kind}", "survey_file", "A survey as a file; 409 where it cannot be drawn",
+              FEEDS, exports.survey_file, None, content_types=_FILES),
 )  # fmt: skip
 
 _FEATURES: Final = (
@@ -184,5 +220,5 @@ _FEATURES: Final = (
 )  # fmt: skip
 
 OPERATIONS: Final[tuple[Operation, ...]] = (
-    *_READS, *_CHANGES, *_PLANS, *_LINKS, *_RECORDINGS, *_FEATURES,
+    *_READS, *_CHANGES, *_PLANS, *_LINKS, *_FEEDS, *_RECORDINGS, *_FEATURES,
 )  # fmt: skip

@@ -9,6 +9,9 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
+from hawk.exports.feed_table import FEEDS
+from hawk.exports.formats import CONTENT_TYPES
+
 ROOT: Final = "/api/v1"
 """Address below which every address of this API lies."""
 NOTHING: Final = f"there is nothing at this address; GET {ROOT}/openapi.json lists the addresses"
@@ -22,6 +25,8 @@ PATTERNS: Final = {
     "survey": "[0-9a-f-]{36}",
     "token": "[A-Za-z0-9_-]{8,64}",
     "preview": "[0-9a-f]{32}",
+    "kind": "|".join(each.removeprefix(".") for each in CONTENT_TYPES),
+    "feed": "|".join(FEEDS),
 }
 """Patterns of the fields of paths."""
 _FIELD: Final = re.compile(r"\{(\w+)\}")
@@ -39,6 +44,8 @@ WORDS: Final[Mapping[str, str]] = {
     "/recordings": f"there is no recording with this name; GET {ROOT}/recordings lists them",
     "/lots/import": f"there is no preview with this id; POST {ROOT}/lots/import makes one",
     "/lots/{id}/plan/import": f"there is no preview with this id; POST {ROOT}/lots/{{id}}/plan/import makes one",
+    "/lots/{id}/feeds": f"there is no feed with this name; there are {', '.join(FEEDS)}",
+    "/surveys/{id}/files": f"there is no file of this kind; there are {PATTERNS['kind'].replace('|', ', ')}",
     "/features/collections": f"there is no collection with this name; GET {ROOT}/features/collections lists them",
     "/features/collections/{collection}/items": (
         f"there is no feature with this id; GET {ROOT}/features/collections/{{collection}}/items lists them"
@@ -53,6 +60,7 @@ _KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "change": ("/changes",),
     "share": ("/shares", "/shared"),
     "recording": ("/recordings",),
+    "feed": ("/feeds",),
     "feature": ("/items",),
 }
 """Field of an error of the store -> ends of the templates before the field of the path that is meant."""

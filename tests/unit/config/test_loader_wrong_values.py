@@ -316,6 +316,11 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--training": ((), (*NO_PATH, __file__)),
         "--out": ((), (*NO_PATH, "lot.shp", "/nowhere/lot.csv")),
         "--survey": ((), EMPTY),
+        "--feed": ((), ("", "datex")),
+        "--valid-s": ((), (*EMPTY, "0", "soon", "nan")),
+        "--from": ((), (*EMPTY, "yesterday")),
+        "--to": ((), (*EMPTY, "yesterday")),
+        "--time-zone": ((), (*EMPTY, "Mars/North")),
     },
     "stats": {
         **STORE,

@@ -222,7 +222,8 @@ def _ids(connection: Connection) -> dict[str, str]:
     lot, survey = connection.execute(select(SURVEY.c.lot, SURVEY.c.id)).first() or ("", "")
     token = str(sharing.share(connection, lot, {"days": 1}, 1.8e9)["token"])
     numbers = dict.fromkeys(("seq", "row", "column", "zoom", "x", "y"), "1")
-    return {"lot": lot, "id": lot, "survey": survey, "token": token, "kind": "geojson", "path": "index.html", **numbers}
+    names = {"kind": "geojson", "path": "index.html", "feed": "cds", "collection": "stalls"}
+    return {"lot": lot, "id": lot, "survey": survey, "token": token, **names, **numbers}
 
 
 async def answers(server: TestServer, headers: dict[str, str], parts: dict[str, str]) -> dict[str, str]:

@@ -54,7 +54,7 @@ def test_the_reference_has_no_other_settings() -> None:
         ("[autopilot]\nvehicle_system_id = 0\n", 2, "autopilot.vehicle_system_id", "1"),
         ("[wbe]\nport = 1\n", 1, "wbe", "did you mean web?"),
         ("[web]\ntoken = 'short'\n", 2, "web.token", "16"),
-        ("[remote_control]\nrequired = 3\n", 2, "remote_control.required", "boolean"),
+        ("[remote_control]\nrequired = 3\n", 2, "remote_control.required", "true or false"),
         ("[remote_id]\nenabled = true\n", 1, "remote_id", "operator_id is missing"),
         ("[remote_id]\noperator_id = ''\n", 2, "remote_id.operator_id", "1 to 20"),
         ("[remote_id]\noperator_id = 'FIN87astrdge12k8-too-long'\n", 2, "remote_id.operator_id", "1 to 20"),

@@ -45,6 +45,32 @@ def test_all_surveys_fit_into_no_other_file(stored: Stored, tmp_path: Path, caps
     assert "--out: lot.csv holds one survey; several go into a .gpkg" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("name", "key"), [("ngsi-ld", "ParkingSpot"), ("cds-aggregates", "occupancy_percent")])
+def test_a_feed_is_printed(
+    stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, key: str
+) -> None:
+    assert run(stored, tmp_path, "--feed", name) == 0
+    assert key in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "reason"),
+    [
+        (["--feed", "cds", "--from", "2026-05-04"], 1, "from: is not used by cds, a feed over a survey: leave it out"),
+        (["--feed", "cds-aggregates", "--valid-s", "9"], 1, "valid_s: is not used by cds-aggregates, a feed over a pe"),
+        (["--out", "lot.csv", "--valid-s", "9"], 2, "--valid-s: only together with --feed"),
+        (["--feed", "cds", "--survey", "all"], 1, "--survey: there is no survey 'all' of this lot"),
+    ],
+)
+def test_an_option_that_a_feed_does_not_use_is_refused(
+    stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, reason: str
+) -> None:
+    if arguments[0] == "--out":
+        arguments[1] = str(tmp_path / arguments[1])
+    assert run(stored, tmp_path, *arguments) == status
+    assert reason in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [

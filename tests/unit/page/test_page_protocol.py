@@ -31,10 +31,10 @@ def test_check_names_the_files_that_are_out_of_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(page_protocol, "SOURCES", tmp_path)
-    for name in ("protocol.ts", "command-table.ts"):
+    for name in ("protocol.ts", "command-table.ts", "api.ts"):
         (tmp_path / name).write_text("old", "utf-8")
     assert page_protocol.main(["--check"]) == 1
-    late = "out of date, run python packaging/page_protocol.py: protocol.ts, command-table.ts\n"
+    late = "out of date, run python packaging/page_protocol.py: protocol.ts, command-table.ts, api.ts\n"
     assert capsys.readouterr().err == late
     assert page_protocol.main([]) == 0
     assert page_protocol.main(["--check"]) == 0
@@ -48,6 +48,8 @@ def test_check_names_the_files_that_are_out_of_date(
         ({"enum": ["a", "b"], "type": "string"}, '"a" | "b"'),
         ({"anyOf": [{"type": "number"}, {"type": "integer"}, {"type": "null"}]}, "number | null"),
         ({"type": "array", "items": {"$ref": "#/$defs/Point"}}, "Point[]"),
+        ({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}, "[number, number]"),
+        ({"type": "object", "additionalProperties": True}, "Record<string, unknown>"),
         ({"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "null"}]}}, "(number | null)[]"),
     ],
 )

@@ -163,10 +163,14 @@ def test_one_focal_length_is_enough_for_a_lens(tmp_path: Path) -> None:
     ("name", "text", "words"),
     [
         ("odm_report/shots.geojson", "{", r"shots\.geojson: is no JSON"),
-        ("odm_report/shots.geojson", '{"features": [{"properties": {}}]}', r"features\.0\.properties\.filename: Field"),
+        (
+            "odm_report/shots.geojson",
+            '{"features": [{"properties": {}}]}',
+            r"features\.0\.properties\.filename: is missing",
+        ),
         ("odm_report/shots.geojson", '{"features": []}', "none of its photographs can be used: no photograph is in it"),
         ("cameras.json", "[1]", "is no table of cameras"),
-        ("cameras.json", '{"a": {}}', "projection_type: Field required"),
+        ("cameras.json", '{"a": {}}', "projection_type: is missing"),
     ],
 )
 def test_a_damaged_project_names_the_file_and_the_field(tmp_path: Path, name: str, text: str, words: str) -> None:

@@ -54,7 +54,7 @@ async def test_page_time_line_pictures_and_maps_are_served(server: ReplayServer)
 
 async def test_nothing_is_changed_and_nothing_else_is_there(server: ReplayServer) -> None:
     async with aiohttp.ClientSession(server.url) as session:
-        for path in ("/ws", "/api/lots.json", "/api/replay/pictures/9", "/api/replay/words/1", "/../config.toml"):
+        for path in ("/ws", "/api/v1/lots", "/api/replay/pictures/9", "/api/replay/words/1", "/../config.toml"):
             async with session.get(path) as response:
                 assert response.status == 404, path
         for path in ("/", "/api/replay.json", "/api/replay/maps/1"):

@@ -7,6 +7,7 @@ import contextlib
 import zlib
 from collections.abc import AsyncIterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -14,9 +15,11 @@ from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
 from hawk.comm.protocol.commands import Ack, Arm, Control, Disarm, KillRequest, KillToken, Takeoff
 from hawk.comm.protocol.heartbeat import DroneStatus, LogEntry, SiteStatus
 from hawk.config.sections import WebSettings
+from hawk.lots.store import LotStore
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState
 from hawk.model.poses import MapPoint
 from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError
+from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.web.rig import Rig
 
 TILE = EncodedTile(1, zlib.compress(bytes([2]) * TILE_CELLS**2))
@@ -115,6 +118,28 @@ async def test_no_answer_is_a_lost_link(rig: Rig, drone: DroneClient) -> None:
         await drone.ask(Arm(), timeout_s=0.05)
     with pytest.raises(LinkLostError, match="no heartbeat"):
         await drone.next_heartbeat(0.05)
+
+
+async def test_lots_are_read_part_by_part_and_without_a_store_it_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hawk.survey.client.LOTS_AT_ONCE", 1)
+    rig = Rig()
+    await rig.start()
+    async with client_of(rig) as drone:
+        with pytest.raises(CommandRefusedError, match="There is no store of lots here"):
+            await drone.lots()
+    assert rig.server is not None
+    await rig.server.close()
+    rig = Rig()
+    store = rig.lots = LotStore(tmp_path / "lots.db")
+    made = [await store.write(lambda connection: drawn_lot(connection, 10)) for _ in range(3)]
+    await rig.start()
+    async with client_of(rig) as drone:
+        assert sorted(each["id"] for each in await drone.lots()) == sorted(made)
+    assert rig.server is not None
+    await rig.server.close()
+    await store.close()
 
 
 async def test_the_map_is_kept_and_fetched_with_its_pictures(rig: Rig, drone: DroneClient) -> None:

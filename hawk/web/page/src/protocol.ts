@@ -80,7 +80,7 @@ export interface DisarmCommand {
   Id?: string | number | null;
 }
 
-/** Fly the plan of the lot as somebody changed it since the motors are on. Without this the flight goes on with the */
+/** Fly the plan of the lot as somebody changed it since the motors are on. Without this the flight goes on with the plan that it began with, and the next one begins with the changed one. */
 export interface FlyPlanCommand {
   Type: "Fly Plan";
   Id?: string | number | null;
@@ -185,7 +185,7 @@ export interface SetOutlineCommand {
   Holes?: FenceCorner[][];
 }
 
-/** Survey a known lot again: the next Explore looks at every stall of its plan once more, then at what is new at */
+/** Survey a known lot again: the next Explore looks at every stall of its plan once more, then at what is new at its rim. It sets the lot's ground as the outline; Clear Outline ends it. Not while it explores. */
 export interface SurveyAgainCommand {
   Type: "Survey Again";
   Id?: string | number | null;
@@ -290,7 +290,7 @@ export interface FenceSetup {
   Problem: string;
 }
 
-/** Health of one part. Name: link, position, ground, camera, vision, mapper, planner, recording, requests, tasks, */
+/** Health of one part. Name: link, position, ground, camera, vision, mapper, planner, recording, requests, tasks, loop, home, remote control, remote id, or rangefinder where there is one. */
 export interface HealthItem {
   Name: string;
   Healthy: boolean;

@@ -4,7 +4,9 @@ import { afterEach, beforeEach, describe, it } from "node:test";
 import { Archive } from "../src/archive/app.ts";
 import { amount, bracket, heatClass, moment, share } from "../src/archive/figures.ts";
 import { groundOf, originOf, pathOf, stallAt } from "../src/archive/ground.ts";
-import { type Feature, LotSource, readAll, type SurveyRow } from "../src/archive/link.ts";
+import type { SurveyUse } from "../src/api.ts";
+import { type Feature, LotSource } from "../src/archive/link.ts";
+import { readAll } from "../src/link/api.ts";
 import { hashOf, placeOf } from "../src/archive/place.ts";
 import { notes } from "../src/archive/surveys-view.ts";
 import { settle } from "./fakes.ts";
@@ -19,8 +21,8 @@ const HTML = "<b onclick='alert(1)'>North</b>";
 const NONE = { value: null, low: null, high: null, surveys: 0 };
 const HALF = { value: 0.5, low: 0.4, high: 0.6, surveys: 1 };
 
-function survey(id: string, ended: string, more: Partial<SurveyRow> = {}): SurveyRow {
-  return { id, placed: "registered", free: 1, taken: 1, unknown: 0, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
+function survey(id: string, ended: string, more: Partial<SurveyUse> = {}): SurveyUse {
+  return { id, kind: "flown", layout: 1, accuracy: null, left_out: "", placed: "registered", free: 1, taken: 1, unknown: 0, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
 }
 
 /** A stall of some metres at metres east of a place. */
@@ -176,7 +178,7 @@ describe("lots over time", () => {
       "/stalls": FEATURES,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
-      "/observations": { next: null, items: [{ survey: ONE, label: "A 1", looked: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
+      "/observations": { next: null, items: [{ survey: ONE, label: "A 1", observed: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
       "/statistics/stalls": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
       "/statistics/between": { compared: 2, unknown: 1, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 }, stalls: [{ id: STALL, label: "A 1", taken: true, chance: 0.98 }] },
     };

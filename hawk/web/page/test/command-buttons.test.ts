@@ -19,6 +19,7 @@ import { LotsList } from "../src/ui/lots.ts";
 import { OutlineButton } from "../src/ui/outline-button.ts";
 import { OwnName } from "../src/ui/own-name.ts";
 import { say } from "../src/words/say.ts";
+import { answer, list } from "./api.ts";
 import { settle } from "./fakes.ts";
 import { CIRCLE, mapUpdate, possible, stall } from "./make.ts";
 import { flying, type Rig, type Sent } from "./rig.ts";
@@ -141,13 +142,12 @@ async function onStage(part: Part, operator: Operator): Promise<Stage<Part>> {
   return stage;
 }
 
-const LISTED = { lots: [{ id: "a", name: "South", stalls: 4, survey_count: 1, last_survey: null }], undecided: [], changes: [] };
+const LISTED = { lots: list({ id: "a", name: "South", stalls: 4, survey_count: 1, last_survey: null }), surveys: list(), changes: list() };
 
 describe("the buttons of the table of commands", () => {
   const before = globalThis.fetch;
   beforeEach(() => {
-    globalThis.fetch = (address) =>
-      Promise.resolve(address === "api/lots.json" ? Response.json(LISTED) : new Response(null, { status: 404 }));
+    globalThis.fetch = (address) => Promise.resolve(answer(address as string, LISTED));
   });
   afterEach(() => {
     globalThis.fetch = before;

@@ -48,7 +48,7 @@ const SETTING = { Section: "Drone says fence", Key: "Drone says radius", Text: "
 const PLAN = new PlanStore(["A 1", "A 2"]);
 const anything = (): Promise<Response> => Promise.resolve(new Response(JSON.stringify({ Settings: [SETTING] })));
 Object.assign(globalThis, {
-  fetch: (address: string, options?: RequestInit) => (address.startsWith("api/lots/") ? PLAN.fetch(address, options) : anything()),
+  fetch: (address: string, options?: RequestInit) => (address.startsWith("api/v1/") ? PLAN.fetch(address, options) : anything()),
 });
 const { FlightTab } = await import("../src/ui/flight-tab.ts");
 const { SurveyPanel } = await import("../src/ui/survey-panel.ts");

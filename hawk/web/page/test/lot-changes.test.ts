@@ -5,15 +5,16 @@ import { shownChanges } from "../src/map/fence-shown.ts";
 import { LotsList } from "../src/ui/lots.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
 import type { Operator } from "../src/state/operator.ts";
+import { answer, list } from "./api.ts";
 import { welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage, words } from "./stage.ts";
 
 const CORNERS = [[52, 5], [52, 5.0001], [52.0001, 5.0001], [52.0001, 5]];
 const LISTED = {
-  lots: [{ id: "a", name: "North", stalls: 60, survey_count: 2, last_survey: { ended: "2026-05-05T12:00:00Z" } }],
-  undecided: [],
-  changes: [],
+  lots: list({ id: "a", name: "North", stalls: 60, survey_count: 2, last_survey: { id: "s", ended: "2026-05-05T12:00:00Z" } }),
+  surveys: list(),
+  changes: list(),
 };
 const CHANGES = {
   lot: "a",
@@ -50,7 +51,7 @@ describe("what surveys propose for a lot", () => {
         changes = { ...CHANGES, surveys: [], doubtful: [] };
         return Promise.resolve(Response.json({ seq: 1 }));
       }
-      return Promise.resolve(Response.json(asked.endsWith("changes.json") ? changes : asked.endsWith("places.json") ? PLACES : LISTED));
+      return Promise.resolve(answer(asked, { ...LISTED, "lots/a/proposals": changes, "surveys/d/places": PLACES }));
     };
   });
 
@@ -87,7 +88,7 @@ describe("what surveys propose for a lot", () => {
   it("is taken over without the confirmed stalls, unless they are ticked", async () => {
     const stage = await shown();
     await stage.press("Take over");
-    assert.deepEqual(sent, [["api/lots/a/take-over", { survey: "s", begin: "all", end: "all" }]]);
+    assert.deepEqual(sent, [["api/v1/lots/a/take-over", { survey: "s", begin: "all", end: "all" }]]);
     assert.doesNotMatch(stage.text, /begin/);
   });
 
@@ -96,14 +97,14 @@ describe("what surveys propose for a lot", () => {
     assert.match(stage.text, /End the confirmed one too/);
     stage.input("input[type=checkbox]").click();
     await stage.press("Take over");
-    assert.deepEqual(sent, [["api/lots/a/take-over", { survey: "s", begin: "all", end: ["x"] }]]);
+    assert.deepEqual(sent, [["api/v1/lots/a/take-over", { survey: "s", begin: "all", end: ["x"] }]]);
   });
 
   it("is dropped, and leaves the map", async () => {
     const stage = await shown();
     await stage.press("Show on the map");
     await stage.press("Drop");
-    assert.deepEqual(sent, [["api/lots/a/drop", { survey: "s", begin: "all", end: "all" }]]);
+    assert.deepEqual(sent, [["api/v1/lots/a/drop", { survey: "s", begin: "all", end: "all" }]]);
     await stage.drawn();
     assert.equal(stage.part.model.lotChanges, null);
   });
@@ -113,7 +114,7 @@ describe("what surveys propose for a lot", () => {
     assert.match(words(stage.find("hawk-lot-doubt")), /Where was this survey\?Survey of 2026-05-06: two places fit alike/);
     assert.deepEqual([...stage.part.querySelectorAll("canvas")].map((each) => each.getAttribute("aria-label")), ["Place 1", "Place 2"]);
     await stage.press("Here: place 2");
-    assert.deepEqual(sent, [["api/surveys/d/place", { place: 1 }]]);
+    assert.deepEqual(sent, [["api/v1/surveys/d/place", { place: 1 }]]);
   });
 
   it("is only looked at by a viewer", async () => {

@@ -2,18 +2,20 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import { LotsList } from "../src/ui/lots.ts";
+import { answer as answerOf, list, refusal } from "./api.ts";
 import { welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage, words } from "./stage.ts";
 
 const HTML = "<b onclick='alert(1)'>North</b>";
+const LOTS = [
+  { id: "a", name: HTML, stalls: 144, survey_count: 2, last_survey: { id: "n", ended: "2026-05-04T12:00:00Z" } },
+  { id: "b", name: "South", stalls: 1, survey_count: 1, last_survey: null },
+];
 const LISTED = {
-  lots: [
-    { id: "a", name: HTML, stalls: 144, survey_count: 2, last_survey: { id: "n", ended: "2026-05-04T12:00:00Z" } },
-    { id: "b", name: "South", stalls: 1, survey_count: 1, last_survey: null },
-  ],
-  undecided: [{ id: "s", ended: "2026-05-05T12:00:00Z", candidates: ["b"] }],
-  changes: [],
+  lots: list(...LOTS),
+  surveys: list({ id: "s", ended: "2026-05-05T12:00:00Z", candidates: ["b"] }),
+  changes: list(),
 };
 
 describe("the lots", () => {
@@ -25,7 +27,7 @@ describe("the lots", () => {
     sent = [];
     answer = () => Response.json({ seq: 1 });
     globalThis.fetch = (address, options) => {
-      if (options?.method !== "POST") return Promise.resolve(Response.json(LISTED));
+      if (options?.method !== "POST") return Promise.resolve(answerOf(address as string, LISTED));
       sent.push([address as string, JSON.parse(options.body as string)]);
       return Promise.resolve(answer());
     };
@@ -59,7 +61,7 @@ describe("the lots", () => {
   it("offer the files of the newest survey, where there is one", async () => {
     const stage = await shown();
     const links = [...stage.part.querySelectorAll("a[download]")].map((link) => link.getAttribute("href"));
-    assert.deepEqual(links, ["csv", "geojson", "gpkg", "kmz", "png"].map((kind) => `api/surveys/n.${kind}`));
+    assert.deepEqual(links, ["csv", "geojson", "gpkg", "kmz", "png"].map((kind) => `api/v1/surveys/n/files/${kind}`));
     assert.equal(stage.part.querySelector("a:not([download])")?.getAttribute("href"), "archive");
   });
 
@@ -71,12 +73,12 @@ describe("the lots", () => {
     assert.equal(field.value, HTML);
     field.value = "North Street";
     await press(stage, "Save");
-    assert.deepEqual(sent, [["api/lots/a/name", { name: "North Street" }]]);
+    assert.deepEqual(sent, [["api/v1/lots/a/name", { name: "North Street" }]]);
     assert.equal(stage.part.querySelector("form"), null);
   });
 
   it("say why a name is refused, and keep the field", async () => {
-    answer = () => Response.json({ field: "name", reason: "is empty: write one or more letters" }, { status: 422 });
+    answer = () => refusal(422, "is empty: write one or more letters", { field: "name" });
     const stage = await shown();
     await press(stage, "Rename");
     await press(stage, "Save");
@@ -90,8 +92,8 @@ describe("the lots", () => {
     await press(stage, "South");
     await press(stage, "A new lot");
     assert.deepEqual(sent, [
-      ["api/surveys/s/move", { lot: "b" }],
-      ["api/surveys/s/move", { lot: null }],
+      ["api/v1/surveys/s/move", { lot: "b" }],
+      ["api/v1/surveys/s/move", { lot: null }],
     ]);
   });
 
@@ -108,8 +110,8 @@ describe("the lots", () => {
   it("keep their buttons when another lot comes before them", async () => {
     const stage = await shown();
     const south = stage.button("Correct the plan of South");
-    const more = { ...LISTED, lots: [{ id: "c", name: "Another", stalls: 9, survey_count: 1, last_survey: null }, ...LISTED.lots] };
-    globalThis.fetch = () => Promise.resolve(Response.json(more));
+    const more = { ...LISTED, lots: list({ id: "c", name: "Another", stalls: 9, survey_count: 1, last_survey: null }, ...LOTS) };
+    globalThis.fetch = (address) => Promise.resolve(answerOf(address as string, more));
     stage.find("ul").dispatchEvent(new CustomEvent("lot-changed"));
     await stage.drawn();
     assert.equal(stage.part.querySelectorAll("li").length, 3);

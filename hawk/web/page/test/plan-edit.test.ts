@@ -2,6 +2,7 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import { PlanEditing } from "../src/state/plan-edit.ts";
+import { refusal } from "./api.ts";
 import { FakeTimers } from "./fakes.ts";
 import { PlanStore } from "./plan-store.ts";
 
@@ -79,7 +80,7 @@ describe("the editor of a plan", () => {
 
   it("shows the store's words at a refusal, takes back what was foreseen, and goes on", async () => {
     const editing = await opened();
-    store.next.push({ status: 422, body: { field: "stalls", reason: "A 1 would overlap A 2" } });
+    store.next.push(refusal(422, "A 1 would overlap A 2", { field: "stalls" }));
     editing.do({ do: "remove", stalls: ["A 1"] });
     editing.do({ do: "remove", stalls: ["A 3"] });
     await answered();

@@ -1,19 +1,20 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
-import type { ImportPreview } from "../src/link/plan.ts";
+import type { PlanPreview } from "../src/api.ts";
 import type { Operator } from "../src/state/operator.ts";
 import { PlanPanel } from "../src/ui/plan-panel.ts";
+import { refusal } from "./api.ts";
 import { settle } from "./fakes.ts";
 import { PlanStore } from "./plan-store.ts";
 import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";
 
-const SHAPE = { north: 0, east: 0, angle: 0, width: 2.5, length: 5, label: "1" };
-const PREVIEW: ImportPreview = {
+const SHAPE = { id: "n1", north: 0, east: 0, angle: 0, width: 2.5, length: 5, label: "1", former: "", kind: "" };
+const PREVIEW: Partial<PlanPreview> = {
   token: "t1",
   file: "plan.dxf",
-  placed: { is_certain: true, doubt: "" },
+  placed: { by: "", on: "", is_certain: true, doubt: "", north: 0, east: 0, turn: 0, residual: 0, accuracy: null },
   begin: [SHAPE, SHAPE],
   stay: [SHAPE],
   end: [],
@@ -73,7 +74,7 @@ describe("the import of a plan from a file", () => {
 
   it("shows what would change, and what is left out as text", async () => {
     await read(Response.json(PREVIEW));
-    assert.equal(sent[0]?.[0], "api/lots/lot/plan/import?name=plan.dxf");
+    assert.equal(sent[0]?.[0], "api/v1/lots/lot/plan/import?name=plan.dxf");
     assert.match(stage.text, /plan\.dxf\s*2 begin, 1 change, 4 are so already, 0 end\./);
     assert.match(stage.text, /1 feature is left out/);
     assert.match(stage.text, /<b>node 7<\/b>: is a point: draw it/);
@@ -83,10 +84,10 @@ describe("the import of a plan from a file", () => {
 
   it("takes the plan within the edit, as a step that can be undone", async () => {
     await read(Response.json(PREVIEW));
-    const stall = { id: "n1", ...SHAPE, kind: "", is_confirmed: true };
+    const stall = { ...SHAPE, is_confirmed: true };
     answers.push(Response.json({ revision: 9, stalls: [stall], gone: [], zones: [], named_zones: [], undo: 1, redo: 0 }));
     await press("Take the plan");
-    assert.deepEqual(sent[1], ["api/lots/lot/plan/import/t1/take", JSON.stringify({ edit: store.open?.edit, uncertain: false })]);
+    assert.deepEqual(sent[1], ["api/v1/lots/lot/plan/import/t1/take", JSON.stringify({ edit: store.open?.edit, uncertain: false })]);
     assert.equal(model.plan.plan.get("n1")?.label, "1");
     assert.equal(model.plan.own?.undo, 1);
     assert.equal(model.plan.incoming.file, null);
@@ -110,12 +111,12 @@ describe("the import of a plan from a file", () => {
     stage.input("[name=layer]").closest("form")?.dispatchEvent(new Event("submit", { cancelable: true }));
     await answered();
     await stage.drawn();
-    assert.equal(sent[1]?.[0], "api/lots/lot/plan/import?rename=1&layer=STALLS&name=plan.dxf");
+    assert.equal(sent[1]?.[0], "api/v1/lots/lot/plan/import?rename=1&layer=STALLS&name=plan.dxf");
     assert.equal(stage.button("Take the plan").disabled, false);
   });
 
   it("shows the store's words, and those of the page without an answer", async () => {
-    await read(Response.json({ field: "units", reason: "of the drawing are not known" }, { status: 422 }));
+    await read(refusal(422, "of the drawing are not known", { field: "units" }));
     assert.match(stage.text, /units: of the drawing are not known/);
     await read(null);
     assert.match(stage.text, /The drone did not answer: the file could not be read/);

@@ -5,6 +5,7 @@ import type { Operator } from "../src/state/operator.ts";
 import { undoByKey } from "../src/ui/plan-keys.ts";
 import { PlanPanel } from "../src/ui/plan-panel.ts";
 import { PlanTools } from "../src/ui/plan-tools.ts";
+import { refusal } from "./api.ts";
 import { settle } from "./fakes.ts";
 import { PlanStore } from "./plan-store.ts";
 import { flying, type Rig } from "./rig.ts";
@@ -145,7 +146,7 @@ describe("the parts of the plan's editor", () => {
 
   it("show the store's words", async () => {
     await open();
-    store.next.push({ status: 422, body: { field: "stalls", reason: "<b>A 1</b> would overlap" } });
+    store.next.push(refusal(422, "<b>A 1</b> would overlap", { field: "stalls" }));
     await press("Confirm all");
     assert.match(stage.text, /stalls: <b>A 1<\/b> would overlap/);
     assert.equal(stage.find("p.problem").querySelector("b"), null);

@@ -1,3 +1,4 @@
+import { answer, list, refusal } from "./api.ts";
 import type { Operation, PlanStall, PlanZone } from "../src/plan/values.ts";
 
 interface Edit {
@@ -16,7 +17,7 @@ export class PlanStore {
   readonly asked: [path: string, body: Record<string, unknown>][] = [];
   readonly steps: Operation[] = [];
   /** The next answers in place of the store's own: "lost" after it was done, "down" before, or a refusal. */
-  readonly next: ("lost" | "down" | { status: number; body: object })[] = [];
+  readonly next: ("lost" | "down" | Response)[] = [];
   private readonly before: Map<string, PlanStall>[] = [];
   private readonly after: Map<string, PlanStall>[] = [];
   private count = 0;
@@ -40,20 +41,20 @@ export class PlanStore {
     this.after.length = 0;
     const ids = "all" in operation ? [...this.stalls.keys()] : "stalls" in operation ? operation.stalls : [];
     for (const id of ids) this.changeOne(id, operation);
-    if (operation.do === "draw_zone") this.zones = [...this.zones, { id: `zone-${this.revision}`, name: operation.name, kind: operation.kind, outline: [...operation.outline] }];
+    if (operation.do === "draw_zone") this.zones = [...this.zones, { id: `zone-${this.revision}`, name: operation.name, kind: operation.kind, outline: operation.outline.map(([north, east]) => [north, east]) }];
     if (operation.do === "erase_zone") this.zones = this.zones.filter(({ id }) => id !== operation.zone);
     this.revision += 1;
   }
 
   readonly fetch = async (address: string | URL | Request, options?: RequestInit): Promise<Response> => {
     await Promise.resolve();
-    const path = (address as string).replace(/^api\/lots\/lot\/?/, "");
+    const path = (address as string).replace(/^api\/v1\/lots\/lot\/?/, "");
     if (options?.method !== "POST") return this.read(path);
     const body = JSON.parse(options.body as string) as Record<string, unknown>;
     this.asked.push([path, body]);
     const next = this.next.shift();
     if (next === "down") throw new TypeError("no link");
-    if (next !== undefined && next !== "lost") return Response.json(next.body, { status: next.status });
+    if (next !== undefined && next !== "lost") return next;
     const answer = this.act(path, body);
     if (next === "lost") throw new TypeError("no link");
     return answer;
@@ -64,29 +65,33 @@ export class PlanStore {
       this.next.shift();
       throw new TypeError("no link");
     }
-    if (path === ".json") return Response.json({ id: "lot", name: "Lot 1", datum: [48, 11], surveys: [], newest_registered: null });
     const edit = this.open && { who: this.open.who, since: this.open.since };
-    return Response.json({ lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [], named_zones: this.zones });
+    return answer(path, {
+      "": { id: "lot", name: "Lot 1", datum: [48, 11] },
+      surveys: list(),
+      comparison: { survey: null, found: [], missed: [] },
+      plan: { lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [], named_zones: this.zones },
+    });
   }
 
   private act(path: string, body: Record<string, unknown>): Response {
     if (path === "edit") return this.begin(body);
     if (this.open?.edit !== body.edit) {
       const who = this.open ? { who: this.open.who, since: this.open.since } : {};
-      return Response.json({ field: "edit", reason: "it was closed", ...who }, { status: 409 });
+      return refusal(409, "it was closed", { field: "edit", ...who });
     }
     if (path === "edit/close") {
       this.open = null;
       return Response.json({ seq: 1, layout: this.steps.length > 0 ? 2 : null });
     }
     if (path === "plan") this.change(body.operation as Operation);
-    else if (!this.step(path)) return Response.json({ field: "edit", reason: "nothing of it is left to undo" }, { status: 409 });
+    else if (!this.step(path)) return refusal(409, "nothing of it is left to undo", { field: "edit" });
     return Response.json(this.done());
   }
 
   private begin({ who, take_over }: Record<string, unknown>): Response {
     if (this.open && this.open.who !== who && take_over !== true) {
-      return Response.json({ field: "", reason: "another edits", who: this.open.who, since: this.open.since }, { status: 409 });
+      return refusal(409, "another edits", { who: this.open.who, since: this.open.since });
     }
     if (this.open?.who !== who) this.take(who as string);
     return Response.json({ ...this.open, undo: this.before.length, redo: this.after.length });

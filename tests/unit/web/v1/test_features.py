@@ -17,7 +17,7 @@ import shapely
 
 from hawk.lots.store import LotStore
 from hawk.web.v1 import features, shapes
-from hawk.web.v1.features_asked import box_of, period_of
+from hawk.web.v1.features_parameters import box_of, period_of
 from tests.sweep import sweep
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig, browser
@@ -113,7 +113,7 @@ async def test_stalls_lie_where_the_plan_has_them_and_run_counter_clockwise(arch
         assert ring.centroid.x == pytest.approx(stall["longitude"], abs=1e-7)
         assert ring.centroid.y == pytest.approx(stall["latitude"], abs=1e-7)
         shown = feature["properties"]
-        for name in ("label", "kind", "state", "taken_probability", "looked"):
+        for name in ("label", "kind", "state", "taken_probability", "observed"):
             assert shown[name] == stall[name]
 
 

@@ -1,16 +1,20 @@
 import { html, LitElement, nothing, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
+import type { ListedLot } from "../api.ts";
 import { say } from "../words/say.ts";
 import "./compare-view.ts";
 import "./figures-view.ts";
+import { LotSource } from "./link.ts";
 import "./links-view.ts";
-import { type LotName, LotSource } from "./link.ts";
 import { hashOf, type Place, placeOf, type ViewName } from "./place.ts";
 import "./recordings-view.ts";
 import "./report-view.ts";
 import "./stalls-view.ts";
 import "./surveys-view.ts";
+import { wordsOf } from "./view.ts";
+
+type NamedLot = Pick<ListedLot, "id" | "name">;
 
 /** What the page needs of its surroundings. */
 export interface Outside {
@@ -19,7 +23,7 @@ export interface Outside {
   setHash: (hash: string) => void;
   /** Token of a shared link; null with a login. */
   token: string | null;
-  lots: () => Promise<LotName[]>;
+  lots: () => Promise<NamedLot[]>;
   isOperator: () => Promise<boolean>;
 }
 
@@ -31,7 +35,7 @@ const OF_OWN: readonly ViewName[] = [...OF_LINKS, "links", "recordings"];
 export class Archive extends LitElement {
   @property({ attribute: false }) outside!: Outside;
   @state() private place: Place = placeOf("");
-  @state() private lots: LotName[] | null = null;
+  @state() private lots: NamedLot[] | null = null;
   @state() private problem = "";
   @state() private mayChange = false;
   @state() private revision = 0;
@@ -50,7 +54,7 @@ export class Archive extends LitElement {
     try {
       this.lots = await this.outside.lots();
     } catch (error) {
-      this.problem = error instanceof Error ? error.message : say("archive-unanswered");
+      this.problem = wordsOf(error);
     }
     const [first] = this.lots ?? [];
     if (first && !this.lots?.some(({ id }) => id === this.place.lot)) this.go({ lot: first.id, survey: "", before: "", after: "", stall: "" });
@@ -158,7 +162,7 @@ export class Archive extends LitElement {
       await work();
       this.notice = null;
     } catch (error) {
-      this.notice = { text: error instanceof Error ? error.message : say("archive-unanswered") };
+      this.notice = { text: wordsOf(error) };
     }
     this.renew();
   }

@@ -1,11 +1,12 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
+import type { Changed, SurveyUse, SurveysUse } from "../api.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { percent } from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { amount, moment } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Between, Features, Listing, SurveyRow } from "./link.ts";
+import type { Features } from "./link.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { stateLegend, warning } from "./surveys-view.ts";
@@ -15,10 +16,10 @@ import { Asked, View } from "./view.ts";
 @customElement("archive-compare")
 export class CompareView extends View {
   @state() private share = 50;
-  private readonly listed = new Asked<Listing>(this);
+  private readonly listed = new Asked<SurveysUse>(this);
   private readonly one = new Asked<Features>(this);
   private readonly other = new Asked<Features>(this);
-  private readonly found = new Asked<Between>(this);
+  private readonly found = new Asked<Changed>(this);
 
   override willUpdate(): void {
     const { from, to, lot } = this.place;
@@ -32,10 +33,10 @@ export class CompareView extends View {
   }
 
   /** Those that were chosen; else the newest two that count. */
-  private pair(): [SurveyRow, SurveyRow] | null {
+  private pair(): [SurveyUse, SurveyUse] | null {
     const surveys = this.listed.value?.surveys ?? [];
     const counted = surveys.filter((row) => row.left_out_code === "");
-    const named = (id: string): SurveyRow | undefined => surveys.find((row) => row.id === id);
+    const named = (id: string): SurveyUse | undefined => surveys.find((row) => row.id === id);
     const after = named(this.place.after) ?? counted[0];
     const before = named(this.place.before) ?? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended));
     return before && after ? [before, after] : null;
@@ -54,14 +55,14 @@ export class CompareView extends View {
       ${[before, after].map((row) => warning(row))} ${this.swipe(before, after)} ${this.list()}`;
   }
 
-  private choice(end: "before" | "after", chosen: SurveyRow, surveys: SurveyRow[]): TemplateResult {
+  private choice(end: "before" | "after", chosen: SurveyUse, surveys: SurveyUse[]): TemplateResult {
     return html`<label>${say(`archive-${end}`)}
       <select @change=${(event: Event) => this.go({ [end]: (event.target as HTMLSelectElement).value })}>
         ${surveys.map((row) => html`<option value=${row.id} ?selected=${row.id === chosen.id}>${moment(row.ended)}</option>`)}
       </select></label>`;
   }
 
-  private swipe(before: SurveyRow, after: SurveyRow): TemplateResult | typeof nothing {
+  private swipe(before: SurveyUse, after: SurveyUse): TemplateResult | typeof nothing {
     const [one, other] = [this.one.value, this.other.value];
     const origin = originOf([...(one?.features ?? []), ...(other?.features ?? [])]);
     const problem = this.one.problem || this.other.problem;
@@ -69,7 +70,7 @@ export class CompareView extends View {
     if (one === null || other === null || origin === null) return nothing;
     const [first, second] = [groundOf(one.features, origin), groundOf(other.features, origin)];
     const ground = [first, second].map((each): Ground => ({ ...each, box: around(first, second) }));
-    const label = (row: SurveyRow): string => `${moment(row.ended)}: ${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}`;
+    const label = (row: SurveyUse): string => `${moment(row.ended)}: ${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}`;
     return html`<div class="swipe" ${cssVars({ "--share": `${this.share}%` })}>
         <archive-plan .ground=${ground[0]} .shades=${byState(first.stalls)} .label=${label(before)}></archive-plan>
         <archive-plan class="over" .ground=${ground[1]} .shades=${byState(second.stalls)} .label=${label(after)}></archive-plan>

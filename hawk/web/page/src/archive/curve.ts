@@ -1,10 +1,10 @@
 import { html, LitElement, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
 import uPlot from "uplot";
+import type { Estimate } from "../api.ts";
 import { FONT_FAMILY } from "../font.ts";
 import { number, say } from "../words/say.ts";
 import { moment } from "./figures.ts";
-import type { Estimate } from "./link.ts";
 
 const HEIGHT = 220;
 const FONT = `12px ${FONT_FAMILY}`;

@@ -1,9 +1,9 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
+import type { Figures, SurveysUse, Use } from "../api.ts";
 import { number, say } from "../words/say.ts";
 import "./curve.ts";
 import { amount, bracket, share } from "./figures.ts";
-import type { Listing, Statistics, Use } from "./link.ts";
 import { Asked, View } from "./view.ts";
 
 const PARTS = ["row", "zone", "kind"] as const;
@@ -13,8 +13,8 @@ type By = (typeof PARTS)[number];
 @customElement("archive-figures")
 export class FiguresView extends View {
   @state() private by: By = "zone";
-  private readonly found = new Asked<Statistics>(this);
-  private readonly listed = new Asked<Listing>(this);
+  private readonly found = new Asked<Figures>(this);
+  private readonly listed = new Asked<SurveysUse>(this);
 
   override willUpdate(): void {
     const { from, to, lot } = this.place;
@@ -39,14 +39,14 @@ export class FiguresView extends View {
 }
 
 /** How many surveys stand behind the figures, and how many are left out. */
-export function behind(value: Statistics): string {
+export function behind(value: Figures): string {
   const dates = { first: (value.first ?? "").slice(0, 10), last: (value.last ?? "").slice(0, 10) };
   const left = value.left_out.length === 0 ? "" : say("archive-left-out-count", { surveys: value.left_out.length });
   return `${say("archive-behind", { surveys: value.surveys, clock: value.clock, ...dates })} ${left}`.trim();
 }
 
 /** The curves of the hours of the day, and of every survey. Hours that nobody flew stay empty. */
-export function curves(value: Statistics, listed: Listing | null): TemplateResult {
+export function curves(value: Figures, listed: SurveysUse | null): TemplateResult {
   const hours = Array.from({ length: 24 }, (_, hour) => hour);
   const none = { value: null, low: null, high: null, surveys: 0 };
   const shares = hours.map((hour) => value.hours.find((each) => each.hour === hour)?.occupancy ?? none);
@@ -81,7 +81,7 @@ function partName(name: string): string {
 }
 
 /** A line a row, zone or kind. */
-export function partsTable(value: Statistics): TemplateResult {
+export function partsTable(value: Figures): TemplateResult {
   if (value.parts.length === 0) return html`<p>${say("archive-no-parts")}</p>`;
   return html`<div class="wide" tabindex="0" role="region" aria-label=${say("archive-parts")}><table>
     <thead><tr>${(["archive-part", "archive-capacity", "archive-occupancy", "archive-load", "archive-arrivals-short"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>

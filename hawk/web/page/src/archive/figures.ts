@@ -1,5 +1,5 @@
+import type { Bracket, Estimate } from "../api.ts";
 import { number, say } from "../words/say.ts";
-import type { Bracket, Estimate } from "./link.ts";
 
 const NONE = "–";
 

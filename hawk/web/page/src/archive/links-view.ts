@@ -1,8 +1,9 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
+import type { ListedLink } from "../api.ts";
+import { API, post, read } from "../link/api.ts";
 import { day } from "../words/format.ts";
 import { say } from "../words/say.ts";
-import { API, post, read, type ShareRow } from "./link.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 const STANDARD_DAYS = 30;
@@ -11,7 +12,7 @@ const STANDARD_DAYS = 30;
 @customElement("archive-links")
 export class LinksView extends View {
   @state() private made: { address: string; ends: string } | null = null;
-  private readonly listed = new Asked<{ shares: ShareRow[] }>(this);
+  private readonly listed = new Asked<{ shares: ListedLink[] }>(this);
 
   override willUpdate(): void {
     this.listed.ask(`${this.place.lot} ${this.revision}`, () => read(`${API}/lots/${this.place.lot}/shares`));
@@ -33,7 +34,7 @@ export class LinksView extends View {
     </form>`;
   }
 
-  private row(row: ShareRow): TemplateResult {
+  private row(row: ListedLink): TemplateResult {
     const words = say(row.open ? "archive-link-open" : "archive-link-shut", { made: day(row.made), ends: day(row.ends) });
     return html`<li>${words} ${row.open && this.mayChange ? html`<button class="small" @click=${() => void this.takeBack(row)}>${say("archive-take-back")}</button>` : nothing}</li>`;
   }
@@ -42,7 +43,7 @@ export class LinksView extends View {
     event.preventDefault();
     const field = (event.currentTarget as HTMLFormElement).elements.namedItem("days") as HTMLInputElement;
     try {
-      const { token, ends } = await post<{ token: string; ends: string }>(`${API}/lots/${this.place.lot}/shares`, { days: Number(field.value) });
+      const { token, ends } = await post<{ token: string; ends: string }>(`lots/${this.place.lot}/shares`, { days: Number(field.value) });
       this.made = { address: new URL(`shared#${token}`, document.baseURI).href, ends };
       this.changed();
     } catch (error) {
@@ -50,9 +51,9 @@ export class LinksView extends View {
     }
   }
 
-  private async takeBack(row: ShareRow): Promise<void> {
+  private async takeBack(row: ListedLink): Promise<void> {
     try {
-      await post(`${API}/shares/${row.id}/take-back`);
+      await post(`shares/${row.id}/take-back`);
       this.made = null;
       this.changed();
     } catch (error) {

@@ -1,6 +1,7 @@
+import type { ListedLot } from "../api.ts";
+import { read, readAll } from "../link/api.ts";
 import { Archive } from "./app.ts";
 import { dressed } from "./dressed.ts";
-import { type LotName, read, readAll } from "./link.ts";
 
 const isShared = location.pathname.endsWith("/shared");
 
@@ -15,7 +16,7 @@ function begin(archive: Archive): void {
       history.pushState(null, "", hash);
     },
     token: isShared ? (/^#([\w-]+)/.exec(location.hash)?.[1] ?? "none") : null,
-    lots: () => readAll<LotName>("lots"),
+    lots: () => readAll<ListedLot>("lots"),
     isOperator: async () => (await read<{ role: string }>("api/session").catch(() => ({ role: "viewer" }))).role === "operator",
   };
   window.addEventListener("popstate", () => archive.read());

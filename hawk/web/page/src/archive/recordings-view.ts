@@ -1,15 +1,16 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import type { Recording } from "../api.ts";
+import { API, post, readAll } from "../link/api.ts";
 import { bytes, longDuration } from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { moment } from "./figures.ts";
-import { API, post, readAll, type RecordingRow } from "./link.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 /** The recordings on the drone's disk: size, lot, length, mark, download, delete. */
 @customElement("archive-recordings")
 export class RecordingsView extends View {
-  private readonly listed = new Asked<RecordingRow[]>(this);
+  private readonly listed = new Asked<Recording[]>(this);
   private asked = "";
 
   override willUpdate(): void {
@@ -28,7 +29,7 @@ export class RecordingsView extends View {
       </table></div>`;
   }
 
-  private row(row: RecordingRow): TemplateResult {
+  private row(row: Recording): TemplateResult {
     const when = row.began === null ? row.name : moment(row.began);
     return html`<tr><th scope="row">${when}</th><td>${row.lot?.name ?? "–"}</td>
       <td>${row.seconds === null ? "–" : longDuration(row.seconds)}</td><td>${bytes(row.bytes)}</td>
@@ -37,24 +38,24 @@ export class RecordingsView extends View {
   }
 
   /** A recording that is gone does not come back: the button asks once more. */
-  private actions(row: RecordingRow, when: string): TemplateResult {
+  private actions(row: Recording, when: string): TemplateResult {
     const isSure = this.asked === row.name;
-    return html`<a href="api/recordings/${row.name}" download aria-label=${say("archive-download-of", { when })}>${say("archive-download")}</a>
+    return html`<a href="${API}/recordings/${row.name}" download aria-label=${say("archive-download-of", { when })}>${say("archive-download")}</a>
       <button class="small" aria-label=${say(isSure ? "archive-delete-surely-of" : "archive-delete-of", { when })} @click=${() => void this.delete(row)}>${say(isSure ? "archive-delete-surely" : "archive-delete")}</button>`;
   }
 
-  private async keep(row: RecordingRow, wanted: boolean): Promise<void> {
-    await this.change(post(`${API}/recordings/${row.name}/keep`, { keep: wanted }));
+  private async keep(row: Recording, wanted: boolean): Promise<void> {
+    await this.change(post(`recordings/${row.name}/keep`, { keep: wanted }));
   }
 
-  private async delete(row: RecordingRow): Promise<void> {
+  private async delete(row: Recording): Promise<void> {
     if (this.asked !== row.name) {
       this.asked = row.name;
       this.requestUpdate();
       return;
     }
     this.asked = "";
-    await this.change(post(`${API}/recordings/${row.name}/delete`));
+    await this.change(post(`recordings/${row.name}/delete`));
   }
 
   private async change(asked: Promise<unknown>): Promise<void> {

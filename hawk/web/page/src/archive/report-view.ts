@@ -1,10 +1,11 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import type { Figures, SurveyUse, SurveysUse } from "../api.ts";
 import { say } from "../words/say.ts";
-import { moment, share } from "./figures.ts";
 import { behind, curves, partsTable, useTable } from "./figures-view.ts";
+import { moment, share } from "./figures.ts";
 import { groundOf, originOf } from "./ground.ts";
-import type { Features, Listing, Statistics, SurveyRow } from "./link.ts";
+import type { Features } from "./link.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { sourceOf, stateLegend, warning } from "./surveys-view.ts";
@@ -13,8 +14,8 @@ import { Asked, View } from "./view.ts";
 /** A lot on paper: map, counts with intervals, curves, zones, method and limits. */
 @customElement("archive-report")
 export class ReportView extends View {
-  private readonly found = new Asked<Statistics>(this);
-  private readonly listed = new Asked<Listing>(this);
+  private readonly found = new Asked<Figures>(this);
+  private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<Features>(this);
 
   override willUpdate(): void {
@@ -27,7 +28,7 @@ export class ReportView extends View {
   }
 
   /** The survey that was chosen; else the newest one that counts. */
-  private row(): SurveyRow | undefined {
+  private row(): SurveyUse | undefined {
     const surveys = this.listed.value?.surveys ?? [];
     return surveys.find(({ id }) => id === this.place.survey) ?? surveys.find((row) => row.left_out_code === "");
   }
@@ -50,7 +51,7 @@ export class ReportView extends View {
       </article>`;
   }
 
-  private newest(row: SurveyRow): TemplateResult {
+  private newest(row: SurveyUse): TemplateResult {
     const origin = originOf(this.shown.value?.features ?? []);
     const ground = origin === null ? null : groundOf(this.shown.value?.features ?? [], origin);
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
@@ -61,7 +62,7 @@ export class ReportView extends View {
 }
 
 /** Who took the pictures: the drone, or others, with their dates. */
-function method(surveys: SurveyRow[]): string {
+function method(surveys: SurveyUse[]): string {
   const taken = surveys.filter(({ source }) => source !== "").map((row) => say("archive-method-source", { source: sourceOf(row), when: moment(row.ended) }));
   const flown = surveys.some(({ source }) => source === "") ? [say("archive-method-flown")] : [];
   return [...flown, ...taken].join(" ");

@@ -1,9 +1,10 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import type { Observation, StallsUse, SurveysUse } from "../api.ts";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features, Heat, Listing, Look } from "./link.ts";
+import type { Features } from "./link.ts";
 import type { Shade } from "./plan-view.ts";
 import "./plan-view.ts";
 import { Asked, View } from "./view.ts";
@@ -11,10 +12,10 @@ import { Asked, View } from "./view.ts";
 /** Every stall by the share of surveys that found it taken, and the last looks at one of them. */
 @customElement("archive-stalls")
 export class StallsView extends View {
-  private readonly heat = new Asked<Heat>(this);
-  private readonly listed = new Asked<Listing>(this);
+  private readonly heat = new Asked<StallsUse>(this);
+  private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<Features>(this);
-  private readonly looks = new Asked<Look[]>(this);
+  private readonly looks = new Asked<Observation[]>(this);
 
   override willUpdate(): void {
     const { from, to, lot, stall } = this.place;
@@ -42,7 +43,7 @@ export class StallsView extends View {
       ${this.place.stall === "" ? nothing : this.one(heat)}`;
   }
 
-  private drawn(heat: Heat, shown: Features): TemplateResult | typeof nothing {
+  private drawn(heat: StallsUse, shown: Features): TemplateResult | typeof nothing {
     const origin = originOf(shown.features);
     if (origin === null) return nothing;
     const ground = groundOf(shown.features, origin);
@@ -50,7 +51,7 @@ export class StallsView extends View {
       @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></archive-plan>`;
   }
 
-  private one(heat: Heat): TemplateResult {
+  private one(heat: StallsUse): TemplateResult {
     const at = heat.ids.indexOf(this.place.stall);
     const { value, problem } = this.looks;
     const found = { value: heat.share[at] ?? null, low: heat.low[at] ?? null, high: heat.high[at] ?? null, surveys: heat.surveys[at] ?? 0 };
@@ -58,7 +59,7 @@ export class StallsView extends View {
       <p>${say("archive-stall-share", { surveys: found.surveys })} ${share(found)}</p>
       ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
       <ol class="looks">${(value ?? []).map(
-        (look) => html`<li><i class="key ${look.state}"></i>${moment(look.looked)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
+        (look) => html`<li><i class="key ${look.state}"></i>${moment(look.observed)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
       )}</ol></section>`;
   }
 }
@@ -68,7 +69,7 @@ function stateKey(state: string): "archive-state-free" | "archive-state-taken" |
 }
 
 /** Stalls by the class of their share. */
-export function byHeat(ground: Ground, heat: Heat): Shade[] {
+export function byHeat(ground: Ground, heat: StallsUse): Shade[] {
   const shares = new Map(heat.ids.map((id, k) => [id, heat.share[k] ?? null]));
   return [-1, 0, 1, 2, 3, 4].map((step) => ({
     name: step < 0 ? "unknown" : `heat${step}`,

@@ -1,10 +1,12 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import type { SurveyUse, SurveysUse } from "../api.ts";
+import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
 import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
 import { groundOf, originOf } from "./ground.ts";
-import { API, type Features, type Listing, post, type SurveyRow } from "./link.ts";
+import type { Features } from "./link.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { Asked, View, wordsOf } from "./view.ts";
@@ -12,7 +14,7 @@ import { Asked, View, wordsOf } from "./view.ts";
 /** The surveys of a lot by date, and one of them. */
 @customElement("archive-surveys")
 export class SurveysView extends View {
-  private readonly listed = new Asked<Listing>(this);
+  private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<Features>(this);
 
   override willUpdate(): void {
@@ -31,7 +33,7 @@ export class SurveysView extends View {
     return html`${chosen ? this.one(chosen) : nothing} ${this.table(value.surveys)}`;
   }
 
-  private table(surveys: SurveyRow[]): TemplateResult {
+  private table(surveys: SurveyUse[]): TemplateResult {
     return html`<div class="wide" tabindex="0" role="region" aria-label=${say("archive-surveys")}><table class="cards">
       <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${surveys.map(
@@ -44,7 +46,7 @@ export class SurveysView extends View {
     </table></div>`;
   }
 
-  private one(row: SurveyRow): TemplateResult {
+  private one(row: SurveyUse): TemplateResult {
     const { value, problem } = this.shown;
     return html`<section class="card" aria-label=${say("archive-survey-of", { when: moment(row.ended) })}>
       <h2>${say("archive-survey-of", { when: moment(row.ended) })}</h2>
@@ -57,19 +59,19 @@ export class SurveysView extends View {
     </section>`;
   }
 
-  private actions(row: SurveyRow): TemplateResult {
+  private actions(row: SurveyUse): TemplateResult {
     return html`<p class="choices">
-      <span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a href="api/surveys/${row.id}.${kind}" download>${kind}</a> `)}</span>
+      <span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a href="api/v1/surveys/${row.id}/files/${kind}" download>${kind}</a> `)}</span>
       <button class="small" @click=${() => void this.delete(row)}>${say("archive-delete-survey")}</button>
     </p>`;
   }
 
-  private async delete(row: SurveyRow): Promise<void> {
+  private async delete(row: SurveyUse): Promise<void> {
     try {
-      const { seq } = await post<{ seq: number }>(`${API}/surveys/${row.id}/delete`);
+      const { seq } = await post<{ seq: number }>(`surveys/${row.id}/delete`);
       this.go({ survey: "" });
       this.changed();
-      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`${API}/changes/${seq}/undo`));
+      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`changes/${seq}/undo`));
     } catch (error) {
       this.said(wordsOf(error));
     }
@@ -81,7 +83,7 @@ function named(column: "archive-free" | "archive-taken" | "archive-unknown" | "a
   return html`<td data-column=${say(column)}>${value}</td>`;
 }
 
-function drawn(features: Features, row: SurveyRow): TemplateResult | typeof nothing {
+function drawn(features: Features, row: SurveyUse): TemplateResult | typeof nothing {
   const origin = originOf(features.features);
   if (origin === null) return nothing;
   const ground = groundOf(features.features, origin);
@@ -98,12 +100,12 @@ export function stateLegend(): TemplateResult {
 const LONG_MIN = 30;
 
 /** The pictures that a survey was made of, "" for a flight. */
-export function sourceOf(row: SurveyRow): string {
+export function sourceOf(row: SurveyUse): string {
   return row.source === "" ? "" : say(`archive-of-${row.source}`, { name: row.source_name });
 }
 
 /** The source of a survey and what limits it, why no figure uses it, that it took a long time or was seen blurred, and that it was a simulation. */
-export function notes(row: SurveyRow): string {
+export function notes(row: SurveyUse): string {
   const why = row.left_out_code === "" ? "" : say(`archive-why-${row.left_out_code === "no_time" ? "time" : row.left_out_code === "no_looks" ? "looks" : "unregistered"}`);
   const minutes = (Date.parse(row.ended) - Date.parse(row.began)) / 60_000;
   const long = minutes > LONG_MIN ? say("archive-long", { minutes: number(minutes) }) : "";
@@ -112,7 +114,7 @@ export function notes(row: SurveyRow): string {
 }
 
 /** The same as a line that nobody overlooks. */
-export function warning(row: SurveyRow): TemplateResult | typeof nothing {
+export function warning(row: SurveyUse): TemplateResult | typeof nothing {
   const words = notes({ ...row, simulated: false, source: "" });
   if (words === "") return nothing;
   return html`<p class="warning">${row.left_out_code === "" ? words : say("archive-left-out", { why: words })}</p>`;

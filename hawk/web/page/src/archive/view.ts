@@ -1,8 +1,9 @@
 import { LitElement } from "lit";
 import { property } from "lit/decorators.js";
-import { type LotSource, Refused } from "./link.ts";
-import type { Place } from "./place.ts";
+import { Refused } from "../link/api.ts";
 import { say } from "../words/say.ts";
+import type { LotSource } from "./link.ts";
+import type { Place } from "./place.ts";
 
 /** A part of the page that shows something of one lot. It draws into the page itself: one style sheet for all. */
 export class View extends LitElement {
@@ -62,5 +63,6 @@ export class Asked<T> {
 }
 
 export function wordsOf(error: unknown): string {
-  return error instanceof Refused ? error.message : say("archive-unanswered");
+  if (!(error instanceof Refused) || error.status === 0) return say("archive-unanswered");
+  return /^(<|$)/.test(error.message) ? say("archive-refused", { status: error.status }) : error.message;
 }

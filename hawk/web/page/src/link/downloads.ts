@@ -1,4 +1,4 @@
-import { fetchJson } from "./fetch-json.ts";
+import { answer } from "./api.ts";
 
 /** A file of the survey's result. `bytes` is null while it cannot be downloaded, for the reason given. */
 export interface Download {
@@ -9,7 +9,7 @@ export interface Download {
 
 /** Asks the drone for its files; null when it does not answer. */
 export async function fetchDownloads(): Promise<Map<string, Download> | null> {
-  return readDownloads(await fetchJson("api/downloads.json"));
+  return readDownloads(await answer("api/downloads.json"));
 }
 
 function readDownloads(answer: unknown): Map<string, Download> | null {

@@ -1,76 +1,66 @@
+import type { ChangeList, ListedLot, PossiblePlaces, Proposals, Survey, SurveyProposals } from "../api.ts";
 import { say } from "../words/say.ts";
-import { fetchJson } from "./fetch-json.ts";
+import { answer, API, orNull, post, read, readAll, Refused } from "./api.ts";
 
-/** A lot that lasts, with its newest survey. */
-export interface Lot {
-  id: string;
-  name: string;
-  stalls: number;
-  surveys: number;
-  /** UTC in ISO 8601; null without a survey. */
-  lastSeen: string | null;
-  /** Id of the newest survey. */
-  newest: string | null;
-}
-
-/** Ends of the names of a survey's files, as the drone makes them. */
+/** Kinds of a survey's files, as the drone makes them. */
 export const SURVEY_FILES = ["csv", "geojson", "gpkg", "kmz", "png"];
 
-/** A survey that waits for the answer to "which lot is it?". */
-export interface Undecided {
-  id: string;
-  ended: string;
-  candidates: string[];
-}
-
 export interface Lots {
-  lots: Lot[];
-  undecided: Undecided[];
+  lots: ListedLot[];
+  /** Surveys that wait for the answer to "which lot is it?". */
+  undecided: Survey[];
   /** Another one after each survey and change. */
   stamp: string;
 }
 
-interface Listed {
-  lots: { id: string; name: string; stalls: number; survey_count: number; last_survey: { id: string; ended: string } | null }[];
-  undecided: Undecided[];
-  changes?: unknown;
-}
-
 /** Asks the drone for its lots; null when it does not answer. */
 export async function fetchLots(): Promise<Lots | null> {
-  const answer = (await fetchJson("api/lots.json")) as Listed | null;
-  if (!Array.isArray(answer?.lots) || !Array.isArray(answer.undecided)) return null;
-  const lots = answer.lots.map(({ id, name, stalls, survey_count, last_survey }) => ({
-    id,
-    name,
-    stalls,
-    surveys: survey_count,
-    lastSeen: last_survey?.ended ?? null,
-    newest: last_survey?.id ?? null,
-  }));
-  return { lots, undecided: answer.undecided, stamp: JSON.stringify(answer) };
+  const asked = [readAll<ListedLot>("lots"), readAll<Survey>("surveys", { placed: "undecided" }), read<ChangeList>(`${API}/changes`)] as const;
+  const found = await orNull(Promise.all(asked));
+  return found && { lots: found[0], undecided: found[1], stamp: JSON.stringify(found) };
+}
+
+/** Asks what the surveys of a lot propose to change; null when the drone does not answer. */
+export function fetchProposals(lot: string): Promise<Proposals | null> {
+  return answer(`${API}/lots/${lot}/proposals`);
+}
+
+/** Asks where a survey may lie; null when the drone does not answer. */
+export function fetchPlaces(survey: string): Promise<PossiblePlaces | null> {
+  return answer(`${API}/surveys/${survey}/places`);
 }
 
 /** Names a lot; returns the reason why that failed, else nothing. */
 export function nameLot(lot: string, name: string): Promise<string> {
-  return change(`api/lots/${lot}/name`, { name });
+  return change(`lots/${lot}/name`, { name });
 }
 
 /** Moves a survey to a lot, to a new one for null; returns the reason why that failed, else nothing. */
 export function moveSurvey(survey: string, lot: string | null): Promise<string> {
-  return change(`api/surveys/${survey}/move`, { lot });
+  return change(`surveys/${survey}/move`, { lot });
 }
 
-/** Posts a change of lots; returns the reason why that failed, else nothing. */
-export async function change(address: string, body: object): Promise<string> {
+/** Takes proposals over, those of confirmed stalls too where `all`; returns the reason why that failed, else nothing. */
+export function takeOver(lot: string, changes: SurveyProposals, all: boolean): Promise<string> {
+  const end = all ? changes.end.map(({ id }) => id) : "all";
+  return change(`lots/${lot}/take-over`, { survey: changes.survey, begin: "all", end });
+}
+
+/** Drops all proposals of a survey; returns the reason why that failed, else nothing. */
+export function dropChanges(lot: string, survey: string): Promise<string> {
+  return change(`lots/${lot}/drop`, { survey, begin: "all", end: "all" });
+}
+
+/** Says where a survey lies; returns the reason why that failed, else nothing. */
+export function choosePlace(survey: string, place: number): Promise<string> {
+  return change(`surveys/${survey}/place`, { place });
+}
+
+async function change(path: string, body: object): Promise<string> {
   try {
-    const answer = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), cache: "no-store" });
-    if (answer.ok) return "";
-    const text = await answer.text();
-    if (answer.headers.get("Content-Type")?.startsWith("application/json") !== true) return text;
-    const { field, reason } = JSON.parse(text) as { field: string; reason: string };
-    return field === "" ? reason : `${field}: ${reason}`;
-  } catch {
-    return say("file-unanswered");
+    await post(path, body);
+    return "";
+  } catch (error) {
+    return (error instanceof Refused && error.message) || say("file-unanswered");
   }
 }

@@ -1,4 +1,4 @@
-import { fetchJson } from "./fetch-json.ts";
+import { answer } from "./api.ts";
 
 export type SettingValue = boolean | number | string | string[] | null;
 
@@ -16,6 +16,6 @@ export interface Setting {
 
 /** Asks the drone for its settings; null when it does not answer. */
 export async function fetchSettings(): Promise<Setting[] | null> {
-  const answer = (await fetchJson("api/settings.json")) as { Settings?: Setting[] } | null;
-  return Array.isArray(answer?.Settings) ? answer.Settings : null;
+  const found = await answer<{ Settings?: Setting[] } | null>("api/settings.json");
+  return Array.isArray(found?.Settings) ? found.Settings : null;
 }

@@ -1,29 +1,14 @@
+import type { EditedStall, EditedZone } from "../api.ts";
 import type { Rectangle } from "../map/geometry.ts";
 
-/** A stall of a lot's plan: metres in the lot's frame. */
-export interface PlanStall extends Rectangle {
-  id: string;
-  label: string;
-  /** OpenStreetMap's value of parking_space; "" for everybody. */
-  kind: Kind;
-  is_confirmed: boolean;
-}
+export type { EditedStall as PlanStall, EditedZone as PlanZone };
 
 /** North, east: metres in the lot's frame. */
 export type Spot = readonly [number, number];
 
-/** An area without stalls, or a zone whose stalls are counted together. */
-export interface PlanZone {
-  id: string;
-  name: string;
-  /** Whom the stalls of a zone are for. */
-  kind: Kind | "no_stalls";
-  outline: Spot[];
-}
-
 /** OpenStreetMap's values of parking_space, in the order of a menu. */
-export const KINDS = ["", "disabled", "charging", "parent", "delivery", "private", "motorcycle", "staff", "bus", "hgv", "taxi"] as const;
-export type Kind = (typeof KINDS)[number];
+export const KINDS = ["", "disabled", "charging", "parent", "delivery", "private", "motorcycle", "staff", "bus", "hgv", "taxi"] as const satisfies readonly EditedStall["kind"][];
+export type Kind = EditedStall["kind"];
 
 /** Marks on stalls of a kind. */
 export const MARKS: Record<Kind, string> = {
@@ -85,7 +70,7 @@ export function partsOf(label: string): { row: string; number: number } | null {
 }
 
 /** Letters of the rows of a plan: A to Z, AA and so on. */
-export function rowsOf(stalls: Iterable<PlanStall>): string[] {
+export function rowsOf(stalls: Iterable<EditedStall>): string[] {
   const found = new Set<string>();
   for (const { label } of stalls) {
     const parts = partsOf(label);
@@ -95,7 +80,7 @@ export function rowsOf(stalls: Iterable<PlanStall>): string[] {
 }
 
 /** Stalls in the order of their labels: rows by letter, then numbers. */
-export function inOrder(stalls: readonly PlanStall[]): PlanStall[] {
+export function inOrder(stalls: readonly EditedStall[]): EditedStall[] {
   const keyed = stalls.map((stall) => {
     const parts = partsOf(stall.label);
     return { stall, row: parts ? parts.row.padStart(3) : `~${stall.label}`, number: parts?.number ?? 0 };

@@ -1,4 +1,6 @@
-import { type Closed, type Done, type Editor, fetchLot, fetchPlan, type OwnEdit, type PlannedLot, postPlan, type Refused, UNANSWERED } from "../link/plan.ts";
+import type { Closed, Opened } from "../api.ts";
+import type { Editor } from "../link/api.ts";
+import { type Done, fetchLot, fetchPlan, type PlannedLot, postPlan, type Refusal, UNANSWERED, WRONG_VALUE } from "../link/plan.ts";
 import type { Timers } from "../link/socket.ts";
 import { ShownPlan } from "../plan/shown-plan.ts";
 import { inOrder, type Operation, partsOf, type PlanStall } from "../plan/values.ts";
@@ -32,7 +34,7 @@ export class PlanEditing {
   /** A plan that comes from a file. */
   readonly incoming: PlanImport;
   /** This person's edit; null while another one edits, and while it is being asked for. */
-  own: OwnEdit | null = null;
+  own: Opened | null = null;
   /** Another person who edits. */
   other: Editor | null = null;
   /** What the store said last that prevented something; in its own words. */
@@ -107,7 +109,7 @@ export class PlanEditing {
   async ask(takeOver: boolean): Promise<void> {
     const { lot } = this;
     if (!lot) return;
-    const reply = await postPlan<OwnEdit>(lot.id, "edit", { who: this.hooks.who(), take_over: takeOver });
+    const reply = await postPlan<Opened>(lot.id, "edit", { who: this.hooks.who(), take_over: takeOver });
     if (this.lot !== lot) return;
     if (reply === UNANSWERED) this.heard(false);
     else if ("done" in reply) {
@@ -115,7 +117,7 @@ export class PlanEditing {
       this.queue.go();
     } else {
       this.other = reply.refused.editor;
-      this.problem = reply.refused.editor ? "" : reply.refused.reason;
+      this.problem = reply.refused.editor ? "" : reply.refused.message;
     }
     this.hooks.changed();
   }
@@ -173,7 +175,7 @@ export class PlanEditing {
     const reply = await postPlan<Closed>(lot.id, "edit/close", { edit: this.own.edit, why });
     this.closing = false;
     if (reply === UNANSWERED) this.heard(false);
-    else if ("refused" in reply) this.problem = reply.refused.reason;
+    else if ("refused" in reply) this.problem = reply.refused.message;
     else {
       const { layout } = reply.done;
       this.hooks.showToast(layout === null ? say("plan-as-before") : say("plan-closed", { version: layout }), "info");
@@ -243,17 +245,17 @@ export class PlanEditing {
   }
 
   /** A refusal of a value is said and the next step done; without an edit all steps wait until there is one again. */
-  private refused(step: Step, { reason, editor, byValue }: Refused): boolean {
+  private refused(step: Step, { message, editor, status }: Refusal): boolean {
     const isOver = step.path !== "plan" && editor === null;
-    if (byValue || isOver) {
-      this.problem = reason;
+    if (status === WRONG_VALUE || isOver) {
+      this.problem = message;
       const left = this.queue.operations.filter((each) => step.path !== "plan" || each !== step.operation);
       this.report(step.path === "plan" ? this.plan.foresee(left, step.operation) : new Set());
       return true;
     }
     this.own = null;
     this.other = editor;
-    this.problem = editor ? "" : reason;
+    this.problem = editor ? "" : message;
     this.hooks.changed();
     return false;
   }

@@ -1,4 +1,5 @@
-import { type Done, type ImportPreview, postPlan, previewPlan, type Reply, UNANSWERED } from "../link/plan.ts";
+import type { PlanPreview } from "../api.ts";
+import { type Done, postPlan, previewPlan, type Reply, UNANSWERED } from "../link/plan.ts";
 import { say } from "../words/say.ts";
 
 /** The edit of a plan that a file is imported into. */
@@ -14,7 +15,7 @@ export interface ImportedInto {
 /** An owner's plan from a file: its preview, and the choices about it. */
 export class PlanImport {
   file: File | null = null;
-  preview: ImportPreview | null = null;
+  preview: PlanPreview | null = null;
   /** Why the file cannot be used, or the plan not be taken; in the store's words, or those of the page. */
   problem = "";
   /** The drone reads the file, or takes the plan. */
@@ -66,7 +67,7 @@ export class PlanImport {
     const reply = await ask();
     this.busy = false;
     if (reply === UNANSWERED) this.problem = say("file-unanswered");
-    else if ("refused" in reply && this.file) this.problem = reply.refused.reason;
+    else if ("refused" in reply && this.file) this.problem = reply.refused.message;
     this.into.drawAgain();
   }
 }

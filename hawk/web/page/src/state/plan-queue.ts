@@ -1,4 +1,5 @@
-import { type Done, type Editor, fetchPlan, postPlan, type Refused, UNANSWERED } from "../link/plan.ts";
+import type { Editor } from "../link/api.ts";
+import { type Done, fetchPlan, postPlan, type Refusal, UNANSWERED } from "../link/plan.ts";
 import type { Timers } from "../link/socket.ts";
 import type { Operation } from "../plan/values.ts";
 
@@ -17,7 +18,7 @@ export interface QueueHooks {
   revision: () => number;
   done: (step: Step, answer: Done) => void;
   /** Returns whether the step is given up; one that is kept waits for `go`. */
-  refused: (step: Step, refused: Refused) => boolean;
+  refused: (step: Step, refused: Refusal) => boolean;
   /** Whether an open edit is another person's, and how many steps of this one's are left. */
   mine: (edit: Editor | null) => { editor: Editor | null; left: Left };
   /** The drone does not answer, or does again. */
@@ -117,12 +118,12 @@ export class PlanQueue {
       this.hooks.heard(true);
       this.isSent = false;
       const { editor, left } = this.hooks.mine(plan.edit);
-      if (editor) return this.giveUp(step, { reason: "", editor, byValue: false });
+      if (editor) return this.giveUp(step, { message: "", editor, status: 0 });
       return plan.revision === before ? true : this.finish(step, { ...plan, ...after(step, left) });
     }
   }
 
-  private giveUp(step: Step, refused: Refused): boolean {
+  private giveUp(step: Step, refused: Refusal): boolean {
     const givenUp = this.hooks.refused(step, refused);
     if (givenUp && this.steps[0] === step) this.steps.shift();
     return givenUp;

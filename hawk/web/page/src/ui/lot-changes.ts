@@ -1,6 +1,7 @@
 import { html, nothing, type PropertyValues, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import { dropChanges, fetchChanges, type LotChanges, type SurveyChanges, takeOver } from "../link/lot-changes.ts";
+import type { Proposals, SurveyProposals } from "../api.ts";
+import { dropChanges, fetchProposals, takeOver } from "../link/lots.ts";
 import { isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
@@ -17,7 +18,7 @@ export class LotChangesList extends Part {
   @property() lot = "";
   /** Another one when the lot was surveyed or changed. */
   @property() stamp = "";
-  @state() private found: LotChanges | null = null;
+  @state() private found: Proposals | null = null;
   @state() private shown: string | null = null;
   @state() private withConfirmed = false;
   @state() private problem = "";
@@ -40,12 +41,12 @@ export class LotChangesList extends Part {
   }
 
   private async ask(): Promise<void> {
-    this.found = (await fetchChanges(this.lot)) ?? this.found;
+    this.found = (await fetchProposals(this.lot)) ?? this.found;
     const shown = this.found?.surveys.find(({ survey }) => survey === this.shown);
     if (this.shown !== null) this.show(shown ?? null);
   }
 
-  private proposal(changes: SurveyChanges): TemplateResult {
+  private proposal(changes: SurveyProposals): TemplateResult {
     const confirmed = changes.end.filter((stall) => stall.is_confirmed).length;
     const shown = this.shown === changes.survey;
     const what = [
@@ -62,7 +63,7 @@ export class LotChangesList extends Part {
     </div>`;
   }
 
-  private choices(changes: SurveyChanges, confirmed: number): TemplateResult {
+  private choices(changes: SurveyProposals, confirmed: number): TemplateResult {
     const tick = (event: Event): void => void (this.withConfirmed = (event.currentTarget as HTMLInputElement).checked);
     return html`<button @click=${() => this.act(takeOver(this.lot, changes, this.withConfirmed))}>${say("take-over-changes")}</button>
       <button @click=${() => this.act(dropChanges(this.lot, changes.survey))}>${say("drop-changes")}</button>
@@ -73,9 +74,9 @@ export class LotChangesList extends Part {
       }`;
   }
 
-  private show(changes: SurveyChanges | null): void {
+  private show(changes: SurveyProposals | null): void {
     this.shown = changes?.survey ?? null;
-    const places = (stalls: readonly { corners: SurveyChanges["begin"][number]["corners"] }[]): { Latitude: number; Longitude: number }[][] =>
+    const places = (stalls: readonly { corners: [number, number][] }[]): { Latitude: number; Longitude: number }[][] =>
       stalls.map(({ corners }) => corners.map(([Latitude, Longitude]) => ({ Latitude, Longitude })));
     this.model.showChanges(changes && { begin: places(changes.begin), end: places(changes.end) });
   }

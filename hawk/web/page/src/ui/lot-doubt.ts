@@ -1,6 +1,7 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import { choosePlace, type DoubtfulSurvey, fetchPlaces, type PossiblePlaces, type Shape } from "../link/lot-changes.ts";
+import type { DoubtfulSurvey, PossiblePlaces } from "../api.ts";
+import { choosePlace, fetchPlaces } from "../link/lots.ts";
 import { isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
@@ -75,6 +76,9 @@ export class LotDoubt extends Part {
     }
   }
 }
+
+/** North, east, angle, width, length in the lot's frame: metres, radians clockwise from north. */
+type Shape = PossiblePlaces["known"][number];
 
 interface Frame {
   north: number;

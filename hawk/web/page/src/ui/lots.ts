@@ -1,7 +1,8 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
-import { fetchLots, type Lot, type Lots, moveSurvey, nameLot, SURVEY_FILES, type Undecided } from "../link/lots.ts";
+import type { ListedLot, Survey } from "../api.ts";
+import { fetchLots, type Lots, moveSurvey, nameLot, SURVEY_FILES } from "../link/lots.ts";
 import { cannot, isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
@@ -51,20 +52,20 @@ export class LotsList extends Part {
     this.known = (await fetchLots()) ?? this.known;
   }
 
-  private row(lot: Lot): TemplateResult {
-    const seen = lot.lastSeen === null ? "" : say("lot-seen", { when: format.day(lot.lastSeen) });
-    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.surveys })} ${seen}</span>
-        ${lot.newest === null ? nothing : this.files(lot)}</span>
+  private row(lot: ListedLot): TemplateResult {
+    const seen = lot.last_survey === null ? "" : say("lot-seen", { when: format.day(lot.last_survey.ended) });
+    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen}</span>
+        ${lot.last_survey === null ? nothing : this.files(lot.name, lot.last_survey.id)}</span>
       ${this.mayChange() ? this.changing(lot) : nothing}`;
   }
 
-  private files(lot: Lot): TemplateResult {
-    return html`<span class="sub" role="group" aria-label=${say("survey-files-of", { name: lot.name })}>
-      ${SURVEY_FILES.map((kind) => html`<a href="api/surveys/${lot.newest}.${kind}" download>${kind}</a> `)}
+  private files(name: string, survey: string): TemplateResult {
+    return html`<span class="sub" role="group" aria-label=${say("survey-files-of", { name })}>
+      ${SURVEY_FILES.map((kind) => html`<a href="api/v1/surveys/${survey}/files/${kind}" download>${kind}</a> `)}
     </span>`;
   }
 
-  private changing(lot: Lot): TemplateResult {
+  private changing(lot: ListedLot): TemplateResult {
     const { plan, drawing } = this.model;
     return html`<span class="choices">
       ${
@@ -78,24 +79,24 @@ export class LotsList extends Part {
   }
 
   /** The drone says whether it can; take-off stays a slide. */
-  private again(lot: Lot): void {
+  private again(lot: ListedLot): void {
     void this.model.command({ Type: "Survey Again", Lot: lot.id }, say("survey-again"));
   }
 
   /** The map comes in sight for it. */
-  private correct(lot: Lot): void {
+  private correct(lot: ListedLot): void {
     this.dispatchEvent(new CustomEvent("open-panel", { detail: "map", bubbles: true }));
     this.model.editPlan(lot.id);
   }
 
-  private form(lot: Lot): TemplateResult {
+  private form(lot: ListedLot): TemplateResult {
     return html`<form @submit=${(event: SubmitEvent) => this.save(event, lot)}>
       <input type="text" name="lot-name" aria-label=${say("name-of-lot")} maxlength=${LONGEST_LOT_NAME} .defaultValue=${lot.name} />
       <button type="submit">${say("save")}</button>
     </form>`;
   }
 
-  private question(survey: Undecided, lots: Lot[]): TemplateResult {
+  private question(survey: Survey, lots: ListedLot[]): TemplateResult {
     const candidates = lots.filter((lot) => survey.candidates.includes(lot.id));
     const choose = (lot: string | null): Promise<void> => this.change(moveSurvey(survey.id, lot));
     return html`<div class="which" role="group" aria-label=${say("which-lot")}>
@@ -115,7 +116,7 @@ export class LotsList extends Part {
     return !isViewer(this.model.view());
   }
 
-  private async save(event: SubmitEvent, lot: Lot): Promise<void> {
+  private async save(event: SubmitEvent, lot: ListedLot): Promise<void> {
     event.preventDefault();
     const field = (event.currentTarget as HTMLFormElement).elements.namedItem("lot-name") as HTMLInputElement;
     await this.change(nameLot(lot.id, field.value));

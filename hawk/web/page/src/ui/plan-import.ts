@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query } from "lit/decorators.js";
-import type { ImportPreview } from "../link/plan.ts";
+import type { PlanPreview } from "../api.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
@@ -52,7 +52,7 @@ export class PlanImportPart extends Part {
     </section>`;
   }
 
-  private facts({ placed, left_out: leftOut, left_out_count: count, clashes }: ImportPreview): TemplateResult {
+  private facts({ placed, left_out: leftOut, left_out_count: count, clashes }: PlanPreview): TemplateResult {
     const named = [...clashes, ...leftOut].slice(0, LISTED);
     return html`${placed.is_certain ? nothing : html`<p class="problem">${icon("warn")}<span>${say("plan-import-doubt")} ${drone(placed.doubt)}</span></p>`}
     ${
@@ -83,7 +83,7 @@ export class PlanImportPart extends Part {
   };
 }
 
-function counts({ begin, stay, same, end }: ImportPreview): { begin: number; stay: number; same: number; end: number } {
+function counts({ begin, stay, same, end }: PlanPreview): { begin: number; stay: number; same: number; end: number } {
   return { begin: begin.length, stay: stay.length, same, end: end.length };
 }
 

@@ -1,4 +1,4 @@
-"""Refusals of requests, and bodies, in one form for lots, plans and recordings."""
+"""Reasons why requests are refused."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError
 from hawk.store.recordings import NotThatRecordingError
-from hawk.web.refusals import RefusedError, refusal_of
+from hawk.web.v1.refusals import RefusedError, refusal_of
 
 
 @pytest.mark.parametrize(
@@ -30,4 +30,4 @@ from hawk.web.refusals import RefusedError, refusal_of
 )  # fmt: skip
 def test_an_error_has_its_status_field_and_reason(error: Exception, status: int, content: dict[str, str]) -> None:
     refusal = refusal_of(error)
-    assert (refusal.status, refusal.content) == (status, content)
+    assert (refusal.status, {"field": refusal.field, "reason": refusal.reason, **refusal.more}) == (status, content)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from hawk.lots.values import LotInputError
-from hawk.web.v1.asked import OF_DIGITS, USUAL_ITEMS, Query
+from hawk.web.v1.parameters import OF_DIGITS, USUAL_ITEMS, Query
 
 ROOT: Final = "/features"
 """Address of the landing page below that of the API."""

@@ -1,11 +1,9 @@
-"""Requests that are refused, and the body of those that change something: one form for lots, plans and recordings."""
+"""Reasons why a request is refused, with status, field and remedy."""
 
 from __future__ import annotations
 
-import asyncio
-import json
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 from aiohttp import web
 
@@ -13,10 +11,6 @@ from hawk.comm.protocol.authority import Role
 from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, StoreBusyError, utc
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.access import ACCESS
-
-READ_S: Final = 20.0
-"""Real seconds in which the whole request must be there."""
-Body = Mapping[str, Any]
 
 
 class RefusedError(Exception):
@@ -31,11 +25,6 @@ class RefusedError(Exception):
         self.field = field
         self.reason = reason
         self.more = more or {}
-
-    @property
-    def content(self) -> dict[str, str]:
-        """Field and reason as JSON values."""
-        return {"field": self.field, "reason": self.reason, **self.more}
 
 
 REFUSALS: Final = (RefusedError, LotStoreError, NotThatRecordingError)
@@ -80,27 +69,3 @@ def check_operator(request: web.Request, words: str) -> None:
     access = request.get(ACCESS)
     if access is not None and access.role is not Role.OPERATOR:
         raise web.HTTPForbidden(text=words)
-
-
-def role_of(request: web.Request) -> str:
-    """Return the role of the person who asks, as the store keeps it."""
-    access = request.get(ACCESS)
-    return Role.OPERATOR.value if access is None else access.role.value
-
-
-async def body_of(request: web.Request) -> Body:
-    """Return the JSON object that was sent; none is an empty one. Raises LotInputError, HTTPRequestTimeout and
-    HTTPRequestEntityTooLarge.
-    """
-    try:
-        async with asyncio.timeout(READ_S):
-            data = await request.read()
-    except TimeoutError:
-        raise web.HTTPRequestTimeout(text="The request did not come.") from None
-    try:
-        found = json.loads(data or b"{}")
-    except (ValueError, RecursionError) as error:
-        raise LotInputError("body", f"is no JSON: {error}") from error
-    if not isinstance(found, dict):
-        raise LotInputError("body", "must be a JSON object")
-    return found

@@ -15,9 +15,9 @@ from hawk.lots.saving import save
 from hawk.lots.store import LotStore
 from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.surveys import DATUM, box, later, survey
-from tests.unit.web.planning import Plans
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
+from tests.unit.web.v1.plans import Plans
 
 HTML = "<b onclick='alert(1)'>Ann & Bob</b>"
 NOWHERE = "0" * 36
@@ -44,13 +44,14 @@ async def test_a_plan_is_corrected_undone_done_again_and_closed(plans: Plans) ->
     assert (done["undo"], done["redo"]) == (1, 0)
     assert (await plans.done("/plan/undo", edit=edit))["stalls"][0]["kind"] == ""
     assert (await plans.done("/plan/redo", edit=edit))["stalls"][0]["kind"] == "disabled"
-    status, plan = await plans.get(f"/plan.json?since={done['revision'] - 1}")
+    status, plan = await plans.get(f"/plan?since={done['revision'] - 1}")
     assert (status, [each["label"] for each in plan["stalls"]], plan["edit"]["who"]) == (200, ["A 1"], "Ann")
     closed = await plans.done("/edit/close", edit=edit, why="repainted")
-    _, lot = await plans.get(".json")
-    assert [(each["version"], each["who"], each["why"]) for each in lot["layouts"]][1] == (2, "Ann", "repainted")
+    _, layouts = await plans.get("/layouts")
+    assert [(each["version"], each["who"], each["why"]) for each in layouts["items"]][1] == (2, "Ann", "repainted")
+    _, lot = await plans.get()
     assert (lot["edit"], lot["revision"], lot["zones"]) == (None, done["revision"] + 2, [])
-    assert (await plans.get("/plan.json?layout=1"))[1]["stalls"][0]["kind"] == ""
+    assert (await plans.get("/plan?layout=1"))[1]["stalls"][0]["kind"] == ""
     async with plans.session.post(plans.change(closed)) as response:
         assert (response.status, await response.json()) == (200, {"seq": closed["seq"], "kind": "plan"})
     assert (await plans.stalls())["A 1"]["kind"] == ""
@@ -61,7 +62,7 @@ async def test_a_person_who_edits_is_named_to_the_second_one_as_text(plans: Plan
     await plans.opened(HTML)
     status, refusal = await plans.post("/edit", who="Bob")
     assert (status, refusal["field"], refusal["who"]) == (409, "edit", HTML)
-    assert refusal["reason"].startswith(f"{HTML} edits this plan since {refusal['since']}: wait until it is closed")
+    assert refusal["detail"].startswith(f"{HTML} edits this plan since {refusal['since']}: wait until it is closed")
     assert (await plans.done("/edit", who="Bob", take_over=True))["who"] == "Bob"
 
 
@@ -74,7 +75,7 @@ async def test_of_two_persons_at_once_one_edits(plans: Plans) -> None:
     assert sorted(status for status, _ in answers) == [200, *[409] * 7]
     edit = next(answer["edit"] for status, answer in answers if status == 200)
     removed = {"do": "remove", "row": "A"}
-    edits = ("none", edit, "none")
+    edits = (NOWHERE, edit, NOWHERE)
     tried = await asyncio.gather(*(plans.post("/plan", edit=each, operation=removed) for each in edits))
     assert sorted(status for status, _ in tried) == [200, 409, 409]
     assert len(await plans.stalls()) == 20
@@ -92,7 +93,7 @@ async def test_merge_split_and_undo_wait_until_an_edit_is_closed(plans: Plans) -
         at = Plans(plans.stand, plans.store, plans.session, lot)
         status, refusal = await at.post(path, **body)
         assert (status, refusal["who"]) == (409, "Ann")
-        assert refusal["reason"].endswith("close the edit first")
+        assert refusal["detail"].endswith("close the edit first")
     await plans.done("/edit/close", edit=edit)
     assert (await plans.post("/split", name="x", outline=corners))[0] == 200
 
@@ -107,14 +108,14 @@ async def test_an_area_without_stalls_goes_with_its_ground_into_another_lot(plan
     corners = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
     split = await plans.done("/split", name="South", outline=corners)
     assert [each["name"] for each in (await plans.get())[1]["zones"]] == ["0"]
-    async with plans.session.get(plans.address("").with_path("/api/lots.json")) as response:
-        (south,) = [each["id"] for each in (await response.json())["lots"] if each["name"] == "South"]
+    async with plans.session.get(plans.address("").with_path("/api/v1/lots")) as response:
+        (south,) = [each["id"] for each in (await response.json())["items"] if each["name"] == "South"]
     made = Plans(plans.stand, plans.store, plans.session, south)
     assert [each["name"] for each in (await made.get())[1]["zones"]] == ["-18"]
     merged = await plans.done("/merge", **{"with": south})
     zones = (await plans.get())[1]["zones"]
     assert {each["name"] for each in zones} == {"0", "-18"}
-    status, plan = await plans.get("/plan.json?since=2")
+    status, plan = await plans.get("/plan?since=2")
     assert (status, plan["whole"]) == (200, True)
     for change in (merged, split):
         async with plans.session.post(plans.change(change)) as response:
@@ -144,7 +145,7 @@ async def test_the_areas_of_a_merged_lot_are_in_the_frame_of_the_kept_one(plans:
     ("path", "body", "status", "field"),
     [
         ("/edit", {}, 422, "who"),
-        ("/plan", {}, 422, "operation"),
+        ("/plan", {}, 422, "edit"),
         ("/plan", {"edit": NOWHERE, "operation": {"do": "remove", "row": "A"}}, 409, "edit"),
         ("/plan/undo", {"edit": "EDIT"}, 409, "edit"),
         ("/plan/redo", {"edit": "EDIT"}, 409, "edit"),
@@ -166,9 +167,10 @@ async def test_a_request_that_cannot_be_used_is_named_with_its_remedy(
 
 async def test_a_number_in_the_address_that_is_none_and_a_lot_that_is_none_are_refused(plans: Plans) -> None:
     for query in ("since=-1", "since=x", "layout=1.5", "layout=" + "9" * 30, "since=%D9%A1"):
-        status, refusal = await plans.get(f"/plan.json?{query}")
-        assert (status, refusal["reason"]) == (422, "must be a whole number, 0 or more")
-    assert (await plans.get("/plan.json?layout=9"))[0] == 404
+        status, refusal = await plans.get(f"/plan?{query}")
+        assert (status, refusal["field"]) == (422, query.partition("=")[0])
+        assert refusal["detail"] == "must be a whole number: write digits alone"
+    assert (await plans.get("/plan?layout=9"))[0] == 404
     plans.lot = NOWHERE
     assert (await plans.get())[0] == 404
     assert (await plans.post("/edit", who="Ann"))[0] == 404
@@ -178,10 +180,9 @@ async def test_a_number_that_is_none_in_the_body_is_refused(plans: Plans) -> Non
     edit = await plans.opened()
     body = f'{{"edit": "{edit}", "operation": {{"do": "move", "row": "A", "north": NaN, "east": 0}}}}'
     async with plans.session.post(plans.address("/plan"), data=body) as response:
-        assert (response.status, await response.json()) == (
-            422,
-            {"field": "north", "reason": "must be a finite number"},
-        )
+        found = await response.json(content_type=None)
+        assert (response.status, found["field"]) == (422, "operation.north")
+        assert found["detail"] == "must be a finite number"
 
 
 async def test_a_viewer_reads_the_plan_and_corrects_nothing(plans: Plans) -> None:

@@ -122,10 +122,10 @@ async def test_a_link_opens_its_lot_to_one_without_a_login_and_nothing_else(arch
     assert status == 200
     found = await read_all(archive, nobody, f"/api/v1/shared/{made['token']}")
     assert found[SURVEYS]["lot"] == archive.lot
-    for path in ("/api/lots.json", f"/api/v1/lots/{archive.lot}/{SURVEYS}", "/api/v1/recordings", "/archive",
+    for path in ("/api/v1/lots", f"/api/v1/lots/{archive.lot}/{SURVEYS}", "/api/v1/recordings", "/archive",
                  f"/api/v1/lots/{archive.lot}/shares", f"/api/v1/lots/{archive.lot}",
-                 f"/api/surveys/{archive.surveys[0]}.csv",
-        f"/api/surveys/{archive.surveys[0]}.png"):  # fmt: skip
+                 f"/api/v1/surveys/{archive.surveys[0]}/files/csv",
+        f"/api/v1/surveys/{archive.surveys[0]}/files/png"):  # fmt: skip
         assert (await archive.get(nobody, path))[0] == 401, path
     assert (await archive.get(nobody, f"/api/v1/shared/{made['token']}/recordings"))[0] == 404
     assert (await archive.post(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 401
@@ -182,12 +182,12 @@ async def test_a_link_that_was_one_is_no_guess_and_links_hold_up_no_token(archiv
     for number in range(FREE_GUESSES + 1):
         await archive.get(nobody, f"/api/v1/shared/guess-{number:06d}/{SURVEYS}")
     assert (await archive.get(nobody, right))[0] == 429, "guesses of links are slowed"
-    assert (await archive.get(operator, "/api/lots.json"))[0] == 200, "and no token"
+    assert (await archive.get(operator, "/api/v1/lots"))[0] == 200, "and no token"
     archive.stand.rig.real.advance(3600)
     for number in range(FREE_GUESSES + 1):
         guesser = await archive.stand.browser(headers={"Authorization": f"Bearer guess-{number}"})
-        assert (await archive.get(guesser, "/api/lots.json"))[0] == 401
-    assert (await archive.get(operator, "/api/lots.json"))[0] == 429
+        assert (await archive.get(guesser, "/api/v1/lots"))[0] == 401
+    assert (await archive.get(operator, "/api/v1/lots"))[0] == 429
     assert (await archive.get(nobody, right))[0] == 200, "guesses of tokens are slowed, and no link"
 
 

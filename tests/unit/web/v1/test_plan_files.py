@@ -14,9 +14,9 @@ from hawk.lots.plan_files import values
 from hawk.lots.store import LotStore
 from tests.unit.lots.importing.imports import drawn, geojson
 from tests.unit.lots.plan.plans import drawn_lot
-from tests.unit.web.planning import Answer, Plans
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
+from tests.unit.web.v1.plans import Answer, Plans
 
 pytestmark = pytest.mark.slow  # each file is read by a process of its own
 PLAN = geojson(drawn(40))
@@ -35,13 +35,13 @@ async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
 
 async def send(plans: Plans, data: bytes, path: str = "/plan/import?name=plan.geojson") -> Answer:
     async with plans.session.post(plans.address(path), data=data) as response:
-        return response.status, await response.json()
+        return response.status, await response.json(content_type=None)
 
 
 async def send_new(plans: Plans, path: str, **how: Any) -> Answer:
     assert plans.stand.rig.server is not None
     async with plans.session.post(plans.stand.rig.server.make_url(path), **how) as response:
-        return response.status, await response.json()
+        return response.status, await response.json(content_type=None)
 
 
 async def test_a_plan_is_previewed_taken_undone_and_done_again(plans: Plans) -> None:
@@ -63,13 +63,13 @@ async def test_a_plan_is_previewed_taken_undone_and_done_again(plans: Plans) -> 
 
 async def test_a_new_lot_begins_with_a_plan(plans: Plans) -> None:
     far = geojson(drawn(20, north=9000.0))
-    status, shown = await send_new(plans, "/api/lots/import?name=north.geojson", data=far)
+    status, shown = await send_new(plans, "/api/v1/lots/import?name=north.geojson", data=far)
     assert (status, shown["lot"], len(shown["begin"])) == (200, None, 20)
-    status, refusal = await send_new(plans, f"/api/lots/import/{shown['token']}/take", json={})
+    status, refusal = await send_new(plans, f"/api/v1/lots/import/{shown['token']}/take", json={})
     assert (status, refusal["field"]) == (422, "name")
-    status, made = await send_new(plans, f"/api/lots/import/{shown['token']}/take", json={"name": "<b>North</b>"})
+    status, made = await send_new(plans, f"/api/v1/lots/import/{shown['token']}/take", json={"name": "<b>North</b>"})
     assert (status, made["stalls"], made["kind"]) == (200, 20, "import")
-    async with plans.session.get(plans.address("").with_path(f"/api/lots/{made['lot']}.json")) as response:
+    async with plans.session.get(plans.address("").with_path(f"/api/v1/lots/{made['lot']}")) as response:
         assert (await response.json())["name"] == "<b>North</b>"
     async with plans.session.post(plans.change(made)) as response:
         assert response.status == 200
@@ -87,7 +87,7 @@ async def test_a_file_that_cannot_be_used_is_refused_with_field_and_remedy(plans
     ):
         status, refusal = await send(plans, data, f"/plan/import?name=plan.geojson{query}")
         assert (status, refusal["field"]) == (422, field), refusal
-        assert refusal["reason"]
+        assert refusal["detail"]
     assert await plans.get() == before
 
 
@@ -96,19 +96,21 @@ async def test_a_file_that_is_too_large_is_refused_before_it_is_read(
 ) -> None:
     monkeypatch.setattr(values, "LARGEST_BYTES", 100_000)
     async with plans.session.post(plans.address("/plan/import"), data=bytes(200_000)) as response:
-        assert (response.status, await response.text()) == (413, "The file is too large: 0 MB are read at most.")
+        found = await response.json(content_type=None)
+        assert (response.status, found["detail"]) == (413, "The file is too large: 0 MB are read at most.")
 
 
 async def test_one_file_is_read_at_a_time(plans: Plans) -> None:
     answers = await asyncio.gather(*(send(plans, PLAN) for _ in range(3)))
     assert sorted(status for status, _ in answers) == [200, 409, 409]
-    words = next(answer["reason"] for status, answer in answers if status == 409)
+    words = next(answer["detail"] for status, answer in answers if status == 409)
     assert words == "another file is being read: send this one again in a minute"
 
 
 async def test_viewers_may_not_import_and_no_lot_is_none(plans: Plans) -> None:
     viewer = await plans.stand.tool(Role.VIEWER)
     async with viewer.post(plans.address("/plan/import"), data=PLAN) as response:
-        assert (response.status, await response.text()) == (403, "Lots are changed by operators: log in as operator.")
+        found = await response.json(content_type=None)
+        assert (response.status, found["detail"]) == (403, "Lots are changed by operators: log in as operator.")
     plans.lot = "0" * 36
     assert (await send(plans, PLAN))[0] == 404

@@ -42,15 +42,19 @@ class Folder:
         session = self.viewer if viewer else self.operator
         async with session.request(method, self.stand.rig.server.make_url(path), json=body) as response:
             text = await response.text(errors="replace")
-            return response.status, json.loads(text) if response.content_type == "application/json" else text
+            return response.status, json.loads(text) if response.content_type.endswith("json") else text
 
     async def rows(self, *, viewer: bool = False) -> list[dict[str, Any]]:
-        status, answer = await self.ask("GET", "/api/recordings.json", viewer=viewer)
+        status, answer = await self.ask("GET", "/api/v1/recordings", viewer=viewer)
         assert status == 200
         assert isinstance(answer, dict)
-        found: list[dict[str, Any]] = answer["recordings"]
-        assert answer["bytes"] == sum(one["bytes"] for one in found)
-        return found
+        assert answer["next"] is None
+        return list(answer["items"])
+
+    async def refused(self, method: str, path: str, body: dict[str, object] | None = None) -> tuple[int, str, str]:
+        status, answer = await self.ask(method, f"/api/v1/recordings{path}", body)
+        assert isinstance(answer, dict)
+        return status, answer["field"], answer["detail"]
 
     def fly(self) -> None:
         self.stand.rig.publish(DroneStatus(vehicle=VehicleStatus(armed=True)))
@@ -105,52 +109,53 @@ async def test_a_file_with_a_name_of_its_own_and_one_that_went_meanwhile_leave_t
     gone = Stored("20260509T100000Z.mcap", 5, None, is_kept=False)
     monkeypatch.setattr(Recordings, "listed", lambda recordings: [*listed(recordings), gone])
     assert [row["name"] for row in await folder.rows()] == [FIRST, SECOND]
-    status, answer = await folder.ask("GET", "/api/v1/recordings")
-    assert status == 200
-    assert isinstance(answer, dict)
-    assert [row["name"] for row in answer["items"]] == [FIRST, SECOND]
 
 
 async def test_an_operator_marks_and_deletes(folder: Folder) -> None:
-    marked = await folder.ask("POST", f"/api/recordings/{FIRST}/keep", {"keep": True})
+    marked = await folder.ask("POST", f"/api/v1/recordings/{FIRST}/keep", {"keep": True})
     assert marked == (200, {"name": FIRST, "keep": True})
     assert [row["keep"] for row in await folder.rows()] == [True, False]
-    status, answer = await folder.ask("POST", f"/api/recordings/{FIRST}/delete")
-    assert status == 409
-    assert answer == {"field": FIRST, "reason": 'is marked "keep": take the mark away first'}
-    await folder.ask("POST", f"/api/recordings/{FIRST}/keep", {"keep": False})
-    assert (await folder.ask("POST", f"/api/recordings/{FIRST}/delete"))[0] == 200
+    refusal = await folder.refused("POST", f"/{FIRST}/delete")
+    assert refusal == (409, "name", 'is marked "keep": take the mark away first')
+    await folder.ask("POST", f"/api/v1/recordings/{FIRST}/keep", {"keep": False})
+    assert (await folder.ask("POST", f"/api/v1/recordings/{FIRST}/delete"))[0] == 200
     assert [row["name"] for row in await folder.rows()] == [SECOND]
-    assert (await folder.ask("POST", f"/api/recordings/{FIRST}/delete"))[0] == 404
+    assert (await folder.ask("POST", f"/api/v1/recordings/{FIRST}/delete"))[0] == 404
 
 
 async def test_a_viewer_changes_and_downloads_nothing(folder: Folder) -> None:
     for method, path in (("POST", "/keep"), ("POST", "/delete"), ("GET", "")):
-        status, text = await folder.ask(method, f"/api/recordings/{FIRST}{path}", viewer=True)
+        status, text = await folder.ask(method, f"/api/v1/recordings/{FIRST}{path}", viewer=True)
         assert status == 403
         assert "log in as operator" in str(text)
     assert (folder.path / FIRST).exists()
 
 
 async def test_a_recording_is_downloaded_by_its_name(folder: Folder) -> None:
-    status, text = await folder.ask("GET", f"/api/recordings/{SECOND}")
+    status, text = await folder.ask("GET", f"/api/v1/recordings/{SECOND}")
     assert status == 200
     assert "MCAP0" in str(text)
-    assert (await folder.ask("GET", "/api/recordings/20260509T100000Z.mcap"))[0] == 404
+    assert (await folder.ask("GET", "/api/v1/recordings/20260509T100000Z.mcap"))[0] == 404
 
 
 async def test_nothing_is_deleted_or_sent_in_flight(folder: Folder) -> None:
     folder.fly()
     for method, path in (("POST", "/delete"), ("GET", "")):
-        answer = await folder.ask(method, f"/api/recordings/{FIRST}{path}")
-        assert answer == (409, {"field": "recordings", "reason": "wait until the motors are off"})
+        refusal = await folder.refused(method, f"/{FIRST}{path}")
+        assert refusal == (409, "recordings", "wait until the motors are off")
     assert len(await folder.rows()) == 2
 
 
-@pytest.mark.parametrize("body", [{}, {"keep": "yes"}, {"keep": None}])
-async def test_a_mark_that_is_no_truth_value_is_refused(body: dict[str, object], folder: Folder) -> None:
-    answer = await folder.ask("POST", f"/api/recordings/{FIRST}/keep", body)
-    assert answer == (422, {"field": "keep", "reason": "send true or false"})
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ({}, "is missing: write it"),
+        ({"keep": "yes"}, "must be true or false"),
+        ({"keep": None}, "must be true or false"),
+    ],
+)
+async def test_a_mark_that_is_no_truth_value_is_refused(body: dict[str, object], words: str, folder: Folder) -> None:
+    assert await folder.refused("POST", f"/{FIRST}/keep", body) == (422, "keep", words)
 
 
 async def test_where_nothing_is_recorded_the_list_says_so(rig: Rig, tmp_path: Path) -> None:
@@ -158,7 +163,7 @@ async def test_where_nothing_is_recorded_the_list_says_so(rig: Rig, tmp_path: Pa
     await rig.start()
     session = await stand.tool(Role.OPERATOR)
     assert rig.server is not None
-    async with session.get(rig.server.make_url("/api/recordings.json")) as response:
+    async with session.get(rig.server.make_url("/api/v1/recordings")) as response:
         assert response.status == 409
-        assert (await response.json())["reason"] == "nothing is recorded here"
+        assert (await response.json(content_type=None))["detail"] == "nothing is recorded here"
     await stand.close()

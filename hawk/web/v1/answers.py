@@ -14,31 +14,40 @@ import hashlib
 import json
 import logging
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, is_dataclass, replace
 from functools import wraps
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final
 
 from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
+from pydantic import BaseModel
 
 from hawk.lots.store import LotStore
-from hawk.lots.values import LotInputError
+from hawk.lots.text import json_text
+from hawk.lots.values import LotInputError, NotFoundError
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.proxied import is_secure, prefix_of
 from hawk.web.downloads import FILES
-from hawk.web.lot_answers import now_of, opened
-from hawk.web.refusals import REFUSALS, refusal_of
-from hawk.web.v1.asked import Q, Request, query_of
+from hawk.web.services import SERVICES
+from hawk.web.v1.parameters import Q, Request, query_of
+from hawk.web.v1.refusals import REFUSALS, refusal_of
+from hawk.web.v1.store_door import StoreDoor
 from hawk.web.v1.unknown import NOTHING, ROOT, Wrong, not_there, wrong_form
 
-if TYPE_CHECKING:  # loaded on the store's thread
+if TYPE_CHECKING:
     from sqlalchemy import Connection
+
+    from hawk.lots import database
+else:
+    database = StoreDoor("hawk.lots.database")
 
 _LOG = logging.getLogger(__name__)
 
 JSON: Final = "application/json"
 PROBLEM: Final = "application/problem+json"
+GEOJSON: Final = "application/geo+json"
+OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
 ANSWER_S: Final = 10.0
 """Real seconds after which a request that the store has not answered is given up."""
 LEAST_PACKED_BYTES: Final = 1000
@@ -46,6 +55,7 @@ LEAST_PACKED_BYTES: Final = 1000
 _LEVEL: Final = 4
 """Of gzip: a list of stalls is 8 times smaller, in 2 ms a megabyte less than at level 9."""
 BUSY: Final = "The store of lots is busy: ask again in some seconds."
+NO_LOTS: Final = "There is no store of lots here."
 ANYTHING: Final = "*"
 """In ``If-None-Match``: whatever there is; whether there is something is read."""
 CACHING: Final = "private, no-cache"
@@ -54,7 +64,8 @@ CACHING: Final = "private, no-cache"
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """An answer before it is encoded; text is JSON already.
+    """An answer before it is encoded: a value of its model, JSON values, text that is JSON already, or the bytes of a
+    file, which are not packed.
 
     ``next``: the place at which the next part of a list begins.
     """
@@ -101,9 +112,7 @@ def reader(
         place = hashlib.sha256(f"{given.base}{request.path_qs}".encode()).hexdigest()[:12]
 
         def work(connection: Connection, asked: Request[Q]) -> _Packed:
-            from hawk.lots.database import version_of
-
-            tag = f'W/"{version_of(connection)}-{place}"'
+            tag = f'W/"{database.version_of(connection)}-{place}"'
             if known.strip() != ANYTHING and is_known(known, tag):
                 return _Packed(HTTPStatus.NOT_MODIFIED, tag)
             answer = read(connection, asked)
@@ -121,6 +130,23 @@ def reader(
             return _response(request, await store.read(lambda connection: work(connection, asked)))
 
     return answered(handle, bad_parameter)
+
+
+async def opened(request: web.Request) -> LotStore:
+    """Return the store, open: that loads SQLAlchemy on its thread, and imports on the loop cost nothing then.
+
+    Raises NotFoundError where there is none, LotStoreError.
+    """
+    store = request.app[SERVICES].lots
+    if store is None:
+        raise NotFoundError(NO_LOTS)
+    await store.open()
+    return store
+
+
+def now_of(request: web.Request) -> float:
+    """Return the time, UTC, Unix seconds."""
+    return request.app[SERVICES].wall()
 
 
 @contextlib.asynccontextmanager
@@ -252,12 +278,24 @@ def accepts_gzip(request: web.BaseRequest) -> bool:
 
 def encoded(answer: Answer, *, packs: bool) -> tuple[bytes, bool]:
     """Return an answer's bytes, and whether they are packed: ``packs`` allows it."""
-    from hawk.lots.text import json_text
-
     content = answer.content
-    body = (content if isinstance(content, str) else json_text(content)).encode()
+    if isinstance(content, bytes):
+        return content, False
+    body = text_of(content).encode()
     is_packed = packs and len(body) >= LEAST_PACKED_BYTES
     return gzip.compress(body, _LEVEL, mtime=0) if is_packed else body, is_packed
+
+
+def text_of(content: object) -> str:
+    """Return an answer as JSON text; text is that already. Raises ValueError for what is no number."""
+    match content:
+        case str():
+            return content
+        case BaseModel():
+            return content.model_dump_json(by_alias=True)
+        case _ if is_dataclass(content) and not isinstance(content, type):
+            return json_text(asdict(content))
+    return json_text(content)
 
 
 def _response(request: web.Request, packed: _Packed) -> web.Response:

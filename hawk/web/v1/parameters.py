@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Annotated, Any, Final, Generic, Literal, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from hawk.exports.feed_table import VALID_S
+from hawk.formats.validation import wrong_values
+from hawk.lots.plan.asked import FORMS as OPERATION_FORMS
+from hawk.lots.plan.asked import LETTER
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.values import LotInputError
 from hawk.web.access.admission import TOKEN_PARAMETER
@@ -19,33 +22,43 @@ USUAL_ITEMS: Final = 100
 LONGEST_PLACE: Final = 36
 """Characters of a place in a list: those of an id."""
 _LONGEST_NUMBER: Final = 9
-_LONGEST_FIELD: Final = 80
 _LONGEST_ZONE: Final = 64
 _LONGEST_TIME: Final = 40
+
+
+_ID: Final = "^[0-9a-f-]{36}$"
+_PLACE: Final = "^[0-9A-Za-z.-]+$"
 
 
 def _number(given: object) -> object:
     """Return the number of a text: digits alone, since pydantic takes "1_0" and " 10" as well."""
     if isinstance(given, str):
         if not (given.isascii() and given.isdecimal() and len(given) <= _LONGEST_NUMBER):
-            raise ValueError("must be a whole number, 0 or more")
+            raise ValueError("must be a whole number: write digits alone")
         return int(given)
     return given
 
 
 OF_DIGITS: Final = BeforeValidator(_number)
 """Put behind the limits of a number: pydantic shows these in the schema as what they are then."""
+Whole = Annotated[int, Field(ge=0), OF_DIGITS]
 Limit = Annotated[
     int, Field(ge=1, le=MOST_ITEMS, description=f"most items of the answer; {USUAL_ITEMS} without it"), OF_DIGITS
 ]  # fmt: skip
 Place = Annotated[
     str,
     Field(
-        min_length=1, max_length=LONGEST_PLACE, pattern=r"^[0-9A-Za-z.-]+$",
+        min_length=1, max_length=LONGEST_PLACE, pattern=_PLACE,
         description="`next` of the part before; the list begins behind it",
     ),
 ]  # fmt: skip
-Id = Annotated[str, Field(pattern="^[0-9a-f-]{36}$")]
+Id = Annotated[str, Field(pattern=_ID)]
+FORMS: Final[Mapping[str, str]] = {
+    **OPERATION_FORMS,
+    _ID: "must be an id, 36 characters, as the lists have it",
+    _PLACE: "is no place in this list: write `next` of the part before, or leave it out",
+}
+"""Pattern of a text -> reason for one that has not this form."""
 _TIME: Final = {"anyOf": [{"type": "string", "format": "date"}, {"type": "string", "format": "date-time"}]}
 
 
@@ -117,7 +130,7 @@ class Observations(Listed, Period):
 class Stalls(Listed):
     """Stalls of a lot."""
 
-    row: Annotated[str | None, Field(pattern="^[A-Z]{1,3}$", description="letter of the row")] = None
+    row: Annotated[str | None, Field(pattern=LETTER, description="letter of the row")] = None
     kind: Annotated[Kind | None, Field(description="kind of the stalls, as in `stalls`")] = None
     state: Annotated[
         Literal["free", "taken", "unknown"] | None, Field(description="state at the last look at the stall")
@@ -131,6 +144,30 @@ class Statistics(Period):
         Literal["hour", "row", "zone", "kind"] | None,
         Field(description="parts of the lot that are counted by themselves, beside the whole"),
     ] = None
+
+
+class FeedOptions(Period):
+    """Survey, or period, of a feed."""
+
+    survey: Annotated[
+        Id | None, Field(description="of a feed over a survey: this one; the newest registered one without it")
+    ] = None
+    valid_s: Annotated[
+        float | None,
+        Field(
+            gt=0, allow_inf_nan=False,
+            description=f"of a feed over a survey: seconds after which a state is unknown; {VALID_S:g} without it",
+        ),
+    ] = None  # fmt: skip
+
+
+class PlanPart(Query):
+    """The part of a plan that is asked for."""
+
+    since: Annotated[
+        Whole | None, Field(description="revision; stalls that changed after it, without it all of the plan")
+    ] = None
+    layout: Annotated[Whole | None, Field(description="version of the layout, for the plan as it was in it")] = None
 
 
 class Between(Period):
@@ -170,55 +207,22 @@ def query_of(request: web.Request, model: type[Q]) -> Q:
         if name in given:
             raise LotInputError(name, "is there twice: write it once")
         given[name] = value
-    return validated(model.model_validate, given, names_of(model), ranges=_ranges(model))
+    return validated(model, given)
 
 
-def _ranges(model: type[BaseModel]) -> dict[str, str]:
-    """Return words for the allowed values of each whole number of a model."""
-    found = {}
-    for name, field in model.model_fields.items():
-        least = next((each.ge for each in field.metadata if hasattr(each, "ge")), None)
-        most = next((each.le for each in field.metadata if hasattr(each, "le")), 10**_LONGEST_NUMBER - 1)
-        if least is not None:
-            found[field.alias or name] = f"must be a whole number, {least} to {most}"
-    return found
-
-
-def validated(
-    validate: Callable[[Any], M],
-    given: Any,
-    names: str,
-    tags: Collection[str] = (),
-    ranges: Mapping[str, str] = MappingProxyType({}),
-) -> M:
+def validated(model: type[M], given: Any, tags: Collection[str] = ()) -> M:
     """Return what a model makes of values. Raises LotInputError with the first field that cannot be used.
 
-    ``names``: those that there are, for the words about another one. ``tags``: names of models, which pydantic puts
-    among those of the fields. ``ranges``: words for a field that is a number, in place of pydantic's.
+    ``tags``: names of models, which pydantic puts among those of the fields.
     """
     try:
-        return validate(given)
+        return model.model_validate(given)
     except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        parts = [part for part in problem["loc"] if part not in tags]
-        field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).removeprefix(".")
-        raise LotInputError(field[:_LONGEST_FIELD] or "body", ranges.get(field) or _reason(problem, names)) from None
+        wrong = wrong_values(error, model, tags, FORMS)[0]
+        known = f"; there is {names_of(model)}" if wrong.kind == "extra_forbidden" and len(wrong.location) == 1 else ""
+        raise LotInputError(wrong.field or "body", f"{wrong.reason}{known}") from None
 
 
 def names_of(model: type[BaseModel]) -> str:
     """Return the names of a model's fields, for a sentence."""
     return ", ".join(field.alias or name for name, field in model.model_fields.items()) or "no parameter"
-
-
-def _reason(problem: Any, names: str) -> str:
-    kind, context = problem["type"], problem.get("ctx", {})
-    if kind == "extra_forbidden":
-        return f"is not known here: leave it out; there is {names}"
-    if kind == "value_error":
-        return str(context["error"])
-    if kind == "missing":
-        return "is missing: write it"
-    words = str(problem["msg"]).removeprefix("Input should be ").removeprefix("String should ")
-    return (
-        f"must be {words}" if words != problem["msg"] and not words.startswith(("have", "match")) else f"should {words}"
-    )

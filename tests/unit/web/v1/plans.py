@@ -24,18 +24,18 @@ class Plans:
 
     def address(self, path: str) -> Any:
         assert self.stand.rig.server is not None
-        return self.stand.rig.server.make_url(f"/api/lots/{self.lot}{path}")
+        return self.stand.rig.server.make_url(f"/api/v1/lots/{self.lot}{path}")
 
     def change(self, done: dict[str, Any]) -> Any:
-        return self.address("").with_path(f"/api/lot-changes/{done['seq']}/undo")
+        return self.address("").with_path(f"/api/v1/changes/{done['seq']}/undo")
 
-    async def get(self, path: str = "/plan.json") -> Answer:
+    async def get(self, path: str = "/plan") -> Answer:
         async with self.session.get(self.address(path)) as response:
-            return response.status, await response.json()
+            return response.status, await response.json(content_type=None)
 
     async def post(self, path: str, **body: object) -> Answer:
         async with self.session.post(self.address(path), json=body) as response:
-            return response.status, await response.json()
+            return response.status, await response.json(content_type=None)
 
     async def done(self, path: str, **body: object) -> dict[str, Any]:
         status, answer = await self.post(path, **body)
@@ -46,4 +46,4 @@ class Plans:
         return str((await self.done("/edit", who=who))["edit"])
 
     async def stalls(self) -> dict[str, dict[str, Any]]:
-        return {each["label"]: each for each in (await self.get(".json"))[1]["stalls"]}
+        return {each["label"]: each for each in (await self.get("/stalls?limit=1000"))[1]["items"]}

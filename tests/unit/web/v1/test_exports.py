@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import AsyncIterator, Mapping
 from pathlib import Path
 
@@ -13,7 +14,6 @@ from hawk.lots.pictures import pictures_of
 from hawk.lots.saving import save
 from hawk.lots.store import LotStore
 from hawk.lots.values import Saved
-from hawk.web.exports import KINDS
 from tests.unit.exports.stored import mosaic
 from tests.unit.lots.surveys import survey
 from tests.unit.web.rig import Rig
@@ -52,9 +52,9 @@ async def viewer(tmp_path: Path, rig: Rig) -> AsyncIterator[Viewer]:
     await store.close()
 
 
-@pytest.mark.parametrize("kind", KINDS.split("|"))
+@pytest.mark.parametrize("kind", TYPES)
 async def test_viewers_get_a_survey_as_a_file(viewer: Viewer, kind: str) -> None:
-    status, headers, data = await viewer.get(f"/api/surveys/{viewer.survey}.{kind}")
+    status, headers, data = await viewer.get(f"/api/v1/surveys/{viewer.survey}/files/{kind}")
     assert status == 200
     assert headers["Content-Type"].startswith(TYPES[kind])
     assert headers["Content-Disposition"] == f'attachment; filename="survey-{viewer.survey[:8]}.{kind}"'
@@ -62,10 +62,10 @@ async def test_viewers_get_a_survey_as_a_file(viewer: Viewer, kind: str) -> None
 
 
 async def test_a_survey_that_is_not_there_and_another_kind_are_refused(viewer: Viewer) -> None:
-    status, _, data = await viewer.get(f"/api/surveys/{'0' * 36}.csv")
+    status, _, data = await viewer.get(f"/api/v1/surveys/{'0' * 36}/files/csv")
     assert (status, b"there is no survey" in data) == (404, True)
-    status, _, _ = await viewer.get(f"/api/surveys/{viewer.survey}.exe")
-    assert status == 404
+    status, _, data = await viewer.get(f"/api/v1/surveys/{viewer.survey}/files/exe")
+    assert (status, json.loads(data)["field"], b"there are csv, geojson" in data) == (404, "kind", True)
 
 
 async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Viewer, rig: Rig) -> None:
@@ -73,9 +73,9 @@ async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Vie
     pictures_of(rig.lots.path).write(viewer.survey, {(0, 0): mosaic()[0, 0]})
     for file in (rig.lots.path.parent / "lots-pictures").glob("*.zip"):
         file.write_bytes(b"broken")
-    status, _, data = await viewer.get(f"/api/surveys/{viewer.survey}.png")
+    status, _, data = await viewer.get(f"/api/v1/surveys/{viewer.survey}/files/png")
     assert (status, b"only the picture of that survey is lost" in data) == (409, True)
-    status, _, _ = await viewer.get(f"/api/surveys/{viewer.survey}.csv")
+    status, _, _ = await viewer.get(f"/api/v1/surveys/{viewer.survey}/files/csv")
     assert status == 200
 
 
@@ -90,36 +90,43 @@ async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Vie
 async def test_a_lot_is_a_feed_in_the_words_of_a_receiver(
     viewer: Viewer, name: str, content_type: str, key: str
 ) -> None:
-    status, headers, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/{name}?valid_s=1e10")
+    status, headers, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/{name}?valid_s=1e10")
     assert status == 200
     assert headers["Content-Type"].startswith(content_type)
     assert key in data.decode()
     assert ('"status":"unknown"' in data.decode()) is False
-    _, _, old = await viewer.get(f"/api/lots/{viewer.lot}/feeds/{name}")
+    _, _, old = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/{name}")
     assert old != data, "the survey is older than an hour"
+    _, same, _ = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/{name}?survey={viewer.survey}")
+    assert same["ETag"] != headers["ETag"]
+    status, _, refusal = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/{name}?from=2026-05-04")
+    assert (status, json.loads(refusal)["field"]) == (422, "from")
 
 
 @pytest.mark.parametrize("valid_s", ["0", "-1", "nan", "inf", "x"])
 async def test_a_time_that_is_no_time_is_refused(viewer: Viewer, valid_s: str) -> None:
-    status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/cds?valid_s={valid_s}")
-    assert (status, b"must be a positive number of seconds" in data) == (422, True)
+    status, _, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/cds?valid_s={valid_s}")
+    assert (status, json.loads(data)["field"]) == (422, "valid_s")
 
 
 async def test_another_feed_is_refused_with_those_that_there_are(viewer: Viewer) -> None:
-    status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/datex")
-    assert (status, b"there are ngsi-ld, cds, parkapi, cds-aggregates" in data) == (404, True)
+    status, _, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/datex")
+    assert (status, json.loads(data)["field"]) == (404, "feed")
+    assert json.loads(data)["detail"].endswith("there are ngsi-ld, cds, parkapi, cds-aggregates")
 
 
 async def test_a_lot_is_aggregates_hour_by_hour(viewer: Viewer) -> None:
-    status, headers, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/cds-aggregates?time_zone=UTC")
+    status, headers, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/cds-aggregates?time_zone=UTC")
     assert (status, headers["Content-Type"]) == (200, "application/vnd.cds+csv;version=1.0")
     lines = data.decode().splitlines()
     assert len(lines) == 25, "the head, and the hours of the day of the survey"
     assert sum(line.endswith(",-1") for line in lines) == 23
 
 
-@pytest.mark.parametrize(("query", "words"), [("from=x", b"from: "), ("time_zone=Mars", b"time_zone: ")])
-async def test_a_period_that_is_none_is_refused(viewer: Viewer, query: str, words: bytes) -> None:
-    status, _, data = await viewer.get(f"/api/lots/{viewer.lot}/feeds/cds-aggregates?{query}")
+@pytest.mark.parametrize(
+    ("query", "field"), [("from=x", "from"), ("time_zone=Mars", "time_zone"), ("valid_s=9", "valid_s")]
+)
+async def test_a_period_that_is_none_is_refused(viewer: Viewer, query: str, field: str) -> None:
+    status, _, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/cds-aggregates?{query}")
     assert status == 422
-    assert words in data or words.removesuffix(b": ") in data
+    assert json.loads(data)["field"] == field

@@ -1,4 +1,4 @@
-"""Changes by the API: each is made by an operator alone, and by the functions of the old addresses."""
+"""Changes by the API: each is made by an operator alone."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from tests.unit.lots.importing.imports import drawn, geojson
 from tests.unit.lots.repaints import extra, flown
 from tests.unit.lots.surveys import later, survey
 from tests.unit.web.rig import Rig, browser
-from tests.unit.web.test_recordings import FIRST, SECOND, recorded
 from tests.unit.web.v1.archive import NOWHERE, Archive
+from tests.unit.web.v1.test_recordings import FIRST, SECOND, recorded
 
 CHANGES = [each for each in OPERATIONS if each.is_change]
 CORNERS = [[51.99985, 4.9999], [51.99985, 5.001], [51.99996, 5.001], [51.99996, 4.9999]]
@@ -170,20 +170,20 @@ async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -
     ("path", "body", "field", "words"),
     [
         ("/lots/LOT/name", {}, "name", "is missing: write it"),
-        ("/lots/LOT/name", {"name": 3}, "name", "must be a valid string"),
+        ("/lots/LOT/name", {"name": 3}, "name", "must be text"),
         ("/lots/LOT/name", {"name": " "}, "name", "is empty: write one or more letters"),
         ("/lots/LOT/name", {"name": "\ud800"}, "body", "holds half a character"),
         ("/lots/LOT/name", {"name": "N", "colour": "red"}, "colour", "is not known here: leave it out; there is name"),
         ("/lots/LOT/name", [1], "body", "must be a JSON object"),
-        ("/lots/LOT/split", {"name": "S", "outline": CORNERS[:2]}, "outline", "at least 3 items"),
-        ("/lots/LOT/split", {"name": "S", "outline": [[91, 0], *CORNERS]}, "outline[0][0]", "less than or equal to 90"),
+        ("/lots/LOT/split", {"name": "S", "outline": CORNERS[:2]}, "outline", "must be a list of 3 or more, not 2"),
+        ("/lots/LOT/split", {"name": "S", "outline": [[91, 0], *CORNERS]}, "outline[0][0]", "must be 90 or less"),
         ("/lots/LOT/pin", {"points": [{"from": [1, 2]}]}, "points[0].to", "is missing: write it"),
         ("/lots/LOT/pin?force=1", {"points": []}, "force", "there is no parameter"),
-        ("/surveys/SURVEY/place", {"place": -1}, "place", "must be greater than or equal to 0"),
-        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "fly"}}, "operation", "does not match any"),
+        ("/surveys/SURVEY/place", {"place": -1}, "place", "must lie between 0 and 1000"),
+        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "fly"}}, "operation.do", "must be 'add_stall'"),
         ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "move", "row": "B", "north": 0}}, "operation.east",
          "is missing: write it"),
-        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "remove"}}, "operation", "names no stalls, or twice"),
+        ("/lots/LOT/plan", {"edit": NOWHERE, "operation": {"do": "remove"}}, "operation.stalls", "names no stalls"),
     ],
 )  # fmt: skip
 async def test_a_body_that_cannot_be_used_is_refused_with_the_field_and_changes_nothing(
@@ -194,6 +194,31 @@ async def test_a_body_that_cannot_be_used_is_refused_with_the_field_and_changes_
     status, problem = await archive.refused(path, method="POST", operator=True, body=body)
     assert (status, problem["field"]) == (422, field), problem
     assert words in problem["detail"]
+    assert (await archive.ask("/lots", If_None_Match=tag)).status == 304
+
+
+ENGLISH = ("Input should", "should have", "String should", "List should", "Value error", "Field required", "permitted")
+
+
+@pytest.mark.slow
+async def test_every_body_is_refused_in_plain_words_with_the_field_and_changes_nothing(archive: Archive) -> None:
+    tag = (await archive.ask("/lots")).headers["ETag"]
+    tried = 0
+    for operation in CHANGES:
+        fields = {} if operation.body is None else operation.body.model_fields
+        keys = {field.alias or name for name, field in fields.items()}
+        needs = any(field.is_required() for field in fields.values())
+        for body in ({"x-ray": 1}, *([{}] if needs else []), *({key: {"odd": 1}} for key in keys)):
+            if operation.takes_file:
+                continue
+            path = path_of(operation, archive)
+            status, problem = await archive.refused(path, method="POST", operator=True, body=body)
+            assert status == 422, (operation.name, body, problem)
+            assert problem["field"].replace("[", ".").split(".")[0] in keys | {"x-ray"}, (operation.name, body, problem)
+            assert problem["detail"], operation.name
+            assert not any(words in problem["detail"] for words in ENGLISH), problem
+            tried += 1
+    assert tried > 40
     assert (await archive.ask("/lots", If_None_Match=tag)).status == 304
 
 

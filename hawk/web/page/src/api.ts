@@ -1,0 +1,820 @@
+// Written by packaging/page_protocol.py from the models of hawk/web/v1: change these and run this again.
+
+/** The survey that features show. `doubt`: why it is not registered. */
+export interface AboutSurvey {
+  lot_name: string;
+  lot_id: string;
+  survey_id: string;
+  survey_began_utc: string;
+  survey_ended_utc: string;
+  time_is_sure: boolean;
+  registered: boolean;
+  doubt: string;
+  layout_version: number | null;
+  position_uncertainty_m: number | null;
+  position_pinned: boolean;
+  simulated: boolean;
+  software: string;
+  survey_kind: "flown" | "picture";
+  survey_source: string;
+  survey_limits: string;
+  stalls: number;
+  free: number;
+  taken: number;
+  unknown: number;
+  stalls_blurred: number | null;
+}
+
+/** A stall that the plan would have besides. */
+export interface BeginningShape {
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  label: string;
+  kind: string;
+}
+
+/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
+export interface BeginningStall {
+  id: number;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  state: "free" | "taken" | "unknown";
+  instead: string[];
+  corners: [number, number][];
+}
+
+/** A lot that a plan made; `stalls`: how many it has. */
+export interface Begun {
+  seq: number;
+  kind: string;
+  lot: string;
+  stalls: number;
+}
+
+/** Ends between which a figure lies; null: no end is known. */
+export interface Bracket {
+  low: number | null;
+  high: number | null;
+}
+
+/** A change that a person made; `undone`: when it was undone. */
+export interface Change {
+  seq: number;
+  kind: string;
+  who: string;
+  made: string;
+  undone: string | null;
+}
+
+/** Part of the list of changes. */
+export interface ChangeList {
+  items: Change[];
+  next: string | null;
+}
+
+/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. */
+export interface Changed {
+  compared: number;
+  unknown: number;
+  came: Estimate;
+  left: Estimate;
+  stalls: ChangedStall[];
+}
+
+/** A stall whose state changed; `taken`: now. `chance`: probability that both states are right. */
+export interface ChangedStall {
+  id: string;
+  label: string;
+  taken: boolean;
+  chance: number;
+}
+
+/** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
+export interface Closed {
+  lot: string;
+  edit: string;
+  seq: number | null;
+  layout: number | null;
+}
+
+/** Two days of the week by the hours that both have: by how much the second is fuller, a share. */
+export interface Compared {
+  first: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
+  second: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
+  hours: number;
+  difference: Estimate;
+}
+
+/** Newest registered survey of a lot beside the layout; null where there is none. `found`: stalls that the layout lacks; `missed`: stalls of the layout that it did not find where it saw their ground. */
+export interface Comparison {
+  survey: string | null;
+  found: FoundStall[];
+  missed: NamedStall[];
+}
+
+/** Mean over the surveyed hours of a day of the week. */
+export interface Day {
+  day: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
+  days: number;
+  hours: number;
+  occupancy: Estimate;
+}
+
+/** A recording that was deleted. */
+export interface Deleted {
+  name: string;
+  deleted: boolean;
+}
+
+/** A change that was made; its `seq` undoes it. */
+export interface Done {
+  seq: number;
+  kind: string;
+  lot: string;
+}
+
+/** Reason why the place of a survey is not certain, with the places to choose from. */
+export interface Doubt {
+  why: string;
+  places: PossiblePlace[];
+  chosen: number | null;
+}
+
+/** A survey whose place a person may choose: the number of places. */
+export interface DoubtfulSurvey {
+  survey: string;
+  ended: string;
+  why: string;
+  places: number;
+}
+
+/** Person who edits a plan, and since when; `layout`: the version that it makes. */
+export interface Edit {
+  who: string;
+  since: string;
+  last: string;
+  layout: number;
+}
+
+/** Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones are all there are. */
+export interface Edited {
+  edit: string;
+  revision: number;
+  stalls: EditedStall[];
+  gone: string[];
+  zones: EditedZone[];
+  named_zones: EditedZone[];
+  undo: number;
+  redo: number;
+}
+
+/** A stall of the plan. */
+export interface EditedStall {
+  id: string;
+  label: string;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
+  is_confirmed: boolean;
+}
+
+/** A zone of the plan, or an area without stalls. */
+export interface EditedZone {
+  id: string;
+  name: string;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
+  outline: [number, number][];
+}
+
+/** A stall that the plan would have no more. */
+export interface EndingShape {
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  label: string;
+  id: string;
+}
+
+/** A stall of the layout that surveys did not find. */
+export interface EndingStall {
+  id: string;
+  label: string;
+  is_confirmed: boolean;
+  corners: [number, number][];
+}
+
+/** A figure with the ends of its interval and the number of surveys behind it; null where nobody flew. */
+export interface Estimate {
+  value: number | null;
+  low: number | null;
+  high: number | null;
+  surveys: number;
+}
+
+/** Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value. */
+export interface Figures {
+  lot: string;
+  name: string;
+  clock: string;
+  interval: number;
+  surveys: number;
+  first: string | null;
+  last: string | null;
+  left_out: LeftOut[];
+  whole: Use | null;
+  by: "hour" | "row" | "zone" | "kind" | null;
+  parts: Use[];
+  hours: Hour[];
+  days: Day[];
+  compared: Compared[];
+}
+
+/** A stall that a survey found, in the lot's frame, with the number that the survey gave it. */
+export interface FoundStall {
+  id: number;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  state: "free" | "taken" | "unknown";
+}
+
+/** Polygon or MultiPolygon of [longitude, latitude], degrees. */
+export interface Geometry {
+  type: "Polygon" | "MultiPolygon";
+  coordinates: unknown[];
+}
+
+/** Mean over the days with a survey in an hour of the day. */
+export interface Hour {
+  hour: number;
+  days: number;
+  occupancy: Estimate;
+  accumulation: Estimate;
+}
+
+/** A recording with its mark. */
+export interface Kept {
+  name: string;
+  keep: boolean;
+}
+
+/** A version of a lot's layout. */
+export interface Layout {
+  version: number;
+  valid_from: string;
+  who: string;
+  why: string;
+}
+
+/** Part of the list of layouts. */
+export interface LayoutList {
+  items: Layout[];
+  next: string | null;
+}
+
+/** A survey of the period that no figure uses, and why. */
+export interface LeftOut {
+  survey: string;
+  ended: string;
+  why: string;
+}
+
+/** A feature of the file that is left out, or that clashes, and why. */
+export interface LeftOutFeature {
+  name: string;
+  reason: string;
+}
+
+/** A link to a lot, without its token. `open`: it opens the lot now. */
+export interface ListedLink {
+  id: string;
+  made: string;
+  ends: string;
+  open: boolean;
+  taken_back: string | null;
+}
+
+/** A lot, with its newest survey. */
+export interface ListedLot {
+  id: string;
+  name: string;
+  stalls: number;
+  survey_count: number;
+  last_survey: LotSurvey | null;
+}
+
+/** A stall with the last look at it, all null where no survey looked; `survey`: which survey looked. */
+export interface ListedStall {
+  id: string;
+  label: string;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
+  is_confirmed: boolean;
+  row: string | null;
+  latitude: number;
+  longitude: number;
+  state: "free" | "taken" | "unknown" | null;
+  taken_probability: number | null;
+  observed: string | null;
+  survey: string | null;
+}
+
+/** A lot. `datum`: origin of its frame, north up. `revision` rises with every change of its plan. */
+export interface Lot {
+  id: string;
+  name: string;
+  stalls: number;
+  survey_count: number;
+  last_survey: LotSurvey | null;
+  datum: [number, number];
+  datum_is_pinned: boolean;
+  outline: [number, number][][];
+  edit: Edit | null;
+  revision: number;
+}
+
+/** Part of the list of lots. */
+export interface LotList {
+  items: ListedLot[];
+  next: string | null;
+}
+
+/** A survey of a lot. */
+export interface LotSurvey {
+  kind: "flown" | "picture";
+  source: "" | "photographs" | "orthophoto" | "film";
+  source_name: string;
+  limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
+  id: string;
+  seq: number;
+  lot: string | null;
+  layout: number | null;
+  placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
+  free: number;
+  taken: number;
+  unknown: number;
+  blurred: number | null;
+  simulated: boolean;
+  program: string;
+  datum: [number, number];
+  place: SurveyPlace | null;
+  doubt: Doubt | null;
+  began: string;
+  ended: string;
+  time_is_sure: boolean;
+}
+
+/** A stall of the layout. */
+export interface NamedStall {
+  id: string;
+  label: string;
+}
+
+/** Look of a survey at a stall. `picture_count`: pictures behind it. */
+export interface Observation {
+  survey: string;
+  stall: string;
+  label: string;
+  state: "free" | "taken" | "unknown";
+  taken_probability: number;
+  observed: string;
+  picture_count: number;
+}
+
+/** Part of the list of observations. */
+export interface ObservationList {
+  items: Observation[];
+  next: string | null;
+}
+
+/** An open edit. `undo`, `redo`: operations that can be undone, done again. */
+export interface Opened {
+  edit: string;
+  lot: string;
+  who: string;
+  since: string;
+  layout: number;
+  revision: number;
+  undo: number;
+  redo: number;
+}
+
+/** The surveyed hour of highest occupancy. `rivals`: other hours whose interval reaches its own. */
+export interface Peak {
+  begin: string;
+  occupancy: Estimate;
+  accumulation: Estimate;
+  rivals: number;
+}
+
+/** Move of a lot's datum and frame, metres and degrees. `residual`: by how much two points contradict the lot, m. */
+export interface Pinned {
+  seq: number;
+  kind: string;
+  lot: string;
+  north: number;
+  east: number;
+  turn: number;
+  residual: number;
+  datum: [number, number];
+}
+
+/** Stalls of a survey at one of its possible places. */
+export interface PlacedStalls {
+  stalls: [number, number, number, number, number][];
+}
+
+/** A lot's plan: all of it where `whole`, else the stalls that changed after a revision, and the ids of those that are `gone`. `zones`: areas without stalls; `named_zones`: those that statistics count. `layout`: the version that was asked for, which has neither a `revision` nor an `edit`; null for the present plan. `datum`: origin of the lot's frame, north up. A file with all of it is imported as an owner's plan. */
+export interface Plan {
+  lot: string;
+  datum: [number, number];
+  layout: number | null;
+  revision: number | null;
+  edit: Edit | null;
+  whole: boolean;
+  stalls: EditedStall[];
+  gone: string[];
+  zones: EditedZone[];
+  named_zones: EditedZone[];
+}
+
+/** A layer of a drawing. */
+export interface PlanLayer {
+  name: string;
+  outlines: number;
+}
+
+/** Place of a file's plan on the lot: by what it was found, on what; a shift, metres, a turn, degrees. */
+export interface PlanPlace {
+  by: string;
+  on: string;
+  is_certain: boolean;
+  doubt: string;
+  north: number;
+  east: number;
+  turn: number;
+  residual: number;
+  accuracy: number | null;
+}
+
+/** Effect of an import, which its `token` takes within minutes; nothing is written before. `same`: stalls that the plan has as the file does. */
+export interface PlanPreview {
+  token: string;
+  lot: string | null;
+  file: string;
+  format: string;
+  crs: string;
+  datum: [number, number];
+  placed: PlanPlace;
+  begin: BeginningShape[];
+  stay: StayingShape[];
+  same: number;
+  end: EndingShape[];
+  left_out: LeftOutFeature[];
+  left_out_count: number;
+  clashes: LeftOutFeature[];
+  clash_count: number;
+  renamed: Renamed[];
+  layers: PlanLayer[];
+}
+
+/** A stall of a layout: its middle, and the direction of its length, radians clockwise from north. */
+export interface PlanStall {
+  id: string;
+  label: string;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
+  is_confirmed: boolean;
+  row: string | null;
+  latitude: number;
+  longitude: number;
+}
+
+/** Part of the list of a layout's stalls. */
+export interface PlanStallList {
+  items: PlanStall[];
+  next: string | null;
+}
+
+/** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
+export interface PossiblePlace {
+  north: number;
+  east: number;
+  turn: number;
+  score: number;
+}
+
+/** Places of a survey's doubt, in their order, with its stalls at each; `known`: stalls of its lot. */
+export interface PossiblePlaces {
+  survey: string;
+  lot: string;
+  known: [number, number, number, number, number][];
+  places: PlacedStalls[];
+}
+
+/** Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value. */
+export interface Problem {
+  type: string;
+  title: string;
+  status: number;
+  detail: string;
+  field: string;
+  who: string;
+  since: string | null;
+}
+
+/** Changes of a lot's layout that its newest surveys propose. */
+export interface Proposals {
+  lot: string;
+  datum: [number, number];
+  surveys: SurveyProposals[];
+  doubtful: DoubtfulSurvey[];
+}
+
+/** Lot of a recorded flight. */
+export interface RecordedLot {
+  id: string;
+  name: string;
+}
+
+/** A recording on the drone's disk. `keep`: it is never removed for room. */
+export interface Recording {
+  name: string;
+  bytes: number;
+  began: string | null;
+  seconds: number | null;
+  survey: string | null;
+  lot: RecordedLot | null;
+  keep: boolean;
+  under_way: boolean;
+}
+
+/** Part of the list of recordings. */
+export interface RecordingList {
+  items: Recording[];
+  next: string | null;
+}
+
+/** A label of the file that another stall had, and the one in its place. */
+export interface Renamed {
+  label: string;
+  to: string;
+}
+
+/** A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`. */
+export interface SharedLink {
+  id: string;
+  token: string;
+  ends: string;
+}
+
+/** All links to a lot, the newest first. */
+export interface SharedLinks {
+  shares: ListedLink[];
+}
+
+/** A stall of a lot: `begins` is the first version of the layout that has it, `ends` the first that has not. */
+export interface Stall {
+  id: string;
+  label: string;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
+  is_confirmed: boolean;
+  row: string | null;
+  latitude: number;
+  longitude: number;
+  state: "free" | "taken" | "unknown" | null;
+  taken_probability: number | null;
+  observed: string | null;
+  survey: string | null;
+  lot: string;
+  begins: number;
+  ends: number | null;
+}
+
+/** Part of the list of stalls. */
+export interface StallList {
+  items: ListedStall[];
+  next: string | null;
+}
+
+/** Stalls of a lot in columns: `share` of the `surveys` that saw each in which it was taken, `low` to `high`. */
+export interface StallsUse {
+  lot: string;
+  interval: number;
+  surveys_in_period: number;
+  ids: string[];
+  labels: string[];
+  surveys: number[];
+  share: (number | null)[];
+  low: (number | null)[];
+  high: (number | null)[];
+}
+
+/** A stall of the plan as the file has it; `former`: its label. */
+export interface StayingShape {
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  label: string;
+  kind: string;
+  id: string;
+  former: string;
+}
+
+/** Number of stalls that every survey saw in one state, and their labels. */
+export interface Steady {
+  value: number | null;
+  low: number | null;
+  high: number | null;
+  surveys: number;
+  stalls: string[];
+}
+
+/** Changes by an undo or a redo; `operation` names what was undone or done again. */
+export interface Stepped {
+  edit: string;
+  revision: number;
+  stalls: EditedStall[];
+  gone: string[];
+  zones: EditedZone[];
+  named_zones: EditedZone[];
+  undo: number;
+  redo: number;
+  operation: string;
+}
+
+/** A survey, with the lots that it may be of. */
+export interface Survey {
+  kind: "flown" | "picture";
+  source: "" | "photographs" | "orthophoto" | "film";
+  source_name: string;
+  limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
+  id: string;
+  seq: number;
+  lot: string | null;
+  layout: number | null;
+  placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
+  free: number;
+  taken: number;
+  unknown: number;
+  blurred: number | null;
+  simulated: boolean;
+  program: string;
+  datum: [number, number];
+  place: SurveyPlace | null;
+  doubt: Doubt | null;
+  began: string;
+  ended: string;
+  time_is_sure: boolean;
+  candidates: string[];
+}
+
+/** A lot or a stall; a stall that is not registered has the number that its survey gave it for an id. */
+export interface SurveyFeature {
+  type: "Feature";
+  id: string;
+  geometry: Geometry;
+  properties: Record<string, unknown>;
+}
+
+/** Part of the list of surveys. */
+export interface SurveyList {
+  items: Survey[];
+  next: string | null;
+}
+
+/** Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise. */
+export interface SurveyPlace {
+  north: number;
+  east: number;
+  turn: number;
+}
+
+/** Changes of the layout that a survey proposes. */
+export interface SurveyProposals {
+  survey: string;
+  ended: string;
+  begin: BeginningStall[];
+  end: EndingStall[];
+}
+
+/** A survey with its stalls, as its GeoJSON file has them. */
+export interface SurveyStalls {
+  type: "FeatureCollection";
+  hawk: AboutSurvey;
+  features: SurveyFeature[];
+}
+
+/** A survey with its share of taken stalls. `left_out`: why no figure uses it; empty where figures do. */
+export interface SurveyUse {
+  kind: "flown" | "picture";
+  source: "" | "photographs" | "orthophoto" | "film";
+  source_name: string;
+  limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
+  id: string;
+  layout: number | null;
+  placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
+  free: number;
+  taken: number;
+  unknown: number;
+  blurred: number | null;
+  simulated: boolean;
+  program: string;
+  accuracy: number | null;
+  began: string;
+  ended: string;
+  occupancy: Estimate;
+  left_out: string;
+  left_out_code: "" | "unregistered" | "no_time" | "no_looks";
+}
+
+/** Surveys of a lot in a period, the newest first. */
+export interface SurveysUse {
+  lot: string;
+  name: string;
+  clock: string;
+  interval: number;
+  surveys: SurveyUse[];
+}
+
+/** A link that opens nothing from now on. */
+export interface TakenBack {
+  id: string;
+  taken_back: boolean;
+}
+
+/** Arrivals and stays between surveys that follow each other within `hours`. */
+export interface Turnover {
+  hours: number;
+  pairs: number;
+  open_pairs: number;
+  arrivals: Bracket;
+  per_stall_hour: Bracket;
+  stay_hours: Bracket;
+}
+
+/** A change that was undone. */
+export interface Undone {
+  seq: number;
+  kind: string;
+}
+
+/** Use of a part of the lot, or of all of it. `above`: shares of the surveyed hours at or above an occupancy. */
+export interface Use {
+  name: string;
+  capacity: number;
+  surveys: number;
+  hours: number;
+  occupancy: Estimate;
+  accumulation: Estimate;
+  load_space_hours: Estimate;
+  peak: Peak | null;
+  above: Record<string, Estimate>;
+  never_taken: Steady;
+  always_taken: Steady;
+  turnover: Turnover;
+}
+
+/** An area of a plan: one without stalls, or one that statistics count by itself, for a kind of stalls. */
+export interface Zone {
+  id: string;
+  name: string;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
+  has_stalls: boolean;
+  outline: [number, number][];
+  ground: [number, number][];
+}
+
+/** Part of the list of zones. */
+export interface ZoneList {
+  items: Zone[];
+  next: string | null;
+}

@@ -1,0 +1,90 @@
+import type { Problem } from "../api.ts";
+
+/** Address of the drone's API. */
+export const API = "api/v1";
+/** The most items of a part of a list. */
+const AT_ONCE = "1000";
+
+/** Who edits a plan, and since when (UTC in ISO 8601). */
+export interface Editor {
+  who: string;
+  since: string;
+}
+
+/** A question that the drone refused; the text says why. Without an answer the status is 0, and the text empty. */
+export class Refused extends Error {
+  readonly status: number;
+  /** The person who edits the plan that was to be changed. */
+  readonly editor: Editor | null;
+
+  constructor(reason = "", status = 0, editor: Editor | null = null) {
+    super(reason);
+    this.status = status;
+    this.editor = editor;
+  }
+}
+
+/** Part of a list; `next` is where the following one begins. */
+export interface Part<T> {
+  items: T[];
+  next: string | null;
+}
+
+/** Reads a whole list of the API, part by part. */
+export async function readAll<T>(name: string, filter: Record<string, string> = {}): Promise<T[]> {
+  const found: T[] = [];
+  let after = "";
+  for (;;) {
+    const { items, next } = await read<Part<T>>(`${API}/${name}${query({ ...filter, limit: AT_ONCE, after })}`);
+    found.push(...items);
+    if (next === null) return found;
+    after = next;
+  }
+}
+
+/** Values as the query of an address, without those that are empty. */
+export function query(values: Record<string, string>): string {
+  const given = new URLSearchParams(Object.entries(values).filter(([, value]) => value !== "")).toString();
+  return given && `?${given}`;
+}
+
+/** Asks for JSON. Rejects with Refused, in the drone's words where it gave some. */
+export function read<T>(address: string): Promise<T> {
+  return asked(address, { cache: "no-cache" });
+}
+
+/** Asks for JSON; null where there is none. */
+export function answer<T>(address: string): Promise<T | null> {
+  return orNull(read<T>(address));
+}
+
+/** The answer to a question; null where it was refused, or none came. */
+export function orNull<T>(asked: Promise<T>): Promise<T | null> {
+  return asked.catch(() => null);
+}
+
+/** Posts a change, or a file, to an address of the API; returns the answer. Rejects with Refused. */
+export function post<T>(path: string, body: object = {}): Promise<T> {
+  const sent = body instanceof Blob ? { body } : { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  return asked(`${API}/${path}`, { method: "POST", ...sent });
+}
+
+async function asked<T>(address: string, options: RequestInit): Promise<T> {
+  let found: Response;
+  try {
+    found = await fetch(address, options);
+    if (found.ok) return (await found.json()) as T;
+  } catch {
+    throw new Refused();
+  }
+  throw refusal(found.status, await found.text());
+}
+
+function refusal(status: number, text: string): Refused {
+  try {
+    const { field, detail, who, since } = JSON.parse(text) as Problem;
+    return new Refused(field ? `${field}: ${detail}` : detail, status, who && since ? { who, since } : null);
+  } catch {
+    return new Refused(text, status);
+  }
+}

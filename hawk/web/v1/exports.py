@@ -1,0 +1,53 @@
+"""Lots and surveys for other programs: a survey as a file, and a lot as a feed in the words of a receiver.
+
+Each is made on a thread of the store that reads, which nothing of a flight waits for. Its ETag is that of the bytes:
+what a feed says changes with the time, too.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from aiohttp import hdrs, web
+
+from hawk.exports.feed_table import FEEDS, Wanted
+from hawk.lots.store import FILE_S
+from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
+from hawk.web.v1.parameters import FeedOptions, Query, query_of
+from hawk.web.v1.store_door import StoreDoor
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+    from hawk.exports import feeds, files
+    from hawk.lots import pictures
+else:
+    feeds, files, pictures = map(StoreDoor, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.pictures"))
+
+
+@answered
+async def survey_file(request: web.Request) -> web.StreamResponse:
+    """A survey as a file: table, GeoJSON, GeoPackage, KMZ, picture, or mosaic and occupancy with a STAC item."""
+    query_of(request, Query)
+    survey, suffix = request.match_info["id"], f".{request.match_info['kind']}"
+    store = await opened(request)
+
+    def read(connection: Connection) -> tuple[str, bytes]:
+        return files.made(connection, survey, pictures.pictures_of(store.path), suffix)
+
+    content_type, data = await store.read(read, FILE_S)
+    headers: dict[str, str] = {hdrs.CONTENT_DISPOSITION: f'attachment; filename="survey-{survey[:8]}{suffix}"'}
+    return await made(request, lambda: Answer(data, content_type=content_type, headers=headers))
+
+
+@answered
+async def feed(request: web.Request) -> web.StreamResponse:
+    """A lot as a feed."""
+    options, name, now = query_of(request, FeedOptions), request.match_info["feed"], now_of(request)
+    wanted = Wanted(
+        request.match_info["id"], options.survey, options.valid_s, options.begin, options.end, options.time_zone
+    )  # fmt: skip
+    async with in_time(BUSY):
+        store = await opened(request)
+        text = await store.read(lambda connection: feeds.feed_text(connection, name, wanted, now))
+    return await made(request, lambda: Answer(text, content_type=FEEDS[name].content_type))

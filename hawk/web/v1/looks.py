@@ -1,0 +1,31 @@
+"""Looks of surveys that an earlier version stored, put in one piece a survey before statistics read them."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING, Any, Final
+
+from hawk.lots.store import LotStore
+from hawk.lots.values import LotStoreError
+from hawk.web.v1.parameters import Request
+from hawk.web.v1.store_door import StoreDoor
+
+if TYPE_CHECKING:
+    from hawk.lots import looks
+else:
+    looks = StoreDoor("hawk.lots.looks")
+
+_AT_ONCE: Final = 20
+"""Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""
+
+
+async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:
+    """Put the looks of a lot's archive in one piece a survey, once.
+
+    A store of a newer version is only read: each question then takes longer.
+    """
+    found = await store.read(lambda connection: looks.missing_looks(connection, asked.id))
+    with contextlib.suppress(LotStoreError):
+        for first in range(0, len(found), _AT_ONCE):
+            some = found[first : first + _AT_ONCE]
+            await store.write(lambda connection, some=some: looks.keep_looks(connection, some))  # type: ignore[misc]
