@@ -11,7 +11,6 @@ from types import MappingProxyType
 from typing import Any, Final, get_args
 
 from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
 
 LONGEST_FIELD: Final = 80
 """Characters of a field's name that are repeated: a stranger may have chosen it."""
@@ -127,7 +126,7 @@ def first_wrong(error: ValidationError, model: type[BaseModel] | None = None) ->
 
 
 def _wrong(
-    found: ErrorDetails, model: type[BaseModel] | None, tags: Collection[str], forms: Mapping[str, str]
+    found: Mapping[str, Any], model: type[BaseModel] | None, tags: Collection[str], forms: Mapping[str, str]
 ) -> WrongValue:  # fmt: skip
     kind, facts = found["type"], found.get("ctx", {})
     location = tuple(part for part in found["loc"] if part not in tags)
