@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection
 
-from hawk.lots.frames import Move
-from hawk.lots.plan import editing
-from hawk.lots.plan.reading import all_stalls
+from hawk.lots.plan import edits
+from hawk.lots.plan.queries import all_stalls
+from hawk.lots.registration.frames import Move
 from hawk.lots.values import LotInputError
 from hawk.worlds.world import World
 
@@ -34,10 +34,10 @@ def correct(connection: Connection, lot: str, world: World, ids: Mapping[int, st
         ids: The stored stall that each true one was taken for.
         counted: True stalls that the picture shows whole: those of them that were not found are added.
     """
-    held = editing.open_edit(connection, lot, {"who": WHO}, 0.0)["edit"]
+    held = edits.open_edit(connection, lot, {"who": WHO}, 0.0)["edit"]
 
     def do(operation: Mapping[str, Any]) -> None:
-        editing.do(connection, lot, {"edit": held, "operation": operation}, 0.0)
+        edits.do(connection, lot, {"edit": held, "operation": operation}, 0.0)
 
     stored = {stall.id: stall for stall in all_stalls(connection, lot)}
     true = {stall.id: box_of(stall.corners, world.start()) for stall in world.stalls}
@@ -55,7 +55,7 @@ def correct(connection: Connection, lot: str, world: World, ids: Mapping[int, st
         place = {"north": north, "east": east, "angle": (angle + move.turn) % np.pi}
         _add(do, {"do": "add_stall", **place, "length": length}, width)
     do({"do": "confirm", "all": True})
-    editing.close(connection, lot, {"edit": held}, 0.0)
+    edits.close(connection, lot, {"edit": held}, 0.0)
     return len(false) + len(missed)
 
 

@@ -32,10 +32,10 @@ from hawk.algo.path_plan.known_tour import lot_tour
 from hawk.algo.steps import outcome
 from hawk.algo.vision import decode
 from hawk.daemon.lot_keeper import find_stalls
-from hawk.lots.database import Database
-from hawk.lots.frames import Move
-from hawk.lots.saving import save
-from hawk.lots.tables import OBSERVATION, STALL
+from hawk.lots.ingest import save
+from hawk.lots.registration.frames import Move
+from hawk.lots.schema import OBSERVATION, STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.values import PLACED, Saved
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.plans import HeightParameters

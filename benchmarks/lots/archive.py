@@ -14,12 +14,12 @@ from sqlalchemy import Connection, select
 from benchmarks.lots.looks import Eye, Look, datum_of
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
 from hawk.daemon.lot_keeper import find_stalls
-from hawk.lots.database import Database
-from hawk.lots.known import known_lot, lot_near
-from hawk.lots.proposing import proposals
-from hawk.lots.saving import save
-from hawk.lots.tables import OBSERVATION, STALL
-from hawk.lots.taking import take_over
+from hawk.lots.change_detection.proposals import proposals
+from hawk.lots.change_detection.takeover import take_over
+from hawk.lots.ingest import save
+from hawk.lots.known_lot import known_lot, lot_near
+from hawk.lots.schema import OBSERVATION, STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.values import PLACED, Placed, Saved
 from hawk.model.known_lot import KnownLot
 from hawk.survey.scoring import match

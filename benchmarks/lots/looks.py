@@ -21,9 +21,9 @@ from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.seen import FloatArray
-from hawk.lots.finished import LandedSurvey, finished
-from hawk.lots.frames import Move
-from hawk.lots.values import FinishedSurvey, SurveyStall
+from hawk.lots.registration.frames import Move
+from hawk.lots.survey.landing import LandingFacts, finished
+from hawk.lots.values import Detection, FinishedSurvey
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import StallState
 from hawk.model.pictures import CameraModel
@@ -87,7 +87,7 @@ class StillEye:
         datum, move = datum_of(world, visit), _turned_about_middle(world, visit.compass)
         ended = visit.at.timestamp()
         stalls = tuple(
-            SurveyStall(
+            Detection(
                 id=k, north=n, east=e, angle=a, width=w, length=le, taken=t,
                 state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, seen=1, looked=ended,
             )
@@ -236,7 +236,7 @@ def landed(flown: Flown, datum: GlobalPose, visit: Visit) -> FinishedSurvey:
     """Return a flight as the survey that the daemon would store."""
     ended = visit.at.timestamp()
     return finished(
-        LandedSurvey(
+        LandingFacts(
             name=f"{visit.number:06d}-flown", datum=datum, current=flown.output.occupancy_map, outline=None,
             seconds=flown.seconds, utc=ended, time_is_sure=True, program="benchmark", flown_s=flown.seconds,
             simulated=True,

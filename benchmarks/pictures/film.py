@@ -26,7 +26,7 @@ from benchmarks.replayed import FlightKind, drawn_frames, write_flight
 from benchmarks.vision_frame import camera_model
 from hawk.ddc.recorder import TICK
 from hawk.formats.image import NoImage, decode
-from hawk.lots.source import SourceKind
+from hawk.lots.survey.source import SourceKind
 from hawk.model.pictures import angles, rotation
 from hawk.model.poses import GlobalPose
 from hawk.picture.film.app import read_film

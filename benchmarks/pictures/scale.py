@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.figures import Figure, Limit, share
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
-from hawk.lots.source import SourceKind
+from hawk.lots.survey.source import SourceKind
 from hawk.picture.kept import Work
 from hawk.picture.looked import Files, Looked
 from hawk.picture.photographs.folder import read_folder

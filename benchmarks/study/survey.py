@@ -15,13 +15,13 @@ from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import Visit
 from benchmarks.study.visits import CLOCK, DAY, StudyLot
 from hawk.daemon.lot_keeper import find_stalls
-from hawk.lots.database import Database
-from hawk.lots.frames import Move
-from hawk.lots.plan import editing
-from hawk.lots.saving import save
-from hawk.lots.tables import STALL
+from hawk.lots.ingest import save
+from hawk.lots.plan import edits
+from hawk.lots.registration.frames import Move
+from hawk.lots.schema import STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.values import LotInputError, Placed, Saved
-from hawk.stats.reading import Period, read_panel
+from hawk.stats.panel import Period, read_panel
 from hawk.stats.values import Panel
 from hawk.worlds.world import TrueStall, World
 
@@ -80,10 +80,10 @@ def correct(connection: Connection, lot: str, world: World, look: Look, visit: V
     Finds that are no stalls are removed, stalls that were not found are added, and accessible ones get their kind.
     """
     true = _true_stalls(connection, lot, look)
-    edit = editing.open_edit(connection, lot, {"who": WHO}, visit.at.timestamp())["edit"]
+    edit = edits.open_edit(connection, lot, {"who": WHO}, visit.at.timestamp())["edit"]
 
     def do(**operation: Any) -> dict[str, Any]:
-        return editing.do(connection, lot, {"edit": edit, "operation": operation}, visit.at.timestamp())
+        return edits.do(connection, lot, {"edit": edit, "operation": operation}, visit.at.timestamp())
 
     present = set(connection.execute(select(STALL.c.id).where(STALL.c.lot == lot, STALL.c.ends.is_(None))).scalars())
     if wrong := sorted(present - true.keys()):
@@ -102,7 +102,7 @@ def correct(connection: Connection, lot: str, world: World, look: Look, visit: V
     for name, ends in zip(ZONES, ((middle, east), (west, middle)), strict=True):
         ring = [[a, b] for a, b in ((south, ends[0]), (north, ends[0]), (north, ends[1]), (south, ends[1]))]
         do(do="draw_zone", name=name, outline=[[float(a), float(b)] for a, b in ring])
-    editing.close(connection, lot, {"edit": edit, "why": "corrected"}, visit.at.timestamp())
+    edits.close(connection, lot, {"edit": edit, "why": "corrected"}, visit.at.timestamp())
     return true
 
 

@@ -12,8 +12,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from hawk.exports.shapes import lot_shape
-from hawk.exports.values import ExportedStall, ExportedSurvey
-from hawk.lots.source import SurveyKind
+from hawk.exports.values import ExportRecord, Observation
+from hawk.lots.survey.source import SurveyKind
 from hawk.lots.text import table_text
 from hawk.lots.values import utc
 
@@ -29,7 +29,7 @@ _DEGREES: Final = 8
 """Decimals: a millimetre."""
 
 
-def survey_csv(survey: ExportedSurvey) -> bytes:
+def survey_csv(survey: ExportRecord) -> bytes:
     """Return the table of stalls (RFC 4180, UTF-8), a line each."""
     out = io.StringIO()
     writer = csv.DictWriter(out, CSV_COLUMNS, lineterminator="\r\n")
@@ -42,14 +42,14 @@ def survey_csv(survey: ExportedSurvey) -> bytes:
     return out.getvalue().encode()
 
 
-def survey_geojson(survey: ExportedSurvey) -> bytes:
+def survey_geojson(survey: ExportRecord) -> bytes:
     """Return lot and stalls as a FeatureCollection (RFC 7946) with OpenStreetMap's tags; the survey is under "hawk"."""
     features = [_lot(survey), *(_stall(stall) for stall in survey.stalls)]
     collection = {"type": "FeatureCollection", "hawk": about_survey(survey), "features": features}
     return json.dumps(collection, allow_nan=False, ensure_ascii=False).encode()
 
 
-def about_survey(survey: ExportedSurvey) -> dict[str, Any]:
+def about_survey(survey: ExportRecord) -> dict[str, Any]:
     """Return what a reader must know of a survey, by the names of the table's columns; None: not known."""
     pictures = survey.pictures
     return {
@@ -86,7 +86,7 @@ def _text(value: object) -> str:
     return "" if value is None else str(value)
 
 
-def _line(stall: ExportedStall) -> dict[str, str]:
+def _line(stall: Observation) -> dict[str, str]:
     latitude, longitude = stall.place
     return {
         "stall_id": stall.id,
@@ -105,7 +105,7 @@ def _line(stall: ExportedStall) -> dict[str, str]:
     }
 
 
-def _lot(survey: ExportedSurvey) -> dict[str, Any]:
+def _lot(survey: ExportRecord) -> dict[str, Any]:
     kinds = sorted({stall.kind for stall in survey.stalls if stall.kind})
     capacity = {f"capacity:{kind}": sum(stall.kind == kind for stall in survey.stalls) for kind in kinds}
     return {
@@ -116,7 +116,7 @@ def _lot(survey: ExportedSurvey) -> dict[str, Any]:
     }
 
 
-def _stall(stall: ExportedStall) -> dict[str, Any]:
+def _stall(stall: Observation) -> dict[str, Any]:
     return {
         "type": "Feature",
         "id": stall.id,
@@ -137,7 +137,7 @@ def _stall(stall: ExportedStall) -> dict[str, Any]:
     }
 
 
-def _ring(stall: ExportedStall) -> list[tuple[float, float]]:
+def _ring(stall: Observation) -> list[tuple[float, float]]:
     """Return a stall's ring, closed, as `hawk.exports.shapes.stall_shape` has it: a thousand are listed at once."""
     corners = (*stall.corners, stall.corners[0])
     return [(round(longitude, _DEGREES), round(latitude, _DEGREES)) for latitude, longitude in corners]

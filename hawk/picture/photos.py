@@ -20,11 +20,11 @@ from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.named import network_name
 from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.exports.ground import ground_of
-from hawk.exports.reading import found_stalls
-from hawk.exports.values import ExportedSurvey
-from hawk.lots.finished import LandedSurvey, finished
-from hawk.lots.frames import Move
-from hawk.lots.source import SourceKind
+from hawk.exports.records import found_stalls
+from hawk.exports.values import ExportRecord
+from hawk.lots.registration.frames import Move
+from hawk.lots.survey.landing import LandingFacts, finished
+from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import FinishedSurvey, fitting_name
 from hawk.model.lot_map import CELL_M, Cell, OccupancyMap, StallState
 from hawk.model.pictures import CameraModel
@@ -97,7 +97,7 @@ class PhotoSurvey:
     """
 
     mapped: Mapped
-    landed: LandedSurvey = field(repr=False)
+    landed: LandingFacts = field(repr=False)
     shots: tuple[Shot, ...] = field(repr=False)
     adjusted: Adjusted = field(repr=False)
 
@@ -323,10 +323,10 @@ def _pixel_notes(metres: float) -> Iterator[str]:
 
 def _landed(
     taken: Taken, shots: Sequence[Shot], datum: GlobalPose, current: OccupancyMap, network: str
-) -> LandedSurvey:
+) -> LandingFacts:
     times = [shot.time for shot in shots if shot.time is not None] or [shot.path.stat().st_mtime for shot in shots]
     ended = max(times)
-    return LandedSurvey(
+    return LandingFacts(
         name=f"{taken.kind.value} {hashlib.sha256(_identity(shots).encode()).hexdigest()[:16]}",
         datum=datum,
         current=current,
@@ -364,7 +364,7 @@ def _survey(
 ) -> Mapped:
     origin = kept.datum.latitude, kept.datum.longitude
     stalls = [stall for stall in kept.stalls if not stall.is_extra]
-    survey = ExportedSurvey(
+    survey = ExportRecord(
         lot=name,
         lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, f"photographs {name}")) if stalls else "",
         survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{_identity(shots)} {kept.program}")),

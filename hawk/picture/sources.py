@@ -15,10 +15,10 @@ from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats import gdal
 from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
-from hawk.lots.finished import LandedSurvey
-from hawk.lots.moments import MomentSource, SurveyMoment, has_been
-from hawk.lots.source import SourceKind
-from hawk.lots.values import LotInputError, fitting_name, utc
+from hawk.lots.survey.landing import LandingFacts
+from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
+from hawk.lots.survey.source import SourceKind
+from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
 from hawk.model.pictures import CameraModel
 from hawk.picture import webodm
 from hawk.picture.city.scheduler import Scheduler
@@ -67,7 +67,7 @@ class Surveyed:
     """A survey, and what the store takes of it."""
 
     mapped: Mapped
-    landed: Callable[[], LandedSurvey] = field(repr=False)
+    landed: Callable[[], LandingFacts] = field(repr=False)
 
 
 def survey_of_source(asked: Asked, progress: Progress) -> Surveyed:
@@ -87,8 +87,6 @@ def survey_of_source(asked: Asked, progress: Progress) -> Surveyed:
 
 def _lot_name(text: str) -> str:
     """Return a name that a lot may have. Raises PictureError."""
-    from hawk.lots.changes import checked_name  # loads the database's library
-
     try:
         return checked_name(text, "--name")
     except LotInputError as error:
@@ -243,10 +241,10 @@ def _check_times(asked: Asked, shots: Sequence[Shot], source: MomentSource) -> N
     if not times:
         times, source = [shot.path.stat().st_mtime for shot in shots], MomentSource.FILE
     if times:
-        _check_moment(asked, SurveyMoment.said(max(times), source, asked.now))
+        _check_moment(asked, CaptureTime.said(max(times), source, asked.now))
 
 
-def _check_moment(asked: Asked, moment: SurveyMoment) -> None:
+def _check_moment(asked: Asked, moment: CaptureTime) -> None:
     """Refuse a moment that has not been, unless a person says another one. Raises PictureError."""
     if asked.taken is None and not moment.is_possible(asked.now):
         raise PictureError(

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from hawk.daemon.lot_keeper import find_stalls
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportedSurvey
-from hawk.lots.finished import LandedSurvey
-from hawk.lots.place import about
+from hawk.exports.values import ExportRecord
+from hawk.lots.registration.georeference import about
 from hawk.lots.store import LotStore, lots_file
+from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import PLACED, LotStoreError, Placed, Saved, fitting_name
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.poses import GlobalPose
@@ -51,7 +51,7 @@ class Stored:
         return replace(mapped, survey=replace(mapped.survey, doubt=doubt))
 
 
-def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) -> Stored:
+def store_survey(landed: LandingFacts, folder: Path, name: str | None = None) -> Stored:
     """Store a survey among the lots of a folder. Raises PictureError.
 
     ``name``: that a person gave its lot, None without one. A lot that is there keeps its own, and the words say so.
@@ -72,7 +72,7 @@ def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) ->
     return Stored(f"Stored in {folder} as {words}{kept}", saved.lot, saved.survey, doubt)
 
 
-async def _save(landed: LandedSurvey, folder: Path) -> Saved:
+async def _save(landed: LandingFacts, folder: Path) -> Saved:
     store = LotStore(lots_file(folder), find_stalls)
     try:
         return await store.save(landed)
@@ -80,12 +80,12 @@ async def _save(landed: LandedSurvey, folder: Path) -> Saved:
         await store.close()
 
 
-def landed_of(mapped: Mapped) -> LandedSurvey:
+def landed_of(mapped: Mapped) -> LandingFacts:
     """Return a survey of an orthophoto as one after a landing, with its ground where that was drawn."""
     survey = mapped.survey
     tiles, mosaic = ({}, {}) if mapped.ground is None else _tiles(mapped.ground, survey)
     stalls = _stalls(survey, mapped.scores)
-    return LandedSurvey(
+    return LandingFacts(
         name=f"orthophoto {survey.survey}",
         datum=GlobalPose(*survey.origin, 0.0),
         current=OccupancyMap(tiles=tiles, mosaic=mosaic, stalls=stalls, version=1, map_id=survey.survey),
@@ -100,7 +100,7 @@ def landed_of(mapped: Mapped) -> LandedSurvey:
     )
 
 
-def _stalls(survey: ExportedSurvey, scores: tuple[float, ...]) -> dict[int, Stall]:
+def _stalls(survey: ExportRecord, scores: tuple[float, ...]) -> dict[int, Stall]:
     if not survey.stalls:
         return {}
     places = np.array([stall.place for stall in survey.stalls])
@@ -127,7 +127,7 @@ def _stalls(survey: ExportedSurvey, scores: tuple[float, ...]) -> dict[int, Stal
     }
 
 
-def _tiles(ground: Ground, survey: ExportedSurvey) -> tuple[dict[TileKey, EncodedTile], dict[TileKey, EncodedTile]]:
+def _tiles(ground: Ground, survey: ExportRecord) -> tuple[dict[TileKey, EncodedTile], dict[TileKey, EncodedTile]]:
     """Return cells and pictures of the tiles that a ground covers."""
     high, wide = (round(side * ground.metres / CELL_M) for side in ground.seen.shape)
     first_row, first_column = (int(np.floor(at / TILE_M)) for at in (-ground.north, ground.east))
@@ -155,7 +155,7 @@ def _tiles(ground: Ground, survey: ExportedSurvey) -> tuple[dict[TileKey, Encode
     return tiles, mosaic
 
 
-def _cells(seen: NDArray[np.uint8], survey: ExportedSurvey, row: int, column: int) -> NDArray[np.uint8]:
+def _cells(seen: NDArray[np.uint8], survey: ExportRecord, row: int, column: int) -> NDArray[np.uint8]:
     """Return the cells of the ground that was seen: those of the lot inside its outline, the others beside it."""
     cells = np.where(seen > 0, Cell.NON_LOT, Cell.UNKNOWN).astype(np.uint8)
     inside = np.zeros(seen.shape, np.uint8)

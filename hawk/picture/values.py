@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportedSurvey
+from hawk.exports.values import ExportRecord
 from hawk.model.pictures import CameraModel
 
 COARSEST_M: Final = 0.20
@@ -113,7 +113,7 @@ class Mapped:
     one; empty where it is not known. Its source with what limits it is ``survey.pictures``.
     """
 
-    survey: ExportedSurvey
+    survey: ExportRecord
     ground: Ground | None = field(repr=False)
     area_m2: float
     crs: str = ""

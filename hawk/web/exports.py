@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
 
+from hawk.exports.formats import CONTENT_TYPES
 from hawk.lots.store import FILE_S, LotStore
 from hawk.lots.values import LotInputError, NotFoundError
 from hawk.web.lot_answers import ID, answer, now_of
@@ -18,7 +19,7 @@ from hawk.web.lot_answers import ID, answer, now_of
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
 
-KINDS: Final = "csv|geojson|gpkg|kmz|png|zip"
+KINDS: Final = "|".join(each.removeprefix(".") for each in CONTENT_TYPES)
 """Ends of names; ``zip`` holds the rasters."""
 
 
@@ -35,7 +36,7 @@ async def survey_file(request: web.Request) -> web.StreamResponse:
 
     async def work(store: LotStore) -> web.StreamResponse:
         from hawk.exports.files import made
-        from hawk.lots.pictures import pictures_of
+        from hawk.lots.survey.pictures import pictures_of
 
         content_type, data = await store.read(lambda c: made(c, survey, pictures_of(store.path), suffix), FILE_S)
         headers = {
@@ -54,7 +55,7 @@ async def feed(request: web.Request) -> web.StreamResponse:
 
     async def work(store: LotStore) -> web.StreamResponse:
         from hawk.exports.feeds import FEEDS, VALID_S, valid_at
-        from hawk.exports.reading import read_survey, survey_of
+        from hawk.exports.records import read_survey, survey_of
         from hawk.lots.text import json_text
 
         if name not in FEEDS:
@@ -78,8 +79,8 @@ async def aggregates(request: web.Request) -> web.StreamResponse:
 
     async def work(store: LotStore) -> web.StreamResponse:
         from hawk.stats.aggregates import CONTENT_TYPE, cds_aggregates
-        from hawk.stats.asked import period_of
-        from hawk.stats.reading import read_panel
+        from hawk.stats.panel import read_panel
+        from hawk.stats.period import period_of
 
         period = period_of(query.get("from"), query.get("to"), query.get("time_zone"))
         text = await store.read(lambda connection: cds_aggregates(read_panel(connection, lot, period)))

@@ -37,7 +37,7 @@ def is_for_links(request: web.BaseRequest) -> bool:
 
 async def lot_of(store: LotStore, request: web.Request) -> str:
     """Return the lot that the link in the address opens. Raises NotFoundError and 429."""
-    from hawk.lots import sharing
+    from hawk.lots import shares
 
     token = request.match_info["token"]
     guesses, address, now = request.app[LINK_GUESSES], network_of(request.remote), now_of(request)
@@ -47,7 +47,7 @@ async def lot_of(store: LotStore, request: web.Request) -> str:
             text=f"Too many wrong links came from your address: wait {math.ceil(wait)} s.",
             headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
         )
-    lot, was_one = await store.read(lambda c: (sharing.lot_of(c, token, now), sharing.was_link(c, token)))
+    lot, was_one = await store.read(lambda c: (shares.lot_of(c, token, now), shares.was_link(c, token)))
     if lot is None:
         if not was_one:
             number = guesses.wrong(address, token)
@@ -59,15 +59,15 @@ async def lot_of(store: LotStore, request: web.Request) -> str:
 
 async def share(store: LotStore, request: web.Request, body: Body) -> object:
     """Make a link to a lot for ``days``; the answer alone holds its ``token``."""
-    from hawk.lots import sharing
+    from hawk.lots import shares
 
     lot, now = request.match_info["id"], now_of(request)
-    return await store.write(lambda c: sharing.share(c, lot, body, now))
+    return await store.write(lambda c: shares.share(c, lot, body, now))
 
 
 async def take_back(store: LotStore, request: web.Request, _: Body) -> object:
     """Let a link open nothing from now on."""
-    from hawk.lots import sharing
+    from hawk.lots import shares
 
     share_id, now = request.match_info["id"], now_of(request)
-    return await store.write(lambda c: sharing.take_back(c, share_id, now))
+    return await store.write(lambda c: shares.take_back(c, share_id, now))

@@ -1,7 +1,7 @@
 """Lots and surveys that last, for page and tools: list, name, merge, split, move, undo.
 
 Names are text: nothing of them is read as HTML, here or on the page. Everybody may read; operators may change. A value
-that cannot be used is answered with 422 and a `LotRefusal` that names its field and the remedy.
+that cannot be used is answered with 422, its field and the remedy (`hawk.web.refusals`).
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ async def all_lots(request: web.Request) -> web.StreamResponse:
     """Every lot with its newest survey, the surveys that wait for "which lot is it?", and the last changes."""
 
     async def work(store: LotStore) -> object:
-        from hawk.lots import reading
+        from hawk.lots import queries
 
-        return await store.read(reading.lots)
+        return await store.read(queries.lots)
 
     return await answer(request, work)
 
@@ -49,10 +49,10 @@ async def one_lot(request: web.Request) -> web.StreamResponse:
     """A lot with outline, surveys and stalls."""
 
     async def work(store: LotStore) -> object:
-        from hawk.lots import reading
+        from hawk.lots import queries
         from hawk.lots.text import json_text
 
-        return await store.read(lambda connection: json_text(reading.lot(connection, request.match_info["id"])))
+        return await store.read(lambda connection: json_text(queries.lot(connection, request.match_info["id"])))
 
     return await answer(request, work)
 
@@ -61,10 +61,10 @@ async def proposed(request: web.Request) -> web.StreamResponse:
     """Stalls that begin and end by what the newest surveys of a lot show, and the surveys that wait for a place."""
 
     async def work(store: LotStore) -> object:
-        from hawk.lots import reading
+        from hawk.lots import queries
         from hawk.lots.text import json_text
 
-        return await store.read(lambda connection: json_text(reading.proposed(connection, request.match_info["id"])))
+        return await store.read(lambda connection: json_text(queries.proposed(connection, request.match_info["id"])))
 
     return await answer(request, work)
 
@@ -73,91 +73,91 @@ async def places(request: web.Request) -> web.StreamResponse:
     """The places where a survey may lie, with its stalls there and those of its lot."""
 
     async def work(store: LotStore) -> object:
-        from hawk.lots import reading
+        from hawk.lots import queries
         from hawk.lots.text import json_text
 
-        return await store.read(lambda connection: json_text(reading.places(connection, request.match_info["id"])))
+        return await store.read(lambda connection: json_text(queries.places(connection, request.match_info["id"])))
 
     return await answer(request, work)
 
 
 async def take_over(store: LotStore, request: web.Request, body: Body) -> object:
     """Take proposals of ``survey`` over: ``begin`` and ``end`` are ids or "all"; ``why`` says the reason."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     lot, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.take_over(c, lot, body, who, now)))
+    return asdict(await store.write(lambda c: commands.take_over(c, lot, body, who, now)))
 
 
 async def drop(store: LotStore, request: web.Request, body: Body) -> object:
     """Drop proposals of ``survey``, named as to `take_over`: the same evidence does not propose them again."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     lot, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.drop(c, lot, body, who, now)))
+    return asdict(await store.write(lambda c: commands.drop(c, lot, body, who, now)))
 
 
 async def pin(store: LotStore, request: web.Request, body: Body) -> object:
     """Pin a lot to its place on Earth by one or two ``points``, each ``from`` a place ``to`` another one; [] unpins."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     lot, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return await store.write(lambda c: reading.pin(c, lot, body, who, now))
+    return await store.write(lambda c: commands.pin(c, lot, body, who, now))
 
 
 async def rename(store: LotStore, request: web.Request, body: Body) -> object:
     """Name a lot: ``name``."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     lot, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.rename(c, lot, body.get("name"), who, now)))
+    return asdict(await store.write(lambda c: commands.rename(c, lot, body.get("name"), who, now)))
 
 
 async def merge(store: LotStore, request: web.Request, body: Body) -> object:
     """Merge the lot ``with`` into this one."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     lot, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.merge(c, lot, body.get("with"), who, now)))
+    return asdict(await store.write(lambda c: commands.merge(c, lot, body.get("with"), who, now)))
 
 
 async def split(store: LotStore, request: web.Request, body: Body) -> object:
     """Split the stalls within ``outline``, corners [latitude, longitude], off as a lot called ``name``."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     lot, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.split(c, lot, body, who, now)))
+    return asdict(await store.write(lambda c: commands.split(c, lot, body, who, now)))
 
 
 async def move(store: LotStore, request: web.Request, body: Body) -> object:
     """Move a survey to the lot ``lot``; null: to a new one, called ``name`` where that is given."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     if "lot" not in body:
         raise LotInputError("lot", "is missing: name a lot, or write null for a new one")
     survey, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.move(c, survey, body, who, now, store.register)))
+    return asdict(await store.write(lambda c: commands.move(c, survey, body, who, now, store.register)))
 
 
 async def delete(store: LotStore, request: web.Request, _: Body) -> object:
     """Delete a survey of a lot; undoing brings it back."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     survey, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.delete(c, survey, who, now)))
+    return asdict(await store.write(lambda c: commands.delete(c, survey, who, now)))
 
 
 async def choose(store: LotStore, request: web.Request, body: Body) -> object:
     """Register a survey whose place was not certain: ``place``, the number of one of its places, from 0."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     survey, who, now = request.match_info["id"], role_of(request), now_of(request)
-    return asdict(await store.write(lambda c: reading.choose(c, survey, body, who, now)))
+    return asdict(await store.write(lambda c: commands.choose(c, survey, body, who, now)))
 
 
 async def undo(store: LotStore, request: web.Request, _: Body) -> object:
     """Undo a change, once."""
-    from hawk.lots import reading
+    from hawk.lots import commands
 
     seq, now = int(request.match_info["seq"]), now_of(request)
-    return {"seq": seq, "kind": await store.write(lambda c: reading.undo(c, seq, now))}
+    return {"seq": seq, "kind": await store.write(lambda c: commands.undo(c, seq, now))}

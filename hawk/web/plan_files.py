@@ -21,8 +21,8 @@ from hawk.web.services import SERVICES
 if TYPE_CHECKING:  # loaded where a plan is imported
     from sqlalchemy import Connection
 
-    from hawk.lots.importing.asking import ImportAsked
-    from hawk.lots.importing.previews import Preview, Previews
+    from hawk.lots.plan_import.choices import ImportAsked
+    from hawk.lots.plan_import.previews import Preview, Previews
 
 READ_S: Final = 120.0
 """Real seconds in which the file must be there."""
@@ -65,8 +65,8 @@ async def previewed(store: LotStore, request: web.Request) -> str:
 
 
 async def _preview(store: LotStore, request: web.Request) -> str:
-    from hawk.lots.importing.previews import new_token
     from hawk.lots.plan_files.child import read_apart
+    from hawk.lots.plan_import.previews import new_token
 
     asked = _asked(request)
     lot = request.match_info.get("id")
@@ -79,7 +79,7 @@ async def _preview(store: LotStore, request: web.Request) -> str:
 
 
 def _asked(request: web.Request) -> ImportAsked:
-    from hawk.lots.importing.asking import asked_of
+    from hawk.lots.plan_import.choices import asked_of
 
     pins = request.query.getall("pin", [])
     return asked_of({key: value for key, value in request.query.items() if key != "pin"}, pins)
@@ -89,10 +89,10 @@ def _previewed(
     connection: Connection, lot: str | None, packed: bytes, asked: ImportAsked, store: LotStore, token: str
 ) -> tuple[Preview, str]:
     """Return the preview and its answer, on a thread of the store."""
-    from hawk.lots.importing.previews import preview as previewed
-    from hawk.lots.importing.previews import preview_json
-    from hawk.lots.plan.editing import check_lot
+    from hawk.lots.plan.edits import check_lot
     from hawk.lots.plan_files.child import unpacked
+    from hawk.lots.plan_import.previews import preview as previewed
+    from hawk.lots.plan_import.previews import preview_json
     from hawk.lots.text import json_text
 
     if lot is not None:
@@ -103,7 +103,7 @@ def _previewed(
 
 async def take(store: LotStore, request: web.Request, body: Body) -> object:
     """Take a previewed plan within the ``edit``: one operation, which is undone and done again as others are."""
-    from hawk.lots.importing.taking import take as taken
+    from hawk.lots.plan_import.transfer import take as taken
     from hawk.lots.text import json_text
 
     lot, token, now = request.match_info["id"], request.match_info["preview"], now_of(request)
@@ -116,7 +116,7 @@ async def take(store: LotStore, request: web.Request, body: Body) -> object:
 
 async def begin(store: LotStore, request: web.Request, body: Body) -> object:
     """Make a lot called ``name`` of a previewed plan."""
-    from hawk.lots.importing.taking import begin as begun
+    from hawk.lots.plan_import.transfer import begin as begun
 
     token, now = request.match_info["preview"], now_of(request)
     previews = _previews(request)
@@ -133,7 +133,7 @@ def _clock(request: web.Request) -> float:
 
 
 def _previews(request: web.Request) -> Previews:
-    from hawk.lots.importing.previews import Previews
+    from hawk.lots.plan_import.previews import Previews
 
     imports = request.app[_IMPORTS]
     imports.previews = imports.previews or Previews()

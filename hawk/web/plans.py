@@ -38,48 +38,48 @@ async def plan(request: web.Request) -> web.StreamResponse:
     """The plan: all of it, those stalls that changed after the revision ``since``, or that of a version ``layout``."""
 
     async def work(store: LotStore) -> object:
-        from hawk.lots import reading
+        from hawk.lots import queries
         from hawk.lots.text import json_text
 
         lot, since, layout = request.match_info["id"], _number(request, "since"), _number(request, "layout")
-        return await store.read(lambda connection: json_text(reading.plan(connection, lot, since, layout)))
+        return await store.read(lambda connection: json_text(queries.plan(connection, lot, since, layout)))
 
     return await answer(request, work)
 
 
 async def open_edit(store: LotStore, request: web.Request, body: Body) -> object:
     """Open an edit of the plan for the person ``who``, or go on with theirs; ``take_over`` closes another person's."""
-    from hawk.lots.plan import editing
+    from hawk.lots.plan import edits
 
-    return await _act(store, request, body, editing.open_edit)
+    return await _act(store, request, body, edits.open_edit)
 
 
 async def close(store: LotStore, request: web.Request, body: Body) -> object:
     """Close the ``edit``: its version of the layout is final; ``why`` says the reason."""
-    from hawk.lots.plan import editing
+    from hawk.lots.plan import edits
 
-    return await _act(store, request, body, editing.close)
+    return await _act(store, request, body, edits.close)
 
 
 async def do(store: LotStore, request: web.Request, body: Body) -> object:
     """Do an ``operation`` within the ``edit``."""
-    from hawk.lots.plan import editing
+    from hawk.lots.plan import edits
 
-    return await _act(store, request, body, editing.do)
+    return await _act(store, request, body, edits.do)
 
 
 async def undo(store: LotStore, request: web.Request, body: Body) -> object:
     """Undo the newest operation of the ``edit``."""
-    from hawk.lots.plan import editing
+    from hawk.lots.plan import edits
 
-    return await _act(store, request, body, editing.undo)
+    return await _act(store, request, body, edits.undo)
 
 
 async def redo(store: LotStore, request: web.Request, body: Body) -> object:
     """Do the operation of the ``edit`` again that was undone last."""
-    from hawk.lots.plan import editing
+    from hawk.lots.plan import edits
 
-    return await _act(store, request, body, editing.redo)
+    return await _act(store, request, body, edits.redo)
 
 
 def _act(store: LotStore, request: web.Request, body: Body, acting: Acting) -> Awaitable[str]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from hawk.exports.ground import Ground
-from hawk.lots.place import about
+from hawk.lots.registration.georeference import about
 from hawk.model.lot_map import CELL_M
 from hawk.picture.orthophoto.bands import Pixels
 from hawk.picture.orthophoto.grid import Box

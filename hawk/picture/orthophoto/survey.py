@@ -14,10 +14,10 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
-from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey, LatLon
-from hawk.lots.finished import JOIN_M, LEAST_M2, OFF_M
-from hawk.lots.place import about
-from hawk.lots.source import Limit, SourceKind
+from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation
+from hawk.lots.registration.georeference import about
+from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M
+from hawk.lots.survey.source import Limit, SourceKind
 from hawk.lots.values import fitting_name
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
@@ -135,11 +135,11 @@ def _place_name(source: Orthophoto, outline: LotOutline | None) -> str:
 
 
 def _survey(
-    source: Orthophoto, place: str, origin: LatLon, outline: Outline, stalls: tuple[ExportedStall, ...], model: str
-) -> ExportedSurvey:
+    source: Orthophoto, place: str, origin: LatLon, outline: Outline, stalls: tuple[Observation, ...], model: str
+) -> ExportRecord:
     """Return what files have. ``place``: text by which the lot has its id: a picture may show many."""
     program = program_name(model)
-    return ExportedSurvey(
+    return ExportRecord(
         lot=_title(source.path),
         lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, place)) if stalls else "",
         survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{place} {source.identity} {program}")),
@@ -162,7 +162,7 @@ def _title(path: Path) -> str:
     return fitting_name(path.stem) or "orthophoto"
 
 
-def _exported(stalls: Stalls, source: Orthophoto, origin: LatLon) -> tuple[ExportedStall, ...]:
+def _exported(stalls: Stalls, source: Orthophoto, origin: LatLon) -> tuple[Observation, ...]:
     if not len(stalls):
         return ()
     degrees = np.round(source.grid.on_earth(stalls.corners.reshape(-1, 2)), _DIGITS)
@@ -173,7 +173,7 @@ def _exported(stalls: Stalls, source: Orthophoto, origin: LatLon) -> tuple[Expor
     middles = np.round(corners.mean(axis=1), _DIGITS)
     states = states_of(stalls.taken)
     return tuple(
-        ExportedStall(
+        Observation(
             id=str(k + 1),
             label="",
             kind="",

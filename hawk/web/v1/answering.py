@@ -101,7 +101,7 @@ def reader(
         place = hashlib.sha256(f"{given.base}{request.path_qs}".encode()).hexdigest()[:12]
 
         def work(connection: Connection, asked: Request[Q]) -> _Packed:
-            from hawk.lots.database import version_of
+            from hawk.lots.storage.database import version_of
 
             tag = f'W/"{version_of(connection)}-{place}"'
             if known.strip() != ANYTHING and is_known(known, tag):

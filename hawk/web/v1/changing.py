@@ -12,7 +12,7 @@ from typing import Any, Final
 from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
-from hawk.lots.plan.asked import NAMES
+from hawk.lots.plan.operations import NAMES
 from hawk.lots.values import LotInputError
 from hawk.web import recordings
 from hawk.web.lot_answers import FOR_OPERATORS, Change, as_text, opened

@@ -20,7 +20,7 @@ Switch = Literal["0", "1"]
 
 
 class ImportChoices(Query):
-    """Choices about a file with a plan, for the definition: `hawk.lots.importing.asking` reads and checks them."""
+    """Choices about a file with a plan, for the definition: `hawk.lots.plan_import.choices` reads and checks them."""
 
     name: Annotated[_Text | None, Field(description="name of the file, as it is shown")] = None
     layer: Annotated[_Text | None, Field(description="layer of the drawing that has the stalls")] = None

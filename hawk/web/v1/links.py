@@ -16,7 +16,7 @@ async def listed(request: web.Request) -> web.StreamResponse:
     lot, now = request.match_info["id"], now_of(request)
     async with in_time(BUSY):
         store = await opened(request)
-        from hawk.lots import sharing
+        from hawk.lots import shares
 
-        found = await store.read(lambda connection: sharing.shares(connection, lot, now))
+        found = await store.read(lambda connection: shares.shares(connection, lot, now))
     return await made(request, lambda: Answer(found))

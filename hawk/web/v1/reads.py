@@ -19,8 +19,8 @@ from hawk.web.v1.asked import Query, Request
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import ColumnElement, Connection
 
-    from hawk.lots.paged import Asked, Part
-    from hawk.stats.reading import Period
+    from hawk.lots.lists import Asked, Part
+    from hawk.stats.panel import Period
 
 GEOJSON: Final = "application/geo+json"
 _AT_ONCE: Final = 20
@@ -32,15 +32,15 @@ def _listed(part: Part) -> Answer:
 
 
 def _part(query: forms.Listed) -> Asked:
-    from hawk.lots.paged import Asked
+    from hawk.lots.lists import Asked
 
     return Asked(query.limit, query.after)
 
 
 def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
     """Return the conditions that a survey ended within a period. Raises LotInputError."""
-    from hawk.lots.tables import SURVEY
-    from hawk.stats.asked import period_of
+    from hawk.lots.schema import SURVEY
+    from hawk.stats.period import period_of
 
     if query.begin is None and query.end is None:
         return ()
@@ -49,53 +49,53 @@ def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
 
 def _period(query: forms.Period) -> Period:
     """Return a period, which may have no end. Raises LotInputError."""
-    from hawk.stats.asked import period_of
+    from hawk.stats.period import period_of
 
     return period_of(query.begin, query.end, query.time_zone)
 
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return _listed(paged.lots(connection, _part(asked.query)))
+    return _listed(lists.lots(connection, _part(asked.query)))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a lot."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return Answer(paged.lot(connection, asked.id))
+    return Answer(lists.lot(connection, asked.id))
 
 
 def layouts(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the versions of a lot's layout."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return _listed(paged.layouts(connection, asked.id, _part(asked.query)))
+    return _listed(lists.layouts(connection, asked.id, _part(asked.query)))
 
 
 def stalls_of_layout(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the stalls of a version of a lot's layout."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
     version = int(asked.path["version"])
-    return _listed(paged.stalls_of_layout(connection, asked.id, version, _part(asked.query)))
+    return _listed(lists.stalls_of_layout(connection, asked.id, version, _part(asked.query)))
 
 
 def zones(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the zones of a lot."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return _listed(paged.zones(connection, asked.id, _part(asked.query)))
+    return _listed(lists.zones(connection, asked.id, _part(asked.query)))
 
 
 def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
     """Return the stalls of a lot."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
     query = asked.query
-    part = paged.stalls(
+    part = lists.stalls(
         connection, asked.id, _part(query), row=query.row, kind=query.kind, state=query.state
     )  # fmt: skip
     return _listed(part)
@@ -103,72 +103,72 @@ def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
 
 def stall(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a stall."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return Answer(paged.stall(connection, asked.id))
+    return Answer(lists.stall(connection, asked.id))
 
 
 def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
     """Return surveys: those of a lot where the address names one."""
-    from hawk.lots import paged
-    from hawk.lots.tables import SURVEY
+    from hawk.lots import lists
+    from hawk.lots.schema import SURVEY
 
     query = asked.query
     is_asked = SURVEY.c.placed != Placed.DELETED.value if query.placed is None else SURVEY.c.placed == query.placed
     conditions = [*_during(query), is_asked]
     part = replace(_part(query), newest_first=query.order == "newest", of=conditions)
-    return _listed(paged.surveys(connection, part, asked.path.get("id")))
+    return _listed(lists.surveys(connection, part, asked.path.get("id")))
 
 
 def survey(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a survey."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return Answer(paged.survey(connection, asked.id))
+    return Answer(lists.survey(connection, asked.id))
 
 
 def observations(connection: Connection, asked: Request[forms.Observations]) -> Answer:
     """Return the looks at the stalls of a lot."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
     query = asked.query
     part = replace(_part(query), newest_first=query.order == "newest", of=_during(query))
-    found = paged.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
+    found = lists.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
     return _listed(found)
 
 
 def observations_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the looks of a survey."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return _listed(paged.observations(connection, _part(asked.query), survey_id=asked.id))
+    return _listed(lists.observations(connection, _part(asked.query), survey_id=asked.id))
 
 
 def changes(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the changes that persons made."""
-    from hawk.lots import paged
+    from hawk.lots import lists
 
-    return _listed(paged.changes(connection, _part(asked.query)))
+    return _listed(lists.changes(connection, _part(asked.query)))
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:
     """Return what the newest surveys of a lot propose to change of its layout."""
-    from hawk.lots import reading
+    from hawk.lots import queries
 
-    return Answer(reading.proposed(connection, asked.id))
+    return Answer(queries.proposed(connection, asked.id))
 
 
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
-    from hawk.stats.answering import statistics as figures
-    from hawk.stats.shown import figures_json
+    from hawk.stats.queries import statistics as figures
+    from hawk.stats.serialize import figures_json
 
     return Answer(figures_json(figures(connection, asked.id, _period(asked.query), asked.query.by)))
 
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    from hawk.stats.listing import surveys_json
+    from hawk.stats.surveys import surveys_json
 
     return Answer(surveys_json(connection, asked.id, _period(asked.query)))
 
@@ -182,8 +182,8 @@ def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
 
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
-    from hawk.stats.answering import changes as found
-    from hawk.stats.shown import changes_json
+    from hawk.stats.queries import changes as found
+    from hawk.stats.serialize import changes_json
 
     query = asked.query
     return Answer(changes_json(found(connection, asked.id, query.before, query.after, _period(query))))
@@ -191,7 +191,7 @@ def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a survey of a lot with its stalls, as GeoJSON."""
-    from hawk.exports.reading import read_survey, survey_of
+    from hawk.exports.records import read_survey, survey_of
     from hawk.exports.text_files import survey_geojson
 
     found = survey_of(connection, asked.id, asked.path["survey"])
@@ -205,12 +205,12 @@ async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:
     """
 
     def missing(connection: Connection) -> list[int]:
-        from hawk.lots.looks import missing_looks
+        from hawk.lots.survey.observations import missing_looks
 
         return missing_looks(connection, asked.id)
 
     def keep(connection: Connection, surveys: Sequence[int]) -> None:
-        from hawk.lots.looks import keep_looks
+        from hawk.lots.survey.observations import keep_looks
 
         keep_looks(connection, surveys)
 

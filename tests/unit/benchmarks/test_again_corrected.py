@@ -18,10 +18,10 @@ from benchmarks.lots.looks import StillEye
 from benchmarks.lots.visits import DrawnLot
 from hawk.algo.vision.network import StallNetwork
 from hawk.daemon.lot_keeper import find_stalls
-from hawk.lots.database import Database
-from hawk.lots.frames import Move
-from hawk.lots.plan.reading import all_stalls
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.plan.queries import all_stalls
+from hawk.lots.registration.frames import Move
+from hawk.lots.storage.database import Database
 
 PLACES = np.array([(0.0, 0.0), (30.0, 2.0), (-7.0, 21.0), (11.0, 40.0)])
 

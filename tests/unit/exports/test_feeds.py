@@ -13,7 +13,7 @@ from referencing import Registry, Resource
 from referencing.jsonschema import DRAFT202012
 
 from hawk.exports.feeds import FEEDS, VALID_S, cds_spaces, ngsi_entities, parkapi, valid_at
-from hawk.exports.values import ExportedSurvey
+from hawk.exports.values import ExportRecord
 from hawk.model.plans import Outline
 from tests.unit.exports.stored import Stored
 
@@ -36,7 +36,7 @@ def validator(models: dict[str, Draft202012Validator], kind: str) -> Draft202012
     return found
 
 
-def fresh(survey: ExportedSurvey) -> ExportedSurvey:
+def fresh(survey: ExportRecord) -> ExportRecord:
     return valid_at(survey, max(stall.looked or 0.0 for stall in survey.stalls), VALID_S)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.exports.values import ExportRecord, Observation
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.picture.values import LeftOut, Mapped
@@ -19,11 +19,11 @@ def _earth(north: float, east: float) -> tuple[float, float]:
     return latitude, longitude
 
 
-def stall(number: int, state: str, taken: float | None) -> ExportedStall:
+def stall(number: int, state: str, taken: float | None) -> Observation:
     """Return a stall of a row to the east, 2.5 m x 5 m, long side to the north."""
     east = 2.5 * number
     corners = tuple(_earth(n, east + e) for n, e in ((2.5, 1.25), (2.5, -1.25), (-2.5, -1.25), (-2.5, 1.25)))
-    return ExportedStall(
+    return Observation(
         str(number), "", "", state, taken, 1e9, 2, _earth(0.0, east), corners, 2.5, 5.0, 0.0, is_confirmed=False
     )
 
@@ -33,7 +33,7 @@ def mapped(*, crs: str = "", left_out: tuple[LeftOut, ...] = (), with_scores: bo
     states = [("free", 0.05)] * 5 + [("taken", 0.97)] * 2 + [("unknown", 0.5)]
     stalls = tuple(stall(k, state, taken) for k, (state, taken) in enumerate(states))
     ring = tuple(_earth(n, e) for n, e in ((-10, -10), (10, -10), (10, 28), (-10, 28)))
-    survey = ExportedSurvey(
+    survey = ExportRecord(
         "yard", "lot-1", "0123456789abcdef", 1e9, 1e9 + 60, False, None, "hawk-drone 1.0, network 12345678", False,
         2.0, False, ORIGIN, Outline((ring,)), stalls,
     )  # fmt: skip

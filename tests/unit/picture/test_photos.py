@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hawk.lots.source import Limit, SourceKind
+from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.poses import GlobalPose
 from hawk.picture.limits import source_of
 from hawk.picture.looked import Files
