@@ -11,10 +11,12 @@ ARGS ?=
 PYTEST := $(BIN)/python -m pytest -q
 # A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py). Some
 # wait: three processes keep two cores at work.
-UNIT := $(PYTEST) --numprocesses 3 --dist loadscope --no-loadscope-reorder tests/unit
 REAL := $(PYTEST) --dist loadscope --no-loadscope-reorder
-FAST := -m 'not flight and not slow'
-COVERED := -m 'not flight'
+UNIT := $(REAL) --numprocesses 3 tests/unit
+FAST := -m 'not flight and not slow and not nightly'
+COVERED := -m 'not flight and not nightly'
+SHARING := 'not alone and not nightly'
+ALONE := 'alone and not nightly'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
 # safety (proving/mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
@@ -22,7 +24,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -51,7 +53,15 @@ check: lint fast
 # Everything: see CONTRIBUTING.md for the time that each kind takes.
 test: setup
 	$(MAKE) --jobs 2 --output-sync lint page-check docs
-	$(MAKE) $(UNIT_KINDS) programs e2e
+	$(MAKE) $(UNIT_KINDS) programs
+
+# Whole explorations and benchmarks' runs, many cases of what a cheaper test of `make test` shows with one, and properties
+# on new examples: once a night, and before a release. An hour.
+nightly: setup browser
+	$(UNIT) -m nightly $(ARGS)
+	$(REAL) --numprocesses 2 -m nightly tests/integration $(ARGS)
+	$(PYTEST) -m nightly tests/e2e $(ARGS)
+	$(UNIT) $(FAST) --hypothesis-profile=search $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -78,11 +88,12 @@ docs: $(STAMP)
 	$(BIN)/python -m proving.faults --page
 	$(BIN)/python packaging/docs_site.py $(ARGS)
 
+# Each process collects every test, half a minute of a processor; these wait for nothing.
 fast: $(STAMP)
-	$(UNIT) $(FAST) $(ARGS)
+	$(REAL) --numprocesses 2 tests/unit $(FAST) $(ARGS)
 
 unit: $(STAMP)
-	$(UNIT) $(ARGS)
+	$(UNIT) -m 'not nightly' $(ARGS)
 
 coverage: $(STAMP)
 	$(UNIT) $(COVERED) --cov --cov-report= $(ARGS)
@@ -94,25 +105,26 @@ mutants: $(STAMP)
 	$(BIN)/python -m proving.mutants $(ARGS)
 
 flights: $(STAMP)
-	$(UNIT) -m flight $(ARGS)
+	$(UNIT) -m 'flight and not nightly' $(ARGS)
 
 integration: $(STAMP)
-	$(REAL) --numprocesses 3 -m 'not alone' tests/integration $(ARGS)
-	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
+	$(REAL) --numprocesses 3 -m $(SHARING) tests/integration $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
 
 # The contract with MAVSDK and ArduCopter. It waits more than it works: a hawk-sim for each module. A real vehicle, one
 # test after the other: make contract ARGS="--autopilot udpin://127.0.0.1:14550"
 contract: $(STAMP)
 	$(if $(findstring --autopilot,$(ARGS)),$(PYTEST),$(REAL) --numprocesses 4) tests/contract $(ARGS)
 
-# Both at once: while one program waits, the other works.
-programs: $(STAMP)
-	$(REAL) --numprocesses 3 -m 'not alone' tests/integration tests/contract $(ARGS)
-	$(REAL) --numprocesses 2 -m alone tests/integration $(ARGS)
+# All programs and browsers: while one waits, another one works.
+programs: setup browser
+	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
+	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
 
 e2e: setup browser
-	$(PYTEST) -m alone tests/e2e $(ARGS)
-	$(PYTEST) --numprocesses 2 --dist worksteal -m 'not alone' tests/e2e $(ARGS)
+	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
+	$(PYTEST) --numprocesses 2 --dist worksteal -m $(SHARING) tests/e2e $(ARGS)
 
 # Every fault on the real programs: 45 minutes, on a quiet machine. What was measured is kept in docs/results/faults.json
 # and docs/faults.md; `python -m proving.faults --table` prints it beside what must be seen.
@@ -165,7 +177,7 @@ container: setup
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)
 
-# The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
+# Surveys stored and registered, calls over a thousand of them, a flight recorded and replayed: some minutes.
 bench-archive: setup
 	$(BIN)/python -m benchmarks.archive $(ARGS)
 
@@ -181,9 +193,11 @@ bench-pictures: setup
 study: setup
 	$(BIN)/python -m benchmarks.study $(ARGS)
 
+# Twenty drawn lots flown again over the plan of their first survey: an hour.
 bench-again: setup
 	$(BIN)/python -m benchmarks.again $(ARGS)
 
+# The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-small: setup
 	$(BIN)/python -m benchmarks.small $(ARGS)
 

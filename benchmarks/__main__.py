@@ -3,14 +3,13 @@
 ``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. flood: its tick while eight viewers send commands
-without end, beside the tick before. kill: Kill on the wire while everything else is blocked. kill-loaded: the
-operator's Kill through the whole daemon while vision works and 16 slow clients watch. perception: the network on still
-frames of the drawn worlds of --seeds, and on the pictures of --places, --tiles and --negatives
-(``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots of known shape
-(``python -m benchmarks.exploration`` has more of it). chain: vision, mapper and planner flown over drawn worlds with
-drifting GNSS, the fused map beside single frames (``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn
-worlds at speed 2 against their truth. places: the same over the pictures of --places (PLACE.jpg with PLACE.json).
-Measure on a machine with nothing else to do: a section says VOID when others worked beside it.
+without end, beside the tick before. kill: the operator's Kill through the whole daemon while vision works and 16 slow
+clients watch. perception: the network on still frames of the drawn worlds of --seeds, and on the pictures of --places,
+--tiles and --negatives (``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots
+of known shape (``python -m benchmarks.exploration`` has more of it). chain: vision, mapper and planner flown over drawn
+worlds with drifting GNSS, the fused map beside single frames (``python -m benchmarks.chain_flight``). seeds: whole
+surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of --places (PLACE.jpg with
+PLACE.json). Measure on a machine with nothing else to do: a section says VOID when others worked beside it.
 """
 
 from __future__ import annotations
@@ -27,29 +26,27 @@ from typing import Final
 
 import cv2
 
-from benchmarks import flood, kill_under_load, kill_wire, surveys, whole_daemon
+from benchmarks import flood, kill_under_load, surveys, whole_daemon
 from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, print_and_write
+from benchmarks.options import make_parser, names_option, seeds_option
 from benchmarks.perception.sections import Material, network_sections
-from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork
 from hawk.config.options import as_text, whole
 from hawk.sim import launch as simulator
-from hawk.worlds.conditions import Condition
+from hawk.worlds.moment import Condition
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "flood", "kill", "kill-loaded", "perception", "exploration", "chain", "seeds", "places")
+SECTIONS: Final = ("latency", "flood", "kill", "perception", "exploration", "chain", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, write; return 1 when a section could not be measured. The others are printed all the same."""
-    parser = make_parser()
+    parser = options_of()
     options = parser.parse_args(arguments)
     chosen = _chosen(parser, options)
-    if options.json is not None:
-        options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:
         sections = [_run(name, _work(name, options, folder)) for name in chosen]
     print_and_write(sections, options.json)
@@ -65,17 +62,13 @@ def _chosen(parser: argparse.ArgumentParser, options: argparse.Namespace) -> lis
     return [name for name in SECTIONS if name in options.only]
 
 
-def make_parser() -> argparse.ArgumentParser:
+def options_of() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--only", type=_sections, metavar="A,B", help=f"of {', '.join(SECTIONS)}")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
+    parser = make_parser("benchmarks", __doc__)
+    parser.add_argument("--only", type=names_option(SECTIONS), metavar="A,B", help=f"of {', '.join(SECTIONS)}")
     parser.add_argument("--seconds", type=float, default=60.0, help="latency, flood: how long to measure (60)")
-    parser.add_argument("--seed", type=int, default=1, help="latency, flood, kill-loaded: the world to fly over (1)")
-    parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
-    parser.add_argument("--load-kills", type=int, default=60, help="kill-loaded: how many, 5 s each (default 60)")
+    parser.add_argument("--seed", type=int, default=1, help="latency, flood, kill: the world to fly over (1)")
+    parser.add_argument("--kills", type=int, default=60, help="kill: how many, 5 s each (default 60)")
     parser.add_argument(
         "--lots", type=seeds_option, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)"
     )
@@ -123,9 +116,6 @@ def _folder(keep: Path | None) -> Iterator[Path]:
 
 
 def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], Awaitable[Result]]:
-    async def kill() -> Result:
-        return await kill_wire.measure(options.kills), ""
-
     async def perception() -> Result:
         return _perception(options), ""
 
@@ -141,8 +131,7 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "flood": lambda: flood.measure(options.seconds, options.seed, folder / "flood"),
-        "kill": kill,
-        "kill-loaded": lambda: kill_under_load.measure(options.load_kills, options.seed, folder / "kill-loaded"),
+        "kill": lambda: kill_under_load.measure(options.kills, options.seed, folder / "kill"),
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds", _simulated(options)),
         "places": lambda: surveys.measure_places(options.places, folder / "places", options.cars),
     }[name]
@@ -178,14 +167,6 @@ def _run(name: str, work: Callable[[], Awaitable[Result]]) -> Section:
     except BenchmarkError as error:
         return Section(name, (), f"not measured: {error}")
     return Section(name, figures, problem)
-
-
-def _sections(text: str) -> tuple[str, ...]:
-    names = tuple(text.split(","))
-    unknown = [name for name in names if name not in SECTIONS]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"{', '.join(unknown)} is not one of {', '.join(SECTIONS)}")
-    return names
 
 
 if __name__ == "__main__":

@@ -5,14 +5,10 @@
 A lot of 300 and one of 20,000 stalls are corrected through the store as the daemon has it, with every commit on the
 disk. Each operation is done, undone and done again five times, after a first time that loads libraries; the median
 counts. Operations on a whole lot are shown without a limit.
-
-``python -m benchmarks.corrections --lots DIR [--regions DIR]`` counts the operations that a person needs in pictures of
-places (PLACE.jpg with PLACE.json), from what vision finds in each to its labels (`benchmarks.perception.needed`).
 """
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import sys
 import tempfile
@@ -25,10 +21,7 @@ from typing import Any, Final
 from sqlalchemy import insert
 
 from benchmarks.figures import Figure, Limit, Section, print_and_write
-from benchmarks.perception import needed
-from benchmarks.perception.eyes import NetworkEye
-from benchmarks.perception.places import folder_option, read_lots
-from hawk.algo.vision.network import StallNetwork
+from benchmarks.options import make_parser
 from hawk.lots.plan import edits
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import PlanStall
@@ -123,36 +116,10 @@ def figures(measured: Mapping[int, Mapping[str, tuple[float, float]]]) -> list[F
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Correct plans, and print a table; return 1 when a figure lies outside its limits."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.corrections",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    parser.add_argument("--lots", type=folder_option, metavar="DIR", help="places: count the operations that they need")
-    parser.add_argument("--regions", type=folder_option, metavar="DIR", help="regions without states, the same")
-    options = parser.parse_args(arguments)
-    if options.lots is not None or options.regions is not None:
-        return _count(options.lots, options.regions, options.json)
+    options = make_parser("benchmarks.corrections", __doc__).parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         measured = {count: measure(Path(folder), count) for count in LIMITS_MS}
-    section = Section("corrections", figures(measured))
-    print_and_write([section], options.json)
-    return 0 if all(figure.passed is not False for figure in section.figures) else 1
-
-
-def _count(lots: Path | None, regions: Path | None, file: Path | None) -> int:
-    """Count the operations that places and regions need, and print a table; return 1 when there are too many."""
-    eye = NetworkEye(StallNetwork.load(None))
-    folders = {"places": lots, "regions": regions}
-    found = [
-        figure
-        for group, folder in folders.items()
-        if folder is not None
-        for figure in needed.measure(eye, group, read_lots(folder))
-    ]
-    print_and_write([Section("corrections needed", found)], file)
-    return 0 if all(figure.passed is not False for figure in found) else 1
+    return print_and_write([Section("corrections", figures(measured))], options.json)
 
 
 if __name__ == "__main__":

@@ -122,11 +122,16 @@ def write_json(path: Path, values: Mapping[str, object]) -> None:
     path.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def print_and_write(sections: Sequence[Section], path: Path | None, **more: object) -> None:
-    """Print everything as one table, and write it to ``path`` as one flat object with ``more`` beside the figures."""
+def print_and_write(sections: Sequence[Section], path: Path | None, **more: object) -> int:
+    """Print everything as one table, and write it to ``path`` as one flat object with ``more`` beside the figures.
+
+    Returns 1 when a figure lies outside its limits, 0 otherwise: the status of a program.
+    """
     print_table(sections, Console(width=None if sys.stdout.isatty() else TABLE_COLUMNS))
     if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
         write_json(path, {**flat(sections), **more})
+    return int(missed(sections))
 
 
 def missed(sections: Iterable[Section]) -> bool:

@@ -8,41 +8,33 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import math
 import sys
 import time
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import urlsplit
 
-import aiohttp
-
-from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
+from benchmarks.figures import Figure, Limit, Reference
 from benchmarks.flood_viewers import Counts
-from benchmarks.processes import CpuTime, cpu_time
-from benchmarks.whole_daemon import QUIET_CORES
-from hawk.comm.protocol.commands import Arm, Control, SetFailsafes, Takeoff
-from hawk.comm.protocol.heartbeat import Heartbeat
-from hawk.model.operation import StateName
+from benchmarks.processes import cpu_time
+from benchmarks.stack import QUIET_CORES, client, performance, running, void_by
+from hawk.comm.protocol.commands import Arm
 from hawk.runtime.performance import WINDOW_S, percentile
 from hawk.sim.launch import SimulationOptions, end_process
 from hawk.survey.client import DroneClient
-from hawk.survey.handset import Handset, SurveyError, refusal_of
-from hawk.survey.stack import SimulatedStack, StackError
+from hawk.survey.stack import SimulatedStack
+from proving.faults.fault import When
+from proving.faults.pilot import Pilot
 
 VIEWERS: Final = 8
 TICK_MS: Final = 10.0
 """The limit: p99 of the tick under the flood."""
 ASK_S: Final = 0.5
 """Between two questions of the operator who waits for an answer."""
-SILENCE_S: Final = 15.0
 ENDED_S: Final = 10.0
 LAST: Final = 19
 """Niceness of the viewers' session."""
-CHECKED_S, CLIMBED_S = 120.0, 60.0
-"""Longest waits before take-off and during it, seconds."""
 
 
 @dataclass(slots=True)
@@ -75,15 +67,14 @@ async def measure(seconds: float, seed: int, folder: Path) -> tuple[list[Figure]
     Raises BenchmarkError.
     """
     stack = SimulatedStack(SimulationOptions(seed=seed, speed=1.0), folder, None, None)
-    try:
-        url = (await stack.start()).url
-        async with DroneClient(*_address(url)) as operator, DroneClient(*_address(url)) as asker:
-            await _take_off(operator)
-            found = await _run(url, asker, seconds)
-    except (StackError, SurveyError, aiohttp.ClientError, ConnectionError) as error:
-        raise BenchmarkError(f"{error} (logs in {folder})") from error
-    finally:
-        await stack.stop()
+    async with running(stack, folder) as ready:
+        pilot = await Pilot.connect(ready.url)
+        try:
+            await pilot.reach(When.HOVERING)
+            async with client(ready.url) as asker:
+                found = await _run(ready.url, asker, seconds)
+        finally:
+            await pilot.close()
     return figures(found), void(found)
 
 
@@ -113,9 +104,7 @@ def void(run: Run) -> str:
     reasons = []
     if run.seconds < WINDOW_S:
         reasons.append(f"the flood lasted {run.seconds:.0f} s, the daemon's figures cover {WINDOW_S:.0f} s")
-    if run.cores.get("others", math.inf) > QUIET_CORES:
-        reasons.append(f"other programs used {run.cores.get('others', math.nan):.2f} cores meanwhile")
-    return f"VOID: {'; '.join(reasons)}" if reasons else ""
+    return void_by(reasons, run.cores)
 
 
 def _beside(run: Run, key: str, text: str, limit: Limit | None = None, unit: str = "ms") -> Figure:
@@ -129,51 +118,17 @@ def _wait(run: Run, name: str, percent: float) -> Figure:
     )
 
 
-async def _take_off(drone: DroneClient) -> None:
-    """Arm and climb to the height of the travels, with failsafes set. Raises SurveyError."""
-    hand = Handset(drone, SILENCE_S, lambda _, __: None)
-    settled = await hand.until(_may_arm_after_setting, CHECKED_S, lambda _: "the checks do not pass")
-    await hand.order(Control(action="Request"))
-    if not all(check.passed for check in settled.checks):
-        await hand.order(SetFailsafes())
-    await hand.until(_may_arm, CHECKED_S, lambda _: "the failsafes were not set")
-    await hand.order(Arm())
-    await hand.until(lambda b: b.armed is True, CLIMBED_S, lambda _: "it was not armed")
-    await hand.until(lambda b: not refusal_of(b, "Takeoff"), CLIMBED_S, lambda b: refusal_of(b, "Takeoff"))
-    await hand.order(Takeoff())
-    await hand.until(lambda b: b.state == StateName.HOVER, CLIMBED_S, lambda _: "it did not climb")
-
-
-def _may_arm(beat: Heartbeat) -> bool:
-    return bool(beat.checks) and all(check.passed for check in beat.checks)
-
-
-def _may_arm_after_setting(beat: Heartbeat) -> bool:
-    return bool(beat.checks) and all(c.passed or c.remedy_command == "Set Failsafes" for c in beat.checks)
-
-
 async def _run(url: str, asker: DroneClient, seconds: float) -> Run:
-    async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=30)) as session:
-        calm, traffic = Traffic(), Traffic()
-        async with _asking(asker, calm):
-            await asyncio.sleep(seconds)
-        quiet = await _performance(session, url)
-        before, began = cpu_time(), time.monotonic()
-        async with _asking(asker, traffic), _flood(url, traffic):
-            await asyncio.sleep(seconds)
-            flooded = await _performance(session, url)
-            passed, cores = time.monotonic() - began, _cores(before)
+    calm, traffic = Traffic(), Traffic()
+    async with _asking(asker, calm):
+        await asyncio.sleep(seconds)
+    quiet = await performance(url)
+    before, began = cpu_time(), time.monotonic()
+    async with _asking(asker, traffic), _flood(url, traffic):
+        await asyncio.sleep(seconds)
+        flooded = await performance(url)
+        passed, cores = time.monotonic() - began, cpu_time().cores_since(before)
     return Run(quiet, flooded, calm, traffic, passed, cores)
-
-
-def _cores(before: CpuTime) -> dict[str, float]:
-    return cpu_time().cores_since(before)
-
-
-async def _performance(session: aiohttp.ClientSession, url: str) -> dict[str, Any]:
-    async with session.get(f"{url}api/performance") as response:
-        response.raise_for_status()
-        return dict(await response.json())
 
 
 @contextlib.asynccontextmanager
@@ -210,8 +165,3 @@ async def _asking(drone: DroneClient, traffic: Traffic) -> AsyncIterator[None]:
     finally:
         asking.cancel()
         await asyncio.gather(asking, return_exceptions=True)
-
-
-def _address(url: str) -> tuple[str, int]:
-    place = urlsplit(url)
-    return place.hostname or "127.0.0.1", place.port or 0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import math
 import time
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
@@ -21,14 +20,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.processes import cpu_time
-from benchmarks.whole_daemon import QUIET_CORES
-from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
+from benchmarks.stack import QUIET_CORES, performance, running, void_by
 from hawk.comm.protocol.commands import Kill, KillRequest, KillToken
 from hawk.runtime.performance import percentile
 from hawk.sim.launch import SimulationOptions
-from hawk.survey.client import LinkLostError
-from hawk.survey.handset import SurveyError
-from hawk.survey.stack import SimulatedStack, StackError
+from hawk.survey.stack import SimulatedStack
 from hawk.web.video.video_wire import HEADER
 from proving.faults.fault import When
 from proving.faults.pilot import Pilot
@@ -64,17 +60,14 @@ async def measure(kills: int, seed: int, folder: Path) -> tuple[list[Figure], st
     wire = KillWire()
     stack = SimulatedStack(SimulationOptions(seed=seed, speed=1.0), folder, None, None, wire.proxy.open)
     try:
-        url = (await stack.start()).url
-        pilot = await Pilot.connect(url)
-        try:
-            await pilot.reach(When.HOVERING)
-            found = await _run(stack, pilot, url, wire, kills)
-        finally:
-            await pilot.close()
-    except (StackError, SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, aiohttp.ClientError, OSError) as e:
-        raise BenchmarkError(f"{e} (logs in {folder})") from e
+        async with running(stack, folder) as ready:
+            pilot = await Pilot.connect(ready.url)
+            try:
+                await pilot.reach(When.HOVERING)
+                found = await _run(stack, pilot, ready.url, wire, kills)
+            finally:
+                await pilot.close()
     finally:
-        await stack.stop()
         wire.proxy.close()
     return figures(found), void(found)
 
@@ -106,9 +99,7 @@ def void(run: Run) -> str:
     reasons = []
     if len(run.loaded_ms) < LEAST_KILLS:
         reasons.append(f"{len(run.loaded_ms)} kills are too few")
-    if run.cores.get("others", math.inf) > QUIET_CORES:
-        reasons.append(f"other programs used {run.cores.get('others', math.nan):.2f} cores meanwhile")
-    return f"VOID: {'; '.join(reasons)}" if reasons else ""
+    return void_by(reasons, run.cores)
 
 
 async def _run(stack: SimulatedStack, pilot: Pilot, url: str, wire: KillWire, kills: int) -> Run:
@@ -116,11 +107,9 @@ async def _run(stack: SimulatedStack, pilot: Pilot, url: str, wire: KillWire, ki
     before, began = cpu_time(), time.monotonic()
     async with _viewers(url) as taken:
         loaded = [await _kill(stack, pilot, wire) for _ in range(kills)]
-        async with aiohttp.ClientSession() as session, session.get(f"{url}api/performance") as response:
-            response.raise_for_status()
-            performance = dict(await response.json())
+        measured = await performance(url)
         frames_per_s = taken[0] / (time.monotonic() - began)
-    return Run(calm, loaded, performance, frames_per_s, cpu_time().cores_since(before))
+    return Run(calm, loaded, measured, frames_per_s, cpu_time().cores_since(before))
 
 
 async def _kill(stack: SimulatedStack, pilot: Pilot, wire: KillWire) -> float:

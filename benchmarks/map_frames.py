@@ -12,7 +12,6 @@ saw the page (First Contentful Paint, https://w3c.github.io/paint-timing/), besi
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import contextlib
 import json
@@ -29,6 +28,7 @@ import numpy as np
 from playwright.async_api import Browser, Page, ViewportSize, async_playwright
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference, Section, print_and_write
+from benchmarks.options import make_parser
 from benchmarks.whole_daemon import CHROMIUM
 
 ROOT: Final = Path(__file__).resolve().parent.parent
@@ -235,16 +235,14 @@ def _watch_stalls(page: Page, count: int) -> asyncio.Event:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and print the table; return 1 when a limit is missed."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser = make_parser("benchmarks.map_frames", __doc__)
     parser.add_argument("--stalls", type=int, default=2100)
     parser.add_argument("--seconds", type=float, default=4.0, help="of each case")
     parser.add_argument("--gpu", action="store_true", help="let the browser draw with the graphics card")
-    parser.add_argument("--json", type=Path, default=None)
     options = parser.parse_args(arguments)
     figures = asyncio.run(measure(options.stalls, options.seconds, gpu=options.gpu))
     section = Section(f"map, {options.stalls} stalls, {'GPU' if options.gpu else 'no GPU'}", figures)
-    print_and_write([section], options.json, stalls=options.stalls, gpu=options.gpu)
-    return 0 if all(figure.passed is not False for figure in figures) else 1
+    return print_and_write([section], options.json, stalls=options.stalls, gpu=options.gpu)
 
 
 if __name__ == "__main__":

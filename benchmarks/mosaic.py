@@ -10,7 +10,6 @@ differences of brightness stand out in. Sharpness: variance of the Laplacian by 
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 import sys
@@ -27,7 +26,8 @@ from numpy.typing import NDArray
 
 from benchmarks.chain_flight.flight import camera
 from benchmarks.figures import Figure, Limit, Section, print_and_write
-from benchmarks.surveys import seeds_option
+from benchmarks.frames import camera_model, encoded
+from benchmarks.options import make_parser, seeds_option
 from benchmarks.world_lots import joined, rings_about
 from hawk.algo.ground import Slices, Window
 from hawk.algo.mapper.core import MapperSettings
@@ -35,10 +35,10 @@ from hawk.algo.mapper.mosaic import EDGE_M, Mosaic
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, ground_footprint
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, TileKey
-from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose, MapPose
 from hawk.model.tile_picture import decode_picture, encode_picture
-from hawk.results.survey_map import SurveyMap, map_picture
+from hawk.results.map_picture import map_picture
+from hawk.results.survey_map import SurveyMap
 from hawk.worlds.camera import Lens, WorldCamera
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
@@ -129,7 +129,7 @@ def _frame(
 ) -> bytes:
     picture = eye.render(*place, HEIGHT_M, *attitude, rng=rng)
     lit = cv2.convertScaleAbs(picture, alpha=1 + rng.uniform(-EXPOSURE, EXPOSURE))
-    return cv2.imencode(".jpg", lit, (cv2.IMWRITE_JPEG_QUALITY, 85))[1].tobytes()
+    return encoded(np.asarray(lit, np.uint8))
 
 
 def _finished(mosaic: Mosaic, sources: Sources, outlines: list[Floats], costs: list[float]) -> Flown:
@@ -167,10 +167,7 @@ def _in_view(window: Window, outlines: list[Floats]) -> Image:
 
 def own_picture(world: World, window: Window) -> Image:
     """Return the world from straight above on a window's cells: from so far that nothing leans."""
-    model = CameraModel(
-        window.columns, window.rows, _ORTHO_M / CELL_M, _ORTHO_M / CELL_M, (window.columns - 1) / 2,
-        (window.rows - 1) / 2,
-    )  # fmt: skip
+    model = camera_model(window.columns, window.rows, _ORTHO_M / CELL_M)
     x0, y0 = world.start()
     north, east = window.middle
     eye = WorldCamera(world, model, Lens(0.0, 0.0, 0.0))
@@ -271,12 +268,9 @@ def _error(flown: Flown, own: Image) -> float:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly every world and print a table; return 1 when a figure lies outside its limits."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.mosaic", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser("benchmarks.mosaic", __doc__)
     parser.add_argument("--seeds", type=seeds_option, default="1-5", metavar="A-B", help="drawn worlds (1-5)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write each world's mosaic, and its own picture")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     flights: list[tuple[Flown, Image]] = []
@@ -285,9 +279,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         flown = fly(world, Mosaic(sources.note), sources, seed)
         flights.append((flown, own_picture(world, flown.window)))
         _write(options.out, seed, *flights[-1])
-    section = Section("mosaic", figures(flights))
-    print_and_write([section], options.json)
-    return 0 if all(figure.passed is not False for figure in section.figures) else 1
+    return print_and_write([Section("mosaic", figures(flights))], options.json)
 
 
 def _write(folder: Path | None, seed: int, flown: Flown, own: Image) -> None:

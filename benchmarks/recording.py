@@ -17,6 +17,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
+from benchmarks.frames import encoded, frame_of
 from hawk.algo.frame import FrameInput
 from hawk.config.sections import StoreSettings
 from hawk.daemon.recording_parts import json_schemas
@@ -29,12 +30,12 @@ from hawk.ddc.recorder import Recorder
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.model.lot_map import Stall, StallState
-from hawk.model.operation import Health, StateName
+from hawk.model.operation import Health
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import Fence, HeightParameters
+from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose, MapPoint, MapPose, VehiclePose
+from hawk.store.frame_codec import MapStalls, View, Words
 from hawk.store.recording import Recording
-from hawk.store.shown import StallsSeen, View, Words
 
 SECONDS: Final = 60
 TICKS_S: Final = 20
@@ -43,7 +44,6 @@ STALLS: Final = 300
 PART_S: Final = 5
 """The file is waited for after each such part, so that the queue drops nothing."""
 _DATUM: Final = GlobalPose(52.0, 5.0, 0.0)
-_QUALITY: Final = 85
 _PARTS: Final = ("link", "position", "camera", "vision", "mapper", "planner", "recording", "tasks", "loop", "home")
 Take = Callable[[Any], None]
 
@@ -67,10 +67,10 @@ def _pose(now: float) -> VehiclePose:
 def _frame(now: float, number: int, jpeg: bytes) -> FrameInput:
     corners = tuple((100.0 * np.cos(angle), 100.0 * np.sin(angle)) for angle in np.linspace(0, 6, 12).tolist())
     fence = Fence(corners, corners, 97.0, 100.0)
-    return FrameInput(
-        sequence=number, captured=now, jpeg=jpeg, camera=CameraModel(1280, 720, 914.1, 914.2, 640.0, 360.0),
-        pose=_pose(now).map, speed=3.0, state=StateName.AUTONOMOUS_EXPLORE, desired=None, heights=HeightParameters(),
-        fence=fence, home=MapPoint(0.0, 0.0),
+    place = _pose(now).map
+    return frame_of(
+        number, now, CameraModel(1280, 720, 914.1, 914.2, 640.0, 360.0), place, jpeg=jpeg, speed=3.0, fence=fence,
+        home=MapPoint(0.0, 0.0),
     )  # fmt: skip
 
 
@@ -87,7 +87,7 @@ def _pictures() -> list[bytes]:
     found = []
     for _ in range(PICTURES_S):
         rough = cv2.resize(rng.integers(0, 255, (24, 42, 3), np.uint8), (1280, 720), interpolation=cv2.INTER_CUBIC)
-        found.append(cv2.imencode(".jpg", rough, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes())
+        found.append(encoded(np.asarray(rough, np.uint8)))
     return found
 
 
@@ -108,7 +108,7 @@ def _fly(
         if step % (TICKS_S // 5) == 0:
             show(_pose(now))
         if step % (TICKS_S * 5) == 0:
-            show(StallsSeen(_DATUM, _stalls(step)))
+            show(MapStalls(_DATUM, _stalls(step)))
             show(Words("info", "New target: 12 m ahead."))
 
 

@@ -10,30 +10,24 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 
-from benchmarks.vision_frame import camera_model
-from hawk.algo.frame import FrameInput
+from benchmarks.frames import drawn_frames
 from hawk.config.sections import Config
 from hawk.daemon.recording_parts import json_schemas
 from hawk.ddc.replay import compare_recording
-from hawk.model.operation import StateName
-from hawk.model.plans import HeightParameters
-from hawk.model.poses import MapPose
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, process
 from hawk.store.frame_codec import FRAME_INPUT
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
-from hawk.worlds.camera import WorldCamera
+from hawk.store.ring_buffer import Item
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
 from tests.reference.kept import unpack
@@ -46,7 +40,6 @@ HEIGHT_M: Final = 35.0
 SPEED_M_S: Final = 4.0
 SEED: Final = 3
 _LANE_M: Final = 20.0
-_QUALITY: Final = 85
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,60 +81,24 @@ def measure(folder: Path, seconds: int = SECONDS) -> Replayed:
 
 def draw(path: Path, seconds: int) -> Path:
     """Write the recording of a flight over a drawn lot; return its path."""
-    return write_flight(path, datetime.now(UTC), _frames(seconds * PICTURES_S))
-
-
-def write_flight(path: Path, begun: datetime, frames: Iterable[FrameInput], first: Sequence[Item] = ()) -> Path:
-    """Write the recording of a flight that began at a moment, ``first`` before its frames; return its path."""
     head = {"version": version("hawk-drone"), "configuration": Config().model_dump_json()}
-    file = RecordingFile(path.open("wb"), start_metadata(head, begun, 0.0), json_schemas)
-    for item in first:
-        file.write(item)
-    for frame in frames:
+    file = RecordingFile(path.open("wb"), start_metadata(head, datetime.now(UTC), 0.0), json_schemas)
+    world = generate_world(SEED)
+    rng = np.random.default_rng(SEED)
+    poses = _poses(world, seconds * PICTURES_S, rng)
+    for frame in drawn_frames(world, poses, HEIGHT_M, rng, pictures_s=PICTURES_S):
         file.write(Item(FRAME_INPUT, frame, "frame", round(frame.captured * 1e9), len(frame.jpeg)))
     file.close()
     return path
 
 
-@dataclass(frozen=True, slots=True)
-class FlightKind:
-    """Height (metres), speed (metres a second), pictures a second, sway of roll and pitch (radians), JPEG's quality."""
-
-    height_m: float
-    speed_m_s: float
-    pictures_s: int
-    sway: float
-    quality: int
-
-
-def drawn_frames(
-    world: World, places: Iterable[tuple[float, float, float]], kind: FlightKind, seed: int
-) -> Iterator[FrameInput]:
-    """Give the frames of a flight over a world. ``places``: x east, y south (metres) and yaw (radians) of each."""
-    model = camera_model(lens=False)
-    camera, rng = WorldCamera(world, model), np.random.default_rng(seed)
-    for number, (x, y, yaw) in enumerate(places):
-        roll, pitch = rng.normal(0, kind.sway, 2).tolist()
-        image = camera.render(x, y, kind.height_m, roll, pitch, yaw, rng=rng)
-        jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, kind.quality])[1].tobytes()
-        yield FrameInput(
-            sequence=number, captured=1.0 + number / kind.pictures_s, jpeg=jpeg, camera=model,
-            pose=MapPose(-y, x, kind.height_m, roll, pitch, yaw), speed=kind.speed_m_s,
-            state=StateName.AUTONOMOUS_EXPLORE, desired=None, heights=HeightParameters(), fence=None, home=None,
-        )  # fmt: skip
-
-
-def _frames(count: int) -> Iterator[FrameInput]:
-    world = generate_world(SEED)
-    return drawn_frames(world, _places(world, count), FlightKind(HEIGHT_M, SPEED_M_S, PICTURES_S, 0.03, _QUALITY), SEED)
-
-
-def _places(world: World, count: int) -> Iterator[tuple[float, float, float]]:
-    """Give places to and fro over the stalls."""
+def _poses(world: World, count: int, rng: np.random.Generator) -> Iterator[tuple[float, float, float, float, float]]:
+    """Give poses to and fro over the stalls."""
     corners = np.concatenate([stall.corners for stall in world.stalls])
     (left, top), (right, bottom) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     for number in range(count):
         lane, along = divmod(SPEED_M_S * number / PICTURES_S, max(right - left, 1.0))
         x = left + along if lane % 2 == 0 else right - along
         y = top + (lane * _LANE_M) % max(bottom - top, 1.0)
-        yield x, y, math.pi / 2 if lane % 2 == 0 else -math.pi / 2
+        roll, pitch = rng.normal(0, 0.03, 2).tolist()
+        yield x, y, roll, pitch, math.pi / 2 if lane % 2 == 0 else -math.pi / 2

@@ -12,22 +12,19 @@ from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import urlsplit
 
 import aiohttp
-from playwright.async_api import Error as BrowserError
 from playwright.async_api import async_playwright
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
-from benchmarks.probe import Probe
 from benchmarks.processes import CpuTime, cpu_time
+from benchmarks.stack import QUIET_CORES, client, performance, probed, running, void_by
 from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import StateName
 from hawk.sim.launch import SimulationOptions
-from hawk.survey.client import DroneClient
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT
-from hawk.survey.stack import Ready, SimulatedStack, StackError
+from hawk.survey.stack import Ready, SimulatedStack
 
 CHROMIUM: Final = shutil.which("chromium") or "/usr/bin/chromium"
 EXPLORING_S: Final = 300.0
@@ -37,8 +34,6 @@ LAG_MS, JITTER_MS, FRAME_TO_MAP_MS, FRAMES_PER_S = 10.0, 20.0, 250.0, 8.0
 """The issue's limits: lag or twice the idle loop's, jitter above the idle timer's, frame to map, vision."""
 LEAST_S: Final = 10.0
 """A lot that is explored sooner gives no figures."""
-QUIET_CORES: Final = 0.2
-"""Others that use more of the machine than this spoil the figures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +88,8 @@ async def measure(seconds: float, seed: int, folder: Path) -> tuple[list[Figure]
     Raises BenchmarkError.
     """
     stack = SimulatedStack(SimulationOptions(seed=seed, speed=1.0), folder, None, None)
-    try:
-        ready = await stack.start()
-        async with _page(ready.url), _exploring(ready.url) as ended:
-            run = await _sample(stack, ready, seconds, ended)
-    except (StackError, BrowserError, aiohttp.ClientError, ConnectionError) as error:
-        raise BenchmarkError(f"{error} (logs in {folder})") from error
-    finally:
-        await stack.stop()
+    async with running(stack, folder) as ready, _page(ready.url), _exploring(ready.url) as ended:
+        run = await _sample(stack, ready, seconds, ended)
     return figures(run), void(run)
 
 
@@ -118,10 +107,7 @@ def void(run: Run) -> str:
         reasons.append("the simulator drew more than 1 % of its pictures late")
     if run.page_frames_per_s == 0:
         reasons.append("the page got no video")
-    others = run.after.cpu.cores_since(run.before.cpu)["others"]
-    if others > QUIET_CORES:
-        reasons.append(f"other programs used {others:.2f} cores meanwhile")
-    return f"VOID: {'; '.join(reasons)}" if reasons else ""
+    return void_by(reasons, run.after.cpu.cores_since(run.before.cpu))
 
 
 def parse_metrics(text: str) -> dict[str, float]:
@@ -197,22 +183,14 @@ def _machine_figures(run: Run) -> list[Figure]:
 
 async def _sample(stack: SimulatedStack, ready: Ready, seconds: float, ended: asyncio.Event) -> Run:
     """Read everything at both ends; a lot that is explored sooner ends the measured time."""
-    probes = Probe("idle"), Probe("heartbeats", ready.url)
-    async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=10)) as session:
-        try:
-            for probe in probes:
-                await probe.start()
-            before = await _look(stack, session, ready.url)
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(seconds):
-                    await ended.wait()
-            after = await _look(stack, session, ready.url)
-            performance = await _get_json(session, f"{ready.url}api/performance")
-            idle, heartbeats = [await probe.finish() for probe in probes]
-        finally:
-            for probe in probes:
-                await probe.close()
-    return Run(ready, before, after, performance, idle, heartbeats)
+    async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=10)) as session, probed(ready.url) as probes:
+        before = await _look(stack, session, ready.url)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await ended.wait()
+        after = await _look(stack, session, ready.url)
+        measured = await performance(ready.url)
+    return Run(ready, before, after, measured, probes["idle"], probes["heartbeats"])
 
 
 async def _look(stack: SimulatedStack, session: aiohttp.ClientSession, url: str) -> Sample:
@@ -220,12 +198,6 @@ async def _look(stack: SimulatedStack, session: aiohttp.ClientSession, url: str)
         response.raise_for_status()
         text = await response.text()
     return Sample(cpu_time(), await stack.status(), parse_metrics(text))
-
-
-async def _get_json(session: aiohttp.ClientSession, url: str) -> dict[str, Any]:
-    async with session.get(url) as response:
-        response.raise_for_status()
-        return dict(await response.json())
 
 
 @contextlib.asynccontextmanager
@@ -247,7 +219,6 @@ async def _exploring(url: str) -> AsyncIterator[asyncio.Event]:
 
     Raises BenchmarkError with the drone's reason when it does not get so far.
     """
-    address = urlsplit(url)
     begun, ended = asyncio.Event(), asyncio.Event()
 
     def watch(_: str, beat: Heartbeat) -> None:
@@ -256,7 +227,7 @@ async def _exploring(url: str) -> AsyncIterator[asyncio.Event]:
         elif begun.is_set():
             ended.set()
 
-    async with DroneClient(address.hostname or "127.0.0.1", address.port or 3000) as drone:
+    async with client(url) as drone:
         operator = SurveyOperator(drone, SurveyPlan(set_failsafes=True), watch)
         flight = asyncio.create_task(operator.run(), name="benchmark-flight")
         waiting = asyncio.create_task(begun.wait(), name="benchmark-exploring")

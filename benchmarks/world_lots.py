@@ -1,8 +1,10 @@
-"""The lots of a world as a map has them, and the planner's own flight over them on the exploration's model."""
+"""Worlds of places, the lots of a world as a map has them, and the planner's own flight over those."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,14 +15,25 @@ from benchmarks.exploration import setups
 from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import PlannerPilot
+from hawk.worlds.world import World, picture_world
 
 Ring = NDArray[np.float64]
 
 
+def north_east(points: Ring, middle: tuple[float, float]) -> Ring:
+    """Return points (..., 2) of a world (x east, y south) as (north, east) of a place of it, metres."""
+    return np.stack([middle[1] - points[..., 1], points[..., 0] - middle[0]], axis=-1)
+
+
+def place_world(truth: Path) -> World:
+    """Return the picture of a place as a world: PLACE.jpg beside its labels PLACE.json."""
+    scale = json.loads(truth.read_text())["metres_per_pixel"]
+    return picture_world(truth.with_suffix(".jpg"), scale, truth)
+
+
 def rings_about(lots: Iterable[Ring], middle: tuple[float, float]) -> list[Ring]:
-    """Return lots' outlines (N, 2) as (north, east) of a place of the world, metres (x east, y south)."""
-    x, y = middle
-    return [np.column_stack([y - lot[:, 1], lot[:, 0] - x]) for lot in lots]
+    """Return lots' outlines (N, 2) as (north, east) of a place of the world."""
+    return [north_east(lot, middle) for lot in lots]
 
 
 def joined(rings: Iterable[Ring]) -> shapely.Geometry:

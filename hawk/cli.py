@@ -18,9 +18,11 @@ from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.sections import ConfigError, load_settings
-from hawk.daemon.import_plan import COMMAND as IMPORT_PLAN
-from hawk.daemon.import_plan import add_import_command
+from hawk.config.loader import load_settings
+from hawk.config.sections import ConfigError
+from hawk.daemon.lots.import_plan import COMMAND as IMPORT_PLAN
+from hawk.daemon.lots.import_plan import add_import_command
+from hawk.daemon.options import DaemonOptions
 from hawk.erasure.commands import COMMAND as ERASE
 from hawk.erasure.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
@@ -31,8 +33,7 @@ from hawk.picture.commands import COMMAND as MAP
 from hawk.picture.commands import add_map_command
 from hawk.replay.commands import COMMAND as REPLAY
 from hawk.replay.commands import add_replay_command
-from hawk.runtime.process import end_within
-from hawk.runtime.reader import READER_GONE, lose_readers, readers_are_gone
+from hawk.runtime.process import READER_GONE, end_within, lose_readers, readers_are_gone
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
 from hawk.sim.launch import (
@@ -48,6 +49,7 @@ from hawk.stats.commands import add_stats_command
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
+from hawk.worlds.moment import HOURS, Condition
 
 COMMANDS = (
     {"run", "survey", "desk", "film", REPLAY, MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE, MAP}
@@ -191,8 +193,6 @@ def _check_drawn(options: argparse.Namespace) -> None:
         _refuse(options, ("condition", "at", "repaint"), "only for drawn worlds; not together with --world")
     if options.condition is None:
         return
-    from hawk.worlds.conditions import HOURS, Condition
-
     if options.condition not in list(Condition):
         raise ConfigError(f"--condition: must be one of {', '.join(Condition)}, not {options.condition}")
     if options.at is not None and options.condition in HOURS:
@@ -212,7 +212,10 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
         "--fence", type=values.file, metavar="FILE", help="GeoJSON polygon that the drone must not leave"
     )
     parser.add_argument("--outline", type=values.file, metavar="FILE", help="GeoJSON polygons of the area to survey")
-    simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
+    _add_simulated_world(parser.add_argument_group("simulation", "fly a simulated drone instead of a real one"))
+
+
+def _add_simulated_world(simulated: argparse._ArgumentGroup) -> None:
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
     simulated.add_argument("--seed", type=values.whole(), metavar="N", help="world to draw (default 1)")
     simulated.add_argument("--condition", metavar="NAME", help="day, night, snow ... over a drawn world")
@@ -237,6 +240,10 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
         metavar="X,Y",
         help="where the drone stands, metres in the world's picture",
     )
+    _add_simulated_sensors(simulated)
+
+
+def _add_simulated_sensors(simulated: argparse._ArgumentGroup) -> None:
     simulated.add_argument("--speed", type=simulator.speed, default=1.0, metavar="N", help=SPEED_HELP)
     simulated.add_argument(
         "--gnss-sigma", type=simulator.gnss_sigma, metavar="M", help="slow error of the position, metres"
@@ -307,8 +314,7 @@ def _run(options: argparse.Namespace) -> int:
         _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
-    from hawk.daemon.root import DaemonOptions
-    from hawk.daemon.start import run_daemon
+    from hawk.daemon.start import run_daemon  # all of the daemon: other commands do not wait for it
 
     given = DaemonOptions(
         simulation,
@@ -325,7 +331,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _desk(options: argparse.Namespace) -> int:
     config = load_settings(options)
-    from hawk.daemon.desk import run_desk
+    from hawk.daemon.desk import run_desk  # SQLAlchemy and the web server
 
     return asyncio.run(run_desk(config, options.lot))
 
@@ -348,11 +354,11 @@ def _survey(options: argparse.Namespace) -> int:
         _refuse(options, ("outline",), "not together with --again, which surveys the ground of the lot")
     config = load_settings(options)  # a wrong setting shows here, before anything is started
     if options.url is None:
-        from hawk.daemon.start_checks import check_background, check_files
+        from hawk.daemon.start_checks import check_background, check_files  # as much to load
 
         check_files(config)
         check_background(config.web)
-    from hawk.survey.run import SurveyOptions, run_survey
+    from hawk.survey.run import SurveyOptions, run_survey  # the web client
 
     given = {each.name: getattr(options, each.name) for each in fields(SurveyOptions) if each.name != "simulation"}
     given["set_failsafes"] |= simulation is not None
@@ -360,7 +366,7 @@ def _survey(options: argparse.Namespace) -> int:
 
 
 def _film(options: argparse.Namespace) -> int:
-    from hawk.store.film import FilmError, write_film
+    from hawk.store.film import FilmError, write_film  # OpenCV
     from hawk.store.replay import RecordingError
 
     try:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,82 +21,179 @@ TARGET: Final = Path(__file__).resolve().parent.parent / "docs" / "api.md"
 _SCHEMAS: Final = "#/components/schemas/"
 _HEADER: Final = """# The API
 
-Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its pydantic models: change those and run this again.
+Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: change those and run this again.
 `make api-fuzz` tries every address by this definition for ten minutes.
 
-Other programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change
-them. A drone and a [desk](how-to/your-lot.md#at-a-desk) answer alike. The definition is OpenAPI 3.1:
-`http://DRONE:3000/api/v1/openapi.json`. The older addresses of [the protocol](protocol.md) stay.
+Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
+A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition is OpenAPI 3.1:
+`http://DRONE:3000/api/v1/openapi.json`. The page and the commands of `hawk-drone` use the same addresses; those of the
+present flight alone are in [Protocol](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
     curl -s "http://127.0.0.1:3000/api/v1/lots/LOT/statistics?from=2026-05-04&to=2026-05-10&by=row"
     curl -s -d '{"name": "North Street"}' http://127.0.0.1:3000/api/v1/lots/LOT/name
 
 - Viewers read, operators change ([roles](access.md)). Where the daemon has tokens, send `Authorization: Bearer TOKEN`.
-- A list comes in parts of `limit` items, 1000 at most. `next` is `after` of the next part, and `null` at the end; the
-  header `Link` has its address. A part begins behind the last item of the one before, whatever was added meanwhile.
-- An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has
-  changed. Answers are packed with gzip where `Accept-Encoding` allows it.
-- A refusal is `application/problem+json` (RFC 9457): `detail` says what is wrong and the remedy, `field` names the
-  value. 400 and 422: a value; 401: no token; 403: a viewer, or the page of another server; 404: an id; 409: it does not
-  fit what is there; 503: busy, ask again.
+- "A list of" is an object with `items` and `next`: a list comes in parts, and `next` is `after` of the next part,
+  `null` at the end; the header `Link` has its address. A part begins behind the last item of the one before, whatever
+  was added meanwhile.
+- An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed. Answers
+  are packed with gzip where `Accept-Encoding` allows it.
+- A refusal is a [Problem](#problem), `application/problem+json` (RFC 9457). 400 and 422: a value; 401: no token; 403: a
+  viewer, or the page of another server; 404: an id; 409: it does not fit what is there; 503: busy, ask again.
 - A request takes 10 s at most. The store has a thread of its own, which a flight never waits for.
-- Times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84, latitude first. `from` and `to`
-  are dates or moments; without an offset they are those of the clock `time_zone`.
+- Where nothing else is said, times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84,
+  latitude first, and ids UUIDs. `integer` is 0 or more. A question mark: the value may be null.
 """
 _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC API Features, Part 1 (Core, GeoJSON),
-read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). `bbox` is west, south,
-east, north; `datetime` is a moment, a date, or a period as `2026-05-01/..`. A lot has the time of its last survey,
-a stall that of the last look at it, a survey that of its flight.
+read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
+standard. A lot has the time of its last survey, a stall that of the last look at it, a survey that of its flight.
 """
+_LEAST_CONTAINED: Final = 3
+"""Fields of a value that a larger one names as a whole."""
+_SHORTEST: Final = 3
+"""Words of a field that is worth a place of its own among the shared ones."""
 
 
 def page() -> str:
     """Return the page (Markdown)."""
     found = document(OPERATIONS, "http://DRONE:3000/api/v1", "1")
-    blocks = [_HEADER]
+    schemas: dict[str, Any] = found["components"]["schemas"]
+    operations = [
+        (f"{method.upper()} {ROOT}{path}", operation)
+        for path, item in found["paths"].items()
+        for method, operation in item.items()
+    ]
+    parameters = _repeated(_parameter(each) for _, operation in operations for each in _in_query(operation))
+    known = _reached([each for _, each in operations if FEATURES not in each["tags"]], schemas)
+    values = {name: _fields(each) for name, each in sorted(schemas.items()) if name in known and not _is_list(each)}
+    wider = {name: _contained(name, values) for name in values}
+    own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
+    fields = _repeated(pair for each in own.values() for pair in each.items() if len(pair[1].split()) >= _SHORTEST)
+    blocks = [_HEADER, "## Shared parameters\n", *_list(dict(sorted(parameters)))]
+    said: dict[str, str] = {}
     for tag in (each["name"] for each in found["tags"]):
         blocks.append(f"## {tag}\n")
         if tag == FEATURES:
             blocks.append(_OF_FEATURES)
-        for path, item in found["paths"].items():
-            for method, operation in item.items():
-                if tag in operation["tags"]:
-                    blocks += _operation(method.upper(), path, operation)
-    blocks.append("## Values\n")
-    for name, model in sorted(found["components"]["schemas"].items()):
-        blocks += _model(name, model)
+        lines = [_operation(*each, schemas, parameters, said) for each in operations if tag in each[1]["tags"]]
+        blocks.append("\n".join([*lines, ""]))
+    blocks += ["## Shared fields\n", "The values below name these fields without their description.\n"]
+    blocks += [*_list(dict(sorted(fields))), "## Values\n"]
+    for name, found_fields in values.items():
+        if found_fields:
+            own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
+            blocks += _model(name, schemas[name].get("description", ""), wider[name], own_fields, fields)
     return "\n".join(blocks)
 
 
-def _operation(method: str, path: str, operation: Mapping[str, Any]) -> Iterator[str]:
-    (content,) = operation["responses"]["200"]["content"].values()
-    lines = [f"`{method} {ROOT}{path}`: {operation['summary']}. Answers {_type(content['schema'])}"]
+def _reached(given: Any, schemas: Mapping[str, Any]) -> set[str]:
+    """Return the names of the values that a part of the definition names, and that these name."""
+    found: set[str] = set()
+    waiting = [given]
+    while waiting:
+        match waiting.pop():
+            case {"$ref": str(reference)} if (name := reference.removeprefix(_SCHEMAS)) not in found:
+                found.add(name)
+                waiting.append(schemas[name])
+            case dict() as values:
+                waiting += values.values()
+            case list() as values:
+                waiting += values
+    return found
+
+
+def _repeated(pairs: Iterable[tuple[str, str]]) -> set[tuple[str, str]]:
+    """Return names with their words that are there several times; of two that share a name, the commonest."""
+    found: dict[str, tuple[str, str]] = {}
+    for pair, count in Counter(pairs).most_common():
+        if count > 1:
+            found.setdefault(pair[0], pair)
+    return set(found.values())
+
+
+def _in_query(operation: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [each for each in operation.get("parameters", ()) if each["in"] == "query"]
+
+
+def _parameter(given: Mapping[str, Any]) -> tuple[str, str]:
+    return given["name"], f"{_type(given['schema'])}. {_sentence(given['description'])}"
+
+
+def _is_list(model: Mapping[str, Any]) -> bool:
+    """Return True for one part of a list, which the rules at the top describe."""
+    return set(model.get("properties", ())) == {"items", "next"}
+
+
+def _operation(
+    address: str, operation: Mapping[str, Any], schemas: Mapping[str, Any], shared: set[tuple[str, str]],
+    said: dict[str, str],
+) -> str:  # fmt: skip
+    """Return the lines of an address; one that answers as an earlier one does (``said``) names that one."""
+    answers = operation["responses"]["200"]["content"]
+    found = [each["schema"] for each in answers.values() if "schema" in each]
+    answer = _answer(found[0], schemas) if found else f"a file: {', '.join(f'`{each}`' for each in answers)}"
+    words = operation["summary"] + ("" if FEATURES in operation["tags"] else f". Answers {answer}")
     body = operation.get("requestBody")
     if body is not None:
         (content,) = body["content"].values()
-        lines[0] += f"; takes {_type(content['schema']) if 'schema' in content else 'the file'}"
-    lines[0] += ".\n"
-    lines += [
-        f"- `{each['name']}`: {_type(each['schema'])}. {_sentence(each['description'])}"
-        for each in operation.get("parameters", ())
-        if each["in"] == "query"
-    ]
-    yield "\n".join([*lines, *([""] if len(lines) > 1 else [])])
+        takes = _taken(content["schema"], schemas) if "schema" in content else "the file"
+        words += f"; takes {takes}" if takes else ""
+    parameters = [_parameter(each) for each in _in_query(operation)]
+    short = [f"`{name}`" for name, text in parameters if (name, text) in shared]
+    words += f". Query: {', '.join(short)}.\n" if short else ".\n"
+    words += "".join(f"  - `{name}`: {text}\n" for name, text in parameters if (name, text) not in shared)
+    former = said.setdefault(words, address)
+    return f"- `{address}`: {words}".rstrip() if former == address else f"- `{address}`: As `{former}`."
 
 
-def _model(name: str, model: Mapping[str, Any]) -> Iterator[str]:
+def _answer(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
+    model = schemas.get(str(schema.get("$ref", "")).removeprefix(_SCHEMAS), {})
+    return f"a {_type(model['properties']['items'])}" if _is_list(model) else _type(schema)
+
+
+def _taken(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
+    """Return the words for a body; none for one without values."""
+    model = schemas.get(str(schema.get("$ref", "")).removeprefix(_SCHEMAS), {"properties": {"": {}}})
+    return _type(schema) if model.get("properties") else ""
+
+
+def _contained(name: str, values: Mapping[str, Mapping[str, str]]) -> str:
+    """Return the value with most fields, three or more, all of which a value has as well; empty when there is none."""
+    fields = values[name].items()
+    found = [other for other, each in values.items() if len(each) >= _LEAST_CONTAINED and each.items() < fields]
+    return max(found, key=lambda other: len(values[other]), default="")
+
+
+def _model(name: str, about: str, wider: str, fields: Mapping[str, str], shared: set[tuple[str, str]]) -> Iterator[str]:
     yield f"### {name}\n"
-    yield f"{_sentence(' '.join(model.get('description', '').replace('``', '`').split()))}\n"
+    yield f"{_sentence(' '.join(about.replace('``', '`').split()))}\n"
+    short = [f"`{key}`" for key, words in fields.items() if (key, words) in shared]
+    if wider:
+        short.append(f"all of [{wider}](#{wider.lower()})")
+    others = {key: words for key, words in fields.items() if (key, words) not in shared}
+    yield "".join([*_list(others), f"- {', '.join(short)}\n" if short else ""])
+
+
+def _fields(model: Mapping[str, Any]) -> dict[str, str]:
+    """Return the words of each field of a value."""
     needed = set(model.get("required", ()))
-    lines = []
+    found = {}
     for key, value in model.get("properties", {}).items():
         default = value.get("default")
         words = f", default `{json.dumps(default)}`" if key not in needed and default not in (None, "", []) else ""
-        about = f". {_sentence(value['description'])}" if "description" in value else ""
-        lines.append(f"- `{key}`: {_type(value)}{words}{about}")
-    if lines:
-        yield "\n".join([*lines, ""])
+        about = f". {_sentence(value['description'])}" if value.get("description", "UTC") != "UTC" else ""
+        found[key] = f"{_type(value)}{words}{about}"
+    return found
+
+
+def _list(described: Mapping[str, str]) -> Iterator[str]:
+    """Yield names with their words, those of the same words in one line."""
+    alike: dict[str, list[str]] = {}
+    for name, words in described.items():
+        alike.setdefault(words, []).append(f"`{name}`")
+    if alike:
+        yield "".join(f"- {', '.join(names)}: {words}\n" for words, names in alike.items())
 
 
 def _type(value: Mapping[str, Any]) -> str:
@@ -130,7 +228,7 @@ def _bounds(value: Mapping[str, Any], kind: str, noun: str) -> str:
     if least == most:
         return f", {least:g}{noun}"
     if most is None:
-        return f", {least:g}{noun} or more"
+        return f", {least:g}{noun} or more" if least or noun else ""
     return f", {least or 0:g} to {most:g}{noun}"
 
 

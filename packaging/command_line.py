@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -71,9 +71,11 @@ def reference(parsers: list[argparse.ArgumentParser]) -> str:
     blocks = [_HEADER]
     for program in parsers:
         described: dict[str, str] = {}
-        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_options(program, described)]
+        others = {_usage(each): other.prog for other in parsers if other is not program for each in shown(other)}
+        later = others if program is parsers[0] else {}
+        blocks += [f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_options(program, described, {})]
         for parser, purpose in commands(program):
-            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_options(parser, described)]
+            blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_options(parser, described, later)]
         blocks += [f"Exit status: {STATUS[program.prog]}", ""]
     return "\n".join(blocks)
 
@@ -104,19 +106,23 @@ def shown(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return [each for each in parser._actions if each.help != argparse.SUPPRESS and not isinstance(each, hidden)]
 
 
-def _options(parser: argparse.ArgumentParser, described: dict[str, str]) -> list[str]:
-    """Return the list of a command's options; those that an earlier command has alike are named before it.
+def _options(parser: argparse.ArgumentParser, described: dict[str, str], later: Mapping[str, str]) -> list[str]:
+    """Return the list of a command's options; those that another command has alike are named before it.
 
-    ``described`` has the command of each row so far, and gets this one's.
+    ``described`` has the command of each row so far, and gets this one's. ``later``: the program further down that
+    describes an option, which hands it on to that program.
     """
     rows, named = [], dict[str, list[str]]()
     for each in shown(parser):
         row = f"- `{_usage(each)}`: {_meaning(each)}"
         if row in described:
             named.setdefault(described[row], []).append(f"`{_usage(each)}`")
+            continue
+        described[row] = parser.prog
+        if _usage(each) in later:
+            named.setdefault(later[_usage(each)], []).append(f"`{_usage(each)}`")
         else:
             rows.append(row)
-            described[row] = parser.prog
     alike = [f"{_alike(prog, options, described)}\n" for prog, options in named.items()]
     return [*alike, *([*rows, ""] if rows else [])]
 
@@ -125,7 +131,7 @@ def _alike(prog: str, options: list[str], described: dict[str, str]) -> str:
     """Return which options are as those of an earlier command: all but a few, or those that are named."""
     its = [row.removeprefix("- ").partition(": ")[0] for row, owner in described.items() if owner == prog]
     others = [option for option in its if option not in options]
-    if len(others) < len(options) / 3:
+    if its and len(others) < len(options) / 3:
         return f"All of `{prog}`" + (f" but {', '.join(others)}." if others else ".")
     return f"As in `{prog}`: {', '.join(options)}."
 

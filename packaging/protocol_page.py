@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.comm.protocol.authority import Sender
-from hawk.comm.protocol.base import Model, wire_key
-from hawk.comm.protocol.command_table import COMMAND_TABLE, TAKEN, TO_MOVE, CommandRow
+from hawk.comm.protocol.base import Model, Outgoing, wire_key
+from hawk.comm.protocol.command_table import COMMAND_TABLE, TO_MOVE, CommandRow
 from hawk.comm.protocol.commands import schema
-from hawk.model.operation import StateName
 
 DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
 TARGET: Final = DOCS / "protocol.md"
@@ -33,7 +32,8 @@ PARTS: Final = "Parts of messages"
 SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
 """Requests whose answers are shown; all of them stand in the file."""
 EXCERPTS: Final = {
-    "Heartbeat": ("Type", "State", "Detail", "Armed", "North", "East", "Occupancy Map", "Messages", "Options", "Health")
+    "Check Fence": ("Type", "Id", "Ceiling"),
+    "Set Outline": ("Type", "Id", "Polygons"),
 }
 """Keys that are shown of an example which would fill pages."""
 _USUAL: Final = Sender.CONTROL
@@ -48,9 +48,9 @@ every example.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
-WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
+WebSocket ([Roles, login and HTTPS](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
 [http.json](examples/http.json), [messages.json](examples/messages.json). Lots, surveys and statistics have
-[an API for other programs](api.md) beside these addresses.
+[an API of their own](api.md).
 """
 _RULES: Final = """## WebSocket
 
@@ -77,29 +77,30 @@ _ID: Final = {"Id": 7}
 
 def page() -> str:
     """Return the page (Markdown)."""
-    messages, examples = schema(), json.loads(MESSAGES.read_text(encoding="utf-8"))
+    messages = schema()
     sent = messages["toDrone"]["$defs"]
     commands = {name: model for name, model in sent.items() if "Type" in model["properties"]}
     received = messages["fromDrone"]
     parts = {name: model for name, model in sent.items() if name not in commands}
     for model in received.values():
         parts |= model.get("$defs", {})
-    received_as = {each["Type"]: each for each in examples["fromDrone"]}
     blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
     blocks += [
         "## To the drone\n",
-        f"`Id` may be left out of every command. Where nothing else is said, it is taken from {_USUAL.value}. "
+        f"`Id` may be left out of every command. Where nothing else is said below, it is taken from {_USUAL.value}. "
         'A command without keys of its own looks like `{"Type": "Hold", "Id": 7}`. A command that is refused changes '
-        "nothing; its answer has the reason, by state in [States and events](states.md#commands). "
+        "nothing; its answer has the reason. [States and events](states.md#commands) lists the states that take each. "
         f"A move needs: {'; '.join(need.value for need in TO_MOVE)}.\n",
+        *_groups(),
     ]
     for kind, example in sorted(sent_examples().items()):
         row = COMMAND_TABLE[kind]
         name = type(row.example).__name__
-        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_said_of(row)])
+        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_needs(row)])
     blocks.append("## From the drone\n")
+    blocks.append("An example of each: [messages.json](examples/messages.json).\n")
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
-        blocks += _message(name, model, received_as[_type_of(model)], [f"{_summary(model)}\n"])
+        blocks += _message(name, model, {}, [f"{_summary(model)}\n"])
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
         blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model)]
@@ -142,22 +143,24 @@ def _shortest(value: Any) -> Any:
     return value
 
 
-def _said_of(row: CommandRow) -> Iterator[str]:
-    """Yield what the table says of a command, where it says anything."""
-    taken = [state.value for state in StateName if row.states.get(state) == TAKEN]
-    if row.sender is not _USUAL:
-        yield f"- From: {row.sender.value}"
-    if row.states:
-        yield f"- In: {'every state' if len(taken) == len(StateName) else ', '.join(taken)}"
+def _groups() -> Iterator[str]:
+    """Yield what the table says of several commands: who may send them, how they are confirmed, in which order."""
+    said: dict[str, list[str]] = {}
+    for kind, row in sorted(COMMAND_TABLE.items()):
+        sender = "" if row.sender is _USUAL else f"From {row.sender.value}"
+        confirmed = f"Confirmed {row.confirm.value}" if row.confirm.value else ""
+        order = f"{row.urgency.value[:1].upper()}{row.urgency.value[1:]}"
+        for words in filter(None, (sender, confirmed, order)):
+            said.setdefault(words, []).append(kind)
+    yield "\n".join([*(f"- {words}: {', '.join(kinds)}." for words, kinds in sorted(said.items())), ""])
+
+
+def _needs(row: CommandRow) -> Iterator[str]:
+    """Yield what a command needs."""
     if row.needs:
         is_move = row.needs[: len(TO_MOVE)] == TO_MOVE
         needs = row.needs[len(TO_MOVE) :] if is_move else row.needs
-        yield f"- Needs: {'; '.join([*['what a move needs'] * is_move, *(need.value for need in needs)])}"
-    if row.confirm.value:
-        yield f"- Confirmed: {row.confirm.value}"
-    if row.urgency.value:
-        yield f"- Order: {row.urgency.value}"
-    yield ""
+        yield f"Needs: {'; '.join([*['what a move needs'] * is_move, *(need.value for need in needs)])}.\n"
 
 
 def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], texts: Iterable[str]) -> Iterator[str]:
@@ -175,6 +178,7 @@ def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], te
 def _keys(name: str, model: Mapping[str, Any]) -> Iterator[str]:
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
+    needed |= set(model["properties"]) if issubclass(_models()[name], Outgoing) else set()  # it is always there
     rows = (
         (key, f"{_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}")
         for key, value in model["properties"].items()

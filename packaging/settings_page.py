@@ -25,7 +25,7 @@ command-line options set them; the last wins. They are checked as a whole before
 be used is named with file, line, key and remedy, and the status is 2; so is a variable `HAWK_...` that is no setting,
 and an option that would change nothing. `~` in a path is the home folder. The page shows all of them with their present
 values under **Settings**, programs find them at `/api/settings.json`. How to add one:
-[how-to/add-a-setting.md](how-to/add-a-setting.md). A key is followed by its default and its bounds.
+[Add a setting](how-to/add-a-setting.md). A key is followed by its default and its bounds.
 """
 
 

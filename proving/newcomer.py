@@ -27,7 +27,8 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, print_and_write
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, print_and_write
+from benchmarks.options import make_parser
 from proving.bare_root import MIRROR, BareRoot, end, tail
 
 TEN_MINUTES: Final = Limit(highest=600.0)
@@ -51,8 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except BenchmarkError as error:
             print(f"newcomer: {error}", file=sys.stderr)
             return EXIT_FAILED
-    print_and_write(sections, options.json)
-    return EXIT_FAILED if missed(sections) else 0
+    return print_and_write(sections, options.json)
 
 
 def _measured(options: argparse.Namespace, folder: Path) -> Iterator[Section]:
@@ -169,13 +169,10 @@ def _seconds(step: Callable[[], None]) -> float:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m proving.newcomer", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser("proving.newcomer", __doc__)
     parser.add_argument("--package", type=Path, metavar="FILE", help="Debian package (default: the newest in dist/)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the drawn lot (1)")
     parser.add_argument("--mirror", default=MIRROR, metavar="URL", help=f"Debian's mirror ({MIRROR})")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     return parser
 
 

@@ -27,17 +27,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import fmean, median
 from typing import Any, Final
-from urllib.parse import urlsplit
 
 import aiohttp
 import numpy as np
 import shapely
 from playwright.async_api import CDPSession, async_playwright
-from playwright.async_api import Error as BrowserError
 
 from benchmarks.exploration import setups
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, print_and_write
-from benchmarks.lawnmower import LawnmowerOperator, Place, lanes
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, print_and_write
+from benchmarks.options import make_parser
+from benchmarks.stack import client, running
 from benchmarks.whole_daemon import CHROMIUM
 from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.protocol.heartbeat import Heartbeat
@@ -45,7 +44,8 @@ from hawk.sim.launch import FASTEST, SLOWEST, SPEED_HELP, SimulationOptions
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan
-from hawk.survey.stack import SimulatedStack, StackError
+from hawk.survey.stack import SimulatedStack
+from proving.lawnmower import LawnmowerOperator, Place, lanes
 
 EXIT_FAILED: Final = 1
 SAMPLE_S: Final = 15.0
@@ -95,7 +95,7 @@ class Flights:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly, sample, print, write."""
-    options = make_parser().parse_args(arguments)
+    options = parser_of().parse_args(arguments)
     try:
         samples, flights = _measured(options)
     except (BenchmarkError, OSError) as error:
@@ -103,8 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_FAILED
     found = figures(samples, flights)
     sections = [Section("soak", found, problem(samples, flights))]
-    print_and_write(sections, options.json)
-    return EXIT_FAILED if missed(sections) else 0
+    return print_and_write(sections, options.json)
 
 
 def _measured(options: argparse.Namespace) -> tuple[list[Sample], Flights]:
@@ -120,17 +119,14 @@ def _measured(options: argparse.Namespace) -> tuple[list[Sample], Flights]:
         return asyncio.run(soak(options.minutes, options.speed, options.seed, folder))
 
 
-def make_parser() -> argparse.ArgumentParser:
+def parser_of() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m proving.soak", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser("proving.soak", __doc__)
     parser.add_argument("--minutes", type=float, default=120.0, help="real minutes (default 120)")
     parser.add_argument("--speed", type=_speed, default=FASTEST, help=f"{SPEED_HELP} (default {FASTEST:g})")
     parser.add_argument("--seed", type=int, default=1, help="the world to fly over (default 1)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep logs and journal here")
     parser.add_argument("--judge", type=Path, metavar="LOG", help="judge what a run has printed; nothing is flown")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     return parser
 
 
@@ -138,19 +134,17 @@ async def soak(minutes: float, speed: float, seed: int, folder: Path) -> tuple[l
     """Fly for that time; return the samples. Raises BenchmarkError."""
     stack = SimulatedStack(SimulationOptions(seed=seed, speed=speed), folder, None, None)
     flights = Flights()
-    try:
-        ready = await stack.start()
-        async with aiohttp.ClientSession() as session, _page(ready.url) as heap:
-            flying = asyncio.create_task(_fly_on(stack, ready.url, session, folder, flights), name="soak-flights")
-            try:
-                return await _sample_on(minutes, ready.url, session, heap, flying, flights), flights
-            finally:
-                flying.cancel()
-                await asyncio.gather(flying, return_exceptions=True)
-    except (StackError, BrowserError, aiohttp.ClientError, ConnectionError, OSError) as error:
-        raise BenchmarkError(f"{error} (logs in {folder})") from error
-    finally:
-        await stack.stop()
+    async with (
+        running(stack, folder) as ready,
+        aiohttp.ClientSession() as session,
+        _page(ready.url) as heap,
+    ):
+        flying = asyncio.create_task(_fly_on(stack, ready.url, session, folder, flights), name="soak-flights")
+        try:
+            return await _sample_on(minutes, ready.url, session, heap, flying, flights), flights
+        finally:
+            flying.cancel()
+            await asyncio.gather(flying, return_exceptions=True)
 
 
 def figures(samples: Sequence[Sample], flights: Flights) -> list[Figure]:
@@ -303,10 +297,9 @@ async def _fly_on(
     stack: SimulatedStack, url: str, session: aiohttp.ClientSession, folder: Path, flights: Flights
 ) -> None:
     """Fly one survey after another: by turns an exploration, and lanes over what is known by then."""
-    address = urlsplit(url)
     while True:
         with contextlib.suppress(ConnectionTimeout):
-            async with DroneClient(address.hostname or "127.0.0.1", address.port or 3000) as drone:
+            async with client(url) as drone:
                 while await _fly(stack, session, drone, flights):
                     _delete_recordings(folder)
         await asyncio.sleep(AGAIN_S)

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 # No test is timed: a machine that others share may stop for half a second anywhere.
 UNTIMED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("repeatable", UNTIMED, derandomize=True)
+settings.register_profile("repeatable", UNTIMED, derandomize=True, max_examples=30)
 settings.register_profile("search", UNTIMED)
 settings.load_profile("repeatable")
 
-LIMITS_S = {"flight": 600, "integration": 600, "contract": 600, "e2e": 900, "slow": 300}
+LONG = ("flight", "slow")
+"""Kinds of unit tests whose files begin first, the longest at first."""
+LIMITS_S = {"flight": 600, "integration": 600, "contract": 600, "e2e": 900, "nightly": 600, "slow": 300}
 """Seconds for one test with its fixtures, by kind; the limit of all others stands in pyproject.toml."""
 
 LOG_TAIL = 4_000
@@ -30,12 +33,18 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give long kinds their limits, and begin with flights: one that began last would keep one core waiting."""
+    """Give long kinds their limits, and begin with long files: one that began last would keep one core waiting."""
+    ranks: dict[Path, int] = {}
     for item in items:
         for kind, seconds in LIMITS_S.items():
             if item.get_closest_marker(kind):
                 item.add_marker(pytest.mark.timeout(seconds))
-    items.sort(key=lambda item: item.get_closest_marker("flight") is None)
+        ranks[item.path] = min(_rank(item), ranks.get(item.path, len(LONG)))
+    items.sort(key=lambda item: ranks[item.path])
+
+
+def _rank(item: pytest.Item) -> int:
+    return next((rank for rank, kind in enumerate(LONG) if item.get_closest_marker(kind)), len(LONG))
 
 
 @pytest.hookimpl(wrapper=True)

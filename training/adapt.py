@@ -20,9 +20,10 @@ from typing import Final
 import cv2
 
 from benchmarks.figures import Section, print_and_write
-from benchmarks.perception.places import folder_option, read_lots
-from benchmarks.surveys import seeds_option
-from hawk.algo.vision.network import StallNetwork, packaged_weights
+from benchmarks.options import folder_option, seeds_option
+from benchmarks.perception.places import read_lots
+from hawk.algo.vision.network import StallNetwork
+from hawk.algo.vision.network_file import packaged_weights
 from training.lessons import DRAWN_SEEDS, LessonError, Split, figures, halves, judge, refusal, split
 from training.settings import DEVICES, computes_bfloat16
 

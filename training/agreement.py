@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import decode
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps, StallNetwork
-from hawk.algo.vision.seen import FloatArray
-from hawk.survey.scoring import match
+from hawk.survey.accuracy import match
 from training.augment import light
 from training.targets import CELL_M, UNKNOWN, shape_of
 

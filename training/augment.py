@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.network import CELL_PIXELS, sun_input
-from hawk.worlds.light import shade_gain
+from hawk.worlds.scene.light import shade_gain
 from training.targets import CAR, PLACE_WEIGHT, SHADE, TrainingScene, draw_targets
 
 SCALE = (0.65, 1.5)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hawk.worlds.canvas import Points
 from hawk.worlds.plan import Axes, SitePlan
+from hawk.worlds.scene.canvas import Points
 
 _TREES = ((3.0, 7.0), (1.6, 3.4), (1.8, 3.4))
 _HEDGE = ((0.9, 1.8), (0.8, 1.5), (1.8, 4.5))

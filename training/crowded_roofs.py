@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.worlds.buildings import ROOF_AXES, draw_box, shadow_on_roof
-from hawk.worlds.canvas import Canvas, Points
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Colour, grey
 from hawk.worlds.plan import Building
+from hawk.worlds.scene.buildings import ROOF_AXES, draw_box, shadow_on_roof
+from hawk.worlds.scene.canvas import Canvas, Points
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Colour, grey
 
 _RIM_M = 1.0
 _FLAT_M = 0.2

@@ -6,12 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from hawk.worlds.buildings import ROOF_AXES, draw_box, shadow_on_roof
-from hawk.worlds.canvas import Canvas, Points
-from hawk.worlds.cars import outline
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import grey
 from hawk.worlds.plan import Building
+from hawk.worlds.scene.buildings import ROOF_AXES, draw_box, shadow_on_roof
+from hawk.worlds.scene.canvas import Canvas, Points
+from hawk.worlds.scene.cars import outline
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import grey
 
 _HOUSE_M: Final = (4.8, 7.0)
 """Width of one house in its terrace."""

@@ -23,10 +23,10 @@ from benchmarks.perception.camera_frames import measure_worlds
 from benchmarks.perception.eyes import NetworkEye
 from benchmarks.perception.measures import look
 from benchmarks.perception.places import Place, read_lots
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Tally
+from hawk.survey.accuracy import Tally
 
 JUDGED_SHARE: Final = 3
 """Of the flights of a lot, one in N judges: the latest ones, one at the least."""
@@ -94,7 +94,7 @@ def _read(path: Path) -> dict[str, Any]:
 def judge(network: StallNetwork, places: Sequence[Place], seeds: Sequence[int] = DRAWN_SEEDS) -> Judgement:
     """Look at the later flights and at drawn worlds with a network."""
     looked = look(NetworkEye(network), places)
-    return Judgement(sum((one.tally for one in looked), Tally()), measure_worlds(NetworkFinder(network), seeds))
+    return Judgement(sum((one.tally for one in looked), Tally()), measure_worlds(StallDetector(network), seeds))
 
 
 def refusal(before: Judgement, after: Judgement) -> str:

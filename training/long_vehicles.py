@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 import shapely
 
-from hawk.worlds.cars import footprint_m, length_m
 from hawk.worlds.plan import PlannedStall, SitePlan, Vehicle, inside
+from hawk.worlds.scene.cars import footprint_m, length_m
 
 ACROSS_SHARE: Final = 0.6
 """Share of the long vehicles that stand across the stalls, along the row."""

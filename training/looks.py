@@ -13,13 +13,13 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Floats, as_bytes, as_floats
-from hawk.worlds.cars import Sprite, VehicleModel
-from hawk.worlds.facets import HeightLayer
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Material
 from hawk.worlds.plan import Vehicle
-from hawk.worlds.render import AS_DRAWN, Looks
+from hawk.worlds.scene.canvas import Bytes, Floats, as_bytes, as_floats
+from hawk.worlds.scene.cars import Sprite, VehicleModel
+from hawk.worlds.scene.facets import HeightLayer
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Material
+from hawk.worlds.scene.render import AS_DRAWN, Looks
 from training.ground import METRES_PER_PIXEL
 from training.textures import SHEET_PIXELS, CarPicture, Sheet, Textures
 

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from hawk.worlds.generate import SiteSize, darkened, empty_plan, fill_lots, outlines, plan_sections, sides_of
-from hawk.worlds.materials import Material, grey, sample_material
 from hawk.worlds.plan import SitePlan
+from hawk.worlds.scene.materials import Material, grey, sample_material
+from hawk.worlds.scene.surroundings import plan_side
 from hawk.worlds.style import LotStyle, Marks, sample_style
-from hawk.worlds.surroundings import plan_side
 
 _GROUNDS: Final = ("clinker", "clinker", "pavers", "gravel", "grass grid", "asphalt", "dirt")
 _BAYS: Final = ("clinker", "pavers", "grass grid", "gravel", "asphalt")

@@ -10,7 +10,7 @@ from multiprocessing.queues import Queue
 import cv2
 import numpy as np
 
-from hawk.worlds.render import AS_DRAWN
+from hawk.worlds.scene.render import AS_DRAWN
 from training.looks import Dress
 from training.scenes import Scene, SceneStall, draw_scene
 from training.targets import TrainingScene

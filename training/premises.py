@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hawk.worlds.cars import outline, sample_kind
-from hawk.worlds.materials import Colour, Material, grey, sample_material
 from hawk.worlds.plan import Axes, Block, Building, SitePlan, Surface, Vehicle
-from hawk.worlds.surroundings import fill_ground, plan_court
+from hawk.worlds.scene.cars import outline, sample_kind
+from hawk.worlds.scene.materials import Colour, Material, grey, sample_material
+from hawk.worlds.scene.surroundings import fill_ground, plan_court
 from training.crowded_roofs import draw_crowd
 
 _Planner = Callable[[SitePlan, np.random.Generator, Axes, float], None]

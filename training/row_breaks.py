@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from hawk.worlds.canvas import Points
-from hawk.worlds.cars import outline
-from hawk.worlds.materials import Colour, grey, sample_material
 from hawk.worlds.plan import Block, SitePlan, Surface
+from hawk.worlds.scene.canvas import Points
+from hawk.worlds.scene.cars import outline
+from hawk.worlds.scene.materials import Colour, grey, sample_material
 from training.long_vehicles import run_of_stalls
 
 _DRIVEWAY_SHARE: Final = 0.6

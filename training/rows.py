@@ -18,13 +18,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.rows.chosen import RowOptions
 from hawk.algo.rows.evidence import FEATURES, Strip, strip
 from hawk.algo.rows.fit import Row, fit_rows
+from hawk.algo.rows.sequence import RowOptions
 from hawk.algo.vision import decode, quads
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
-from hawk.algo.vision.seen import FloatArray
-from hawk.picture.nadir import finds_of, ground_at
+from hawk.picture.orthophoto.tile_detector import finds_of, ground_at
 from training.ground import read_ground
 from training.pool import training_scene
 from training.scenes import draw_scene

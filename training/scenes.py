@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, as_bytes, as_floats, noise
-from hawk.worlds.conditions import Condition, set_condition
-from hawk.worlds.facets import FacetSet, ground_projection
+from hawk.worlds.conditions import set_condition
 from hawk.worlds.generate import SiteSize
-from hawk.worlds.light import sample_sun
+from hawk.worlds.moment import Condition
 from hawk.worlds.plan import PlannedStall, SitePlan
-from hawk.worlds.render import AS_DRAWN, Looks, draw_plan
+from hawk.worlds.scene.canvas import Bytes, Canvas, Floats, Points, as_bytes, as_floats, noise
+from hawk.worlds.scene.facets import FacetSet, ground_projection
+from hawk.worlds.scene.light import sample_sun
+from hawk.worlds.scene.render import AS_DRAWN, Looks, draw_plan
 from training.avenues import plant_avenue
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from hawk.worlds.canvas import Points
 from hawk.worlds.generate import Rect, SiteSize, darkened, empty_plan, fill_lots, outlines, plan_sections, sides_of
 from hawk.worlds.layout import asphalt_details, plan_section
-from hawk.worlds.materials import Material, grey, sample_material
 from hawk.worlds.plan import Axes, SitePlan, Surface
+from hawk.worlds.scene.canvas import Points
+from hawk.worlds.scene.materials import Material, grey, sample_material
+from hawk.worlds.scene.surroundings import REACH_M, fill_ground, plan_court, plan_side, scatter_trees
 from hawk.worlds.style import sample_palette, sample_style
-from hawk.worlds.surroundings import REACH_M, fill_ground, plan_court, plan_side, scatter_trees
 from training.premises import plan_premises
 
 ROOF_PARKING_SHARE = 0.06

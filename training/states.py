@@ -23,11 +23,11 @@ from benchmarks.perception.edges import cut_labels
 from benchmarks.perception.eyes import north_up
 from benchmarks.perception.places import Place, read_lots, state_array
 from hawk.algo.vision.decode import STATE_FEATURES, state_features
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork, sun_input
-from hawk.algo.vision.seen import FloatArray
 from hawk.model.lot_map import StallState
-from hawk.picture.nadir import CELL_M, GROUND_M, stalls_of
-from hawk.survey.scoring import LabelledPlace, match
+from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M, stalls_of
+from hawk.survey.accuracy import LabelledPlace, match
 from training.pool import training_scene
 from training.rows import logistic
 from training.scenes import draw_scene

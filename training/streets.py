@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 
 from hawk.worlds.generate import empty_plan
-from hawk.worlds.materials import Material, grey, sample_material
 from hawk.worlds.plan import Axes, Building, SitePlan, Surface
 from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
+from hawk.worlds.scene.materials import Material, grey, sample_material
+from hawk.worlds.scene.surroundings import REACH_M, fill_ground, scatter_trees
 from hawk.worlds.style import LotStyle
-from hawk.worlds.surroundings import REACH_M, fill_ground, scatter_trees
 from training.house_roofs import draw_house_roofs, draw_shed_roof
 from training.paved import pave
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, OFFSET_CELLS, USUAL_LENGTH_M, USUAL_WIDTH_M
-from hawk.algo.vision.seen import FloatArray
 
 LOT, CORE, CAR, SINE, COSINE, OFFSET_COLUMN, OFFSET_ROW, WIDTH, LENGTH, TAKEN = range(10)
 """Channels of the network's answer and of the targets."""

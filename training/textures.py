@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.worlds.canvas import Bytes, Floats, Points, as_bytes, as_floats
-from hawk.worlds.cars import SPRITE_M
+from hawk.worlds.scene.canvas import Bytes, Floats, Points, as_bytes, as_floats
+from hawk.worlds.scene.cars import SPRITE_M
 from training.ground import METRES_PER_PIXEL, Ground, Region
 from training.targets import UNKNOWN
 

@@ -1,36 +1,40 @@
 """A known lot surveyed again: the distance of the second flight, and what it reports.
 
 ``python -m benchmarks.again [--seeds 1-20] [--json FILE]`` (``make bench-again``)
+``python -m benchmarks.again --places DIR``
 
 Each drawn lot is flown three times (camera, vision, mapper, planner on hawk-sim's body; three to six minutes): the
 first survey finds it by looking and goes into a store, the others, 26 hours of cars later, fly the shortest tour over
 the plan that the store has: corrected once by a person, and as the first survey left it. Receiver and compass err
-otherwise at each visit. The limits are for the corrected plan, whose stalls are all there.
+otherwise at each visit. The limits are for the corrected plan, whose stalls are all there. ``--places``: pictures
+PLACE.jpg with PLACE.json, their cars moved (`--cars`) between the visits.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from statistics import median
 
 import cv2
 
 from benchmarks.again.visits import Again, Twice, survey_again
 from benchmarks.figures import Figure, Limit, Section, print_and_write, share
-from benchmarks.surveys import seeds_option
+from benchmarks.lots.visits import DrawnLot, pictures
+from benchmarks.options import folder_option, make_parser, seeds_option
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Survey all lots twice, print a line each and a table of all."""
-    options = _parser().parse_args(arguments)
+    parser = make_parser("benchmarks.again", __doc__)
+    parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
+    parser.add_argument("--places", type=folder_option, metavar="DIR", help="pictures of real places instead")
+    options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     found: list[Twice] = []
-    for seed in options.seeds:
-        found.append(survey_again(seed))
+    for lot in map(DrawnLot, options.seeds) if options.places is None else pictures(options.places):
+        found.append(survey_again(lot))
         print(f"as found, {line(found[-1].found)}", file=sys.stderr)
         print(f"{found[-1].corrections} corrections, {line(found[-1].corrected)}", file=sys.stderr, flush=True)
     print_and_write(sections(found), options.json)
@@ -94,15 +98,6 @@ def figures(found: Sequence[Again]) -> list[Figure]:
         Figure("again_changed", "changed stalls", float(changed)),
         Figure("again_lots", "lots", float(len(found))),
     ]  # fmt: skip
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.again", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    return parser
 
 
 if __name__ == "__main__":

@@ -18,28 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select
 
-from benchmarks.again.corrected import correct
-from benchmarks.chain_flight.flight import HEIGHT_M, Errors, Flown, Glance, camera, fly, lot_of
+from benchmarks.chain_flight.flight import HEIGHTS, Errors, Flown, Glance, camera, fly, lot_of
+from benchmarks.chain_flight.measure import ORIGIN
+from benchmarks.chain_flight.views import Views
 from benchmarks.exploration.lots import Lot
-from benchmarks.lots.archive import known_at, stored_ids
-from benchmarks.lots.looks import GNSS_M, ORIGIN, Look, datum_of, landed, true_ids, turn_of
-from benchmarks.lots.visits import DrawnLot, Visit
-from benchmarks.perception.edges import cut_labels
-from benchmarks.perception.places import Place
-from hawk.algo.mapper.core import MapperSettings
-from hawk.algo.mapper.evidence import quality_mask
+from benchmarks.lots.archive import store_look, stored_ids
+from benchmarks.lots.correction import correct, edited
+from benchmarks.lots.looks import GNSS_M, datum_of, flown_look
+from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
+from hawk.algo.frame import outcome
 from hawk.algo.path_plan.known_tour import lot_tour
-from hawk.algo.steps import outcome
-from hawk.algo.vision import decode
-from hawk.daemon.lot_keeper import find_stalls
-from hawk.lots.ingest import save
-from hawk.lots.registration.frames import Move
+from hawk.lots.known_lot import known_lot, lot_near
 from hawk.lots.schema import OBSERVATION, STALL
 from hawk.lots.storage.database import Database
 from hawk.lots.values import PLACED, Saved
 from hawk.model.known_lot import KnownLot, LotTour
-from hawk.model.plans import HeightParameters
-from hawk.survey import scoring
 from hawk.survey.truth import parse_truth
 from hawk.worlds.world import World
 
@@ -73,27 +66,6 @@ class Again:
     false: int
 
 
-class Watch:
-    """Notes the true stalls that lie as a whole in a frame's picture, without its edge; ``see`` goes to `fly`."""
-
-    def __init__(self, world: World) -> None:
-        x0, y0 = world.start()
-        corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
-        self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
-        labels = scoring.LabelledPlace(corners, np.array([stall.state for stall in world.stalls], object))
-        self.counted = ~cut_labels(Place(world.name, world.ground, world.metres_per_pixel, labels))
-        """A mask (N,) of the stalls that can be seen: the world's picture shows them whole."""
-        self.whole, self.well = (np.zeros(len(corners), np.bool_) for _ in range(2))
-
-    def see(self, glance: Glance) -> None:
-        """Take a frame."""
-        image, settings = glance.seen.lot, MapperSettings()
-        parts = quality_mask(image.valid, image.metres_per_pixel, settings.edge_m, settings.good_share)
-        places = image.pixel_points(self._corners + np.array(glance.off))
-        for known, least in ((self.whole, 1), (self.well, 2)):
-            known |= np.asarray(decode.sample(parts >= least, places).all(axis=1))
-
-
 @dataclass(frozen=True, slots=True)
 class Surveyed:
     """A stored survey: the state of each stall of the store, and which stall each true one is."""
@@ -116,9 +88,8 @@ class Twice:
     corrections: int
 
 
-def survey_again(seed: int) -> Twice:
-    """Survey the drawn lot of a seed, then survey it again over the plan as it is, and over the corrected plan."""
-    lot = DrawnLot(seed)
+def survey_again(lot: DrawnLot | PictureLot) -> Twice:
+    """Survey a lot, then survey it again over the plan as it is, and over the corrected plan."""
     before, after = (lot.world(visit) for visit in lot.visits()[:2])
     with tempfile.TemporaryDirectory(prefix="hawk-again-") as folder:
         found, corrected = Path(folder) / "found.db", Path(folder) / "corrected.db"
@@ -127,13 +98,16 @@ def survey_again(seed: int) -> Twice:
         shutil.copyfile(found, corrected)
         with _opened(corrected) as store, store.writing() as connection:
             assert first.saved.lot is not None
-            whole = [stall.id for stall, yes in zip(before.stalls, Watch(before).counted, strict=True) if yes]
-            corrections = correct(connection, first.saved.lot, before, first.ids, whole)
+            whole = [stall.id for stall, yes in zip(before.stalls, Views(before).counted, strict=True) if yes]
+            found_as = {stored: true for true, stored in first.ids.items()}
+            with edited(connection, first.saved.lot) as do:
+                mended = correct(connection, first.saved.lot, do, before, found_as, whole)
+                do(do="confirm", all=True)
         seconds = []
         for file in (found, corrected):
             with _opened(file) as store:
                 seconds.append(_again(store, lot, before, after, first))
-        return Twice(seconds[0], seconds[1], corrections)
+        return Twice(seconds[0], seconds[1], mended.removed + mended.added)
 
 
 @contextlib.contextmanager
@@ -145,16 +119,16 @@ def _opened(file: Path) -> Iterator[Database]:
         store.close()
 
 
-def _again(store: Database, lot: DrawnLot, before: World, after: World, first: Surveyed) -> Again:
+def _again(store: Database, lot: DrawnLot | PictureLot, before: World, after: World, first: Surveyed) -> Again:
     """Fly the second survey over the plan of the store."""
     visit = lot.visits()[1]
     datum = datum_of(after, visit)
     with store.reading() as connection:
-        known = known_at(connection, (datum.latitude, datum.longitude))
+        known = _known_at(connection, (datum.latitude, datum.longitude))
     assert known is not None
     ground = _lot(after)
-    tour = outcome(lot_tour(known, camera(), HeightParameters(15, HEIGHT_M, 60), ground.fence, ground.start))
-    watch = Watch(after)
+    tour = outcome(lot_tour(known, camera(), HEIGHTS, ground.fence, ground.start))
+    watch = Views(after)
     second = _survey(store, after, visit, known, tour, watch.see)
     changed, reported, unchanged, false = _compared(before, after, first, second)
     return Again(
@@ -175,15 +149,16 @@ def _survey(
 ) -> Surveyed:
     errors, seed = Errors(GNSS_M, compass=visit.compass), (world.seed or 0) * 10 + visit.number
     flown = fly(world, _lot(world), errors=errors, seed=seed, known=known, tour=tour, watch=watch)
-    survey = landed(flown, datum_of(world, visit), visit)
-    numbered = replace(survey, stalls=tuple(replace(stall, looked=float(stall.id)) for stall in survey.stalls))
-    places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
-    turned = Move(turn=-turn_of(world, places, visit.compass)).of(places)
-    look = Look(survey, true_ids(world, turned, [stall.id for stall in survey.stalls]))
-    with store.writing() as connection:
-        saved = save(connection, numbered, find_stalls)
+    look = flown_look(flown, world, visit)
+    saved = store_look(store, look)
     with store.reading() as connection:
         return Surveyed(flown, saved, _states(connection, saved), stored_ids(connection, saved, look))
+
+
+def _known_at(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:
+    """Return the plan of the lot at a datum (latitude, longitude); None where the store has none there."""
+    near = lot_near(connection, datum)
+    return None if near is None else known_lot(connection, near[0][0], datum)
 
 
 def _lot(world: World) -> Lot:

@@ -4,7 +4,6 @@
     python -m benchmarks.chain_flight --lots DIR --drift 0 --only "surrey*"
     python -m benchmarks.chain_flight --lots DIR --drift 0.5 --pairs 20
     python -m benchmarks.chain_flight --seeds 1-3 --height 1.2
-    python -m benchmarks.chain_flight --lots DIR --plan
 
 Prints the scores of the fused map and of single frames against the truth, the share of the labelled stalls that the
 flight looked at, the distance flown beside that of the planner alone on the exploration's model of a map, and the
@@ -26,7 +25,7 @@ import cv2
 from benchmarks.chain_flight.campaign import Named, lots, measure_worlds, pairs, seeds
 from benchmarks.chain_flight.flight import Errors
 from benchmarks.figures import BenchmarkError, Section, print_and_write
-from benchmarks.surveys import seeds_option
+from benchmarks.options import make_parser, seeds_option
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     cv2.setNumThreads(1)
     errors = Errors(options.drift, options.height, math.radians(options.compass))
     try:
-        figures = measure_worlds(_worlds(options), errors, options.model, options.out, is_known=options.plan)
+        figures = measure_worlds(_worlds(options), errors, options.model, options.out)
     except BenchmarkError as error:
         print(error, file=sys.stderr)
         return 1
@@ -50,20 +49,13 @@ def _worlds(options: argparse.Namespace) -> Iterable[Named]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.chain_flight",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = make_parser("benchmarks.chain_flight", __doc__)
     parser.add_argument("--seeds", type=seeds_option, default="1-6", metavar="A-B", help="drawn worlds (1-6)")
     parser.add_argument(
         "--lots", type=Path, metavar="DIR", help="places instead: pictures with truth files beside them"
     )
     parser.add_argument(
         "--pairs", type=int, default=0, metavar="N", help="N pairs of those places with a drive between"
-    )
-    parser.add_argument(
-        "--plan", action="store_true", help="the true stalls are the plan of a known lot, moved a little"
     )
     parser.add_argument("--only", default="*", metavar="PATTERN", help="those of such names (surrey*, 'pair 3,*')")
     parser.add_argument(
@@ -73,7 +65,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--compass", type=float, default=0.0, metavar="DEG", help="constant error of the compass")
     parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write each place's map as a picture")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     return parser
 
 

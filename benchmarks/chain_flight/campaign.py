@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -12,16 +11,15 @@ from pathlib import Path
 import cv2
 
 from benchmarks.chain_flight.flight import Errors, fly, lot_of
-from benchmarks.chain_flight.known import given, plan_figures, plan_of
 from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figures, judge, line, survey_of
 from benchmarks.chain_flight.pairs import pair_of
 from benchmarks.figures import BenchmarkError, Figure
-from benchmarks.world_lots import kinematic_flight
+from benchmarks.world_lots import kinematic_flight, place_world
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.results.survey_map import map_picture
+from hawk.results.map_picture import map_picture
 from hawk.survey.truth import parse_truth
 from hawk.worlds.generate import generate_world
-from hawk.worlds.world import World, picture_world
+from hawk.worlds.world import World
 
 Named = tuple[str, World]
 
@@ -32,33 +30,26 @@ def measure(chosen: Sequence[int]) -> list[Figure]:
     return measure_worlds(seeds(chosen), Errors(), None, None)
 
 
-def measure_worlds(
-    worlds: Iterable[Named], errors: Errors, model: Path | None, pictures: Path | None, *, is_known: bool = False
-) -> list[Figure]:
-    """Fly over every world and report on each; ``pictures`` is a folder for their maps. ``is_known``: with its stalls
-    as the plan of a known lot.
+def measure_worlds(worlds: Iterable[Named], errors: Errors, model: Path | None, pictures: Path | None) -> list[Figure]:
+    """Fly over every world and report on each; ``pictures`` is a folder for their maps.
 
     Raises BenchmarkError when there is none.
     """
-    results = [fly_one(name, world, errors, model, pictures, is_known=is_known) for name, world in worlds]
+    results = [fly_one(name, world, errors, model, pictures) for name, world in worlds]
     if not results:
         raise BenchmarkError("no world to fly over: name seeds, or a folder that holds PLACE.jpg with PLACE.json")
-    return [*figures(results), *(plan_figures(results) if is_known else [])]
+    return figures(results)
 
 
-def fly_one(
-    name: str, world: World, errors: Errors, model: Path | None, pictures: Path | None, *, is_known: bool = False
-) -> Result:
+def fly_one(name: str, world: World, errors: Errors, model: Path | None, pictures: Path | None) -> Result:
     """Fly over one world."""
     truth = parse_truth(world.truth_json())
     truth = replace(truth, origin=truth.origin or ORIGIN)
     single = SingleFrames(world)
     vision = VisionApp(VisionSettings(model=model))
     lot = lot_of(truth, world.start())
-    known = plan_of(world) if is_known else None
-    flown = fly(world, lot, vision, errors, seed=world.seed or 0, watch=single.watch, known=known)
+    flown = fly(world, lot, vision, errors, seed=world.seed or 0, watch=single.watch)
     result = judge(name, world, truth, flown, single, kinematic_flight(lot).whole_distance_m)
-    result = replace(result, given=given(world, flown)) if is_known else result
     print(line(result), file=sys.stderr, flush=True)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
@@ -75,8 +66,7 @@ def seeds(chosen: Sequence[int]) -> Iterator[Named]:
 def lots(folder: Path, pattern: str = "*") -> Iterator[Named]:
     """Yield pictures of places, each with its truth beside it; ``pattern`` is one of names, as in a shell."""
     for path in sorted(folder.glob(f"{pattern}.json")):
-        scale = json.loads(path.read_text())["metres_per_pixel"]
-        yield path.stem, picture_world(path.with_suffix(".jpg"), scale, path)
+        yield path.stem, place_world(path)
 
 
 def pairs(folder: Path, count: int, pattern: str = "*") -> Iterator[Named]:

@@ -6,25 +6,24 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.exploration.lots import Lot
+from benchmarks.frames import FIELD_OF_VIEW, PIXELS, camera_model, encoded, frame_of
 from benchmarks.kinematic_drone import Drone, goal_of
 from benchmarks.world_lots import joined, rings_about
-from hawk.algo.frame import FrameInput, FrameOutput
+from hawk.algo.frame import FrameOutput
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from hawk.ddc.motion import Goal
 from hawk.model.known_lot import KnownLot, LotTour
-from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import AskedGround, Fence, HeightParameters, PathPlan
+from hawk.model.plans import Fence, HeightParameters, PathPlan
 from hawk.model.poses import MapPoint, MapPose
 from hawk.survey.truth import GroundTruth
 from hawk.worlds.camera import WorldCamera
@@ -35,9 +34,7 @@ FRAME_TICKS = 4
 HEIGHT_M = 35.0
 FENCE_M = 10.0
 TIMEOUT_S = 900.0
-PIXELS = (1280, 720)
-FIELD_OF_VIEW = math.radians(70)
-JPEG_QUALITY = (cv2.IMWRITE_JPEG_QUALITY, 85)
+HEIGHTS = HeightParameters(15, HEIGHT_M, 60)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +60,7 @@ class Errors:
 class Glance:
     """One frame: vision's result, and the error of its pose (metres north and east)."""
 
-    seen: SeenGround
+    seen: FrameGround
     off: tuple[float, float]
 
 
@@ -87,16 +84,15 @@ def fly(
     seed: int = 0,
     watch: Callable[[Glance], None] = lambda _: None,
     known: KnownLot | None = None,
-    asked: AskedGround | None = None,
     tour: LotTour | None = None,
 ) -> Flown:
     """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` gets every frame that was projected
-    to the ground. ``known`` is the plan of the lot, ``asked`` the ground to survey, ``tour`` that over the known lot.
+    to the ground. ``known`` is the plan of the lot, ``tour`` that over the known lot.
     """
     errors = errors or Errors()
     vision = vision or VisionApp(VisionSettings())
-    manager, camera_model = _manager(vision), camera()
-    eye = WorldCamera(world, camera_model)
+    manager, model = _manager(vision), camera()
+    eye = WorldCamera(world, model)
     rng = np.random.default_rng(seed)
     x0, y0 = world.start()
     start = MapPose(*lot.start, HEIGHT_M, 0.0, 0.0, lot.yaw)
@@ -107,8 +103,11 @@ def fly(
         true, pose = drone.true, errors.reported(drone.believed)
         goal = goal_of(waiting, pose, goal)
         picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
-        frame = _frame(len(costs), drone, picture, camera_model, pose, lot.fence)
-        output = manager.run(replace(frame, known=known, asked_ground=asked, tour=tour))
+        frame = frame_of(
+            len(costs), drone.seconds, model, pose, jpeg=encoded(picture), speed=drone.speed, fence=lot.fence,
+            heights=HEIGHTS, home=MapPoint(0, 0), known=known, tour=tour,
+        )  # fmt: skip
+        output = manager.run(frame)
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
         if vision.seen.ground is not None:
@@ -123,33 +122,13 @@ def fly(
 
 def camera() -> CameraModel:
     """Return the camera that is flown."""
-    width, height = PIXELS
-    focal = width / 2 / math.tan(FIELD_OF_VIEW / 2)
-    return CameraModel(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
+    return camera_model(*PIXELS, focal=PIXELS[0] / 2 / math.tan(FIELD_OF_VIEW / 2))
 
 
 def _manager(vision: VisionApp) -> AlgorithmManagerApp:
     interface, manager = AlgorithmTopicInterface(), AlgorithmManagerApp()
     manager.init(interface, vision, MapperApp(map_id="chain"), PathPlanApp(), FrameCamera(interface))
     return manager
-
-
-def _frame(
-    sequence: int, drone: Drone, picture: NDArray[np.uint8], model: CameraModel, pose: MapPose, fence: Fence
-) -> FrameInput:
-    return FrameInput(
-        sequence=sequence,
-        captured=drone.seconds,
-        jpeg=cv2.imencode(".jpg", picture, JPEG_QUALITY)[1].tobytes(),
-        camera=model,
-        pose=pose,
-        speed=drone.speed,
-        state=StateName.AUTONOMOUS_EXPLORE,
-        desired=None,
-        heights=HeightParameters(15, HEIGHT_M, 60),
-        fence=fence,
-        home=MapPoint(0, 0),
-    )
 
 
 def lot_of(truth: GroundTruth, start: tuple[float, float]) -> Lot:

@@ -18,24 +18,23 @@ import pymap3d
 from numpy.typing import NDArray
 
 from benchmarks.chain_flight.flight import Flown, Glance
+from benchmarks.chain_flight.views import Views
 from benchmarks.figures import Figure, Limit, Reference
-from benchmarks.perception.edges import cut_labels, finds_of_cut, without
+from benchmarks.perception.edges import finds_of_cut, without
 from benchmarks.perception.measures import Judged, calibration_error
-from benchmarks.perception.places import Place
-from hawk.algo.mapper.core import MapperSettings
-from hawk.algo.mapper.evidence import quality_mask
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 from hawk.model.lot_map import HELD_SHARE, TILE_CELLS, StallState, free_interval
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap
-from hawk.survey import scoring
+from hawk.survey import accuracy
+from hawk.survey.accuracy import Finding, Tally, match, tally
 from hawk.survey.report import compare, in_range, map_offset
-from hawk.survey.scoring import Finding, Tally, match, tally
 from hawk.survey.truth import GroundTruth, in_picture
 from hawk.worlds.world import World
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
+"""Place of a world's picture, its upper left corner."""
 MINIMUM_SCORE = 0.5
 WHOLE = 0.98
 FREE_SHARE, FREE_STALLS = 0.05, 2
@@ -61,7 +60,7 @@ class Judgement:
         stalls: Floats,
         taken: Floats,
         states: NDArray[np.object_],
-        truth: scoring.LabelledPlace,
+        truth: accuracy.LabelledPlace,
         cut: NDArray[np.bool_] | None = None,
     ) -> Judgement:
         """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,).
@@ -110,22 +109,17 @@ class SingleFrames:
     """Judges every frame of a flight by itself; ``watch`` goes to `flight.fly`."""
 
     def __init__(self, world: World) -> None:
-        x0, y0 = world.start()
-        self._start, self._size = (x0, y0), world.size_m
-        corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
-        self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
-        self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
-        labels = scoring.LabelledPlace(corners, self._states)
-        self.cut = cut_labels(Place(world.name, world.ground, world.metres_per_pixel, labels))
+        self._start, self._size = world.start(), world.size_m
+        self._views = Views(world)
+        self.cut = ~self._views.counted
         """A mask (N,) of the world's stalls that its picture does not show whole."""
         self.judgements: list[Judgement] = []
-        self._shown, self._found = (np.zeros(len(corners), int) for _ in range(2))
-        self._looked_at = np.zeros(len(corners), np.bool_)
+        self._shown, self._found = (np.zeros(len(self.cut), int) for _ in range(2))
 
     @property
     def looked_at(self) -> tuple[int, int]:
         """Labelled stalls that were wholly in the good part of a frame's picture, and all; without cut labels."""
-        counted = self._looked_at[~self.cut]
+        counted = self._views.well[~self.cut]
         return int(counted.sum()), len(counted)
 
     @property
@@ -145,9 +139,10 @@ class SingleFrames:
         table[:, :2] -= off
         x0, y0 = self._start
         table = table[in_picture(np.column_stack((x0 + table[:, 1], y0 - table[:, 0])), self._size)]
-        whole = _is_whole(seen.picture, self._corners + off)
-        self._looked_at |= _is_in_good_part(seen.lot, self._corners + off)
-        truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
+        corners, known = self._views.corners, self._views.states
+        whole = _is_whole(seen.picture, corners + off)
+        self._views.see(glance)
+        truth = accuracy.LabelledPlace(corners[whole], known[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
         judgement = Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self.cut[whole])
         self.judgements.append(judgement)
@@ -157,26 +152,10 @@ class SingleFrames:
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
-    """A flight over a known lot: how many of its ``stalls`` came onto the map, ``named`` of those have a true state, of
-    which ``right`` agree; ``proposed`` are beside the plan, ``false`` of them count as false alarms. ``off_m``: the
-    stalls off their true places, 95th percentile, NaN without any.
-    """
-
-    stalls: int
-    judged: int
-    named: int
-    right: int
-    proposed: int
-    false: int
-    off_m: float
-
-
-@dataclass(frozen=True, slots=True)
 class Result:
     """One flight: the report of its map, scores fused and frame by frame, recall of stalls not hidden, and the distance
     (metres) of the planner over the same lot on the exploration's model of a map. ``once`` is the recall of single
-    frames with every stall counted once (`SingleFrames.recall_once`). ``given``: of a flight over a known lot.
+    frames with every stall counted once (`SingleFrames.recall_once`).
     """
 
     name: str
@@ -188,7 +167,6 @@ class Result:
     model_distance_m: float
     once: float | None = None
     looked_at: tuple[int, int] = (0, 0)
-    given: Given | None = None
 
     @property
     def looked_at_share(self) -> float | None:
@@ -229,7 +207,7 @@ def judge(
     found = np.stack([x0 + corners[..., 1], y0 - corners[..., 0]], axis=-1)
     true = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     found += map_offset(found.mean(1), true.mean(1))
-    real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
+    real = accuracy.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
     taken, states = np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object)
     inside = truth.in_picture(found.mean(1))
     found = found[inside]
@@ -269,11 +247,6 @@ def line(result: Result) -> str:
         f"{result.flown.distance_m:.0f} m (model {result.model_distance_m:.0f} m) {result.flown.seconds:.0f} s, "
         f"mapper p99 {np.percentile(result.flown.mapper_ms, 99):.1f} ms",
     ]
-    if (given := result.given) is not None:
-        parts.append(
-            f"known {given.judged}/{given.stalls}, state {given.right}/{given.named}, {given.proposed} proposed, "
-            f"{given.false} false, off {given.off_m:.2f} m"
-        )
     return f"{result.name}: " + ", ".join(parts)
 
 
@@ -405,14 +378,3 @@ def quads_of(table: Floats) -> Floats:
 def _is_whole(picture: GroundImage, corners: Floats) -> NDArray[np.bool_]:
     pixels = picture.pixel_points(corners)
     return np.asarray(decode.sample(picture.valid, pixels).all(axis=1))
-
-
-def _is_in_good_part(image: GroundImage, corners: Floats) -> NDArray[np.bool_]:
-    """Return True for the stalls (N, 4, 2) that the mapper sees well in this one picture."""
-    settings = MapperSettings()
-    good = quality_mask(image.valid, image.metres_per_pixel, settings.edge_m, settings.good_share) > 1
-    return np.asarray(decode.sample(good, image.pixel_points(corners)).all(axis=1))
-
-
-def _true_state(state: str) -> StallState:
-    return {"free": StallState.FREE, "taken": StallState.TAKEN}.get(state, StallState.UNKNOWN)

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.city.eyes import load_counted
-from hawk.picture.city.run import CityProgress, map_city
-from hawk.picture.values import Mapped, PictureError
+from hawk.picture.city.run import map_city
+from hawk.picture.values import PictureError, PictureSurvey
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     most = {"worker": 0.0}
 
-    def sample(_: CityProgress) -> None:
+    def sample(*_: int) -> None:
         for child in children():
             most["worker"] = max(most["worker"], peak_mib(child))
 
@@ -53,9 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def hash_of(mapped: Mapped) -> str:
+def hash_of(mapped: PictureSurvey) -> str:
     """Return a hash of everything that a survey says of its stalls and its ground."""
-    content = (mapped.survey.stalls, mapped.survey.outline, mapped.area_m2, mapped.scores, mapped.left_out)
+    content = (mapped.survey.stalls, mapped.survey.outline, mapped.area_m2, mapped.left_out)
     return hashlib.sha256(repr(content).encode()).hexdigest()
 
 

@@ -62,24 +62,3 @@ def finished(process: subprocess.Popen[str]) -> Run:
     if process.returncode:
         raise BenchmarkError(f"a run over the city failed: {problem[-600:]}")
     return Run(time.monotonic() - began, json.loads(said.splitlines()[-1]))
-
-
-def by_xargs(picture: Path, out: Path, core_m: float, windows: int, chunk: int) -> Run:
-    """Look at all windows by two plain processes at a time, ``chunk`` windows each, then merge. Raises BenchmarkError.
-
-    The program of a chunk opens the picture and loads the eye once.
-    """
-    words = [sys.executable, "-m", "benchmarks.city.plain", str(picture), str(out), str(core_m)]
-    numbers = "\n".join(map(str, range(windows)))
-    began, used = time.monotonic(), processor_s()
-    done = subprocess.run(
-        ["xargs", "-P", "2", "-n", str(chunk), *words],
-        input=numbers, text=True, capture_output=True, timeout=_RUN_S, check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
-    if done.returncode:
-        raise BenchmarkError(f"xargs failed: {done.stderr[-600:]}")
-    merge = once(picture, out, core_m)
-    if merge.found["reused"] != windows:
-        raise BenchmarkError(f"xargs left {windows - merge.found['reused']} windows")
-    return Run(time.monotonic() - began, merge.found, processor_s() - used)

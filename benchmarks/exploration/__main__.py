@@ -16,7 +16,7 @@ from benchmarks.exploration.campaign import SETUPS, fly_all
 from benchmarks.exploration.picture import draw_worst
 from benchmarks.exploration.report import figures, rows
 from benchmarks.figures import Section, print_and_write
-from benchmarks.surveys import seeds_option
+from benchmarks.options import seeds_option
 
 DEFAULT_SEEDS: Final = "1-200"
 

@@ -8,13 +8,12 @@ Six surveys of each drawn lot go into a store of its own, through the daemon's r
 third one of half the lot, the fourth one of the lot next door, the fifth and sixth after a repaint (`--repaint 1`).
 Before the sixth, all that the fifth proposes is taken over.
 ``--places``: pictures PLACE.jpg with PLACE.json, their cars moved (`--cars`), every second survey darkened; neither
-repainted nor beside another lot. ``--flown`` flies each survey (camera, vision, mapper, planner; a minute each);
-without it a survey is what vision finds in one picture from 250 m, shifted and turned by the errors.
+repainted nor beside another lot. A survey is what vision finds in one picture from 250 m, shifted and turned by the
+errors.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -23,18 +22,21 @@ import cv2
 
 from benchmarks.figures import Figure, Limit, Section, print_and_write, share
 from benchmarks.lots.archive import Judged, survey_lot
-from benchmarks.lots.looks import FlownEye, StillEye
+from benchmarks.lots.looks import StillEye
 from benchmarks.lots.visits import DrawnLot, PictureLot, pictures
-from benchmarks.perception.places import folder_option
-from benchmarks.surveys import seeds_option
+from benchmarks.options import folder_option, make_parser, seeds_option
 from hawk.algo.vision.network import StallNetwork
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Survey all lots, print a line each and a table of all."""
-    options = _parser().parse_args(arguments)
+    parser = make_parser("benchmarks.lots", __doc__)
+    parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
+    parser.add_argument("--places", type=folder_option, metavar="DIR", help="pictures of real places instead")
+    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
+    options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
-    eye = FlownEye() if options.flown else StillEye(StallNetwork.load(options.model))
+    eye = StillEye(StallNetwork.load(options.model))
     lots: Iterable[DrawnLot | PictureLot] = (
         [DrawnLot(seed) for seed in options.seeds] if options.places is None else pictures(options.places)
     )
@@ -77,18 +79,6 @@ def figures(found: Sequence[Judged]) -> list[Figure]:
         Figure("surveys", "surveys", float(surveys)),
         Figure("lots", "lots", float(len(found))),
     ]  # fmt: skip
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.lots", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
-    parser.add_argument("--places", type=folder_option, metavar="DIR", help="pictures of real places instead")
-    parser.add_argument("--flown", action="store_true", help="fly each survey")
-    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    return parser
 
 
 if __name__ == "__main__":

@@ -11,18 +11,16 @@ from typing import Final
 import numpy as np
 from sqlalchemy import Connection, select
 
-from benchmarks.lots.looks import Eye, Look, datum_of
+from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.change_detection.proposals import proposals
 from hawk.lots.change_detection.takeover import take_over
 from hawk.lots.ingest import save
-from hawk.lots.known_lot import known_lot, lot_near
 from hawk.lots.schema import OBSERVATION, STALL
 from hawk.lots.storage.database import Database
 from hawk.lots.values import PLACED, Placed, Saved
-from hawk.model.known_lot import KnownLot
-from hawk.survey.scoring import match
+from hawk.survey.accuracy import match
 from hawk.worlds.world import World
 
 _FAST: Final = {"synchronous": 0}
@@ -81,7 +79,7 @@ class Judged:
     reported: int = 0
 
 
-def survey_lot(lot: DrawnLot | PictureLot, eye: Eye) -> Judged:
+def survey_lot(lot: DrawnLot | PictureLot, eye: StillEye) -> Judged:
     """Make all surveys of a lot, store them, and judge their ids."""
     with tempfile.TemporaryDirectory(prefix="hawk-lots-") as folder:
         store = Database(Path(folder) / "lots.db", _FAST)
@@ -140,16 +138,11 @@ def _wrong(one: Surveyed, world: int, owner: dict[str, int], place: dict[str, tu
 
 
 def _survey(
-    store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: Eye, first: World, *, is_repainted: bool = False
+    store: Database, lot: DrawnLot | PictureLot, visit: Visit, eye: StillEye, first: World, *, is_repainted: bool
 ) -> Surveyed:
     world = lot.world(visit)
-    datum = datum_of(world, visit)
-    with store.reading() as connection:
-        known = known_at(connection, (datum.latitude, datum.longitude))
-    look = eye.look(world, visit, known)
-    numbered = tuple(replace(stall, looked=float(stall.id)) for stall in look.survey.stalls)
-    with store.writing() as connection:
-        saved = save(connection, replace(look.survey, stalls=numbered), find_stalls)
+    look = eye.look(world, visit)
+    saved = store_look(store, look)
     repainted = None
     if is_repainted and saved.placed is Placed.REGISTERED:
         former = lot.world(replace(visit, repaint=visit.repaint - 1))
@@ -202,10 +195,11 @@ def _taken_over(store: Database, saved: Saved, look: Look, former: World, world:
     )
 
 
-def known_at(connection: Connection, datum: tuple[float, float]) -> KnownLot | None:
-    """Return the plan of the lot at a datum (latitude, longitude); None where the store has none there."""
-    near = lot_near(connection, datum)
-    return None if near is None else known_lot(connection, near[0][0], datum)
+def store_look(store: Database, look: Look) -> Saved:
+    """Store a survey; its looks have the stalls' numbers as times (`stored_ids`)."""
+    numbered = tuple(replace(stall, looked=float(stall.id)) for stall in look.survey.stalls)
+    with store.writing() as connection:
+        return save(connection, replace(look.survey, stalls=numbered), find_stalls)
 
 
 def stored_ids(connection: Connection, saved: Saved, look: Look) -> dict[int, str]:

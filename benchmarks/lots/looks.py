@@ -1,12 +1,11 @@
 """Surveys of a world with the errors of a receiver and a compass: from one picture of it, or flown.
 
-``still``: the whole lot in one picture from high up, as a perfect flight would see it; the errors shift and turn it.
-``flown``: camera, vision, mapper and planner on hawk-sim's body, with what the store knows of the lot.
+One picture shows the whole lot from high up, as a perfect flight would see it; the errors shift and turn it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -14,29 +13,27 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from benchmarks.chain_flight.flight import Errors, Flown, fly, lot_of
+from benchmarks.chain_flight.flight import Flown
+from benchmarks.chain_flight.measure import ORIGIN
+from benchmarks.frames import camera_model
 from benchmarks.lots.visits import APART_M, Visit
 from benchmarks.perception.eyes import boxes_of_maps
+from benchmarks.world_lots import north_east
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork
-from hawk.algo.vision.seen import FloatArray
 from hawk.lots.registration.frames import Move
 from hawk.lots.survey.landing import LandingFacts, finished
 from hawk.lots.values import Detection, FinishedSurvey
-from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import StallState
-from hawk.model.pictures import CameraModel
-from hawk.model.plans import AskedGround, Outline
+from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
-from hawk.picture.nadir import GROUND_M
+from hawk.picture.orthophoto.tile_detector import GROUND_M
 from hawk.results.survey_map import to_global
-from hawk.survey.truth import parse_truth
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.world import World
 
-ORIGIN: Final = GlobalPose(43.2609, -79.9192, 0.0)
-"""Place of a lot's picture, its upper left corner."""
 HEIGHT_M: Final = 250.0
 """From there trees and cars lean little."""
 LEAST_SCORE: Final = 0.5
@@ -73,9 +70,8 @@ class StillEye:
     def __init__(self, network: StallNetwork) -> None:
         self._network = network
 
-    def look(self, world: World, visit: Visit, known: KnownLot | None) -> Look:
-        """Return the survey; a plan is nothing to it."""
-        del known
+    def look(self, world: World, visit: Visit) -> Look:
+        """Return the survey."""
         size = world.size_m
         maps = self._network.run(_picture(world))
         found, score = boxes_of_maps(maps)
@@ -109,29 +105,9 @@ class StillEye:
         return looked(survey, world, places)
 
 
-class FlownEye:
-    """Surveys worlds by flights."""
-
-    def look(self, world: World, visit: Visit, known: KnownLot | None) -> Look:
-        """Fly, and return the survey as the daemon would store it."""
-        truth = parse_truth(world.truth_json())
-        lot = lot_of(replace(truth, origin=ORIGIN), world.start())
-        errors, seed = Errors(GNSS_M, compass=visit.compass), (world.seed or 0) * 10 + visit.number
-        flown = fly(world, lot, errors=errors, seed=seed, known=known, asked=_part(world, visit.part))
-        survey = landed(flown, datum_of(world, visit), visit)
-        places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
-        turned = Move(turn=-turn_of(world, places, visit.compass)).of(places)
-        return looked(survey, world, turned)
-
-
-Eye = StillEye | FlownEye
-
-
 def on_map(world: World, found: Rectangles) -> tuple[FloatArray, FloatArray]:
     """Return places (N, 2) about the drone's start, metres (north, east), and directions (N,)."""
-    x, y = world.start()
-    places = np.column_stack([y - found.centres[:, 1], found.centres[:, 0] - x])
-    return places, (np.pi / 2 + found.angle) % np.pi
+    return north_east(found.centres, world.start()), (np.pi / 2 + found.angle) % np.pi
 
 
 def looked(survey: FinishedSurvey, world: World, places: FloatArray) -> Look:
@@ -158,7 +134,7 @@ def true_ids(world: World, places: FloatArray, ids: list[int]) -> dict[int, int]
     return found
 
 
-def turn_of(world: World, places: FloatArray, compass: float) -> float:
+def _turn_of(world: World, places: FloatArray, compass: float) -> float:
     """Return by how much a flight's map is turned: the mapper learns the compass's error, or a part of it."""
     true = _true_places(world)
 
@@ -182,23 +158,20 @@ def _shift(true: FloatArray, places: FloatArray) -> FloatArray:
 
 
 def _true_places(world: World) -> FloatArray:
-    x, y = world.start()
     centres = np.array([stall.corners.mean(axis=0) for stall in world.stalls]).reshape(-1, 2)
-    return np.column_stack([y - centres[:, 1], centres[:, 0] - x])
+    return north_east(centres, world.start())
 
 
 def _turned_about_middle(world: World, turn: float) -> Move:
     """Return the turn of a picture by a compass's error: about the place below the camera, the middle of the world."""
-    x, y = world.start()
-    middle = np.array([[y - world.size_m[1] / 2, world.size_m[0] / 2 - x]])
+    middle = north_east(np.array([world.size_m]) / 2, world.start())
     ((north, east),) = (middle - Move(turn=turn).of(middle)).tolist()
     return Move(north, east, turn)
 
 
 def _picture(world: World) -> NDArray[np.uint8]:
     width, height = (round(side / GROUND_M) for side in world.size_m)
-    focal = HEIGHT_M / GROUND_M
-    model = CameraModel(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
+    model = camera_model(width, height, HEIGHT_M / GROUND_M)
     middle = world.size_m[0] / 2, world.size_m[1] / 2
     return WorldCamera(world, model).render(*middle, HEIGHT_M, 0.0, 0.0, 0.0, rng=np.random.default_rng(0))
 
@@ -210,35 +183,23 @@ def _in_cells(found: Rectangles) -> decode.Stalls:
 
 
 def _outline(world: World, ground: shapely.Geometry, datum: GlobalPose, move: Move) -> Outline:
-    x, y = world.start()
     rings = []
     for part in shapely.get_parts(ground):
         if isinstance(part, shapely.Polygon) and not part.is_empty:
-            corners = np.array(part.exterior.coords[:-1])
-            places = move.of(np.column_stack([y - corners[:, 1], corners[:, 0] - x]))
+            places = move.of(north_east(np.array(part.exterior.coords[:-1]), world.start()))
             rings.append(tuple((float(a), float(b)) for a, b in to_global(datum, places)))
     return Outline(tuple(rings))
 
 
-def _part(world: World, part: float) -> AskedGround | None:
-    """Return the western part of the lots as the ground to survey; None for the whole."""
-    if part >= 1.0:
-        return None
-    x, y = world.start()
-    west = shapely.box(0, 0, world.size_m[0] * part, world.size_m[1])
-    ground = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in world.lots]).intersection(west)
-    parts = [part for part in shapely.get_parts(ground) if isinstance(part, shapely.Polygon) and not part.is_empty]
-    rings = [tuple((y - b, a - x) for a, b in part.exterior.coords[:-1]) for part in parts]
-    return AskedGround(tuple((ring,) for ring in rings), float(ground.area))
-
-
-def landed(flown: Flown, datum: GlobalPose, visit: Visit) -> FinishedSurvey:
-    """Return a flight as the survey that the daemon would store."""
+def flown_look(flown: Flown, world: World, visit: Visit) -> Look:
+    """Return a flight as the survey that the daemon would store, with the truth."""
     ended = visit.at.timestamp()
-    return finished(
+    survey = finished(
         LandingFacts(
-            name=f"{visit.number:06d}-flown", datum=datum, current=flown.output.occupancy_map, outline=None,
-            seconds=flown.seconds, utc=ended, time_is_sure=True, program="benchmark", flown_s=flown.seconds,
-            simulated=True,
+            name=f"{visit.number:06d}-flown", datum=datum_of(world, visit), current=flown.output.occupancy_map,
+            outline=None, seconds=flown.seconds, utc=ended, time_is_sure=True, program="benchmark",
+            flown_s=flown.seconds, simulated=True,
         )
     )  # fmt: skip
+    places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
+    return looked(survey, world, Move(turn=-_turn_of(world, places, visit.compass)).of(places))

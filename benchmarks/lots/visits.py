@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,9 +13,10 @@ from typing import Final
 import cv2
 import numpy as np
 
+from benchmarks.world_lots import place_world
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moved_cars import move_cars
-from hawk.worlds.world import World, WorldError, picture_world
+from hawk.worlds.world import World, WorldError
 
 FIRST: Final = datetime(2026, 5, 4, 10, 30, tzinfo=UTC)
 HOURS: Final = (0.0, 26.5, 46.25, 73.0, 101.5, 148.0)
@@ -61,7 +61,7 @@ def visits(seed: int) -> list[Visit]:
         Visit(
             number,
             hours,
-            bias=_bias(rng),
+            bias=drawn_bias(rng),
             compass=float(rng.uniform(-COMPASS, COMPASS)),
             repaint=int(number >= 5),
             part=0.5 if number == 3 else 1.0,
@@ -71,7 +71,8 @@ def visits(seed: int) -> list[Visit]:
     ]
 
 
-def _bias(rng: np.random.Generator) -> tuple[float, float]:
+def drawn_bias(rng: np.random.Generator) -> tuple[float, float]:
+    """Return a receiver's bias, metres north and east."""
     radius, towards = BIAS_M * math.sqrt(rng.random()), rng.uniform(0, 2 * math.pi)
     return float(radius * math.cos(towards)), float(radius * math.sin(towards))
 
@@ -115,8 +116,7 @@ class PictureLot:
 
     def world(self, visit: Visit) -> World:
         """Return what a survey sees: the first one the picture as it is, the others with its cars moved."""
-        scale = json.loads(self.path.read_text())["metres_per_pixel"]
-        world = picture_world(self.path.with_suffix(".jpg"), scale, self.path)
+        world = place_world(self.path)
         world = replace(world, stalls=tuple(replace(stall, id=k) for k, stall in enumerate(world.stalls)))
         if visit.number > 1:
             with contextlib.suppress(WorldError):  # its labels name no states: the cars stay, the light changes

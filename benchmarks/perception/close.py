@@ -2,7 +2,8 @@
 
 Each group of at least eight labelled stalls (places of `benchmarks.perception.places.read_lots`) is cut out of its
 picture with that many metres around it, and drawn rows too (``--drawn``: plain asphalt, white lines). What is found is
-counted as `hawk.picture.nadir.Eye` looks at pictures, and without what it shows the network beyond their ends.
+counted as `hawk.picture.orthophoto.tile_detector` looks at pictures, and without what it shows the network beyond their
+ends.
 """
 
 from __future__ import annotations
@@ -19,15 +20,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from benchmarks.perception.places import folder_option, read_lots
-from hawk.picture.nadir import ALL_ENDS, Ends, Eye
-from hawk.survey.scoring import FloatArray, match
+from benchmarks.options import folder_option
+from benchmarks.perception.places import read_lots
+from hawk.algo.vision.detector import ALL_ENDS, NO_ENDS
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.survey.accuracy import FloatArray, match
 
 LEAST: Final = 8
 """Stalls of a group."""
 _JOIN_M: Final = 3.5
 """Stalls nearer to each other are of one group."""
-_NO_ENDS: Final[Ends] = (False, False, False, False)
 _WIDE, _LONG, _AISLE, _METRES = 2.5, 5.0, 6.0, 0.05
 
 
@@ -89,14 +91,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--least", type=int, default=LEAST, help="stalls of a group (8)")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
-    eye = Eye.load()
+    detector = TileDetector.load()
     for margin_m in (float(each) for each in options.margins.split(",")):
         found, alone, count = np.zeros(2, int), np.zeros(2, int), 0
         every = [cut for folder in options.folders for cut in cuts(folder, margin_m, options.least)]
         for cut in [*every, *(drawn(margin_m) if options.drawn else ())]:
             count += len(cut.stalls)
-            for k, ends in enumerate((ALL_ENDS, _NO_ENDS)):
-                stalls = eye.look(cut.image, cut.metres, ends=ends).stalls
+            for k, ends in enumerate((ALL_ENDS, NO_ENDS)):
+                stalls = detector.detect(cut.image, cut.metres, ends=ends).stalls
                 hits = len(match(stalls, cut.stalls).found)
                 found[k] += hits
                 alone[k] += len(stalls) - hits

@@ -14,10 +14,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from benchmarks.perception.boxes import Boxes
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.places import Place
-from benchmarks.perception.stall_rows import Boxes
-from hawk.survey.scoring import Finding, FloatArray, LabelledPlace, is_whole, match
+from hawk.survey.accuracy import Finding, FloatArray, LabelledPlace, is_whole, match
 
 EDGE_M = 0.2
 """A label with a corner this near to the edge, or beyond it, is cut: two pixels."""
@@ -62,11 +62,6 @@ def finds_of_cut(found: FloatArray, labels: FloatArray, cut: NDArray[np.bool_]) 
 def without(truth: LabelledPlace, cut: NDArray[np.bool_]) -> LabelledPlace:
     """Return the labels that are not cut."""
     return LabelledPlace(truth.stalls[~cut], np.asarray(truth.states, object)[~cut], truth.lots)
-
-
-def whole_labels(place: Place) -> Place:
-    """Return the place without its cut labels."""
-    return replace(place, truth=without(place.truth, cut_labels(place)))
 
 
 def cut_labels(place: Place) -> NDArray[np.bool_]:

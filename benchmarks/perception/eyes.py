@@ -1,4 +1,4 @@
-"""An eye that looks at a nadir picture: `hawk.picture.nadir`, its finds cut off at the edges as labels are."""
+"""An eye for nadir pictures: `hawk.picture.orthophoto.tile_detector`, its finds cut off at the edges as labels are."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from benchmarks.perception.places import state_array
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
-from hawk.algo.vision.network import Blob, NetworkMaps, StallNetwork
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
+from hawk.algo.vision.network import NetworkMaps, StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.picture.nadir import CELL_M, GROUND_M, LOT_M, found_in, resized, stalls_of
-from hawk.survey.scoring import Finding, FloatArray
+from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M, LOT_M, found_in, resized, stalls_of
+from hawk.survey.accuracy import Finding, FloatArray
 
 SLIVER_M2 = 2.0
 """A stall at a picture's edge with a smaller part in the picture is left out."""
@@ -47,24 +47,18 @@ class Eye(Protocol):
 class NetworkEye:
     """The network, its votes and the rows."""
 
-    def __init__(self, network: StallNetwork, sun: Blob | None = None) -> None:
-        """``sun`` is that of `hawk.algo.vision.network.sun_input`; None where it is not known."""
+    def __init__(self, network: StallNetwork) -> None:
         self._network = network
-        self._sun = sun
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
-        found = found_in(self._network.run(shown, self._sun))
+        found = found_in(self._network.run(shown))
         metres, is_shown = as_shown(found.stalls, (shown.shape[1] * GROUND_M, shown.shape[0] * GROUND_M))
         taken = found.taken[is_shown]
         states = [StallState.FREE if p < 0.5 else StallState.TAKEN for p in taken.tolist()]
         finding = Finding(metres / scale, state_array(states))
         return Result(finding, taken, found.lot, LOT_M / scale, found.suggested / scale)
-
-    def maps(self, image: NDArray[np.uint8], metres_per_pixel: float) -> NetworkMaps:
-        """Return the network's maps of a picture."""
-        return self._network.run(_shown(image, metres_per_pixel, 1.0), self._sun)
 
 
 def boxes_of_maps(maps: NetworkMaps) -> tuple[Rectangles, FloatArray]:
@@ -74,9 +68,9 @@ def boxes_of_maps(maps: NetworkMaps) -> tuple[Rectangles, FloatArray]:
     return Rectangles(centres, stalls.angle, stalls.width * CELL_M, stalls.length * CELL_M), stalls.score
 
 
-def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:
+def north_up(image: NDArray[np.uint8], metres_per_pixel: float) -> GroundImage:
     """Return a nadir picture on the ground with north up: its (x, y) is (east, -north), metres."""
-    shown = _shown(image, metres_per_pixel, scale)
+    shown = _shown(image, metres_per_pixel, 1.0)
     to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
     return GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_))
 

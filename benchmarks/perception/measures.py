@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.perception.boxes import Boxes
 from benchmarks.perception.edges import Counted, counted
 from benchmarks.perception.eyes import Eye, Result
 from benchmarks.perception.places import Place
-from benchmarks.perception.stall_rows import Boxes
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import FloatArray, Tally, mask_iou, match, tally
+from hawk.survey.accuracy import FloatArray, Tally, mask_iou, match, tally
 
 MEASURES = (
     "precision",

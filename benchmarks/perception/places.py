@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import FloatArray, LabelledPlace
+from hawk.survey.accuracy import FloatArray, LabelledPlace
 
 TILE_METRES_PER_PIXEL = 0.0938
 FREE_COVER, TAKEN_COVER = 0.12, 0.30
@@ -40,14 +39,6 @@ class Place:
     truth: LabelledPlace
     ground: str = ""
     missing: NDArray[np.bool_] | None = None
-
-
-def folder_option(text: str) -> Path:
-    """Return the folder that a command line names. Raises ArgumentTypeError, which argparse prints."""
-    folder = Path(text)
-    if not folder.is_dir():
-        raise argparse.ArgumentTypeError(f"{folder} is no folder; name one that holds the pictures")
-    return folder
 
 
 def read_lots(folder: Path) -> Iterator[Place]:
@@ -86,6 +77,22 @@ def read_pictures(folder: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
         yield path.name, read_picture(path)
 
 
+def coarser(place: Place, metres: float) -> Place:
+    """Return a place with pixels of this many metres, as a coarser camera takes it; itself where its own are as coarse.
+
+    Blur, haze and the JPEG of a real coarse picture come on top.
+    """
+    if place.metres_per_pixel >= metres:
+        return place
+    factor = place.metres_per_pixel / metres
+    image = np.asarray(cv2.resize(place.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), np.uint8)
+    missing = None
+    if place.missing is not None:
+        size = (image.shape[1], image.shape[0])
+        missing = cv2.resize(place.missing.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    return replace(place, image=image, metres_per_pixel=metres, missing=missing)
+
+
 def read_picture(path: Path) -> NDArray[np.uint8]:
     """Return the picture, BGR. Raises FileNotFoundError."""
     image = cv2.imread(str(path))
@@ -109,7 +116,7 @@ def missing_ground(image: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
 
 
 def state_array(values: Sequence[StallState]) -> NDArray[Any]:
-    """Return states as `hawk.survey.scoring` takes them."""
+    """Return states as `hawk.survey.accuracy` takes them."""
     return np.array([str(value) for value in values], dtype=object)
 
 

@@ -7,8 +7,9 @@ no lower.
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Final
@@ -32,23 +33,21 @@ SHOWN: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Regions:
-    """A folder of regions. ``streets``: patterns of names of those that are streets, the others are lots; ``ground``:
-    pairs of a kind of ground and a pattern of names, for regions whose files do not say their ground; ``left_out``:
-    networks with a pattern of the names of the regions that they were not trained on.
+    """A folder of regions. ``streets``: patterns of names of those that are streets, the others are lots;
+    ``left_out``: networks with a pattern of the names of the regions that they were not trained on.
     """
 
     folder: Path
     streets: tuple[str, ...] = ()
-    ground: tuple[tuple[str, str], ...] = ()
     left_out: tuple[tuple[Path, str], ...] = ()
 
     def read(self) -> list[Place]:
-        """Return the regions with their kind of ground. Raises ValueError for a pattern that fits no region."""
+        """Return the regions. Raises ValueError for a pattern that fits no region."""
         places = list(read_lots(self.folder))
-        for pattern in (*self.streets, *(pattern for _, pattern in (*self.ground, *self.left_out))):
+        for pattern in (*self.streets, *(pattern for _, pattern in self.left_out)):
             if not any(fnmatchcase(place.name, pattern) for place in places):
                 raise ValueError(f"{pattern!r} fits no region of {self.folder}; name one of its files without .json")
-        return [replace(place, ground=place.ground or self._ground(place.name)) for place in places]
+        return places
 
     def is_street(self, name: str) -> bool:
         """Return True for a region that is streets, not a lot."""
@@ -57,9 +56,6 @@ class Regions:
     def model(self, name: str) -> Path | None:
         """Return the network that was not trained on a region, None where no other is named."""
         return next((model for model, pattern in self.left_out if fnmatchcase(name, pattern)), None)
-
-    def _ground(self, name: str) -> str:
-        return next((kind for kind, pattern in self.ground if fnmatchcase(name, pattern)), "")
 
 
 def region_section(regions: Regions, looked: Sequence[Looked]) -> Section:
@@ -85,16 +81,8 @@ def region_section(regions: Regions, looked: Sequence[Looked]) -> Section:
 
 
 def left_out_option(text: str) -> tuple[Path, str]:
-    """Return network and pattern of ``FILE=PATTERN``. Raises ValueError."""
+    """Return network and pattern of ``FILE=PATTERN``. Raises ArgumentTypeError, which argparse prints."""
     model, _, pattern = text.rpartition("=")
     if not Path(model).is_file() or not pattern:
-        raise ValueError(f"{text!r} names no network; write FILE=PATTERN, as fold_a.onnx=nl_estate_*")
+        raise ArgumentTypeError(f"{text!r} names no network; write FILE=PATTERN, as fold_a.onnx=nl_estate_*")
     return Path(model), pattern
-
-
-def ground_option(text: str) -> tuple[str, str]:
-    """Return kind and pattern of ``KIND=PATTERN``. Raises ValueError."""
-    kind, _, pattern = text.partition("=")
-    if not kind.isidentifier() or not pattern:
-        raise ValueError(f"{text!r} names no ground; write KIND=PATTERN, as pavers=office_*")
-    return kind, pattern

@@ -1,4 +1,4 @@
-"""The sections of the perception benchmark: the network beside the prototype's figures."""
+"""The sections of the perception benchmark."""
 
 from __future__ import annotations
 
@@ -9,29 +9,16 @@ from pathlib import Path
 from typing import Final
 
 from benchmarks.figures import Figure, Limit, Reference, Section
-from benchmarks.perception.camera_frames import measure_tilted, measure_worlds
-from benchmarks.perception.errors import error_section
+from benchmarks.perception.camera_frames import measure_worlds
 from benchmarks.perception.eyes import Eye, NetworkEye
-from benchmarks.perception.measures import MEASURES, Looked, false_alarms, line, look, measure, pooled
-from benchmarks.perception.photos import Photos, photo_section
-from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
-from benchmarks.perception.plans import plan_section
+from benchmarks.perception.measures import MEASURES, Looked, false_alarms, line, look, measure
+from benchmarks.perception.places import Place, coarser, read_lots, read_pictures, read_tiles
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
-from hawk.worlds.conditions import Condition
+from hawk.worlds.moment import Condition
 
-PROTOTYPE_TILES: Final = {
-    "precision": 0.879, "recall": 0.892, "precision_star": 0.917, "recall_whole": 0.927,
-    "free_precision_star": 0.908, "free_recall": 0.820, "state_accuracy": 0.949, "lot_iou": 0.769,
-}  # fmt: skip
-"""The prototype on 48 tiles of 13 other places."""
-PROTOTYPE_LOTS: Final = {
-    "precision": 0.708, "recall": 0.906, "precision_star": 0.899, "recall_whole": 0.935,
-    "free_precision_star": 0.875, "free_recall": 0.835, "state_accuracy": 0.943, "lot_iou": 0.809,
-}  # fmt: skip
-"""The prototype on 11 other stitched places."""
 LIMITS: Final = {
     "precision": Limit(lowest=0.90), "precision_star": Limit(lowest=0.96), "recall_whole": Limit(lowest=0.95),
     "free_precision_star": Limit(lowest=0.95), "free_recall": Limit(lowest=0.90), "state_accuracy": Limit(lowest=0.97),
@@ -43,12 +30,14 @@ SCALE_LOSS: Final = 0.02
 FALSE_PER_NEGATIVE: Final = 0.2
 NEGATIVES_SCALE: Final = 0.03
 """Metres per pixel of the pictures without stalls, if nothing else is said."""
+_OF_COARSER: Final = ("recall", "recall_whole", "precision", "precision_star", "state_accuracy")
 
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """Inputs: folders of places, tiles and pictures without stalls, seeds of drawn worlds, regions, and the
-    photographs of a flight.
+    """Inputs: folders of places, tiles and pictures without stalls, seeds of drawn worlds, and regions.
+
+    ``coarser``: metres a pixel to which places are averaged, besides as they are.
     """
 
     lots: Path | None = None
@@ -57,7 +46,7 @@ class Material:
     negatives_scale: float = NEGATIVES_SCALE
     seeds: Sequence[int] = ()
     regions: Regions | None = None
-    photos: Photos | None = None
+    coarser: Sequence[float] = ()
 
 
 def network_sections(network: StallNetwork, material: Material) -> list[Section]:
@@ -65,37 +54,22 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
     eye, sections = NetworkEye(network), []
     if material.tiles:
         tiles = list(read_tiles(material.tiles))
-        looked = look(eye, tiles)
-        measured = pooled(looked)
-        hard = _hard(eye, network, tiles, measured["recall"])
-        sections.append(Section("tiles", [*_figures(measured, "", PROTOTYPE_TILES), *hard]))
-        sections.append(error_section("tiles", looked, "errors_tiles_"))
+        measured = measure(eye, tiles)
+        figures = [*_figures(measured, ""), *_wrong_scales(eye, tiles, measured["recall"])]
+        sections.append(Section("tiles", figures))
     if material.lots:
         print("places")
-        looked = look(eye, read_lots(material.lots), verbose=True)
-        sections.append(Section("places", _figures(pooled(looked), "lots_", PROTOTYPE_LOTS)))
-        sections.append(error_section("places", looked, "errors_lots_"))
+        measured = measure(eye, read_lots(material.lots), verbose=True)
+        sections.append(Section("places", _figures(measured, "lots_")))
+        sections.extend(_coarser(eye, material.lots, metres, measured) for metres in material.coarser)
     if material.regions:
         print("regions")
-        looked = look_left_out(eye, material.regions)
-        sections.append(region_section(material.regions, looked))
-        sections.append(error_section("regions", looked, "errors_regions_"))
-    if material.photos:
-        print("photographs")
-        sections.append(photo_section(eye, material.photos))
+        sections.append(region_section(material.regions, look_left_out(eye, material.regions)))
     sections.extend(_negatives(eye, material))
     if material.seeds:
-        sections.append(_drawn(NetworkFinder(network), material.seeds))
+        sections.append(_drawn(StallDetector(network), material.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
-
-
-def plan_sections(network: StallNetwork, material: Material) -> list[Section]:
-    """Measure places and regions with their labels as the plan."""
-    places = [] if material.lots is None else list(read_lots(material.lots))
-    if material.regions is not None:
-        places += material.regions.read()
-    return [plan_section(NetworkEye(network), places)]
 
 
 def look_left_out(eye: Eye, regions: Regions) -> list[Looked]:
@@ -106,7 +80,7 @@ def look_left_out(eye: Eye, regions: Regions) -> list[Looked]:
     return [one for place in places for one in look(eyes[models[place.name]], [place], verbose=True)]
 
 
-def _drawn(finder: NetworkFinder, seeds: Sequence[int]) -> Section:
+def _drawn(finder: StallDetector, seeds: Sequence[int]) -> Section:
     """Return the measures over drawn worlds by day, and what other conditions leave of recall and state accuracy."""
     print("frames over drawn worlds by day")
     day = measure_worlds(finder, seeds, verbose=True)
@@ -125,21 +99,29 @@ def _drawn(finder: NetworkFinder, seeds: Sequence[int]) -> Section:
     return Section("single frames over drawn worlds", figures)
 
 
-def _hard(eye: Eye, network: StallNetwork, tiles: Sequence[Place], straight: float) -> list[Figure]:
-    """Return recall at wrong scales and of tilted frames; ``straight`` is that at the right scale."""
-    figures = []
-    for scale in SCALES:
-        recall = measure(eye, tiles, scale=scale)["recall"]
-        figures.append(
-            Figure(
-                f"recall_scale_{str(scale).replace('.', '_')}", f"recall at scale x{scale}", recall,
-                reference=Reference("at x1", straight), limit=Limit(lowest=straight - SCALE_LOSS),
-            )
-        )  # fmt: skip
-    tilted = measure_tilted(NetworkFinder(network), tiles)
-    figures.append(Figure("recall_tilt_10", "recall in frames tilted by 10 degrees, rows not completed", tilted.recall))
-    figures.append(Figure("state_accuracy_tilt_10", "state accuracy in tilted frames", tilted.state_accuracy))
-    return figures
+def _wrong_scales(eye: Eye, tiles: Sequence[Place], straight: float) -> list[Figure]:
+    """Return recall at wrong scales; ``straight`` is that at the right one."""
+    return [
+        Figure(
+            f"recall_scale_{str(scale).replace('.', '_')}", f"recall at scale x{scale}",
+            measure(eye, tiles, scale=scale)["recall"],
+            reference=Reference("at x1", straight), limit=Limit(lowest=straight - SCALE_LOSS),
+        )
+        for scale in SCALES
+    ]  # fmt: skip
+
+
+def _coarser(eye: Eye, lots: Path, metres: float, as_they_are: dict[str, float]) -> Section:
+    """Return the measures of places that are averaged to these metres a pixel."""
+    found = measure(eye, (coarser(place, metres) for place in read_lots(lots)))
+    figures = [
+        Figure(
+            f"lots_at_{round(100 * metres)}_cm_{name}", name.replace("_", " "), found[name],
+            reference=Reference("as they are", as_they_are[name]),
+        )
+        for name in _OF_COARSER
+    ]  # fmt: skip
+    return Section(f"places at {metres:g} m a pixel", figures)
 
 
 def _negatives(eye: Eye, material: Material) -> list[Section]:
@@ -151,14 +133,11 @@ def _negatives(eye: Eye, material: Material) -> list[Section]:
     return [Section("pictures without stalls", figures)]
 
 
-def _figures(measured: dict[str, float], prefix: str, reference: dict[str, float]) -> list[Figure]:
+def _figures(measured: dict[str, float], prefix: str) -> list[Figure]:
     wanted = LIMITS
     if prefix == "lots_":
         wanted = {name: limit for name, limit in wanted.items() if name != "precision"}
     return [
-        Figure(
-            f"{prefix}{name}", name.replace("_", " "), None if math.isnan(value) else value,
-            reference=Reference("prototype", reference[name]) if name in reference else None, limit=wanted.get(name),
-        )
+        Figure(f"{prefix}{name}", name.replace("_", " "), None if math.isnan(value) else value, limit=wanted.get(name))
         for name, value in measured.items()
-    ]  # fmt: skip
+    ]

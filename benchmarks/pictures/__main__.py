@@ -2,18 +2,14 @@
 
 ``python -m benchmarks.pictures --photos [--seeds 1-10] [--places DIR] [--json FILE]`` (``make bench-pictures``)
 ``python -m benchmarks.pictures --photos --real-lot DIR --park DIR``
-``python -m benchmarks.pictures --orthophoto --places DIR`` and ``--film [--seeds 1-3]``
-``python -m benchmarks.pictures --many 100,200,400``
 ``python -m benchmarks.pictures --scale 40``
 
 ``--photos``: photographs that ``hawk-sim photos`` draws over worlds and, with ``--places``, over PLACE.jpg with
 PLACE.json: 60 m high, overlapping by 70 and 60 %, whose places err by 1.5 m and one bias of 2 m, yaws by 3 degrees,
 heights by 5 % and lenses by 2 %. Places are flown over, too (`benchmarks.chain_flight`), for the recall that
 photographs lose. ``--real-lot``: photographs of OpenDroneMap/odm_data_garfield_msp; ``--park``: those
-of pierotofy/drone_dataset_brighton_beach. ``--orthophoto``: places as GeoTIFFs in five systems of coordinates, three
-layouts of bands and two orientations. ``--film``: recordings of drawn flights and their MP4 with captions.
-``--many``: folders of N small photographs, each mapped by a process of its own; time and memory a photograph.
-``--scale``: drawn folders whose heights err by up to half; whether the bound of the scale holds the true one.
+of pierotofy/drone_dataset_brighton_beach. ``--scale``: drawn folders whose heights err by up to half; whether the bound
+of the scale holds the true one.
 """
 
 from __future__ import annotations
@@ -21,25 +17,17 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import cv2
 
 from benchmarks.chain_flight.campaign import fly_one, lots, seeds
 from benchmarks.chain_flight.flight import Errors
 from benchmarks.figures import Figure, Section, print_and_write
-from benchmarks.perception.places import folder_option
-from benchmarks.pictures.film import film_figures
-from benchmarks.pictures.many import measure, table
-from benchmarks.pictures.orthophotos import orthophoto_figures
+from benchmarks.options import folder_option, make_parser, seeds_option
 from benchmarks.pictures.photos import judge_all, photo_figures, recall_loss
 from benchmarks.pictures.real import lot_figures, park_figures
 from benchmarks.pictures.scale import measure as measure_scale
 from benchmarks.pictures.scale import scale_figures
-from benchmarks.surveys import seeds_option
-
-_PHOTO_SEEDS, _FILM_SEEDS = range(1, 11), range(1, 4)
-_LEAST_MANY = 4
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,21 +37,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sections = []
     if options.photos:
         sections.append(Section("photographs", _photographs(options)))
-    if options.orthophoto:
-        sections.append(Section("orthophotos", orthophoto_figures(options.places)))
-    if options.film:
-        sections.append(Section("films", film_figures(options.seeds or _FILM_SEEDS)))
     if options.scale:
         sections.append(Section("scale", scale_figures(measure_scale(options.scale))))
-    if options.many:
-        print(table(measure(options.many)))
-    if sections or not options.many:
-        print_and_write(sections, options.json)
+    print_and_write(sections, options.json)
     return 0
 
 
 def _photographs(options: argparse.Namespace) -> list[Figure]:
-    figures = photo_figures(judge_all(seeds(options.seeds or _PHOTO_SEEDS)), "photos_", "drawn worlds", is_drawn=True)
+    figures = photo_figures(judge_all(seeds(options.seeds)), "photos_", "drawn worlds", is_drawn=True)
     if options.places is not None:
         judged = judge_all(lots(options.places))
         figures += photo_figures(judged, "photos_places_", "places", is_drawn=False)
@@ -76,16 +57,6 @@ def _photographs(options: argparse.Namespace) -> list[Figure]:
     return figures
 
 
-def _counts(text: str) -> list[int]:
-    try:
-        counts = [int(part) for part in text.split(",")]
-    except ValueError:
-        counts = [0]
-    if min(counts) < _LEAST_MANY:
-        raise argparse.ArgumentTypeError(f"{text}: name numbers of photographs from {_LEAST_MANY}, as 100,200,400")
-    return counts
-
-
 def _folders(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text}: name a number of folders from 1, as 40")
@@ -93,18 +64,13 @@ def _folders(text: str) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.pictures", description=__doc__.splitlines()[0])
-    what = parser.add_argument_group("what is mapped")
-    what.add_argument("--photos", action="store_true", help="photographs")
-    what.add_argument("--orthophoto", action="store_true", help="orthophotos; needs --places")
-    what.add_argument("--film", action="store_true", help="recordings and their films")
-    what.add_argument("--many", type=_counts, metavar="N,N", help="growth with the number of photographs")
-    what.add_argument("--scale", type=_folders, metavar="N", help="drawn folders with wrong heights")
-    parser.add_argument("--seeds", type=seeds_option, help="drawn worlds (1-10; films: 1-3)")
+    parser = make_parser("benchmarks.pictures", __doc__)
+    parser.add_argument("--photos", action="store_true", help="photographs")
+    parser.add_argument("--scale", type=_folders, metavar="N", help="drawn folders with wrong heights")
+    parser.add_argument("--seeds", type=seeds_option, default="1-10", metavar="A-B", help="drawn worlds (1-10)")
     parser.add_argument("--places", type=folder_option, metavar="DIR", help="PLACE.jpg with PLACE.json")
     parser.add_argument("--real-lot", type=folder_option, metavar="DIR", help="photographs of the labelled lot")
     parser.add_argument("--park", type=folder_option, metavar="DIR", help="photographs of the park")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures as JSON")
     return parser
 
 

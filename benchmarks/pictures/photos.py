@@ -17,11 +17,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.figures import Figure, Limit, Reference, share
+from hawk.lots.survey.source import SourceKind
 from hawk.model.pictures import CameraModel
-from hawk.picture.adjust.posed import FloatArray
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import PhotoSurvey, survey_folder
+from hawk.picture.photos import PhotoSurvey, survey_shots
+from hawk.picture.reconstruction.camera_pose import FloatArray
 from hawk.picture.report import free_range
+from hawk.picture.shot_detections import Files
+from hawk.picture.values import Progress, Provenance
 from hawk.results.survey_map import SurveyMap
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.survey.report import compare, in_range
@@ -57,6 +60,15 @@ class Placed:
     survey: SurveyMap
     turn: float
     scale: float
+
+
+def survey_folder(
+    folder: Path, *, height_m: float | None = None, work: Path | None = None, progress: Progress = lambda *_: None
+) -> PhotoSurvey:
+    """Return the survey of a folder as `hawk.picture.map_photos` makes it, with the poses."""
+    read = read_folder(folder, height_m=height_m)
+    provenance = Provenance(folder.resolve().name, SourceKind.PHOTOGRAPHS, read.time_is_sure, height_m)
+    return survey_shots(provenance, read, Files(), work=work, progress=progress)
 
 
 def judge_all(worlds: Iterable[tuple[str, World]]) -> list[Judged]:
@@ -134,7 +146,7 @@ def place_on(photos: PhotoSurvey, truth: GroundTruth, cameras: Mapping[str, tupl
     What is measured is how the stalls lie to each other. ``cameras``: true places (x, y) by the photograph's name;
     they look straight down.
     """
-    survey = SurveyMap.of(photos.landed.datum, photos.landed.current)
+    survey = SurveyMap.of(photos.mapped.landed.datum, photos.mapped.landed.current)
     stalls = survey.marked
     true = np.array([corners.mean(axis=0) for corners in truth.stalls])
     if len(stalls) < _LEAST or len(true) < _LEAST:
@@ -174,7 +186,7 @@ def _judge(name: str, world: World, options: PhotoOptions) -> Judged:
         folder = Path(path) / "photographs"
         write_photos(world, options, folder)
         began = time.perf_counter()
-        survey = survey_folder(read_folder(folder))
+        survey = survey_folder(folder)
         took = time.perf_counter() - began
         truth: dict[str, Any] = json.loads((folder / TRUTH).read_text())
     truth["origin"] = truth["photos"]["origin"]

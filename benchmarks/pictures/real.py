@@ -10,12 +10,13 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.figures import Figure, Limit, share
-from benchmarks.perception.photo_labels import PHOTO_LOT, read_labels
-from benchmarks.pictures.seams import seams
+from benchmarks.pictures.photos import survey_folder
 from hawk.model.lot_map import StallState
-from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import PhotoSurvey, survey_folder
-from hawk.survey.scoring import FloatArray, match
+from hawk.picture.photos import PhotoSurvey
+from hawk.survey.accuracy import FloatArray, match
+
+PHOTO_LOT: Final = Path(__file__).with_name("data") / "photo_lot.json"
+"""Labels of one photograph of OpenDroneMap/odm_data_garfield_msp, made by hand, with who is parked there in each."""
 
 
 def lot_figures(folder: Path) -> list[Figure]:
@@ -24,17 +25,16 @@ def lot_figures(folder: Path) -> list[Figure]:
     The labels lie in one photograph: that one's adjusted pose carries them onto the ground. Their states are those of
     the last photograph that was looked at, as the map's are.
     """
-    labels = read_labels(PHOTO_LOT, folder)
-    survey = survey_folder(read_folder(folder, height_m=labels.height_m))
-    raw: dict[str, Any] = json.loads(PHOTO_LOT.read_text())
-    truth = _on_ground(survey, labels.photograph, np.array(list(raw["stalls"].values()), float))
-    found = [stall for stall in survey.landed.current.stalls.values() if stall.state is not StallState.SUGGESTED]
+    labels: dict[str, Any] = json.loads(PHOTO_LOT.read_text())
+    survey = survey_folder(folder, height_m=labels["pose"]["height_m"])
+    truth = _on_ground(survey, labels["photograph"], np.array(list(labels["stalls"].values()), float))
+    found = [stall for stall in survey.mapped.landed.current.stalls.values() if stall.state is not StallState.SUGGESTED]
     corners = np.array([stall.corners() for stall in found]).reshape(-1, 4, 2)
     pairs = match(corners, truth)
     apart = corners[pairs.found].mean(axis=1) - truth[pairs.true].mean(axis=1)
     apart = apart - np.median(apart, axis=0)
-    last = max(raw["taken"])
-    states = labels.states(last)
+    taken = labels["taken"][max(labels["taken"])]
+    states = [StallState.TAKEN if name in taken else StallState.FREE for name in labels["stalls"]]
     right = sum(found[i].state == states[j] for i, j in zip(pairs.found.tolist(), pairs.true.tolist(), strict=True))
     shown = [shot.name for shot, good in zip(survey.shots, survey.adjusted.is_adjusted, strict=True) if good]
     return [
@@ -52,9 +52,8 @@ def lot_figures(folder: Path) -> list[Figure]:
 
 def park_figures(folder: Path) -> list[Figure]:
     """Return the figures of the park (pierotofy/drone_dataset_brighton_beach)."""
-    survey = survey_folder(read_folder(folder))
-    counts = survey.landed.current.counts
-    apart = seams(survey)
+    survey = survey_folder(folder)
+    counts = survey.mapped.landed.current.counts
     return [
         *_adjusted(survey, "park_", "park"),
         Figure(
@@ -63,11 +62,6 @@ def park_figures(folder: Path) -> list[Figure]:
         ),
         Figure("park_stalls", "park: stalls invented", float(counts.total), limit=Limit(highest=0)),
         Figure("park_suggested", "park: cars suggested", float(counts.suggested)),
-        Figure(
-            "park_seams_m", "park: apart where two show the same, median", float(np.median(apart)), "m",
-            limit=Limit(highest=0.3),
-        ),
-        Figure("park_seams_p90_m", "park: the same, p90", float(np.percentile(apart, 90)), "m"),
     ]  # fmt: skip
 
 

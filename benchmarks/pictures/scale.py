@@ -19,14 +19,14 @@ from typing import Final
 import numpy as np
 
 from benchmarks.figures import Figure, Limit, share
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.lots.survey.source import SourceKind
-from hawk.picture.kept import Work
-from hawk.picture.looked import Files, Looked
+from hawk.picture.checkpoints import Checkpoints
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import PosedShots, Taken, pose_shots
-from hawk.picture.values import PictureError
+from hawk.picture.shot_detections import Files, ShotReader
+from hawk.picture.shot_poses import ReconstructedShots, pose_shots
+from hawk.picture.values import PictureError, Provenance
 from hawk.sim.photos import TRUTH, Errors, PhotoOptions, write_photos
 from hawk.worlds.generate import generate_world
 
@@ -58,7 +58,7 @@ class Scaled:
 
 def measure(count: int) -> list[Scaled]:
     """Draw and scale this many folders; print a line each."""
-    finder = NetworkFinder(StallNetwork.load(None, "auto", 1))
+    finder = StallDetector(StallNetwork.load(None, "auto", 1))
     found = []
     for number in range(1, count + 1):
         with tempfile.TemporaryDirectory(prefix="hawk-scale-") as path:
@@ -90,7 +90,7 @@ def scale_figures(scaled: Sequence[Scaled]) -> list[Figure]:
     ]  # fmt: skip
 
 
-def _scaled(path: Path, number: int, finder: NetworkFinder) -> Scaled:
+def _scaled(path: Path, number: int, finder: StallDetector) -> Scaled:
     folder = path / "photographs"
     options = PhotoOptions(
         width=_WIDTH, overlap=_OVERLAPS[number % len(_OVERLAPS)], noise_seed=number,
@@ -115,8 +115,8 @@ def _scaled(path: Path, number: int, finder: NetworkFinder) -> Scaled:
     return Scaled(truth["errors"]["height"], was_asked, size, posed.scale.off, len(posed.shots), took)
 
 
-def _posed(folder: Path, work: Path, finder: NetworkFinder, height_m: float | None) -> PosedShots:
+def _posed(folder: Path, work: Path, finder: StallDetector, height_m: float | None) -> ReconstructedShots:
     read = read_folder(folder, height_m=height_m)
-    kept = Work(work)
-    taken = Taken(read.name, SourceKind.PHOTOGRAPHS, height_m=height_m)
-    return pose_shots(taken, read.shots, Looked(Files(), kept), kept, finder, lambda *_: None)
+    kept = Checkpoints(work)
+    taken = Provenance(folder.name, SourceKind.PHOTOGRAPHS, height_m=height_m)
+    return pose_shots(taken, read.shots, ShotReader(Files(), kept), kept, finder, lambda *_: None)

@@ -20,7 +20,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.figures import BenchmarkError, Section, missed, print_and_write
+from benchmarks.figures import BenchmarkError, Section, print_and_write
+from benchmarks.options import make_parser
 from benchmarks.small.box import make_box, other_cores
 from benchmarks.small.lot import draw_lot
 from benchmarks.small.measure import measure
@@ -31,7 +32,12 @@ _MIB = 2**20
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, write; return 1 when it could not be measured or a limit is missed."""
-    options = _parser().parse_args(arguments)
+    parser = make_parser("benchmarks.small", __doc__)
+    parser.add_argument("--seed", type=int, default=1, help="first seed that is tried for the lot (1)")
+    parser.add_argument("--core", type=int, metavar="N", help="core of the daemon (default: the last)")
+    parser.add_argument("--memory", type=float, default=1024.0, metavar="MIB", help="memory of the group (1024)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep the lot, logs and journal here")
+    options = parser.parse_args(arguments)
     with contextlib.ExitStack() as stack:
         folder = options.out or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hawk-small-")))
         try:
@@ -39,8 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except BenchmarkError as error:
             print(f"small: {error}", file=sys.stderr)
             return EXIT_FAILED
-    print_and_write([section], options.json)
-    return EXIT_FAILED if missed([section]) else 0
+    return print_and_write([section], options.json)
 
 
 def processor(path: Path = Path("/proc/cpuinfo")) -> str:
@@ -66,18 +71,6 @@ def _measured(options: argparse.Namespace, folder: Path) -> Section:
         os.sched_setaffinity(0, cores)
         box.remove()
     return Section("small", found, problem)
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.small", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seed", type=int, default=1, help="first seed that is tried for the lot (1)")
-    parser.add_argument("--core", type=int, metavar="N", help="core of the daemon (default: the last)")
-    parser.add_argument("--memory", type=float, default=1024.0, metavar="MIB", help="memory of the group (1024)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="keep the lot, logs and journal here")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    return parser
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import shapely
 
-from hawk.model.pictures import CameraModel
+from benchmarks.frames import camera_model
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import World
@@ -53,8 +53,8 @@ def _hectares(world: World) -> float:
 
 def _write(world: World, folder: Path) -> DrawnLot:
     folder.mkdir(parents=True, exist_ok=True)
-    side, focal = round(SIDE_M / SCALE), ALTITUDE_M / SCALE
-    camera = CameraModel(side, side, focal, focal, (side - 1) / 2, (side - 1) / 2)
+    side = round(SIDE_M / SCALE)
+    camera = camera_model(side, side, ALTITUDE_M / SCALE)
     middle = SIDE_M / 2
     seen = WorldCamera(world, camera).render(middle, middle, ALTITUDE_M, 0.0, 0.0, 0.0, rng=np.random.default_rng(1))
     picture, truth = folder / "lot.png", folder / "lot.json"

@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import re
 import time
-from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import urlsplit
 
 import aiohttp
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
-from benchmarks.probe import Probe
 from benchmarks.small.box import Box
 from benchmarks.small.lot import SCALE, DrawnLot
+from benchmarks.stack import client, performance, probed, running
 from hawk.runtime.performance import WINDOW_S
 from hawk.sim.launch import SimulationOptions
-from hawk.survey.client import DroneClient
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT
-from hawk.survey.stack import Ready, SimulatedStack, StackError
+from hawk.survey.stack import Ready, SimulatedStack
 
 LAG_MS: Final = 20.0
 JITTER_MS: Final = 20.0
@@ -84,16 +78,12 @@ async def measure(lot: DrawnLot, box: Box, folder: Path) -> tuple[list[Figure], 
     options = SimulationOptions(world=lot.picture, metres_per_pixel=SCALE, truth=lot.truth, speed=1.0)
     stack = BoxedStack(options, folder, box)
     readings = Readings()
-    try:
-        ready = await stack.start()
+    async with running(stack, folder) as ready:
         readings.page_s = stack.page_s
-        async with _probes(ready.url, readings):
+        async with probed(ready.url) as probes:
             await _fly(stack, ready, box, readings)
+        readings.idle, readings.heartbeats = probes["idle"], probes["heartbeats"]
         readings.peak = box.peak_bytes()
-    except (StackError, aiohttp.ClientError, ConnectionError) as error:
-        raise BenchmarkError(f"{error} (logs in {folder})") from error
-    finally:
-        await stack.stop()
     return figures(readings, lot), problem(readings)
 
 
@@ -128,7 +118,6 @@ def figures(read: Readings, lot: DrawnLot) -> list[Figure]:
         Figure("small_survey_s", "from the checks to motors off", read.seconds, "s"),
         Figure("small_lot_ha", "lot", lot.hectares, "ha"),
         Figure("small_lot_stalls", "stalls in it", float(lot.stalls)),
-        Figure("small_installed_mb", "installed, without Python", installed_bytes("hawk-drone") / 1e6, "MB"),
     ]  # fmt: skip
 
 
@@ -139,50 +128,11 @@ def problem(read: Readings) -> str:
     return "" if read.is_done else f"the survey was not done: {read.outcome}"
 
 
-def installed_bytes(name: str, seen: set[str] | None = None) -> int:
-    """Return the bytes of a package's files and of all that it needs to run, extras left out."""
-    seen = set() if seen is None else seen
-    if name.lower() in seen:
-        return 0
-    seen.add(name.lower())
-    try:
-        found = distribution(name)
-    except PackageNotFoundError:
-        return 0
-    total = sum(_size(Path(str(file.locate()))) for file in found.files or ())
-    needed = [text for text in found.requires or () if "extra ==" not in text]
-    return total + sum(installed_bytes(re.split(r"[^\w.-]", text, maxsplit=1)[0], seen) for text in needed)
-
-
-def _size(path: Path) -> int:
-    try:
-        return path.stat().st_size
-    except OSError:
-        return 0
-
-
-@contextlib.asynccontextmanager
-async def _probes(url: str, readings: Readings) -> AsyncIterator[None]:
-    idle, heartbeats = Probe("idle"), Probe("heartbeats", url)
-    try:
-        await idle.start()
-        await heartbeats.start()
-        yield
-        readings.idle, readings.heartbeats = await idle.finish(), await heartbeats.finish()
-    finally:
-        await idle.close()
-        await heartbeats.close()
-
-
 async def _fly(stack: SimulatedStack, ready: Ready, box: Box, readings: Readings) -> None:
-    address = urlsplit(ready.url)
     before = await stack.status()
     began = time.monotonic()
-    async with (
-        aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=10)) as session,
-        DroneClient(address.hostname or "127.0.0.1", address.port or 3000) as drone,
-    ):
-        watch = asyncio.create_task(_watch(session, ready.url, box, readings), name="small-watch")
+    async with client(ready.url) as drone:
+        watch = asyncio.create_task(_watch(ready.url, box, readings), name="small-watch")
         try:
             async with asyncio.timeout(SURVEY_S):
                 outcome = await SurveyOperator(drone, SurveyPlan(set_failsafes=True)).run()
@@ -199,15 +149,14 @@ async def _fly(stack: SimulatedStack, ready: Ready, box: Box, readings: Readings
     readings.camera_fps = drawn / readings.seconds
 
 
-async def _watch(session: aiohttp.ClientSession, url: str, box: Box, readings: Readings) -> None:
+async def _watch(url: str, box: Box, readings: Readings) -> None:
     """Read memory every second, and the daemon's own account of each whole minute."""
     next_minute = time.monotonic() + WINDOW_S
     while True:
         readings.anonymous.append(box.anonymous_bytes())
         if time.monotonic() >= next_minute:
             next_minute += WINDOW_S
-            async with session.get(f"{url}api/performance") as response:
-                values = await response.json()
+            values = await performance(url)
             for values_of, key in ((readings.lags_ms, "loop_lag_p99_ms"), (readings.vision_fps, "vision_fps")):
                 if values.get(key) is not None:
                     values_of.append(float(values[key]))

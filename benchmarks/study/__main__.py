@@ -12,7 +12,6 @@ A cell is a group of stalls (lot, row, zone, kind) and a flown hour; of turnover
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -20,18 +19,22 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.figures import Figure, Limit, Section, missed, print_and_write, share
+from benchmarks.figures import Figure, Limit, Section, print_and_write, share
 from benchmarks.lots.looks import StillEye
+from benchmarks.options import make_parser, seeds_option
 from benchmarks.study.judged import Judged, judged, total
 from benchmarks.study.survey import study
 from benchmarks.study.visits import StudyLot
-from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Survey all lots, print a line each and a table of all; return 1 when a figure lies outside its limits."""
-    options = _parser().parse_args(arguments)
+    parser = make_parser("benchmarks.study", __doc__)
+    parser.add_argument("--seeds", type=seeds_option, default="2-4", metavar="A-B", help="drawn lots (2-4)")
+    parser.add_argument("--surveys", type=int, metavar="N", help="surveys of each lot after the first (18)")
+    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
+    options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     eye = StillEye(StallNetwork.load(options.model))
 
@@ -41,9 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = [studied(StudyLot(seed), eye, options.surveys, say) for seed in options.seeds]
     for one in found:
         say(line(one))
-    section = Section("study", figures(found))
-    print_and_write([section], options.json)
-    return 1 if missed([section]) else 0
+    return print_and_write([Section("study", figures(found))], options.json)
 
 
 def studied(lot: StudyLot, eye: StillEye, surveys: int | None, say: Callable[[str], None]) -> Judged:
@@ -91,17 +92,6 @@ def figures(found: Sequence[Judged]) -> list[Figure]:
         Figure("surveys", "surveys", float(sum(one.surveys for one in found))),
         Figure("lots", "lots", float(len(found))),
     ]  # fmt: skip
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.study", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=seeds_option, default="2-4", metavar="A-B", help="drawn lots (2-4)")
-    parser.add_argument("--surveys", type=int, metavar="N", help="surveys of each lot after the first (18)")
-    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    return parser
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -10,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.lots.visits import BIAS_M, COMPASS, FIRST, Visit
+from benchmarks.lots.visits import COMPASS, FIRST, Visit, drawn_bias
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moment import clock_of
 from hawk.worlds.world import World
@@ -43,7 +42,7 @@ class StudyLot:
         rng = np.random.default_rng((self.seed, 39))
         return [
             Visit(
-                number, (moment - FIRST).total_seconds() / 3600.0, bias=_bias(rng),
+                number, (moment - FIRST).total_seconds() / 3600.0, bias=drawn_bias(rng),
                 compass=float(rng.uniform(-COMPASS, COMPASS)),
             )
             for number, moment in enumerate((MAPPING, *moments()[:most]), 1)
@@ -58,8 +57,3 @@ def moments() -> Sequence[datetime]:
     """Return the moments of the study's eighteen surveys."""
     day = [DAY + timedelta(hours=hour) for hour in HOURS]
     return [*day, *(DAY + timedelta(days=days, hours=hour) for days, hour in WEEK)]
-
-
-def _bias(rng: np.random.Generator) -> tuple[float, float]:
-    radius, towards = BIAS_M * math.sqrt(rng.random()), rng.uniform(0, 2 * math.pi)
-    return float(radius * math.cos(towards)), float(radius * math.sin(towards))

@@ -1,8 +1,14 @@
-"""Values of one frame: the input that the worker reads, the output that it returns, and its error."""
+"""Values of one frame: the input that the worker reads, the output that it returns, and its error; work in steps.
+
+Work in steps is a generator that yields after a few milliseconds of it and returns its outcome at the end. A frame does
+one step of long work, so that no frame waits for the whole.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass, field, replace
+from typing import TypeVar, cast
 
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.lot_map import OccupancyMap
@@ -86,3 +92,16 @@ class FrameOutput:
     """Motion over ground since an earlier frame; None where the two were not compared, or the camera is not well."""
     stall_size: StallSize | None = None
     """Usual size of the stalls; None where too few are whole."""
+
+
+Outcome = TypeVar("Outcome")
+Steps = Generator[None, None, Outcome]
+
+
+def outcome(steps: Steps[Outcome]) -> Outcome:
+    """Do all the steps of some work and return its outcome."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return cast("Outcome", end.value)

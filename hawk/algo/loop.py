@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +20,7 @@ from hawk.model.poses import MapPoint, VehiclePose
 from hawk.model.sentences import say
 from hawk.model.sun import SunPosition
 from hawk.runtime.process import WORKER_NICENESS, set_niceness
-from hawk.runtime.supervision import Supervisor
+from hawk.runtime.supervision import Supervisor, end_tasks
 
 if TYPE_CHECKING:  # their libraries take half of the time in which a daemon that starts in the air must act
     from hawk.algo.manager import AlgorithmManagerApp
@@ -123,9 +122,7 @@ class AlgorithmLoop:
         """Stop taking frames, let the present one finish, and end the worker thread."""
         task, self._task = self._task, None
         if task is not None:
-            task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await task
+            await end_tasks(task)
         self._executor.shutdown(wait=True, cancel_futures=True)
 
     async def changes_since(self, version: int) -> MapDelta:

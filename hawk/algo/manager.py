@@ -17,10 +17,10 @@ from hawk.algo.mapper.app import Fused, MapperApp
 from hawk.algo.path_plan.app import PathPlanApp, Plan
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.detection import FrameVision, VisionResult, stall_size
 from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.algo.vision.seen import Seen, SeesFrames, stall_size
 from hawk.formats.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep
@@ -36,10 +36,10 @@ TURNED_S: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Looked:
+class Perception:
     """A frame's picture as it was seen, what it shows of the camera and the drone's motion, and what failed."""
 
-    seen: Seen = field(repr=False)
+    seen: VisionResult = field(repr=False)
     camera: Health
     step: GroundStep | None
     failures: tuple[str, ...]
@@ -65,7 +65,7 @@ class AlgorithmManagerApp:
     def init(
         self,
         algo_topic_interface: AlgorithmTopicInterface,
-        vision_app: SeesFrames,
+        vision_app: FrameVision,
         mapper_app: MapperApp,
         path_plan_app: PathPlanApp,
         drone_camera: FrameCamera,
@@ -97,16 +97,16 @@ class AlgorithmManagerApp:
         self._vision_app.publish()
         self.go_on(frame, looked)
 
-    def look(self, frame: FrameInput) -> Looked:
+    def look(self, frame: FrameInput) -> Perception:
         """Do the first half of `process`, which needs the picture alone. Never raises for what is in the frame.
 
         A thread may look at the next frames, in their order, while another one goes on with those before.
         """
         steps = _Steps(self._timer)
         seen, camera, step = self._look(frame, steps)
-        return Looked(seen, camera, step, tuple(steps.failures))
+        return Perception(seen, camera, step, tuple(steps.failures))
 
-    def go_on(self, frame: FrameInput, looked: Looked) -> None:
+    def go_on(self, frame: FrameInput, looked: Perception) -> None:
         """Do the second half of `process`: map and plan, then publish.
 
         Raises:
@@ -147,7 +147,7 @@ class AlgorithmManagerApp:
             stall_size=size,
         )
 
-    def _look(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Health, GroundStep | None]:
+    def _look(self, frame: FrameInput, steps: _Steps) -> tuple[VisionResult, Health, GroundStep | None]:
         vision = self._vision_app
         seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
         camera = steps.do("camera", lambda: self._camera_check.look(frame, seen.image), Health.bad)
@@ -156,7 +156,7 @@ class AlgorithmManagerApp:
             seen = replace(seen, ground=None)  # the ground is not where the picture shows it
         return seen, camera, step
 
-    def _go_on(self, frame: FrameInput, seen: Seen, steps: _Steps) -> tuple[Fused, Plan]:
+    def _go_on(self, frame: FrameInput, seen: VisionResult, steps: _Steps) -> tuple[Fused, Plan]:
         mapper, planner = self.mapper_app, self._path_plan_app
         fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
         return fused, steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
@@ -167,7 +167,7 @@ class AlgorithmManagerApp:
             self._turned_at = step.until
         return 0.0 <= frame.captured - self._turned_at < TURNED_S
 
-    def _annotated(self, frame: FrameInput, seen: Seen, fused: Fused) -> bytes:
+    def _annotated(self, frame: FrameInput, seen: VisionResult, fused: Fused) -> bytes:
         if seen.image is None:
             return b""
         if seen.ground is None:

@@ -14,10 +14,10 @@ from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.comm.topic import Topic
 from hawk.formats.image import NoImage
 from hawk.model.lot_map import OccupancyMap
-from hawk.model.operation import Health, StateName
+from hawk.model.operation import Health
 from hawk.model.pictures import AnnotatedFrame, GroundStep, StallSize
-from hawk.model.plans import DesiredPose, PathPlan, Verdict
-from hawk.model.poses import MapPoint, MapPose
+from hawk.model.plans import PathPlan, Verdict
+from hawk.model.poses import MapPoint
 from hawk.model.sentences import say
 
 T = TypeVar("T")
@@ -62,18 +62,6 @@ class AlgorithmTopicInterface:
         if self._frame is None:
             raise AlgoError(say("no frame was given yet"))
         return self._frame
-
-    def get_drone_state(self) -> StateName:
-        """Return the operation state at the time of the frame."""
-        return self.frame.state
-
-    def get_desired_pose(self) -> DesiredPose | None:
-        """Return the operator's desired pose (map frame, metres), None without one."""
-        return self.frame.desired
-
-    def get_local_pose(self) -> MapPose | None:
-        """Return the drone's pose at the frame's time of exposure (map frame), None before the first arm."""
-        return self.frame.pose
 
 
 class FrameCamera:

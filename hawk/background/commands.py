@@ -30,7 +30,7 @@ def add_background_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.background.tiling import PictureError, open_picture, write_tiles, zooms_for
+    from hawk.background.tiles import PictureError, open_picture, write_tiles, zooms_for
 
     try:
         with open_picture(options.picture) as picture:

@@ -37,7 +37,8 @@ from hawk.calibrate.settings_file import write_camera_info, write_settings
 from hawk.comm.cameras.drone_camera import DroneCamera, make_source
 from hawk.comm.cameras.sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.config.sections import CameraSettings, Config, ConfigError, refuse_existing
+from hawk.config.loader import refuse_existing
+from hawk.config.sections import CameraSettings, Config, ConfigError
 from hawk.formats.image import NoImage, decode, decode_any
 from hawk.runtime.supervision import Supervisor
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, load_settings, refuse_existing
+from hawk.config.loader import load_settings, refuse_existing
+from hawk.config.sections import ConfigError
 
 COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()
@@ -75,7 +76,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ConfigError("--apply: name the settings file to change with --config")
     target = options.config if options.apply else None
     if options.in_flight is not None:
-        from hawk.calibrate.flight_command import run_in_flight, use_least_priority
+        from hawk.calibrate.flight_command import run_in_flight, use_least_priority  # reads pictures
 
         if options.in_background:
             use_least_priority()
@@ -83,7 +84,7 @@ def _run(options: argparse.Namespace) -> int:
         return run_in_flight(config, recording, target, as_json=options.json)
     if options.work == "board":
         return _board(options)
-    from hawk.calibrate.camera_command import CameraPlan, run_camera
+    from hawk.calibrate.camera_command import CameraPlan, run_camera  # reads pictures
 
     plan = CameraPlan(
         options.out or config.store.directory / "camera.yaml",
@@ -116,7 +117,7 @@ def _refuse_what_changes_nothing(options: argparse.Namespace) -> None:
 
 
 def _board(options: argparse.Namespace) -> int:
-    from hawk.calibrate.board import PAPERS, board_pdf
+    from hawk.calibrate.board import PAPERS, board_pdf  # draws with OpenCV
 
     paper = PAPERS[options.paper or "A4"]
     path = options.out or Path(f"board-{paper.name}.pdf")

@@ -18,7 +18,8 @@ from hawk.calibrate.flight import Flight, FlightError, Flown, newest_recording, 
 from hawk.calibrate.in_flight import LATENCY, PITCH, ROLL, YAW, Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import choose_pairs, match_pairs
 from hawk.calibrate.settings_file import write_settings
-from hawk.config.sections import ENVIRONMENT_PREFIX, CameraSettings, Config, bounds
+from hawk.config.loader import ENVIRONMENT_PREFIX
+from hawk.config.sections import CameraSettings, Config, bounds
 from hawk.runtime.process import set_niceness, set_session_niceness
 from hawk.store.replay import RecordingError
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from hawk.calibrate.lens import NAMES, Lens
-from hawk.config.sections import ConfigError, load_config
+from hawk.config.loader import load_config
+from hawk.config.sections import ConfigError
 from hawk.runtime.files import write_atomically
 
 _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")

@@ -17,7 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.network import NetworkMaps, StallNetwork, VisionModelError
+from hawk.algo.vision.network import NetworkMaps, StallNetwork
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.algo.vision.rectify import GROUND_M, MAXIMUM_PIXELS
 from hawk.check.result import CheckResult, failed, passed, warning
 from hawk.config.sections import Config, StoreSettings, VisionSettings

@@ -1,9 +1,8 @@
-"""Message Socket (specification, section 6): strings between drone and operator, whole and in order.
+"""Message Socket (specification, section 6) for asyncio: strings between drone and operator, whole and in order.
 
-`MessageSocket` has the specification's access programs for both roles. It runs on a loop thread of its own, so plain
-Python can use it; `AsyncMessageSocket` is the same for asyncio. `ServerMessageSocket` is the server's role
-inside the daemon: the web server carries its strings, and it adds answers by client, a share of each tick for each
-client, and the commands that stop or save the drone past the queue.
+`AsyncMessageSocket` is an operator's end. `ServerMessageSocket` is the server's role inside the daemon: the web server
+carries its strings, and it adds answers by client, a share of each tick for each client, and the commands that stop or
+save the drone past the queue.
 """
 
 from __future__ import annotations
@@ -11,197 +10,40 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import ssl
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine, Sequence
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from typing import Final, Literal
+from typing import Final
 
-from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket, SocketClosedError
+from hawk.comm.base_socket import ConnectionTimeout, FailedToSend, MessageLink, SocketClosedError
 from hawk.comm.protocol.command_table import COMMAND_TABLE, Urgency
 from hawk.comm.protocol.commands import Ack, BadMessageError, Command, Outgoing, parse_command
 from hawk.comm.protocol.heartbeat import ClientId, CommandHandler
-from hawk.comm.threads import LoopThread
 from hawk.model.sentences import say
+from hawk.runtime.supervision import end_tasks
 
-__all__ = ["ConnectionTimeout", "FailedToSend", "Gate", "MessageSocket", "NoMessagesError", "ServerMessageSocket"]
+_LOG = logging.getLogger(__name__)
 
 QUEUE_LIMIT: Final = 256
-"""Received messages that wait at most."""
+"""Messages that wait at most in each direction. A full receive queue stops reading: the drone then sends fewer
+heartbeats."""
 CLIENT_WAITING: Final = 16
 """Commands of one client that wait at most in the daemon; the next one is refused."""
 TURNS_KEPT: Final = 100
 """Ticks for which a client's turn is remembered."""
 TICK_COMMANDS: Final = 4
 """Commands that a tick takes at most, one of a client: each costs it some tenths of a millisecond."""
-CLOSE_TIMEOUT_S: Final = 3.0
-SERVER_RETRY_S: Final = (0.05,)
-"""Pause between attempts to listen on a port that is taken; for a client a server waits without one."""
-
-
-class NoMessagesError(Exception):
-    """There is no message to take."""
-
+STALE_S: Final = 2.0
+"""A posted message that waited longer for the link is dropped: the drone must not act on an old command."""
+_SLACK_S: Final = 0.05
+"""Real seconds by which the words of the attempt itself come first."""
+RETRY_S: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
+"""Pauses between attempts to connect again; the last one repeats."""
 
 Gate = Callable[[ClientId, Command], Outgoing | None]
 """Answers a command that is not for the operations manager, or that this client may not give; None lets it through."""
 SendTo = Callable[[ClientId, str], None]
 """Sends to one client in the background; one that has left is no error."""
-
-
-class MessageSocket:
-    """The specification's Message Socket, for programs without asyncio.
-
-    After `init` a lost connection is restored in the background. After a failed `init` both programs that send connect
-    again (specification 6.4.4): `send_message_sync` at once, `send_message_async` in the background.
-    """
-
-    def __init__(
-        self,
-        in_type: Literal["SERVER", "OPERATOR"],
-        in_host: str,
-        in_port: int,
-        *,
-        timeout_s: float = 5.0,
-        token: str | None = None,
-        tls: ssl.SSLContext | None = None,
-        queue_limit: int = QUEUE_LIMIT,
-    ) -> None:
-        """Keep the address; nothing is opened before `init`.
-
-        Args:
-            in_type: "SERVER" (drone) or "OPERATOR" (client).
-            in_host: The drone's address; a server listens on it (empty: see `ServerBaseSocket`).
-            in_port: TCP port.
-            timeout_s: Real seconds to wait for a connection, and for a client before a server's message fails.
-            token: Bearer token that a client sends and a server demands.
-            tls: For HTTPS: the certificates that a client trusts, or the server's certificate and key; None: HTTP.
-            queue_limit: Received messages that wait at most; a full queue holds the sender up.
-
-        Raises:
-            ValueError: Another ``in_type``, or a server that the network could reach without a token.
-        """
-        if in_type not in ("SERVER", "OPERATOR"):
-            raise ValueError(f'in_type must be "SERVER" or "OPERATOR", not {in_type!r}')
-        self.type = in_type
-        self.host = in_host
-        self.port = in_port
-        is_server = in_type == "SERVER"
-        self._base = (ServerBaseSocket if is_server else BaseSocket)(in_host, in_port, token=token, tls=tls)
-        self._retry_s = SERVER_RETRY_S if is_server else RETRY_S
-        self._timeout = timeout_s
-        self._received: deque[str] = deque()
-        self._limit = queue_limit
-        self._room = threading.Condition()
-        self._initialised = False
-        self._opening = threading.Lock()
-        self._thread: LoopThread | None = None
-        self._socket: AsyncMessageSocket | None = None
-        self._pump: Future[None] | None = None
-
-    def init(self) -> None:
-        """Connect (client) or listen (server), with empty queues. Raises ConnectionTimeout."""
-        self.close()
-        with self._room:
-            self._received.clear()
-            self._initialised = True
-        self._open(self._connect)
-
-    def send_message_sync(self, x: str) -> None:
-        """Send and block until it is sent; connect first when not connected. Raises FailedToSend."""
-        with self._opening:
-            if self._initialised and self._thread is None:
-                try:
-                    self._open(self._connect)
-                except ConnectionTimeout as error:
-                    raise FailedToSend(str(error)) from error
-        thread, socket = self._running()
-        thread.call(socket.send_message(x))
-
-    def send_message_async(self, x: str) -> None:
-        """Send in the background; connect there first when not connected. A message that waits for 2 s is dropped.
-
-        Raises:
-            FailedToSend: `init` was not called, or too many messages wait already.
-        """
-        with self._opening:
-            if self._initialised and self._thread is None:
-                self._open(self._connect_later)
-        thread, socket = self._running()
-        thread.call(_post(socket, x))
-
-    def get_message(self) -> str:
-        """Return the oldest message that was not taken yet. Raises NoMessagesError when there is none."""
-        with self._room:
-            if not self._received:
-                raise NoMessagesError("no message has come")
-            text = self._received.popleft()
-            self._room.notify()
-        return text
-
-    def is_connected(self) -> bool:
-        """Return True while a connection is established (server: while a client is connected)."""
-        return self._socket is not None and self._socket.is_connected
-
-    def close(self) -> None:
-        """Close the connection and end the threads. Closing twice is no error."""
-        with self._room:
-            self._initialised = False
-            self._room.notify_all()
-        self._stop()
-
-    def _open(self, connect: Callable[[], Coroutine[None, None, AsyncMessageSocket]]) -> None:
-        """Start the thread and connect. Raises ConnectionTimeout, and leaves no thread behind then."""
-        self._thread = LoopThread("message-socket")
-        try:
-            self._socket = self._thread.call(connect())
-        except BaseException:
-            self._stop()
-            raise
-        self._pump = self._thread.begin(self._forward(self._socket))
-
-    def _stop(self) -> None:
-        thread, self._thread = self._thread, None
-        socket, self._socket = self._socket, None
-        pump, self._pump = self._pump, None
-        if thread is None:
-            return
-        if pump is not None:
-            pump.cancel()
-        with contextlib.suppress(TimeoutError, CancelledError):
-            thread.call((socket or self._base).close(), CLOSE_TIMEOUT_S)
-        thread.stop()
-
-    async def _connect(self) -> AsyncMessageSocket:
-        socket = AsyncMessageSocket(self._base, timeout_s=self._timeout, retry_s=self._retry_s)
-        await socket.init()
-        return socket
-
-    async def _connect_later(self) -> AsyncMessageSocket:
-        socket = AsyncMessageSocket(self._base, timeout_s=self._timeout, retry_s=self._retry_s)
-        socket.begin()
-        return socket
-
-    async def _forward(self, socket: AsyncMessageSocket) -> None:
-        """Hand messages over on a thread of their own: a full queue blocks there, not on the loop."""
-        loop = asyncio.get_running_loop()
-        with ThreadPoolExecutor(1, thread_name_prefix="message-socket-queue") as executor:
-            while True:
-                await loop.run_in_executor(executor, self._put, await socket.get_message())
-
-    def _put(self, text: str) -> None:
-        """Keep a message; a full queue holds the sender up (TCP passes that on), so nothing is lost."""
-        with self._room:
-            self._room.wait_for(lambda: len(self._received) < self._limit or not self._initialised)
-            if self._initialised:
-                self._received.append(text)
-
-    def _running(self) -> tuple[LoopThread, AsyncMessageSocket]:
-        if self._thread is None or self._socket is None:
-            raise FailedToSend("the socket is not open; call init() first")
-        return self._thread, self._socket
 
 
 class ServerMessageSocket:
@@ -283,27 +125,12 @@ class ServerMessageSocket:
                     self.reply(client, Ack(id=command.id, accepted=False, reason=reason))
 
 
-async def _post(socket: AsyncMessageSocket, text: str) -> None:
-    socket.post_message(text)
-
-
-_LOG = logging.getLogger(__name__)
-
-"""Messages that wait in each direction. A full receive queue stops reading: the drone then sends fewer heartbeats."""
-STALE_S: Final = 2.0
-"""A posted message that waited longer for the link is dropped: the drone must not act on an old command."""
-_SLACK_S: Final = 0.05
-"""Real seconds by which the words of the attempt itself come first."""
-RETRY_S: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
-"""Pauses between attempts to connect again; the last one repeats."""
-
-
 class AsyncMessageSocket:
     """`init`, then `send_message`, `post_message` and `get_message` until `close`. One loop only."""
 
     def __init__(
         self,
-        socket: BaseSocket | ServerBaseSocket,
+        socket: MessageLink,
         *,
         timeout_s: float = 5.0,
         queue_limit: int = QUEUE_LIMIT,
@@ -367,9 +194,7 @@ class AsyncMessageSocket:
     async def close(self) -> None:
         """End tasks and connection."""
         tasks, self._tasks = self._tasks, []
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(*tasks)
         self._connected.clear()
         await self._socket.close()
 

@@ -1,6 +1,4 @@
-"""Threads: values for the loop (`Inbox`) and from it (`LatestSender`), work that may hang (`Workers`), and a loop on a
-thread of its own.
-"""
+"""Threads: values for the loop (`Inbox`) and from it (`LatestSender`), and work that may hang (`Workers`)."""
 
 from __future__ import annotations
 
@@ -9,10 +7,9 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine
-from concurrent.futures import Future
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
-from typing import Any, Final, Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -20,8 +17,6 @@ T = TypeVar("T")
 _Desk = SimpleQueue[Callable[[], None]]
 
 IDLE_S: Final = 30.0
-STOP_S: Final = 5.0
-"""Real seconds that a loop on a thread may take to end."""
 
 
 class Inbox(Generic[T]):
@@ -164,35 +159,3 @@ class Workers:
             del work  # an idle thread keeps nothing alive
             with self._lock:
                 self._idle.append(desk)
-
-
-class LoopThread:
-    """An event loop on a daemon thread, for callers without asyncio."""
-
-    def __init__(self, name: str) -> None:
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name=name, daemon=True)
-        self._thread.start()
-
-    def begin(self, work: Coroutine[Any, Any, T]) -> Future[T]:
-        """Start a coroutine on the loop."""
-        return asyncio.run_coroutine_threadsafe(work, self._loop)
-
-    def call(self, work: Coroutine[Any, Any, T], timeout_s: float | None = None) -> T:
-        """Run a coroutine on the loop and return its result. Raises TimeoutError."""
-        return self.begin(work).result(timeout_s)
-
-    def stop(self) -> None:
-        """Cancel the tasks that still run, and end loop and thread."""
-        asyncio.run_coroutine_threadsafe(self._cancel_tasks(), self._loop)
-        self._thread.join(STOP_S)
-        if not self._thread.is_alive():
-            self._loop.run_until_complete(self._loop.shutdown_asyncgens())
-            self._loop.close()
-
-    async def _cancel_tasks(self) -> None:
-        tasks = asyncio.all_tasks() - {asyncio.current_task()}
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-        self._loop.call_soon(self._loop.stop)

@@ -275,3 +275,17 @@ def _checked(model: type[M], query: str, named: dict[str, Any]) -> M:
         problem = error.errors(include_url=False)[0]
         name = str(problem["loc"][0]) if problem["loc"] else ""
         raise ValueError(f"{name}: {problem['msg'].removeprefix('Value error, ')}".removeprefix(": ")) from None
+
+
+def host_and_port(address: str) -> tuple[str, int | None]:
+    """Return the IP address and the port of ``IP``, ``IP:PORT``, ``[IPv6]`` or ``[IPv6]:PORT``; raises ValueError."""
+    found = re.fullmatch(
+        r"\[(?P<six>[^\]]+)\](:(?P<port6>\d+))?|(?P<four>[^:]+)(:(?P<port4>\d+))?|(?P<plain>.+)", address
+    )
+    if found is None:
+        raise ValueError("is empty")
+    host = ipaddress.ip_address(found["six"] or found["four"] or found["plain"])
+    port = found["port6"] or found["port4"]
+    if port is not None and not 0 < int(port) < 65536:
+        raise ValueError("has no port of 1-65535")
+    return str(host), None if port is None else int(port)

@@ -1,50 +1,39 @@
-"""Settings: read from ``config.toml``, from environment variables and from the command line, in this order of rank
-(the last wins), and checked as a whole before anything starts.
+"""Settings: their sections, each with its defaults, bounds and checks, and what they say together.
 
-``config.toml`` in the project's root is the reference: every setting with unit, default and what it does.
+`hawk.config.loader` reads them. ``config.toml`` in the project's root is the reference: every setting with unit,
+default and what it does.
 """
 
 from __future__ import annotations
 
-import argparse
-import base64
-import binascii
-import difflib
-import ipaddress
-import os
-import re
-import tomllib
-import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import datetime, tzinfo
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, NamedTuple
-from urllib.parse import urlsplit
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+from typing import Any, Final, Literal
+from zoneinfo import ZoneInfo
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    SecretStr,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.fields import FieldInfo
 
-from hawk.config.addresses import check_autopilot_address, check_camera_address, check_host, usable_path
-from hawk.config.secrets import SecretUrl, is_secret
-
-ENVIRONMENT_PREFIX = "HAWK_"
-"""``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
-
-Retry = Annotated[float, Field(ge=0.01, le=60)]
-"""Seconds until something is tried again, or shown as missing."""
-TravelHeight = Annotated[float, Field(ge=2, le=500)]
-"""Metres above the arm place: above people and cars, and below the 1000 m of ArduCopter's FENCE_ALT_MAX."""
-Degrees = Annotated[float, Field(ge=-180, le=180)]
+from hawk.config.fields import (
+    AutopilotAddress,
+    CameraAddress,
+    Degrees,
+    Description,
+    FilePath,
+    OperatorId,
+    PageHost,
+    PageName,
+    PageToken,
+    ReceiverAddress,
+    Retry,
+    SerialNumber,
+    SigningSecret,
+    TravelHeight,
+    VehicleAddress,
+    ZoneName,
+)
+from hawk.config.secrets import SecretUrl
 
 
 class ConfigError(Exception):
@@ -57,129 +46,13 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, hide_input_in_errors=True)
 
 
-class _Removed(NamedTuple):
-    """A setting of earlier versions. A value that states what holds now is passed over: the drone starts with it."""
-
-    remedy: str
-    holds_now: tuple[object, ...]
-
-
-_REMOVED: Final = {
-    ("vision", "use_network"): _Removed(
-        "is no setting any more: the network alone finds stalls. Delete it from your settings", (True, "true")
-    ),
-}
-"""By section and key."""
-_OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
-
-
-def _path(value: Any) -> Any:
-    return usable_path(value) if isinstance(value, str | Path) else value
-
-
-FilePath = Annotated[Path, BeforeValidator(_path)]
-"""A file or folder; ``~`` stands for the home folder."""
-
-
-def _camera(value: SecretUrl) -> SecretUrl:
-    check_camera_address(value.get_secret_value())
-    return value
-
-
-def _receiver(value: SecretUrl) -> SecretUrl:
-    parts = urlsplit(value.get_secret_value())
-    if parts.scheme not in ("https", "http") or not parts.hostname:
-        raise ValueError("must be an address, as https://example.org/hawk")
-    return value
-
-
-def _at_least(shortest: int) -> Callable[[SecretStr], SecretStr]:
-    def check(value: SecretStr) -> SecretStr:
-        if len(value.get_secret_value()) < shortest:
-            raise ValueError(f"must have at least {shortest} characters")
-        return value
-
-    return check
-
-
-def _signing_secret(value: SecretStr) -> SecretStr:
-    text = value.get_secret_value()
-    if text.startswith("whsec_"):
-        try:
-            base64.b64decode(text.removeprefix("whsec_"), validate=True)
-        except binascii.Error:
-            raise ValueError("must be base64 behind whsec_, as: echo whsec_$(openssl rand -base64 32)") from None
-    return value
-
-
-def _time_zone(value: str) -> str:
-    try:
-        ZoneInfo(value)
-    except (ZoneInfoNotFoundError, ValueError, OSError):
-        raise ValueError("must be a name of the time zone database, as Europe/Amsterdam or UTC") from None
-    return value
-
-
-def _page_host(value: str) -> str:
-    if not value:
-        raise ValueError("is empty: 0.0.0.0 stands for all addresses of this computer, 127.0.0.1 for itself alone")
-    return check_host(value)
-
-
-def _page_name(value: str) -> str:
-    try:
-        return check_host(value.strip("[]"))
-    except ValueError:
-        words = "must be names as a browser's address has them, without scheme, port and path (drone.example)"
-        raise ValueError(words) from None
-
-
-def host_and_port(address: str) -> tuple[str, int | None]:
-    """Return the IP address and the port of ``IP``, ``IP:PORT``, ``[IPv6]`` or ``[IPv6]:PORT``; raises ValueError."""
-    found = re.fullmatch(
-        r"\[(?P<six>[^\]]+)\](:(?P<port6>\d+))?|(?P<four>[^:]+)(:(?P<port4>\d+))?|(?P<plain>.+)", address
-    )
-    if found is None:
-        raise ValueError("is empty")
-    host = ipaddress.ip_address(found["six"] or found["four"] or found["plain"])
-    port = found["port6"] or found["port4"]
-    if port is not None and not 0 < int(port) < 65536:
-        raise ValueError("has no port of 1-65535")
-    return str(host), None if port is None else int(port)
-
-
-def _vehicle_address(value: str) -> str:
-    try:
-        host_and_port(value)
-    except ValueError:
-        raise ValueError("must be an IP address, or IP:PORT ([IPv6]:PORT)") from None
-    return value
-
-
-def _short_text(longest: int) -> Callable[[str], str]:
-    """Return the check that a text has 1 to ``longest`` characters of printable ASCII."""
-
-    def check(value: str) -> str:
-        if not (1 <= len(value) <= longest and value.isascii() and value.isprintable() and value.strip() == value):
-            raise ValueError(f"must have 1 to {longest} characters of plain ASCII, none of them a space at an end")
-        return value
-
-    return check
-
-
-def _operator_id(value: str) -> str:
-    if re.fullmatch(r"[A-Za-z]{3}[A-Za-z0-9]{13}-[A-Za-z0-9]{3}", value):
-        raise ValueError("must not hold the secret part: leave out the dash and the three characters after it")
-    return _short_text(20)(value)
-
-
 class AutopilotSettings(Section):
     """Link to the autopilot."""
 
-    url: Annotated[str, AfterValidator(check_autopilot_address)] = "udpin://127.0.0.1:14550"
+    url: AutopilotAddress = "udpin://127.0.0.1:14550"
     system_id: int = Field(default=245, ge=1, le=255)
     vehicle_system_id: int | None = Field(default=None, ge=1, le=255)
-    vehicle_address: Annotated[str, AfterValidator(_vehicle_address)] | None = None
+    vehicle_address: VehicleAddress | None = None
     connect_timeout_s: Retry = 5.0
     position_rate_hz: float = Field(default=20.0, ge=5, le=50)
     set_rtl_altitude: bool = True
@@ -188,7 +61,7 @@ class AutopilotSettings(Section):
 class CameraSettings(Section):
     """Source of the pictures, and the camera's optics and mount."""
 
-    url: Annotated[SecretUrl, AfterValidator(_camera)] = SecretUrl("http://127.0.0.1:8090/stream")
+    url: CameraAddress = SecretUrl("http://127.0.0.1:8090/stream")
     horizontal_fov_deg: float = Field(default=70.0, ge=5, le=170)
     calibration: FilePath | None = None
     mount_roll_deg: Degrees = 0.0
@@ -294,13 +167,13 @@ class RemoteIdSettings(Section):
     """Remote ID: the operator's part, which the drone's transmitter needs."""
 
     enabled: bool = False
-    operator_id: Annotated[str, AfterValidator(_operator_id)] | None = None
+    operator_id: OperatorId | None = None
     operator_place: Literal["takeoff", "fixed"] = "takeoff"
     operator_latitude_deg: float | None = Field(default=None, ge=-90, le=90)
     operator_longitude_deg: float | None = Field(default=None, ge=-180, le=180)
     operator_height_m: float | None = Field(default=None, ge=-500, le=9000)
-    description: Annotated[str, AfterValidator(_short_text(23))] | None = None
-    serial_number: Annotated[str, AfterValidator(_short_text(20))] | None = None
+    description: Description | None = None
+    serial_number: SerialNumber | None = None
 
     @model_validator(mode="after")
     def _says_who_and_where(self) -> RemoteIdSettings:
@@ -328,14 +201,14 @@ class VisionSettings(Section):
 class WebSettings(Section):
     """The operator page."""
 
-    host: Annotated[str, AfterValidator(_page_host)] = "127.0.0.1"
+    host: PageHost = "127.0.0.1"
     port: int = Field(default=3000, ge=0, le=65535)
-    token: Annotated[SecretStr, AfterValidator(_at_least(16))] | None = None
+    token: PageToken | None = None
     session_idle_h: float = Field(default=12.0, ge=0.25, le=168)
     session_limit_h: float = Field(default=168.0, ge=1, le=720)
     tls_certificate: FilePath | None = None
     tls_key: FilePath | None = None
-    allowed_hosts: tuple[Annotated[str, AfterValidator(_page_name)], ...] = ()
+    allowed_hosts: tuple[PageName, ...] = ()
     maximum_clients: int = Field(default=20, ge=1, le=1000)
     video_width: int = Field(default=960, ge=160, le=1920)
     video_quality: int = Field(default=75, ge=20, le=95)
@@ -365,8 +238,8 @@ class StoreSettings(Section):
 class WebhooksSettings(Section):
     """Reports of surveys and layouts to other programs."""
 
-    urls: tuple[Annotated[SecretUrl, AfterValidator(_receiver)], ...] = ()
-    secret: Annotated[SecretStr, AfterValidator(_at_least(24)), AfterValidator(_signing_secret)] | None = None
+    urls: tuple[ReceiverAddress, ...] = ()
+    secret: SigningSecret | None = None
     allow_private: bool = False
 
     @model_validator(mode="after")
@@ -385,7 +258,7 @@ class ScheduledSurvey(Section):
     lot: str = Field(min_length=1, max_length=80)
     at: str = Field(pattern=r"^([01]\d|2[0-3]):[0-5]\d$")
     days: tuple[Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"], ...] = Field(default=DAYS, min_length=1)
-    time_zone: Annotated[str, AfterValidator(_time_zone)] | None = None
+    time_zone: ZoneName | None = None
 
     def clock(self) -> tzinfo:
         """Return the clock of ``at``: that of the time zone, without one the computer's."""
@@ -427,66 +300,6 @@ class Config(Section):
     log: LogSettings = LogSettings()
 
 
-def config_of(options: argparse.Namespace) -> Config:
-    """Return the settings of a command with the options of `hawk.config.options.add_settings`. Raises ConfigError."""
-    overrides = {} if options.store is None else {"store": {"directory": options.store}}
-    return load_config(options.config, overrides=overrides)
-
-
-def load_config(
-    path: Path | None,
-    environment: Mapping[str, str] = os.environ,
-    overrides: Mapping[str, Mapping[str, Any]] | None = None,
-) -> Config:
-    """Return the checked settings.
-
-    ``overrides`` (section -> key -> value) come from the command line. Raises ConfigError naming file, line and key.
-    """
-    text = ""
-    if path is not None:
-        try:
-            text = path.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ConfigError(f"{path}: cannot be read: {error}") from error
-    try:
-        values: dict[str, Any] = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ConfigError(f"{path}: not TOML: {error}") from error
-    variables: dict[tuple[str, str], str] = {}
-    for name in sorted(name for name in environment if name.upper().startswith(ENVIRONMENT_PREFIX)):
-        section, key = _setting_of(name)
-        value = environment[name]
-        variables[section, key] = name
-        _section(values, section)[key] = value.replace(",", " ").split() if _is_list(section, key) else value
-    for section, settings in (overrides or {}).items():
-        _section(values, section).update(settings)
-        variables = {at: name for at, name in variables.items() if at[0] != section or at[1] not in settings}
-    for (section, key), removed in _REMOVED.items():
-        given = values.get(section)
-        if isinstance(given, dict) and given.get(key) in removed.holds_now:
-            del given[key]
-    try:
-        return Config.model_validate(values)
-    except ValidationError as error:
-        raise ConfigError(_explain(error, path, text, variables)) from None
-
-
-def variable_of(section: str, key: str) -> str:
-    """Return the environment variable of a setting."""
-    return f"{ENVIRONMENT_PREFIX}{section}__{key}".upper()
-
-
-def _setting_of(variable: str) -> tuple[str, str]:
-    """Return section and key of an environment variable; raises ConfigError for one that would change nothing."""
-    section, _, key = variable.removeprefix(ENVIRONMENT_PREFIX).lower().partition("__")
-    if key and variable.startswith(ENVIRONMENT_PREFIX):
-        return section, key
-    names = {variable_of(section, key): "" for section in Config.model_fields for key in section_fields(section)}
-    near = difflib.get_close_matches(variable.upper(), names, n=1)
-    remedy = f"write {near[0]}, or unset it" if near else "its form is HAWK_<SECTION>__<KEY>; unset it"
-    raise ConfigError(f"{variable}: is no setting, and would change nothing: {remedy}")
-
-
 def section_fields(section: str) -> Mapping[str, FieldInfo]:
     """Return the fields of a section by key; none of one that is not known."""
     model = Config.model_fields[section].annotation if section in Config.model_fields else None
@@ -501,108 +314,3 @@ def bounds(section: str, key: str) -> tuple[float, float] | None:
     lowest = next((float(limit.ge) for limit in limits if hasattr(limit, "ge")), None)
     highest = next((float(limit.le) for limit in limits if hasattr(limit, "le")), None)
     return None if lowest is None or highest is None else (lowest, highest)
-
-
-def _is_list(section: str, key: str) -> bool:
-    """Return True for a setting that is a list: in the environment its parts stand between commas or spaces."""
-    field = section_fields(section).get(key)
-    return field is not None and typing.get_origin(field.annotation) in (tuple, list)
-
-
-def _section(values: dict[str, Any], name: str) -> dict[str, Any]:
-    found = values.setdefault(name, {})
-    if not isinstance(found, dict):
-        raise ConfigError(f"{name}: is a value, must be a section: write [{name}]")
-    return found
-
-
-def _explain(error: ValidationError, path: Path | None, text: str, variables: Mapping[tuple[str, str], str]) -> str:
-    """Return one line for each wrong setting: file and line, or environment variable, then key, what is wrong."""
-    lines = []
-    for problem in error.errors(include_url=False):
-        keys = [str(part) for part in problem["loc"]]
-        message = problem["msg"].removeprefix("Value error, ")
-        if problem["type"] == "extra_forbidden":
-            similar = f"is not a setting; see config.toml for those that are{_similar(keys)}"
-            removed = _REMOVED.get((keys[0], keys[-1]))
-            message = similar if removed is None else removed.remedy
-        elif problem["type"] == "missing":
-            message = "is missing"
-        elif not _has_secret(keys):  # a secret, even a part of one, is not repeated
-            if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
-                message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
-            message = f"{message} (found {problem['input']!r})"
-        number = _line_of(keys, text)
-        place = f"{path}, line {number}: " if number else f"{path}: " if path else ""
-        if len(keys) > 1 and (variable := variables.get((keys[0], keys[1]))):
-            place = f"{variable}: "
-        lines.append(f"{place}{'.'.join(keys)}: {message}")
-    return "\n".join(lines)
-
-
-def _has_secret(keys: list[str]) -> bool:
-    """Return True for a setting, a part of one or a section that holds a secret: an error goes into the journal."""
-    fields = section_fields(keys[0]) if len(keys) > 1 else Config.model_fields
-    field = fields.get(keys[min(1, len(keys) - 1)])
-    return field is not None and is_secret(field.annotation)
-
-
-def _similar(keys: list[str]) -> str:
-
-    is_key = len(keys) > 1 and keys[0] in Config.model_fields
-    names = list(section_fields(keys[0]) if is_key else Config.model_fields)
-    near = difflib.get_close_matches(keys[-1], names, n=1)
-    return f" (did you mean {near[0]}?)" if near else ""
-
-
-def _line_of(keys: list[str], text: str) -> int | None:
-    """Return the line on which the setting (else its section) stands in the TOML text, counted from 1."""
-    section_line = None
-    section: list[str] = []
-    blocks: dict[str, int] = {}
-    for number, line in enumerate(text.splitlines(), start=1):
-        header = re.match(r"\s*(\[\[?)\s*([\w.-]+)\s*\]", line)
-        if header:
-            section = [header.group(2)]
-            if header.group(1) == "[[":
-                section.append(str(blocks.get(section[0], 0)))
-                blocks[section[0]] = int(section[1]) + 1
-            if section == keys[: len(section)]:
-                section_line = number
-        key = re.match(r"\s*([\w-]+)\s*=", line)
-        if key and [*section, key.group(1)] == keys[: len(section) + 1]:
-            return number
-    return section_line
-
-
-_OPTIONS: Final = (
-    ("web", "host", "host"),
-    ("web", "port", "port"),
-    ("fence", "file", "fence"),
-    ("flight", "outline_file", "outline"),
-    ("autopilot", "url", "autopilot"),
-    ("camera", "url", "camera"),
-    ("store", "directory", "store"),
-)
-"""Section, key, and the option that sets them. A command need not have every option."""
-
-
-def load_settings(options: argparse.Namespace) -> Config:
-    """Return the settings of ``options.config`` with the command line's options applied. Raises ConfigError."""
-    overrides: dict[str, dict[str, Any]] = {}
-    for section, key, name in _OPTIONS:
-        value = getattr(options, name, None)
-        if value is not None:
-            overrides.setdefault(section, {})[key] = value
-    return load_config(options.config, overrides=overrides)
-
-
-def refuse_existing(path: Path, remedy: str) -> None:
-    """Raise ConfigError when the file of ``--out`` is there already, or its folder is closed to this user."""
-    try:
-        there = path.exists()
-    except OSError as error:
-        words = f"{path} cannot be written: {error.strerror or error}; name a folder that this user may write"
-        raise ConfigError(f"--out: {words}") from error
-    if there:
-        raise ConfigError(f"--out: {path} exists already: {remedy}")

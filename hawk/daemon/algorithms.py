@@ -20,8 +20,8 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.camera_check import CameraCheck
-from hawk.algo.vision.named import network_name
-from hawk.algo.vision.network import DEFAULT_ENGINE, VisionModelError
+from hawk.algo.vision.network import DEFAULT_ENGINE
+from hawk.algo.vision.network_file import VisionModelError, network_name
 from hawk.algo.vision.picture import PictureStyle
 from hawk.config.sections import Config
 

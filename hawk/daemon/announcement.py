@@ -1,4 +1,4 @@
-"""The words of a daemon whose page is up: its address, and the file for the program that started it."""
+"""The page of a program that serves it, once it is up: its address, and the file for the program that started it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
+from hawk.config.sections import ConfigError, WebSettings
+from hawk.daemon.start_checks import listening_problem
 from hawk.runtime.files import write_private
 from hawk.runtime.process import started_s
+from hawk.web.access.tls import Tls
+from hawk.web.app import WebServer
 
 ADDRESS_FILE: Final = "page-address"
 
@@ -24,6 +28,20 @@ class PageShown:
     page_url: str
     asks_for_token: bool
     fingerprint: str | None
+
+    @classmethod
+    def of(cls, server: WebServer, tls: Tls | None) -> Self:
+        """Return the page of a server that has started."""
+        fingerprint = None if tls is None else tls.fingerprint
+        return cls(server.url, server.page_url, server.asks_for_token, fingerprint)
+
+
+async def serve(server: WebServer, web: WebSettings) -> None:
+    """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""
+    try:
+        await server.start()
+    except OSError as error:
+        raise ConfigError(listening_problem(error, web)) from error
 
 
 def announcement(page: PageShown, folder: Path, *, is_simulation: bool, survey: str = "") -> list[str]:

@@ -23,9 +23,9 @@ from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, SiteStatus, Stat
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError
-from hawk.daemon.announcement import PageShown, announcement
-from hawk.daemon.lot_keeper import find_stalls
-from hawk.daemon.start_checks import check_background, listening_problem
+from hawk.daemon.announcement import PageShown, announcement, serve
+from hawk.daemon.lots.keeper import find_stalls
+from hawk.daemon.start_checks import check_background
 from hawk.lots.change_detection.comparison import placed_surveys
 from hawk.lots.ingest import lot_places
 from hawk.lots.names import lot_named
@@ -149,12 +149,8 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None, pla
     )
     if under is not None:
         occupancy_map.publish(under.mosaic)
-    try:
-        await server.start()
-    except OSError as error:
-        raise ConfigError(listening_problem(error, config.web)) from error
-    fingerprint = None if tls is None else tls.fingerprint
-    page = PageShown(server.url, server.page_url, server.asks_for_token, fingerprint)
+    await serve(server, config.web)
+    page = PageShown.of(server, tls)
     for line in announcement(page, config.store.directory, is_simulation=False, survey=place):
         print(line, flush=True)
     try:

@@ -17,7 +17,8 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from hawk.config.sections import ENVIRONMENT_PREFIX, CameraSettings
+from hawk.config.loader import ENVIRONMENT_PREFIX
+from hawk.config.sections import CameraSettings
 from hawk.model.sentences import say
 
 _LOG = logging.getLogger(__name__)

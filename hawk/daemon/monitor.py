@@ -14,12 +14,14 @@ from hawk.ddc.readings.topic_interface import DdcInputs
 from hawk.model.operation import Health, Level
 from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag, Performance
-from hawk.runtime.supervision import Supervisor
+from hawk.runtime.supervision import Supervisor, leave_at_once
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 
 MONITOR_S: Final = 0.25
 """Real seconds between two looks."""
+HANGING_CALLS: Final = 2
+"""Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
 
 AddMessage = Callable[[Level, str, str], object]
 """Adds a message for the operator: level, text, details."""
@@ -63,6 +65,22 @@ class Monitor:
         """Publish the health of calls into MAVSDK and of the program's own tasks; also called when one changes."""
         self._inputs.requests_health.publish(self._parts.autopilot.calls.health)
         self._inputs.tasks_health.publish(self._parts.supervisor.health)
+
+    def report_end(self, name: str, words: str) -> None:
+        """Report a task that ended and is started again."""
+        self.publish_calls_and_tasks()
+        self._add_message(
+            "error",
+            say("A part of the program ended and is started again."),
+            say("{name}: {value}", name=name, value=words),
+        )
+
+    def report_hang(self, name: str, *, is_flying: bool) -> None:
+        """Report a call that does not return; after the second in the air leave the drone to failsafe and restart."""
+        if is_flying and self._parts.autopilot.calls.overdue >= HANGING_CALLS:
+            leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
+        self.publish_calls_and_tasks()
+        self._add_message("error", say("A request hangs in MAVSDK."), name)
 
     def _look(self) -> None:
         parts, inputs = self._parts, self._inputs

@@ -10,7 +10,7 @@ from typing import Any, Final
 from pydantic import TypeAdapter
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.vision.named import network_name
+from hawk.algo.vision.network_file import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.comm.topic import Topic
@@ -21,10 +21,9 @@ from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
-from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, MapStalls, View, Words
 from hawk.store.recording import Recording
 from hawk.store.replay import KNOWN_LOT
-from hawk.store.shown import StallsSeen, View, Words
 
 POSE_S: Final = 0.2
 """Seconds between two poses for viewers."""
@@ -138,4 +137,4 @@ class FlightViews:
             return
         self._seen = (current.map_id, current.version)
         self._stalls_due = now + max(STALLS_S, len(current.stalls) / STALLS_A_SECOND)
-        self._show(StallsSeen(datum, current.stalls))
+        self._show(MapStalls(datum, current.stalls))

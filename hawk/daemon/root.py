@@ -14,55 +14,50 @@ import sys
 import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount, unknown_sun
+from hawk.algo.loop import AlgorithmLoop, fixed_mount, unknown_sun
 from hawk.algo.topic_interface import AlgorithmTopics
-from hawk.comm.autopilot.autopilot import MavsdkAutopilot, expected_autopilot
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.autopilot.remote_id_sender import RemoteIdSender
-from hawk.comm.autopilot.terrain import FRESH_S, ground_below
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.clock import Clock
-from hawk.comm.mavlink.passive_listener import wait_until_disarmed
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError
-from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, write_ready_file
+from hawk.daemon.announcement import PageShown, announcement, seconds_since_process_start, serve, write_ready_file
 from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
-from hawk.daemon.lot_parts import LotParts, program_name, surroundings
+from hawk.daemon.flights import FlightFollower, FlightParts
+from hawk.daemon.lots.parts import LotParts, program_name, surroundings
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
+from hawk.daemon.options import DaemonOptions, start_words
 from hawk.daemon.recording_parts import FlightViews, make_recording
+from hawk.daemon.situation import SituationReader
 from hawk.daemon.start_checks import (
-    listening_problem,
     make_folder,
 )
-from hawk.daemon.starts import Starts, survey_at_start
+from hawk.daemon.starts import Starts, survey_at_start, wait_away
 from hawk.ddc.fence.geojson import editable_area
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
-from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on
+from hawk.ddc.rules.follower import RestartRule, flight_goes_on
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
 from hawk.lots.survey.landing import LandingFacts, at_landing
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.moment import is_wall_clock_kept, this_moment
-from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
-from hawk.model.poses import ArmPlace
-from hawk.model.sentences import say
-from hawk.model.vehicle import VehicleState
 from hawk.runtime.performance import LoopLag, Performance
 from hawk.runtime.process import SystemdNotifier, Ticker, Watchdog
 from hawk.runtime.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
-from hawk.runtime.supervision import Supervisor, leave_at_once
-from hawk.sim.launch import SimulationOptions
+from hawk.runtime.supervision import Supervisor, end_tasks
 from hawk.store.journal import FlightJournal
 from hawk.store.run_notes import RunNotes, notes_file
 from hawk.versions.flight_state import FlightStateFile
@@ -76,33 +71,8 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-HANGING_CALLS = 2
-"""Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
 START_NOTED_S = 0.5
 """The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
-
-
-@dataclass(frozen=True, slots=True)
-class DaemonOptions:
-    """Options of the command line that are not settings.
-
-    ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that runs already, at
-    ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
-    ``parent_pid``: end when that process ends.
-    """
-
-    simulation: SimulationOptions | None = None
-    attached_simulation: str | None = None
-    speed: float = 1.0
-    ready_file: Path | None = None
-    parent_pid: int | None = None
-    is_again: bool = False
-    """An earlier run ended by a fault: its survey goes on, also over the same simulated world."""
-
-    @property
-    def is_simulation(self) -> bool:
-        """True when the drone is simulated."""
-        return self.simulation is not None or self.attached_simulation is not None
 
 
 class Daemon:
@@ -116,7 +86,7 @@ class Daemon:
         self._log = log
         self._stopping = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
-        self._supervisor = Supervisor(self._task_ended)
+        self._supervisor = Supervisor(lambda name, words: self._monitor.report_end(name, words))
         self._algorithms: AlgorithmLoop | None = None
         self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
@@ -144,21 +114,7 @@ class Daemon:
         self._make_vehicle()
         self._make_operations()
         self._make_results()
-        self._make_flight_offer()
-        self._monitor = Monitor(
-            MonitoredParts(
-                autopilot=self.autopilot,
-                camera=self.camera,
-                recording=self._recording,
-                journal=self._journal,
-                supervisor=self._supervisor,
-                lag=self._lag,
-                performance=self.performance,
-            ),
-            self.inputs,
-            self.manager.log.add,
-            lambda: self._flight_state.write(may_fly=self._may_fly()),
-        )
+        self._make_monitor()
         self._web = WebServer(self._web_services())
 
     # -- building ----------------------------------------------------------------------------------------------------
@@ -176,7 +132,7 @@ class Daemon:
             flown_id=self._starts.flown_id,
             in_flight=self._starts.flew_lately,
         )
-        self.autopilot.calls.on_overdue = self._call_hangs
+        self.autopilot.calls.on_overdue = lambda name: self._monitor.report_hang(name, is_flying=self._is_in_the_air())
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
         self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
         begun = survey_at_start(
@@ -189,15 +145,18 @@ class Daemon:
         self.autopilot.set_datum(self._kept.datum)
         if self._kept.arm_place is not None:
             self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
-        self.vehicle.arm_place.listen(self._keep_arm_place)
-        self.vehicle.state.listen(self._record_flights)
 
     def _make_operations(self) -> None:
         self.inputs = DdcInputs.create(self.clock)
         self.side = OperatorSide.create(self.clock, self._config.operator)
         self._trace = FlightTrace(self.side.desk.names, self.side.desk.controller)
         self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
-        self.topics.curr_state_pub.listen(lambda _: self._note_flight())
+        self._flights = FlightFollower(
+            FlightParts(self._journal, self._starts, self._recording, self._flight_state, self._make_flight_offer()),
+            self.topics,
+            lambda: self.autopilot.datum,
+            lambda armed: self._lots.keeper.note(armed=armed),
+        )
         self.manager = OperationsManager(
             ManagerSetup(
                 clock=self.clock,
@@ -238,6 +197,16 @@ class Daemon:
             self.manager.log.add("warning", f"{self._set_aside}.", "")
         self.side.socket.attach(self.manager.handle_now)
 
+    def _make_flight_offer(self) -> FlightOffer | None:
+        """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""
+        if self._options.is_simulation:
+            return None
+        return FlightOffer(
+            self._config.camera,
+            lambda: None if self._recording.recording or self._recording.waiting else self._recording.path,
+            lambda text, details: self.manager.log.add("info", text, details),
+        )
+
     def _record(self, kind: str, payload: dict[str, Any]) -> None:
         self._recording.record(kind, payload)
         self._trace.record(kind, payload)
@@ -271,6 +240,22 @@ class Daemon:
             self.manager.log.add,
             surroundings(self.autopilot, self.camera, self.inputs, self.topics, self.manager, self._config.fence),
             is_restored=bool(self._kept.map_parts),
+        )
+
+    def _make_monitor(self) -> None:
+        self._monitor = Monitor(
+            MonitoredParts(
+                autopilot=self.autopilot,
+                camera=self.camera,
+                recording=self._recording,
+                journal=self._journal,
+                supervisor=self._supervisor,
+                lag=self._lag,
+                performance=self.performance,
+            ),
+            self.inputs,
+            self.manager.log.add,
+            lambda: self._flight_state.write(may_fly=self._flights.may_fly),
         )
 
     def _web_services(self) -> WebServices:
@@ -320,7 +305,7 @@ class Daemon:
         if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup(1) ignores it for us
             loop.add_signal_handler(signal.SIGHUP, self._lose_terminal)
         ticker = Ticker(1 / (self._config.flight.tick_hz * self.clock.speed), self._tick, self.performance.ticked)
-        self._trace.begin(self._start_words())
+        self._trace.begin(start_words(self._options, self._config, flew_lately=self.flew_lately))
         ticker.start()
         self._watchdog.ready()
         try:
@@ -328,7 +313,7 @@ class Daemon:
             self._own("monitor", self._monitor.run)
             if (tls := self._tls) is not None:
                 self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
-            await self._serve()
+            await serve(self._web, self._config.web)
             self._announce()
             await self._open_autopilot()
             await self._start_algorithms()
@@ -346,52 +331,25 @@ class Daemon:
         _LOG.warning("the program that started this one has ended")
         self._stopping.set()
 
-    async def _serve(self) -> None:
-        """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""
-        try:
-            await self._web.start()
-        except OSError as error:
-            raise ConfigError(listening_problem(error, self._config.web)) from error
-
     def _lose_terminal(self) -> None:
         """Go on flying without a terminal; on the ground end in order."""
-        if self._may_fly():
+        if self._flights.may_fly:
             _LOG.warning("SIGHUP: the terminal was lost; the flight goes on. SIGTERM ends it")
         else:
             self._stopping.set()
-
-    def _may_fly(self) -> bool:
-        """Return True for an armed drone, and while nothing is heard for one that flew lately."""
-        state = self.vehicle.state.value
-        if state is not None and (state.connected or state.armed):
-            return self.topics.may_fly()
-        return self._starts.flew_lately
 
     def _tick(self) -> None:
         before = self.manager.ticks
         self.manager.process()
         if self.manager.ticks > before:
-            self._watchdog.progress(may_fly=self._may_fly())
+            self._watchdog.progress(may_fly=self._flights.may_fly)
         if self._first_tick_s is None:
             self._first_tick_s = seconds_since_process_start()
 
     async def _open_autopilot(self) -> None:
         """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
         if self._starts.rule is RestartRule.STAY_AWAY:
-            _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
-            listening = asyncio.create_task(
-                wait_until_disarmed(
-                    self._config.autopilot.url,
-                    RESTART_WINDOW_S,
-                    expected_autopilot(self._config.autopilot, self._starts.flown_id, in_flight=True),
-                ),
-                name="passive-listener",
-            )
-            stopping = asyncio.create_task(self._stopping.wait(), name="stop-while-listening")
-            await asyncio.wait({listening, stopping}, return_when=asyncio.FIRST_COMPLETED)
-            for task in (listening, stopping):
-                task.cancel()
-            await asyncio.gather(listening, stopping, return_exceptions=True)
+            await wait_away(self._config.autopilot, self._starts.flown_id, self._stopping)
         if not self._stopping.is_set():
             await self._starts.settle(START_NOTED_S)
             await self.autopilot.start()
@@ -413,7 +371,7 @@ class Daemon:
             manager,
             self.camera.next_frame,
             self.autopilot.telemetry.pose_at,
-            self._situation,
+            SituationReader(self.clock, self.autopilot, self.camera, self.topics, self.manager.outlines, self._lots),
             self.results,
             self._recording.record_frame,
             self._supervisor,
@@ -428,14 +386,12 @@ class Daemon:
         self._own("map-keeper", self._map_keeper.run)
         for name, run in self._lots.loops():
             self._own(name, run)
-        if self._flight_offer is not None:
-            self._own("flight-offer", self._flight_offer.run)
+        if (offer := self._flights.offer) is not None:
+            self._own("flight-offer", offer.run)
 
     async def _close(self) -> None:
         """End the parts in order: no part sends to one that has ended."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await end_tasks(*self._tasks)
         self._watchdog.stop()
         await self._web.close()
         await self.camera.close()
@@ -465,28 +421,6 @@ class Daemon:
             _LOG.exception("the survey was not stored")
 
     # -- between the parts -------------------------------------------------------------------------------------------
-
-    def _situation(self) -> Situation:
-        model = self.camera.model
-        assert model is not None  # noqa: S101 - asked for a frame only
-        return Situation(
-            camera=model,
-            state=self.topics.curr_state_pub.value or StateName.IDLE,
-            desired=self.topics.des_pose_pub.value,
-            heights=self.topics.get_heights(),
-            fence=self.topics.fence_pub.value,
-            home=self.topics.home_pub.value,
-            asked=self.topics.asked_place_pub.value,
-            asked_ground=self.manager.outlines.ground(self.autopilot.datum, self.topics.fence_pub.value),
-            map_problem=self._map_problem(),
-            ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
-            known=self._lots.known.current,
-            tour=self._lots.tours.current,
-        )
-
-    def _map_problem(self) -> str:
-        doubt = "the position is doubted: nothing is mapped by it" if self.topics.doubt_pub.value else ""
-        return self.autopilot.telemetry.map_problem(self.clock()) or doubt
 
     def _landed_survey(self) -> LandingFacts | None:
         """Return the survey as it is now; None before there is a map with a place on Earth."""
@@ -525,80 +459,23 @@ class Daemon:
         self.inputs.occupancy_map.publish(OccupancyMap(map_id=survey))
         self.inputs.path_plan.publish(PathPlan())
 
-    def _keep_arm_place(self, place: ArmPlace) -> None:
-        self._journal.set_arm_place(place)
-        if self.autopilot.datum is not None:
-            self._journal.set_datum(self.autopilot.datum)
-
-    def _make_flight_offer(self) -> None:
-        """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""
-        self._flight_offer: FlightOffer | None = None
-        if not self._options.is_simulation:
-            self._flight_offer = FlightOffer(
-                self._config.camera,
-                lambda: None if self._recording.recording or self._recording.waiting else self._recording.path,
-                lambda text, details: self.manager.log.add("info", text, details),
-            )
-
-    def _record_flights(self, state: VehicleState) -> None:
-        if state.armed:
-            self._flight_state.write(may_fly=True)  # at once: no version is switched from now on
-        if state.connected:
-            (self._recording.begin if state.armed else self._recording.end)()
-            if self._flight_offer is not None:
-                self._flight_offer.note(armed=state.armed)
-        self._note_flight()
-
-    def _note_flight(self) -> None:
-        """Note whether a flight goes on: a late "disarmed" ends none, its state does."""
-        state, may_fly = self.vehicle.state.value, self.topics.may_fly()
-        if state is None or not state.connected:
-            return
-        if not may_fly:
-            self._starts.found_disarmed()
-        self._lots.keeper.note(armed=may_fly)
-
     def _announce(self) -> None:
-        page = PageShown(
-            url=self._web.url,
-            page_url=self._web.page_url,
-            asks_for_token=self._web.asks_for_token,
-            fingerprint=None if self._tls is None else self._tls.fingerprint,
-        )
+        page = PageShown.of(self._web, self._tls)
         for line in announcement(page, self._config.store.directory, is_simulation=self._options.is_simulation):
             self._output.put(line)
         if self._options.ready_file is not None:
             write_ready_file(self._options.ready_file, self._web.url, self._first_tick_s)
 
-    def _start_words(self) -> str:
-        kind = "a simulation, " if self._options.is_simulation else ""
-        again = ", after a start in the air" if self.flew_lately else ""
-        place = f"autopilot at {self._config.autopilot.url}, store {self._config.store.directory.resolve()}"
-        return f"hawk-drone {version('hawk-drone')}, {kind}{place}{again}"
-
-    def _own(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
-        self._tasks.append(self._supervisor.start(name, work))
-
-    def _task_ended(self, name: str, words: str) -> None:
-        self._monitor.publish_calls_and_tasks()
-        self.manager.log.add(
-            "error",
-            say("A part of the program ended and is started again."),
-            say("{name}: {value}", name=name, value=words),
-        )
-
-    def _call_hangs(self, name: str) -> None:
-        """Show a call that does not return; after the second in the air leave the drone to failsafe and restart."""
+    def _is_in_the_air(self) -> bool:
         state = self.vehicle.state.value
-        is_flying = state is not None and state.armed and not self.manager.state.on_ground
-        if is_flying and self.autopilot.calls.overdue >= HANGING_CALLS:
-            leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
-        self._monitor.publish_calls_and_tasks()
-        self.manager.log.add("error", say("A request hangs in MAVSDK."), name)
+        return state is not None and state.armed and not self.manager.state.on_ground
 
     def _report_certificate(self, words: str) -> None:
         _LOG.warning("%s", words)
         self.manager.log.add("warning", words, "")
+
+    def _own(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
+        self._tasks.append(self._supervisor.start(name, work))
 
 
 def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:

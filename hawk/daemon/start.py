@@ -7,7 +7,8 @@ from importlib.metadata import version
 
 from hawk.config.secrets import SecretUrl
 from hawk.config.sections import Config, ConfigError
-from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon.options import DaemonOptions
+from hawk.daemon.root import Daemon
 from hawk.daemon.start_checks import check_access, check_background, check_files, check_model
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.rules.follower import flight_goes_on

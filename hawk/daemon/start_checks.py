@@ -8,7 +8,13 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from hawk.algo.vision.network_file import VisionModelError
+from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import Config, ConfigError, VisionSettings, WebSettings
+from hawk.ddc.fence.geojson import read_fence, read_survey_outline
+from hawk.ddc.fence.geometry import FenceError
+from hawk.web.access.tokens import TOKEN_FILE, TokensError, read_tokens, with_configured
+from hawk.web.security import InsecureBindingError, check_binding
 
 
 def check_files(config: Config) -> None:
@@ -16,10 +22,6 @@ def check_files(config: Config) -> None:
 
     The folder of the store is left to `make_folder`, which makes it.
     """
-    from hawk.comm.cameras.calibration import load_calibration
-    from hawk.ddc.fence.geojson import read_fence, read_survey_outline
-    from hawk.ddc.fence.geometry import FenceError
-
     load_calibration(config.camera)
     readers: tuple[tuple[str, Path | None, Callable[[Path], object]], ...] = (
         ("fence.file", config.fence.file, read_fence),
@@ -39,9 +41,6 @@ def check_access(config: Config) -> None:
 
     A port that is found free can be taken before the daemon opens it: that is reported then.
     """
-    from hawk.web.access.tokens import TOKEN_FILE, TokensError, read_tokens, with_configured
-    from hawk.web.security import InsecureBindingError, check_binding
-
     web, folder = config.web, config.store.directory
     try:
         kept = read_tokens(folder / TOKEN_FILE)
@@ -78,7 +77,7 @@ def check_model(settings: VisionSettings) -> None:
     """
     if settings.model is None and settings.engine == VisionSettings().engine:
         return
-    from hawk.algo.vision.network import StallNetwork, VisionModelError  # their libraries take half a second to load
+    from hawk.algo.vision.network import StallNetwork  # its libraries take half a second to load
 
     try:
         StallNetwork.load(settings.model, settings.engine, settings.threads)

@@ -7,17 +7,25 @@ alone. Starts and flight are noted twice: in the journal, which outlives a boot 
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
+from hawk.comm.autopilot.autopilot import expected_autopilot
+from hawk.comm.mavlink.passive_listener import wait_until_disarmed
+from hawk.config.sections import AutopilotSettings
 from hawk.ddc.rules.follower import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule, starts_before
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightSoFar
+from hawk.runtime.supervision import end_tasks
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.run_notes import Notes, RunNotes
+
+_LOG = logging.getLogger(__name__)
 
 CONTINUE_S: Final = 1800.0
 """A daemon that starts on the ground continues a survey younger than this, seconds."""
@@ -219,3 +227,15 @@ def _newest(first: FlightSoFar | None, second: FlightSoFar | None) -> FlightSoFa
         return first or second
     apart = first.moment.since(second.moment)
     return first if apart is not None and apart > 0 else second
+
+
+async def wait_away(settings: AutopilotSettings, flown_id: int | None, stopping: asyncio.Event) -> None:
+    """Leave the drone to the autopilot's failsafe: wait until it is heard to be disarmed, or for a stop signal."""
+    _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
+    listening = asyncio.create_task(
+        wait_until_disarmed(settings.url, RESTART_WINDOW_S, expected_autopilot(settings, flown_id, in_flight=True)),
+        name="passive-listener",
+    )
+    stopped = asyncio.create_task(stopping.wait(), name="stop-while-listening")
+    await asyncio.wait({listening, stopped}, return_when=asyncio.FIRST_COMPLETED)
+    await end_tasks(listening, stopped)

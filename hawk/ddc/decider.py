@@ -17,7 +17,7 @@ from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.acts import STAY, Acts, BeginSurvey, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.facts import Facts, KeptFacts
-from hawk.ddc.keeping.keeper import Keeper
+from hawk.ddc.keeper.keeper import Keeper
 from hawk.ddc.orders import Cause, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record

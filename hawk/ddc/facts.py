@@ -59,7 +59,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class KeptFacts:
-    """The state of everything that we set in the autopilot, as the keeper found it (`hawk.ddc.keeping`)."""
+    """The state of everything that we set in the autopilot, as the keeper found it (`hawk.ddc.keeper`)."""
 
     lost: str = ""
     """Things that cannot be put back, in words; empty: none."""

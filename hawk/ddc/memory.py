@@ -23,17 +23,17 @@ from hawk.comm.protocol import commands, heartbeat
 from hawk.ddc import acts, decider, facts, motion, orders, stopwatch
 from hawk.ddc.decider import Decider
 from hawk.ddc.fence import plan
-from hawk.ddc.keeping import effort, fence, keeper, parameters
+from hawk.ddc.keeper import effort, fence, keeper, parameters
 from hawk.ddc.parameters import reader
 from hawk.ddc.rules import command_desk, follower, kill, notices, silence
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states import base, explore, ground, homing, hover, moves, path_home
+from hawk.ddc.states import base, explore, ground, hover, moves, path_home, rtl_and_land
 from hawk.model import operation, plans, poses, vehicle
 
 FORMAT: Final = 1
 """Number of the memory's form. It grows when a class of the decider remembers other things than before."""
-_STATES = (base, explore, ground, homing, hover, moves, path_home)
+_STATES = (base, explore, ground, hover, moves, path_home, rtl_and_land)
 _RULES = (command_desk, follower, kill, notices, silence, effort, fence, keeper, parameters, reader)
 _VALUES = (acts, facts, motion, orders, stopwatch, plan, commands, heartbeat, operation, plans, poses, vehicle)
 _MODULES: tuple[ModuleType, ...] = (decider, *_STATES, *_RULES, *_VALUES)
@@ -41,6 +41,8 @@ _CACHES: Final = {reader.ParameterReader: frozenset({"_lately"})}
 """Attributes that are computed again from the others when they are None."""
 _PLAIN = (str, int, bool, type(None))
 _Coded = Any  # JSON
+_NAMED: Final = ("enum", "model", "value", "object")
+"""Tags behind which the name of a class stands."""
 _COLLECTIONS: Final[dict[str, type[Any]]] = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
 
 
@@ -72,6 +74,21 @@ def restore(memory: Mapping[str, Any], settings: DdcSettings, tokens: KillTokens
     return restored
 
 
+def is_same(first: Mapping[str, Any], second: Mapping[str, Any]) -> bool:
+    """Return whether two memories are equal. An older one names the modules of its classes, which say nothing."""
+    return bool(_without_modules(first) == _without_modules(second))
+
+
+def _without_modules(coded: _Coded) -> _Coded:
+    if isinstance(coded, Mapping):
+        return {name: _without_modules(value) for name, value in coded.items()}
+    if not isinstance(coded, list):
+        return coded
+    if len(coded) > 1 and coded[0] in _NAMED and isinstance(coded[1], str):
+        return [coded[0], coded[1].rpartition(".")[2], *map(_without_modules, coded[2:])]
+    return list(map(_without_modules, coded))
+
+
 def _given(settings: DdcSettings, tokens: KillTokens) -> dict[str, Any]:
     """Return the objects that are not written, by name."""
     parts = {f"settings.{item.name}": getattr(settings, item.name) for item in fields(settings)}
@@ -81,17 +98,13 @@ def _given(settings: DdcSettings, tokens: KillTokens) -> dict[str, Any]:
 
 @cache
 def _kinds() -> Mapping[str, type[Any]]:
-    """Return the classes that a memory may hold, by module and name."""
+    """Return the classes that a memory may hold, by name: a class may move to another module."""
     kinds: dict[str, type[Any]] = {}
     for module in _MODULES:
         for value in vars(module).values():
             if isinstance(value, type) and value.__module__ == module.__name__:
-                kinds[_name(value)] = value
+                kinds[value.__name__] = value
     return kinds
-
-
-def _name(kind: type[Any]) -> str:
-    return f"{kind.__module__.removeprefix('hawk.')}.{kind.__qualname__}"
 
 
 class _Writer:
@@ -133,10 +146,10 @@ class _Writer:
         return ["object", self._kind(value), number, self._attributes(value)]
 
     def _kind(self, value: Any) -> str:
-        name = _name(type(value))
-        if name not in _kinds():
-            raise MemoryFormatError(f"{name} is no class of the decider's memory")
-        return name
+        kind = type(value)
+        if _kinds().get(kind.__name__) is not kind:
+            raise MemoryFormatError(f"{kind.__qualname__} is no class of the decider's memory")
+        return kind.__name__
 
     def _attributes(self, value: Any) -> dict[str, _Coded]:
         names = [item.name for item in fields(value)] if is_dataclass(value) else list(vars(value))
@@ -171,7 +184,7 @@ class _Reader:
         return self._tags[tag](*content)
 
     def _kind(self, name: str) -> type[Any]:
-        kind = _kinds().get(name)
+        kind = _kinds().get(name.rpartition(".")[2])  # a memory may name the module, too
         if kind is None:
             raise MemoryFormatError(f"{name} is no class of the decider's memory")
         return kind

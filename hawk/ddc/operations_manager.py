@@ -19,7 +19,7 @@ from hawk.ddc.acts import Ask, ReadParameter
 from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.memory import remember
 from hawk.ddc.orders import Cause, CauseKind
 from hawk.ddc.parameters.failsafes import NOT_IN_EVERY_VERSION
@@ -30,7 +30,7 @@ from hawk.ddc.recorder import Recorder
 from hawk.ddc.requests.flight_log import FlightLog, Trail
 from hawk.ddc.requests.requests import FenceChecks, Outcomes, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface, ReqFailed
-from hawk.ddc.rules.failing import FailingTicks, holds_in_air
+from hawk.ddc.rules.failed_ticks import FailingTicks, holds_in_air
 from hawk.ddc.rules.follower import flight_goes_on
 from hawk.ddc.rules.judge import options
 from hawk.ddc.rules.kill import KillTokens
@@ -84,7 +84,7 @@ class OperationsManager:
         self.status: Topic[DroneStatus] = Topic("status", setup.clock)
         self.own_health = Health()
         self.ticks = 0
-        """Ticks that are progress for the watchdog: see `hawk.ddc.rules.failing`."""
+        """Ticks that are progress for the watchdog: see `hawk.ddc.rules.failed_ticks`."""
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
         self._reporter = Reporter(

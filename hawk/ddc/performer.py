@@ -11,8 +11,8 @@ from typing import Any
 from hawk.comm.protocol.heartbeat import CommandSocket
 from hawk.ddc import acts as actions
 from hawk.ddc.fence import path as fence_path
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.fence.plan import FencePlan
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.readings.topic_interface import DdcTopicInterface

@@ -19,7 +19,7 @@ from hawk.comm.protocol.heartbeat import ClientId
 from hawk.config.sections import Config, ConfigError
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
-from hawk.ddc.memory import MemoryFormatError, remember, restore
+from hawk.ddc.memory import MemoryFormatError, is_same, remember, restore
 from hawk.ddc.orders import Cause
 from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.rules.kill import KillTokens
@@ -187,7 +187,7 @@ def compare(
             continue
         decided += 1
         now, command = moment.facts.now, "" if moment.command is None else moment.command.type
-        if remembered is not None and remembered != moment.memory:
+        if remembered is not None and moment.memory is not None and not is_same(remembered, moment.memory):
             differences.append(Difference(now, MEMORY, moment.memory, remembered))
         again = _as_recorded(decision)
         if again != moment.decision:

@@ -16,7 +16,7 @@ from hawk.comm.protocol.authority import OperatorDesk
 from hawk.ddc.battery.battery import BatteryReading, Grounds
 from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.parameters.failsafes import ALL_NAMES
 from hawk.ddc.readings.belief import Belief, BeliefReading, Motion, ground_health
 from hawk.ddc.readings.clearance import BelowReading

@@ -7,7 +7,8 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, config_of
+from hawk.config.loader import config_of
+from hawk.config.sections import ConfigError
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # it loads SQLAlchemy: not for the other commands

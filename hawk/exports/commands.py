@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import config_of
+from hawk.config.loader import config_of
 from hawk.exports.formats import WRITTEN
 from hawk.runtime.late import late
 

@@ -47,8 +47,8 @@ _SYSTEMS: Final = (
 )  # fmt: skip
 _STALL_COLUMNS: Final = {
     "stall_id": "TEXT", "lot_id": "TEXT", "survey_id": "TEXT", "label": "TEXT", "kind": "TEXT", "state": "TEXT",
-    "taken_probability": "REAL", "looked": "DATETIME", "looks": "INTEGER", "width_m": "REAL", "length_m": "REAL",
-    "direction_deg": "REAL", "confirmed": "BOOLEAN",
+    "taken_probability": "REAL", "observed": "DATETIME", "picture_count": "INTEGER", "width_m": "REAL",
+    "length_m": "REAL", "direction_deg": "REAL", "confirmed": "BOOLEAN",
 }  # fmt: skip
 _LOT_COLUMNS: Final = {"lot_id": "TEXT", "name": "TEXT"}
 _SURVEY_TYPES: Final = {bool: "BOOLEAN", int: "INTEGER", float: "REAL"}

@@ -18,8 +18,7 @@ from hawk.lots.survey.pictures import drawn, extent
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import CELL_M, StallState, TileKey
-from hawk.results.sheet import Caption, sheet
-from hawk.results.survey_map import draw_stall
+from hawk.results.map_picture import Caption, draw_stall, sheet
 
 _AROUND_M: Final = 4.0
 """Ground about the stalls where a survey has no picture."""

@@ -50,11 +50,16 @@ def _place(document: Element, stall: Observation) -> None:
     place = SubElement(document, "Placemark", id=f"stall-{stall.id}")
     _text(place, "name", stall.label or stall.id)
     _text(place, "styleUrl", f"#{stall.state}")
-    values = {"stall_id": stall.id, "state": stall.state, "kind": stall.kind or "normal", "looks": str(stall.seen)}
+    values = {
+        "stall_id": stall.id,
+        "state": stall.state,
+        "kind": stall.kind or "normal",
+        "picture_count": str(stall.seen),
+    }
     if stall.taken is not None:
         values["taken_probability"] = f"{stall.taken:.3f}"
     if stall.looked is not None:
-        values["looked_utc"] = utc(stall.looked)
+        values["observed_utc"] = utc(stall.looked)
     data = SubElement(place, "ExtendedData")
     for name, value in values.items():
         _text(SubElement(data, "Data", name=name), "value", value)

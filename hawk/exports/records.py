@@ -152,7 +152,7 @@ def _found(survey: RowMapping, datum: LatLon) -> tuple[Observation, ...]:
 def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation, ...]:
     """Return the stalls that a survey found, about its own datum (latitude, longitude), with its own numbers."""
     placed = _on_earth(datum, [_alone(stall) for stall in found])
-    looks = (_Look(stall.state.value, stall.taken, stall.looked, stall.seen) for stall in found)
+    looks = (_Look(stall.state.value, stall.taken, stall.looked, stall.seen, stall.score) for stall in found)
     return tuple(_exported(each, look) for each, look in zip(placed, looks, strict=True))
 
 
@@ -165,6 +165,7 @@ class _Look(NamedTuple):
     taken: float
     looked: float
     seen: int
+    score: float | None = None
 
 
 class _Placed(NamedTuple):
@@ -193,6 +194,7 @@ def _exported(placed: _Placed, look: _Look | None) -> Observation:
         length=stall.length,
         direction=placed.direction,
         is_confirmed=stall.is_confirmed,
+        score=None if look is None else look.score,
     )
 
 

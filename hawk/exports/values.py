@@ -21,7 +21,8 @@ class Observation:
     ``corners`` (4) run counter-clockwise as seen from above; ``place`` is their middle. ``taken``: probability that a
     car stands there, None where the survey did not look. ``looked``: time of the last look, UTC, Unix seconds.
     ``seen``: number of looks. ``kind`` is one of OpenStreetMap's ``parking_space``, "" for a normal stall. ``width``
-    and ``length`` in metres, ``direction`` of the long side in degrees clockwise from north, below 180.
+    and ``length`` in metres, ``direction`` of the long side in degrees clockwise from north, below 180. ``score``:
+    probability of being a stall at all, None for one of a layout.
     """
 
     id: str
@@ -37,6 +38,7 @@ class Observation:
     length: float
     direction: float
     is_confirmed: bool
+    score: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

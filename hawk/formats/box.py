@@ -13,7 +13,6 @@ import ctypes
 import importlib
 import json
 import os
-import subprocess
 import sys
 import warnings
 from collections.abc import Mapping
@@ -89,7 +88,8 @@ async def read_apart(reader: str, data: bytes, asked: Mapping[str, Any], limits:
         async with asyncio.timeout(limits.longest_s):
             said, _ = await process.communicate(data)
     except TimeoutError:
-        raise _too_long(limits) from None
+        words = f"takes more than {limits.longest_s:.0f} s to read: leave other layers out"
+        raise RefusedError("file", words) from None
     finally:
         if process.returncode is None:
             process.kill()
@@ -98,28 +98,12 @@ async def read_apart(reader: str, data: bytes, asked: Mapping[str, Any], limits:
 
 
 def read_and_wait(reader: str, data: bytes, asked: Mapping[str, Any], limits: Limits = PLANS) -> bytes:
-    """Return as `read_apart`, for a command that has nothing else to do. Raises RefusedError."""
-    try:
-        ended = subprocess.run(
-            _command(reader, asked, limits),
-            input=data,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, **_SAFE},
-            timeout=limits.longest_s,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise _too_long(limits) from None
-    return _taken(ended.returncode, ended.stdout)
+    """Return as `read_apart`, for a thread without a loop. Raises RefusedError."""
+    return asyncio.run(read_apart(reader, data, asked, limits))
 
 
 def _command(reader: str, asked: Mapping[str, Any], limits: Limits) -> list[str]:
     return [sys.executable, "-m", MODULE, reader, json.dumps(asked), json.dumps(asdict(limits))]
-
-
-def _too_long(limits: Limits) -> RefusedError:
-    return RefusedError("file", f"takes more than {limits.longest_s:.0f} s to read: leave other layers out")
 
 
 def _taken(status: int | None, said: bytes) -> bytes:

@@ -27,6 +27,17 @@ def rotation(roll: float, pitch: float, yaw: float) -> Matrix:
     )
 
 
+def rotations(attitudes: Matrix) -> Matrix:
+    """Return the `rotation` (N, 3, 3) of each roll, pitch, yaw (N, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(attitudes).T, np.sin(attitudes).T
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
 def angles(matrix: Matrix) -> tuple[float, float, float]:
     """Return roll, pitch, yaw of a `rotation` (3, 3)."""
     pitch = -math.asin(min(1.0, max(-1.0, float(matrix[2, 0]))))

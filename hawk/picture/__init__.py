@@ -10,20 +10,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hawk.picture.orthophoto.app import map_orthophoto
+    from hawk.picture.city.run import map_orthophoto
     from hawk.picture.photos import map_photos
-    from hawk.picture.values import Mapped, PictureError
+    from hawk.picture.values import PictureError, PictureSurvey
 
-__all__ = ["Mapped", "PictureError", "map_orthophoto", "map_photos"]
+__all__ = ["PictureError", "PictureSurvey", "map_orthophoto", "map_photos"]
 
 
 def __getattr__(name: str) -> Any:
     """Return a function or class of `__all__`. Raises AttributeError for another name."""
     if name == "map_orthophoto":
-        from hawk.picture.orthophoto.app import map_orthophoto as found
+        from hawk.picture.city.run import map_orthophoto as found
     elif name == "map_photos":
         from hawk.picture.photos import map_photos as found  # type: ignore[assignment]
-    elif name in ("Mapped", "PictureError"):
+    elif name in ("PictureError", "PictureSurvey"):
         from hawk.picture import values
 
         return getattr(values, name)

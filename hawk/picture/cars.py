@@ -21,7 +21,7 @@ BESIDE_M: Final = 4.0
 """Stalls side by side are nearer. A lone free one at the end of a few cars is what any row of cars suggests."""
 
 
-def with_lone_cars_suggested(current: OccupancyMap) -> OccupancyMap:
+def suggest_lone_cars(current: OccupancyMap) -> OccupancyMap:
     """Return the map; groups of fewer than `LEAST` stalls are suggested, unless two are free or one between others.
 
     In flight a person sees the picture, and the drone passes again; a folder of photographs has neither.

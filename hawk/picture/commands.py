@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
-from hawk.config.sections import ConfigError, load_settings
+from hawk.config.loader import load_settings
+from hawk.config.sections import ConfigError
 from hawk.picture.work_folder import is_ours, kept_source, other_source
 
 if TYPE_CHECKING:
     from hawk.picture.city.scheduler import Scheduler
-    from hawk.picture.sources import Surveyed
-    from hawk.picture.stored import Stored
+    from hawk.picture.ingest import StoredSurvey
+    from hawk.picture.values import PictureSurvey
 
 COMMAND: Final = "map"
 PARTLY: Final = 3
@@ -142,10 +143,10 @@ def _needs_network(options: argparse.Namespace) -> bool:
 def _run(options: argparse.Namespace) -> int:
     _check(options)
     from hawk.picture.progress import shown_progress
-    from hawk.picture.sources import Asked, survey_of_source
+    from hawk.picture.sources import MapRequest, survey_of_source
     from hawk.picture.values import PictureError
 
-    asked = Asked(
+    asked = MapRequest(
         source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
@@ -155,8 +156,8 @@ def _run(options: argparse.Namespace) -> int:
     try:
         with kept_source(options.out, options.source):
             with shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as progress:
-                surveyed = survey_of_source(asked, progress)
-            stored = _write(options, surveyed)
+                mapped = survey_of_source(asked, progress)
+            stored = _write(options, mapped)
     except PictureError as error:
         _say_error(options, str(error))
         return _FAILED
@@ -165,7 +166,7 @@ def _run(options: argparse.Namespace) -> int:
         return _STOPPED
     if options.page:
         return _show(options, stored)
-    return PARTLY if surveyed.mapped.left_out else 0
+    return PARTLY if mapped.left_out else 0
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -239,17 +240,17 @@ def _check_port(options: argparse.Namespace) -> None:
         raise ConfigError(str(error).replace("web.port", "--port", 1)) from None
 
 
-def _write(options: argparse.Namespace, surveyed: Surveyed) -> Stored | None:
+def _write(options: argparse.Namespace, mapped: PictureSurvey) -> StoredSurvey | None:
     """Write the files, store the survey where that is asked for, and report. Raises PictureError."""
     from hawk.picture.files import write_files
+    from hawk.picture.ingest import store_survey
     from hawk.picture.report import report, text
-    from hawk.picture.stored import store_survey
 
     program = f"hawk-drone {version('hawk-drone')}"
-    mapped, kept = surveyed.mapped, None
+    kept = None
     written = write_files(mapped, options.out, program)
     if options.store is not None or options.page:
-        kept = store_survey(surveyed.landed(), _store_folder(options), options.name)
+        kept = store_survey(mapped.landed, _store_folder(options), options.name)
         doubted = kept.said_of(mapped)
         if doubted.survey.doubt != mapped.survey.doubt:  # files are there, whatever the store does
             mapped, written = doubted, write_files(doubted, options.out, program)
@@ -269,7 +270,7 @@ def _store_folder(options: argparse.Namespace) -> Path:
     return options.store if options.store is not None else Path(options.out) / "store"
 
 
-def _show(options: argparse.Namespace, stored: Stored | None) -> int:
+def _show(options: argparse.Namespace, stored: StoredSurvey | None) -> int:
     """Serve the page from the store until a signal."""
     import asyncio
 

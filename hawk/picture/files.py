@@ -13,7 +13,7 @@ from hawk.exports.ground import lot_picture
 from hawk.exports.kmz import survey_kmz
 from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.picture.report import report
-from hawk.picture.values import Mapped, PictureError, cannot_write
+from hawk.picture.values import PictureError, PictureSurvey, cannot_write
 from hawk.picture.work_folder import REPORT
 from hawk.runtime.files import replace_whole
 
@@ -24,7 +24,7 @@ _PICTURE: Final = "lot.png"
 _SOMETIMES: Final = frozenset({IN_SYSTEM, _PICTURE})
 
 
-def write_files(mapped: Mapped, folder: Path, program: str) -> tuple[Path, ...]:
+def write_files(mapped: PictureSurvey, folder: Path, program: str) -> tuple[Path, ...]:
     """Write the files of a survey; return their paths. A file that is there is replaced as a whole, or removed.
 
     Args:
@@ -56,7 +56,7 @@ def write_files(mapped: Mapped, folder: Path, program: str) -> tuple[Path, ...]:
         raise PictureError(f"--out: {cannot_write(Path(error.filename or folder), error)}") from error
 
 
-def stalls_in_system(mapped: Mapped) -> bytes:
+def stalls_in_system(mapped: PictureSurvey) -> bytes:
     """Return the stalls as GeoJSON in the source's system, with GeoJSON 2008's member ``crs``, which GDAL reads."""
     from pyproj import CRS, Transformer  # of the extra that read the source
 

@@ -1,4 +1,4 @@
-"""Source of a survey by pictures, with what limits it."""
+"""Limits of a survey by pictures."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from hawk.lots.registration.georeference import ground_about
-from hawk.lots.survey.source import Limit, PictureSource, SourceKind
-from hawk.lots.values import FinishedSurvey, fitting_name
+from hawk.lots.survey.source import Limit
+from hawk.lots.values import FinishedSurvey
 from hawk.picture.values import COARSE_M, Shot
 
 if TYPE_CHECKING:  # orthophotos have limits without its libraries
-    from hawk.picture.adjust.app import Adjusted
+    from hawk.picture.reconstruction.alignment import Reconstruction
     from hawk.picture.scale import Scale
 
 SURE_M: Final = 0.3
@@ -24,13 +24,8 @@ UNSEEN_SHARE: Final = 0.02
 """Share of a lot's ground from which it counts as not wholly seen; cars and edges hide less."""
 
 
-def source_of(kind: SourceKind, name: str, limits: Sequence[Limit] = ()) -> PictureSource:
-    """Return the source of a survey. ``name``: that of its folder or file, as the system has it."""
-    return PictureSource(kind, fitting_name(name) or kind.value, tuple(limits))
-
-
 def limits_of(
-    shots: Sequence[Shot], adjusted: Adjusted, scale: Scale, metres_per_pixel: float, kept: FinishedSurvey
+    shots: Sequence[Shot], adjusted: Reconstruction, scale: Scale, metres_per_pixel: float, kept: FinishedSurvey
 ) -> tuple[Limit, ...]:
     """Return what limits a survey by shots, of which some were adjusted."""
     alone = [shot for shot, good in zip(shots, adjusted.is_adjusted, strict=True) if not good]
@@ -46,7 +41,7 @@ def limits_of(
     return tuple(found)
 
 
-def stretch(adjusted: Adjusted, scale: Scale) -> float:
+def stretch(adjusted: Reconstruction, scale: Scale) -> float:
     """Return by how much a map may be turned, radians, or scaled, as a share, in nine of ten surveys.
 
     It is 0 where fewer than two shots were adjusted: each lies by its own place then.

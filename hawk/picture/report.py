@@ -6,10 +6,10 @@ from typing import Any
 
 from hawk.exports.text_files import about_survey
 from hawk.model.lot_map import HELD_SHARE, free_variance, interval_of
-from hawk.picture.values import Mapped
+from hawk.picture.values import PictureSurvey
 
 
-def free_range(mapped: Mapped) -> tuple[int, int] | None:
+def free_range(mapped: PictureSurvey) -> tuple[int, int] | None:
     """Return the least and the greatest number of free stalls on the ground that was seen; None where it is not known.
 
     It is not known of a survey without stalls either: how many were missed is in no stall's probability.
@@ -17,17 +17,14 @@ def free_range(mapped: Mapped) -> tuple[int, int] | None:
     As after a flight (`hawk.model.lot_map.free_interval`): of stalls that err each for itself.
     """
     stalls = mapped.survey.stalls
-    if not stalls or len(mapped.scores) != len(stalls):
+    if not stalls or any(stall.score is None for stall in stalls):
         return None
-    variance = sum(
-        free_variance(score, stall.taken) for score, stall in zip(mapped.scores, stalls, strict=True)
-        if stall.taken is not None
-    )  # fmt: skip
+    variance = sum(free_variance(stall.score or 0.0, stall.taken) for stall in stalls if stall.taken is not None)
     least, most = interval_of(mapped.survey.count("free"), variance)
     return least, min(most, len(stalls))
 
 
-def report(mapped: Mapped, program: str) -> dict[str, Any]:
+def report(mapped: PictureSurvey, program: str) -> dict[str, Any]:
     """Return the report as values of JSON. ``program``: name of the program with its version."""
     bounds = free_range(mapped)
     return {
@@ -42,7 +39,7 @@ def report(mapped: Mapped, program: str) -> dict[str, Any]:
     }
 
 
-def text(mapped: Mapped) -> str:
+def text(mapped: PictureSurvey) -> str:
     """Return the report in lines for a person."""
     survey, bounds = mapped.survey, free_range(mapped)
     within = "" if bounds is None else f" ({bounds[0]} to {bounds[1]} in nine of ten surveys)"

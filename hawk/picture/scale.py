@@ -19,8 +19,8 @@ from scipy.special import stdtrit
 
 from hawk.algo.vision.network import USUAL_WIDTH_M
 from hawk.model.lot_map import HELD_SHARE
-from hawk.picture.adjust.app import HEIGHT_SHARE, Adjusted, Known
-from hawk.picture.adjust.posed import FloatArray
+from hawk.picture.reconstruction.alignment import HEIGHT_SHARE, PosePrior, Reconstruction
+from hawk.picture.reconstruction.camera_pose import FloatArray
 from hawk.picture.values import PictureError, Shot
 
 STALL_SHARE: Final = 0.08
@@ -47,7 +47,7 @@ _WITHIN: Final = NormalDist().inv_cdf((1 + HELD_SHARE) / 2)
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ScaleEstimate:
     """A witness of the scale. ``factor``: by which the adjusted map must grow to fit it; ``share``: its standard
     deviation, as a share of it. ``turn``: standard deviation of the map's turn, radians, where it says one.
     """
@@ -56,7 +56,7 @@ class Reading:
     share: float
     turn: float = math.inf
 
-    def differs(self, other: Reading) -> bool:
+    def differs(self, other: ScaleEstimate) -> bool:
         """Return whether another witness says another scale, beyond the errors of both."""
         return abs(math.log(self.factor / other.factor)) > AGREE * math.hypot(self.share, other.share)
 
@@ -81,7 +81,7 @@ class Scale:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class HeightPrior:
     """Words on the height. ``given``: by a person, metres; ``doubt``: why the files' heights say nothing, or
     nothing alone, "" where they do; ``is_none``: nothing says one.
     """
@@ -91,7 +91,7 @@ class Said:
     is_none: bool = False
 
 
-def by_places(shots: Sequence[Shot], known: Sequence[Known], adjusted: Adjusted) -> Reading | None:
+def by_places(shots: Sequence[Shot], known: Sequence[PosePrior], adjusted: Reconstruction) -> ScaleEstimate | None:
     """Return the scale by the distances between the places that the files say; None where fewer than two are adjusted.
 
     It is that of the least squares similarity between both (Umeyama 1991). Its error follows from the residuals, as
@@ -115,7 +115,7 @@ def by_places(shots: Sequence[Shot], known: Sequence[Known], adjusted: Adjusted)
     white = (_SAID + left) / free * tail**2 * float((np.abs(weight * own / spread) ** 2 * sigma**2).sum())
     times = [shots[k].time for k in chosen]
     share = math.sqrt(white + _wander(weight * own / spread, sigma, times)) / max(abs(fitted), 1e-9)
-    return Reading(max(abs(fitted), 1e-9), share, share)
+    return ScaleEstimate(max(abs(fitted), 1e-9), share, share)
 
 
 def _wander(pull: NDArray[np.complex128], sigma: FloatArray, times: Sequence[float | None]) -> float:
@@ -128,30 +128,30 @@ def _wander(pull: NDArray[np.complex128], sigma: FloatArray, times: Sequence[flo
     return WANDER**2 * float(np.real(total.conj() @ alike @ total))
 
 
-def by_height(known: Sequence[Known], adjusted: Adjusted, *, lens_is_known: bool) -> Reading:
+def by_height(known: Sequence[PosePrior], adjusted: Reconstruction, *, lens_is_known: bool) -> ScaleEstimate:
     """Return the scale by the heights that are said, of the photographs that were adjusted, else of all."""
     chosen = np.flatnonzero(adjusted.is_adjusted).tolist() or range(len(known))
     factor = median(known[k].posed.height for k in chosen) / middle_height(adjusted)
-    return Reading(factor, math.hypot(HEIGHT_SHARE, LENS_SHARE[not lens_is_known]))
+    return ScaleEstimate(factor, math.hypot(HEIGHT_SHARE, LENS_SHARE[not lens_is_known]))
 
 
-def by_stalls(widths: Sequence[float]) -> Reading | None:
+def by_stalls(widths: Sequence[float]) -> ScaleEstimate | None:
     """Return the scale by the widths of stalls, metres by the present one; None where they are too few."""
     if len(widths) < LEAST_STALLS:
         return None
-    return Reading(USUAL_WIDTH_M / median(widths), STALL_SHARE)
+    return ScaleEstimate(USUAL_WIDTH_M / median(widths), STALL_SHARE)
 
 
-def middle_height(adjusted: Adjusted) -> float:
+def middle_height(adjusted: Reconstruction) -> float:
     """Return the median height of the photographs that were adjusted, else of all, metres."""
     every = zip(adjusted.posed, adjusted.is_adjusted, strict=True)
     has_any = bool(adjusted.is_adjusted.any())
     return median(one.height for one, good in every if good or not has_any)
 
 
-def decided(
-    name: str, places: Reading | None, height: Reading, said: Said, middle_m: float,
-    look: Callable[[float], Reading | None],
+def choose_scale(
+    name: str, places: ScaleEstimate | None, height: ScaleEstimate, said: HeightPrior, middle_m: float,
+    look: Callable[[float], ScaleEstimate | None],
 ) -> Scale:  # fmt: skip
     """Return the scale on which the witnesses agree.
 
@@ -180,7 +180,7 @@ def decided(
     raise PictureError(question(name, said, height, places, stalls, middle_m))
 
 
-def _scale(readings: Sequence[Reading], middle_m: float, places: Reading | None) -> Scale:
+def _scale(readings: Sequence[ScaleEstimate], middle_m: float, places: ScaleEstimate | None) -> Scale:
     """Return the mean of readings; its error grows where they differ by more than they say (Birge 1932)."""
     weights = np.array([reading.share**-2 for reading in readings])
     logs = np.array([math.log(reading.factor) for reading in readings])
@@ -193,7 +193,12 @@ def _scale(readings: Sequence[Reading], middle_m: float, places: Reading | None)
 
 
 def question(
-    name: str, said: Said, height: Reading, places: Reading | None, stalls: Reading | None, middle_m: float
+    name: str,
+    said: HeightPrior,
+    height: ScaleEstimate,
+    places: ScaleEstimate | None,
+    stalls: ScaleEstimate | None,
+    middle_m: float,
 ) -> str:
     """Return the question for the height, with what each witness says and the value that would fit."""
     if said.given is not None:
@@ -215,7 +220,7 @@ def question(
     )
 
 
-def fitting_height(places: Reading | None, stalls: Reading | None, middle_m: float) -> float:
+def fitting_height(places: ScaleEstimate | None, stalls: ScaleEstimate | None, middle_m: float) -> float:
     """Return the height that fits what places and stalls say, metres, as a person would give it."""
     readings = [reading for reading in (places, stalls) if reading is not None]
     if places is not None and stalls is not None and places.differs(stalls):
@@ -224,7 +229,7 @@ def fitting_height(places: Reading | None, stalls: Reading | None, middle_m: flo
     return round(metres, 1 if metres < 20.0 else 0)
 
 
-def grown(adjusted: Adjusted, factor: float) -> Adjusted:
+def scale_poses(adjusted: Reconstruction, factor: float) -> Reconstruction:
     """Return adjusted poses whose distances and heights are larger by a factor, about their middle."""
     good = adjusted.is_adjusted
     places = np.array([(one.north, one.east) for one in adjusted.posed])

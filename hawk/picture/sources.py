@@ -6,8 +6,9 @@ import contextlib
 import re
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -15,22 +16,19 @@ from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats import gdal
 from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
-from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
 from hawk.lots.survey.source import SourceKind
-from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
+from hawk.lots.values import LotInputError, fitting_name, utc
 from hawk.model.pictures import CameraModel
 from hawk.picture import webodm
 from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
-from hawk.picture.limits import source_of
-from hawk.picture.looked import Files
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
-from hawk.picture.photos import PhotoSurvey, Taken, survey_folder, survey_shots
-from hawk.picture.stored import landed_of
-from hawk.picture.values import Mapped, PictureError, Progress, Shot
+from hawk.picture.photos import survey_shots
+from hawk.picture.shot_detections import Files, Pictures
+from hawk.picture.values import PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
@@ -38,7 +36,7 @@ _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class MapRequest:
     """A source with the options of the command line."""
 
     source: Path
@@ -62,38 +60,10 @@ class Asked:
     now: float = field(default_factory=time.time)
 
 
-@dataclass(frozen=True, slots=True)
-class Surveyed:
-    """A survey, and what the store takes of it."""
-
-    mapped: Mapped
-    landed: Callable[[], LandingFacts] = field(repr=False)
-
-
-def survey_of_source(asked: Asked, progress: Progress) -> Surveyed:
+def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a source. Raises PictureError: it cannot be mapped, or an option does not fit it."""
-    name = None if asked.name is None else _lot_name(asked.name)
-    surveyed = _survey(asked, progress)
-    if name is not None:
-        surveyed = _named(surveyed, name)
-    if asked.taken is None:
-        return surveyed
-    survey = surveyed.mapped.survey
-    if survey.time_is_sure and has_been(survey.ended, asked.now):
-        said = utc(survey.ended)
-        raise PictureError(f"--taken: the files say themselves that the last picture is of {said}; leave it out")
-    return _at(surveyed, asked.taken)
-
-
-def _lot_name(text: str) -> str:
-    """Return a name that a lot may have. Raises PictureError."""
-    try:
-        return checked_name(text, "--name")
-    except LotInputError as error:
-        raise PictureError(str(error)) from error
-
-
-def _survey(asked: Asked, progress: Progress) -> Surveyed:
+    if asked.name is not None:
+        asked = replace(asked, name=_lot_name(asked.name))
     source = asked.source
     if source.is_dir():
         if webodm.is_project(source):
@@ -109,6 +79,16 @@ def _survey(asked: Asked, progress: Progress) -> Surveyed:
         return _orthophoto(asked, progress)
     every = ", ".join((*ORTHOPHOTOS, *FILMS))
     raise PictureError(f"{source}: {kind.words}; name one that ends in {every}")
+
+
+def _lot_name(text: str) -> str:
+    """Return a name that a lot may have. Raises PictureError."""
+    from hawk.lots.changes import checked_name  # loads the database's library
+
+    try:
+        return checked_name(text, "--name")
+    except LotInputError as error:
+        raise PictureError(str(error)) from error
 
 
 def _kind(source: Path) -> Kind:
@@ -149,43 +129,43 @@ def _is_placed(path: Path) -> bool:
     return False
 
 
-def _orthophoto(asked: Asked, progress: Progress) -> Surveyed:
+def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = None) -> PictureSurvey:
+    """Map an orthophoto; that of a ``project`` is called as it: all orthophotos of projects have one name."""
     _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", "place", *_OF_FILMS)
-    from hawk.picture.city.run import CityProgress, map_city
+    from hawk.picture.city.run import map_city
 
-    def show(city: CityProgress) -> None:
-        progress("map", city.done, city.count)
-
-    mapped = map_city(
-        asked.source,
+    picture = asked.source.resolve()
+    name, title = (picture.name, "") if project is None else (project.name, fitting_name(project.name))
+    return map_city(
+        picture,
         out=asked.out,
         outline=asked.outline,
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,
         crs=asked.crs,
         model=asked.model,
-        progress=show,
+        progress=partial(progress, "map"),
         accept=lambda source: _check_moment(asked, source.taken),
+        provenance=_provenance(replace(asked, name=asked.name or title), name, SourceKind.ORTHOPHOTO),
     ).mapped
-    return Surveyed(mapped, lambda: landed_of(mapped))
 
 
-def _photographs(asked: Asked, progress: Progress) -> Surveyed:
+def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
     _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
-    lens = _calibration(asked.calibration)
     read = read_folder(
         asked.source,
         lenses=asked.lenses,
-        calibration=lens,
+        calibration=_calibration(asked.calibration),
         height_m=asked.height_m,
         group=asked.group,
         place=asked.place,
     )
     _check_times(asked, read.shots, MomentSource.EXIF if read.time_is_sure else MomentSource.CAMERA)
-    return _surveyed(survey_folder(read, model=asked.model, work=asked.out / WORK, progress=progress))
+    provenance = _provenance(asked, asked.source.resolve().name, SourceKind.PHOTOGRAPHS, read)
+    return _of_shots(asked, provenance, read, Files(), progress)
 
 
-def _film(asked: Asked, progress: Progress) -> Surveyed:
+def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a film, or a recording, which has its own places and lens."""
     _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group", "place")
     if asked.source.suffix.lower() == ".mcap":
@@ -200,42 +180,39 @@ def _film(asked: Asked, progress: Progress) -> Surveyed:
     )
     try:
         _check_times(asked, film.shots, MomentSource.GNSS if film.time_is_sure else MomentSource.CAMERA)
-        work = asked.out / WORK
-        taken = Taken(asked.source.name, SourceKind.FILM, film.time_is_sure, asked.height_m)
-        survey = survey_shots(taken, film.shots, film, model=asked.model, work=work, progress=progress)
+        provenance = _provenance(asked, asked.source.name, SourceKind.FILM, film)
+        return _of_shots(asked, provenance, film, film, progress)
     finally:
         film.close()
-    return _surveyed(survey.beside(film.left_out, film.notes))
 
 
-def _project(asked: Asked, progress: Progress) -> Surveyed:
+def _project(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a project of OpenDroneMap: its orthophoto, or its photographs where it has none."""
+    folder = asked.source.resolve()
     picture = webodm.orthophoto(asked.source)
     if picture is not None:
-        return _called(_orthophoto(replace(asked, source=picture), progress), asked.source.resolve().name)
-    _refuse(
-        asked,
-        "a WebODM project",
-        "outline",
-        "crs",
-        "workers",
-        "scheduler",
-        "lenses",
-        "calibration",
-        "group",
-        "place",
-        *_OF_FILMS,
-    )
+        return _orthophoto(replace(asked, source=picture), progress, folder)
+    no_use = ("outline", "crs", "workers", "scheduler", "lenses", "calibration", "group", "place")
+    _refuse(asked, "a WebODM project", *no_use, *_OF_FILMS)
     read = webodm.read_project(asked.source, height_m=asked.height_m)
     _check_times(asked, read.shots, MomentSource.CAMERA)
-    taken = Taken(asked.source.resolve().name, SourceKind.PHOTOGRAPHS, height_m=asked.height_m)
-    survey = survey_shots(taken, read.shots, Files(), model=asked.model, work=asked.out / WORK, progress=progress)
-    survey = survey.beside(read.left_out, read.notes)
-    mapped = replace(survey.mapped, crs=webodm.system_of(asked.source))
-    return Surveyed(mapped, lambda: survey.landed)
+    provenance = _provenance(asked, folder.name, SourceKind.PHOTOGRAPHS, read)
+    return replace(_of_shots(asked, provenance, read, Files(), progress), crs=webodm.system_of(asked.source))
 
 
-def _check_times(asked: Asked, shots: Sequence[Shot], source: MomentSource) -> None:
+def _provenance(asked: MapRequest, name: str, kind: SourceKind, read: ShotSet | None = None) -> Provenance:
+    is_sure = read is not None and read.time_is_sure
+    return Provenance(name, kind, is_sure, asked.height_m, asked.name or "", asked.taken)
+
+
+def _of_shots(
+    asked: MapRequest, provenance: Provenance, read: ShotSet, pictures: Pictures, progress: Progress
+) -> PictureSurvey:
+    work = asked.out / WORK
+    return survey_shots(provenance, read, pictures, model=asked.model, work=work, progress=progress).mapped
+
+
+def _check_times(asked: MapRequest, shots: Sequence[Shot], source: MomentSource) -> None:
     """Refuse shots whose last one has not been, as `_check_moment`. ``source``: of their times."""
     times = [shot.time for shot in shots if shot.time is not None]
     if not times:
@@ -244,48 +221,22 @@ def _check_times(asked: Asked, shots: Sequence[Shot], source: MomentSource) -> N
         _check_moment(asked, CaptureTime.said(max(times), source, asked.now))
 
 
-def _check_moment(asked: Asked, moment: CaptureTime) -> None:
-    """Refuse a moment that has not been, unless a person says another one. Raises PictureError."""
+def _check_moment(asked: MapRequest, moment: CaptureTime) -> None:
+    """Refuse a moment that has not been, unless a person says another one, and that one where the files are sure.
+
+    Raises PictureError.
+    """
     if asked.taken is None and not moment.is_possible(asked.now):
         raise PictureError(
             f"{asked.source}: was taken at {utc(moment.value)} by {moment.source}, which is later than now; say when "
             "it was, as --taken 2026-05-04T10:30+02:00, or set this computer's clock"
         )
+    if asked.taken is not None and moment.is_sure and has_been(moment.value, asked.now):
+        said = utc(moment.value)
+        raise PictureError(f"--taken: the files say themselves that the last picture is of {said}; leave it out")
 
 
-def _named(surveyed: Surveyed, name: str) -> Surveyed:
-    """Return a survey of a lot with another name; it stays the same survey in the store."""
-    mapped = replace(surveyed.mapped, survey=replace(surveyed.mapped.survey, lot=name))
-    return Surveyed(mapped, lambda: replace(surveyed.landed(), title=name))
-
-
-def _at(surveyed: Surveyed, taken: float) -> Surveyed:
-    """Return a survey whose last picture was taken at a moment, Unix seconds, that a person says; it is sure then."""
-    survey = surveyed.mapped.survey
-    later = taken - survey.ended
-    stalls = tuple(
-        stall if stall.looked is None else replace(stall, looked=stall.looked + later) for stall in survey.stalls
-    )
-    moved = replace(survey, began=survey.began + later, ended=taken, time_is_sure=True, stalls=stalls)
-    mapped = replace(surveyed.mapped, survey=moved)
-    return Surveyed(mapped, lambda: replace(surveyed.landed(), utc=taken, time_is_sure=True))
-
-
-def _called(surveyed: Surveyed, project: str) -> Surveyed:
-    """Return a survey by a project's orthophoto, called as the project: all orthophotos of projects have one name."""
-    survey = surveyed.mapped.survey
-    limits = () if survey.pictures is None else survey.pictures.limits
-    pictures = source_of(SourceKind.ORTHOPHOTO, project, limits)
-    named = _named(surveyed, fitting_name(project) or survey.lot)
-    mapped = replace(named.mapped, survey=replace(named.mapped.survey, pictures=pictures))
-    return Surveyed(mapped, lambda: replace(named.landed(), pictures=pictures))
-
-
-def _surveyed(survey: PhotoSurvey) -> Surveyed:
-    return Surveyed(survey.mapped, lambda: survey.landed)
-
-
-def _refuse(asked: Asked, kind: str, *names: str) -> None:
+def _refuse(asked: MapRequest, kind: str, *names: str) -> None:
     """Refuse options that a kind of source has no use for. Raises PictureError naming the option."""
     for name in names:
         if getattr(asked, name) is not None:

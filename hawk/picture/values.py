@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportRecord
+from hawk.exports.values import ExportRecord, Observation
+from hawk.lots.survey.landing import LandingFacts
+from hawk.lots.survey.source import Limit, PictureSource, SourceKind
+from hawk.lots.values import fitting_name
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import Outline
 
 COARSEST_M: Final = 0.20
 """Metres a pixel from which stalls cannot be found well."""
@@ -25,7 +30,7 @@ _FEW: Final = 4
 """Names that a sentence lists."""
 
 
-def named(names: Sequence[str]) -> str:
+def list_names(names: Sequence[str]) -> str:
     """Return names for a sentence: the first ones, and how many more there are."""
     rest = len(names) - _FEW
     return ", ".join(names[:_FEW]) + (f" and {rest} more" if rest > 0 else "")
@@ -104,22 +109,100 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True)
-class Mapped:
-    """A survey by pictures.
+class ShotSet:
+    """Shots of one flight in order of time, each with a height, or none where the files say none.
+
+    ``notes``: sentences on what a person must know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the
+    files say.
+    """
+
+    shots: tuple[Shot, ...]
+    left_out: tuple[LeftOut, ...] = ()
+    notes: tuple[str, ...] = ()
+    time_is_sure: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Origin of pictures: the ``name`` of their folder or file, and its kind.
+
+    ``title``: name of the lot that a person gave, "" for that of the pictures. ``ended``: moment of the last picture
+    that a person says, Unix seconds; None: as the files say it, and not ``time_is_sure`` by a clock that a person set
+    and whose zone is not known. ``height_m``: above the ground, that a person gave.
+    """
+
+    name: str
+    kind: SourceKind
+    time_is_sure: bool = False
+    height_m: float | None = None
+    title: str = ""
+    ended: float | None = None
+
+    @property
+    def own_name(self) -> str:
+        """Name of the folder, or of the file without its ending, as far as it can be shown."""
+        name = self.name if self.kind is SourceKind.PHOTOGRAPHS else Path(self.name).stem
+        return fitting_name(name) or self.kind.value
+
+    @property
+    def lot(self) -> str:
+        """Name of the lot: a person's, else that of the pictures."""
+        return self.title or self.own_name
+
+    def moment(self, ended: float) -> tuple[float, bool]:
+        """Return the moment of the last picture, which files say as ``ended``, and whether it is sure."""
+        return (ended, self.time_is_sure) if self.ended is None else (self.ended, True)
+
+    def source(self, limits: Sequence[Limit] = ()) -> PictureSource:
+        """Return the source of a survey, with what limits it."""
+        return PictureSource(self.kind, fitting_name(self.name) or self.kind.value, tuple(limits))
+
+
+@dataclass(frozen=True, slots=True)
+class PictureSurvey:
+    """A survey by pictures: as files have it, and ``landed``, as the store takes one after a flight.
 
     ``ground``: its picture in the frame of the survey's origin, None where none is drawn. ``area_m2``: ground that was
     seen. ``crs``: that of the source as PROJ or GDAL name it (``EPSG:28992``), "" for WGS-84. ``notes``: sentences on
-    what a reader must know, such as a coarse scale. ``scores``: the probability that each of the survey's stalls is
-    one; empty where it is not known. Its source with what limits it is ``survey.pictures``.
+    what a reader must know, such as a coarse scale. Its source with what limits it is ``survey.pictures``.
     """
 
     survey: ExportRecord
+    landed: LandingFacts = field(repr=False)
     ground: Ground | None = field(repr=False)
     area_m2: float
     crs: str = ""
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
-    scores: tuple[float, ...] = field(default=(), repr=False)
+
+
+def id_of(place: str) -> str:
+    """Return the id that a lot or survey has wherever it is mapped, by a text that names it alone."""
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, place))
+
+
+def export_survey(
+    landed: LandingFacts, ids: tuple[str, str], outline: Outline, stalls: tuple[Observation, ...]
+) -> ExportRecord:
+    """Return a survey as files have it: ``ids`` of its lot and its own, ``outline`` of the lot, its ``stalls``."""
+    return ExportRecord(
+        lot=landed.title,
+        lot_id=ids[0] if stalls else "",
+        survey=ids[1],
+        began=landed.utc - landed.flown_s,
+        ended=landed.utc,
+        time_is_sure=landed.time_is_sure,
+        layout=None,
+        software=f"hawk-drone {landed.program}",
+        is_simulated=False,
+        accuracy=landed.accuracy,
+        is_pinned=False,
+        origin=(landed.datum.latitude, landed.datum.longitude),
+        outline=outline,
+        stalls=stalls,
+        doubt="" if stalls else NO_STALLS,
+        pictures=landed.pictures,
+    )
 
 
 def is_coarser(metres: float, limit: float) -> bool:

@@ -13,7 +13,7 @@ import cmath
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -25,10 +25,10 @@ from pydantic import BaseModel, Field, ValidationError
 
 from hawk.formats import gdal
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, angles
-from hawk.picture.photographs.heights import with_heights
+from hawk.picture.photographs.heights import assign_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import MOST_TILT_DEG, UnusableError, read_photograph, tilt_deg
-from hawk.picture.values import LeftOut, PictureError, Shot
+from hawk.picture.values import LeftOut, PictureError, Shot, ShotSet
 from hawk.runtime.programs import remedy
 
 ORTHOPHOTO: Final = Path("odm_orthophoto/odm_orthophoto.tif")
@@ -89,15 +89,6 @@ class _Lens(BaseModel):
     k3: Finite = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Project:
-    """Photographs of a project with the poses that OpenDroneMap found, by their names."""
-
-    shots: tuple[Shot, ...]
-    left_out: tuple[LeftOut, ...] = ()
-    notes: tuple[str, ...] = ()
-
-
 def is_project(path: Path) -> bool:
     """Return whether a folder is a project of OpenDroneMap: two of its own names lie in it, or what we read of one."""
     try:
@@ -113,8 +104,8 @@ def orthophoto(path: Path) -> Path | None:
     return found if found.is_file() else None
 
 
-def read_project(path: Path, *, height_m: float | None = None) -> Project:
-    """Read a project's photographs with their poses.
+def read_project(path: Path, *, height_m: float | None = None) -> ShotSet:
+    """Read a project's photographs with the poses that OpenDroneMap found, by their names.
 
     Args:
         path: Folder of the project.
@@ -146,8 +137,8 @@ def read_project(path: Path, *, height_m: float | None = None) -> Project:
     lost = sorted(each.name for name, each in images.items() if name not in known)
     left += [LeftOut(name, "OpenDroneMap found no pose for it; more overlap helps") for name in lost]
     grounded = _by_tags(shots) if (model := _elevations(path)) is None else _above_ground(shots, model)
-    found, low = with_heights(grounded, height_m)
-    return Project(tuple(sorted(found, key=lambda each: each.name)), (*left, *low))
+    found, low = assign_heights(grounded, height_m)
+    return ShotSet(tuple(sorted(found, key=lambda each: each.name)), (*left, *low))
 
 
 def _features(path: Path) -> list[_Feature]:

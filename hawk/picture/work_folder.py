@@ -45,7 +45,7 @@ def is_ours(folder: Path) -> bool:
     names = {entry.name for entry in folder.iterdir() if not entry.name.startswith(".")}
     if names <= _OURS or {WINDOWS, FAILURES} <= names:
         return True
-    return _is_report(folder / REPORT) or _holds_steps(folder / WORK)
+    return _reported(folder / REPORT, "program").startswith("hawk-drone ") or _holds_steps(folder / WORK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +68,11 @@ class WorkSource:
     @classmethod
     def kept_in(cls, folder: Path) -> WorkSource | None:
         """Return that of a folder's work; None where the folder does not say it."""
-        try:
+        with _unreadable():
             values = json.loads((folder / SOURCE).read_bytes())
             pictures = frozenset((str(name), int(size), int(time)) for name, size, time in values["pictures"])
             return cls(Path(values["source"]), pictures)
-        except (OSError, ValueError, KeyError, TypeError):
-            return None
+        return None
 
     def is_same(self, other: WorkSource) -> bool:
         """Return whether both are one source, by what the module says of it."""
@@ -91,7 +90,7 @@ def other_source(folder: Path, source: Path) -> str | None:
     """Return the name of the source whose work a folder holds where ``source`` is another one, else None."""
     kept = WorkSource.kept_in(folder)
     if kept is None:
-        name = _reported(folder / REPORT)
+        name = _reported(folder / REPORT, "survey_source").partition(" ")[2]
         return None if name in ("", source.resolve().name) else name
     try:
         return None if kept.is_same(WorkSource.of(source)) else kept.path.name
@@ -128,19 +127,16 @@ def _facts(path: Path) -> tuple[str, int, int]:
     return path.name, facts.st_size, facts.st_mtime_ns
 
 
-def _reported(path: Path) -> str:
-    """Return the name of the source of a report, "" where it says none."""
-    try:
-        return str(json.loads(path.read_bytes())["survey_source"]).partition(" ")[2]
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
+def _reported(path: Path, key: str) -> str:
+    """Return a text of a report, "" where it says none."""
+    with _unreadable():
+        return str(json.loads(path.read_bytes())[key])
+    return ""
 
 
-def _is_report(path: Path) -> bool:
-    try:
-        return str(json.loads(path.read_bytes())["program"]).startswith("hawk-drone ")
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+def _unreadable() -> contextlib.suppress:
+    """Pass over a file that cannot be read, or holds something else."""
+    return contextlib.suppress(OSError, ValueError, KeyError, TypeError)
 
 
 def _holds_steps(folder: Path) -> bool:

@@ -16,22 +16,21 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.algo.frame import AlgoError, FrameInput
-from hawk.algo.manager import AlgorithmManagerApp, Looked
+from hawk.algo.manager import AlgorithmManagerApp, Perception
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.camera_check import CameraCheck
-from hawk.algo.vision.named import network_name
-from hawk.algo.vision.network import VisionModelError
+from hawk.algo.vision.network_file import VisionModelError, network_name
 from hawk.config.sections import Config
 from hawk.ddc.recorder import TICK
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.plans import PathPlan
 from hawk.model.poses import GlobalPose
 from hawk.replay.flight import Maker, Origin, RecordedFlight, ReplayError, in_a_line
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.survey_map import recorded_geojson
 from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, to_json
 from hawk.store.replay import Recorded, RecordingError, text_of_geojson
 
@@ -44,7 +43,7 @@ _KEPT: Final = ("known", "tour", "fence", "asked_ground")
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A map as it was recorded and as it is made again, both as `stalls_geojson` writes them.
+    """A map as it was recorded and as it is made again, both as `recorded_geojson` writes them.
 
     ``at``: seconds of the recording's clock.
     """
@@ -110,11 +109,11 @@ class Again:
         self._topics = AlgorithmTopicInterface()
         self._begin()
 
-    def look(self, frame: FrameInput) -> Looked:
+    def look(self, frame: FrameInput) -> Perception:
         """See a frame's picture; a thread may look at the next one while another goes on with the one before."""
         return self._manager.look(frame)
 
-    def go_on(self, frame: FrameInput, looked: Looked) -> None:
+    def go_on(self, frame: FrameInput, looked: Perception) -> None:
         """Map and plan. Raises AlgoError when vision, mapper or planner failed; the others did their work."""
         self._manager.go_on(frame, looked)
 
@@ -202,7 +201,7 @@ class _Step:
     """A frame that is looked at, and the map that was recorded with it, with its time; None: none was."""
 
     frame: FrameInput
-    looked: Future[Looked]
+    looked: Future[Perception]
     recorded: tuple[float, str] | None
     datum: GlobalPose | None
 
@@ -271,8 +270,7 @@ def _plan_of(tick: Recorded) -> Any:
 
 def _geojson(datum: GlobalPose, made: OccupancyMap) -> str:
     """Return the stalls as a recording has them (`hawk.store.views`)."""
-    labels = {key: stall.label for key, stall in made.stalls.items() if stall.label}
-    return stalls_geojson(datum, made.stalls, labels=labels)
+    return recorded_geojson(datum, made.stalls)
 
 
 def process(flight: RecordedFlight, again: Again, show: Callable[[int], None] = lambda _: None) -> Processed:

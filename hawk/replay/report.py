@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from hawk.replay.comparing import KINDS, Change, Comparison, Kind, compare_maps, middle
+from hawk.replay.comparison import KINDS, Change, Comparison, Kind, compare_maps, middle
 from hawk.replay.flight import Maker, RecordedFlight
-from hawk.replay.process import Processed
+
+if TYPE_CHECKING:  # vision takes half a second to load
+    from hawk.replay.process import Processed
+
 
 SHOWN_CHANGES: Final = 20
 """Stalls that differ, of which the terminal shows this number; JSON has all."""

@@ -7,13 +7,14 @@ import errno
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Final
-
-import cv2
+from typing import TYPE_CHECKING, Final
 
 from hawk.replay.flight import ReplayError
-from hawk.replay.process import Processed
-from hawk.results.survey_map import Made, SurveyMap, map_picture, stalls_csv, stalls_geojson
+from hawk.results import stall_files
+from hawk.results.survey_map import Made, SurveyMap
+
+if TYPE_CHECKING:  # vision takes half a second to load
+    from hawk.replay.process import Processed
 
 SPARE_BYTES: Final = 50_000_000
 """Bytes that stay free on the disk."""
@@ -60,12 +61,5 @@ def write_map(folder: Path, processed: Processed, survey: str) -> None:
     """
     if processed.datum is None:
         raise ReplayError("the recording holds no place of the map's origin: --out has nothing to write; leave it out")
-    found = SurveyMap.of(processed.datum, processed.final)
-    made = Made.now(survey)
-    done, picture = cv2.imencode(".png", map_picture(found))
-    if not done:
-        raise ReplayError("the map's picture could not be encoded: leave --out out")
     with new_folder(folder) as new:
-        (new / "stalls.csv").write_text(stalls_csv(found.datum, found.stalls, made), encoding="utf-8")
-        (new / "stalls.geojson").write_text(stalls_geojson(found.datum, found.stalls, made), encoding="utf-8")
-        (new / "map.png").write_bytes(picture.tobytes())
+        stall_files.write_map(new, SurveyMap.of(processed.datum, processed.final), Made.now(survey))

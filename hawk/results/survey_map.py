@@ -1,10 +1,8 @@
-"""The map of a survey as table (CSV), GeoJSON and picture: for exports and scoring, server and headless survey."""
+"""The map of a survey: its stalls, cells and pictures with their place on Earth, for exports, scoring, recordings."""
 
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
 import json
 import math
 import zlib
@@ -12,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
-from typing import Any, Final
+from typing import Any
 
 import cv2
 import numpy as np
@@ -33,14 +31,7 @@ from hawk.model.lot_map import (
 )
 from hawk.model.poses import GlobalPose
 from hawk.model.tile_picture import decode_picture
-from hawk.results.row_labels import row_labels
 
-_CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
-_FREE = (255, 143, 47)
-_FREE_LINE = (255, 241, 227)
-_TAKEN = (26, 122, 255)
-_TAKEN_LINE = (0, 90, 224)
-_PLATE = (28, 22, 16)
 _OUTLINE_M = 0.5
 _OUTLINE_AT, _OUTLINE_RISES = 96, 4  # of 255 seen about a place: at half of it the picture is half there
 
@@ -75,14 +66,12 @@ class Made:
     @classmethod
     def now(cls, survey: str) -> Made:
         """Return the source of a file that this program makes now."""
-        return cls(survey, datetime.now(UTC).isoformat(timespec="seconds"), f"hawk-drone {version('hawk-drone')}")
+        moment = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+        return cls(survey, moment, f"hawk-drone {version('hawk-drone')}")
 
     def values(self) -> dict[str, str]:
         """Return the source by the names of its columns."""
-        return {"survey": self.survey, "made_utc": self.utc, "software": self.software}
-
-
-_UNKNOWN: Final = Made()
+        return {"survey_id": self.survey, "made_utc": self.utc, "software": self.software}
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,150 +152,34 @@ def _smooth(seen: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.clip((np.asarray(wide, np.int16) - _OUTLINE_AT) * _OUTLINE_RISES, 0, 255).astype(np.uint8)
 
 
-def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
-    """Return the map as a BGR picture, north up, 10 cm a pixel: the mosaic where there is one, stalls drawn over it.
-
-    Free is blue and plain, taken orange and hatched, unknown dark with a question mark, suggested only has corners: no
-    state rests on colour alone.
-    """
-    mosaic, opacity, cells = survey.picture()
-    colours = np.array([_CELL_COLOURS.get(cell, _CELL_COLOURS[Cell.LOT]) for cell in Cell], np.uint8)
-    share = (opacity / np.float32(255)).astype(np.float32)
-    picture = np.asarray(cv2.blendLinear(mosaic, colours[cells.values], share, 1 - share), np.uint8)
-    for key in sorted(survey.stalls):
-        draw_stall(picture, cells.to_pixels(survey.stalls[key].corners()), survey.stalls[key].state)
-    return picture
-
-
-def draw_stall(picture: NDArray[np.uint8], corners: NDArray[np.float64], state: StallState) -> None:
-    """Draw a stall into a BGR picture by its corners (4, 2) as (column, row)."""
-    pixels = corners.astype(np.int32)
-    if state is StallState.SUGGESTED:
-        _draw_corners(picture, pixels)
-        return
-    left, top = np.maximum(pixels.min(axis=0), 0)
-    right, bottom = pixels.max(axis=0) + 1
-    part = picture[top:bottom, left:right]
-    if part.size == 0:
-        return
-    inside = np.zeros(part.shape[:2], np.uint8)
-    cv2.fillPoly(inside, [pixels - (left, top)], 255)
-    colour, line, share = {
-        StallState.FREE: (_FREE, _FREE_LINE, 0.46),
-        StallState.TAKEN: (_TAKEN, _TAKEN_LINE, 0.6),
-        StallState.UNKNOWN: (_PLATE, (255, 255, 255), 0.45),
-    }[state]
-    tint = np.empty(part.shape, np.float32)
-    tint[:] = colour
-    if state is StallState.TAKEN:
-        rows, columns = np.indices(inside.shape)
-        tint[(rows + columns + left + top) % 9 > 4] = _PLATE
-    tinted = part * (1 - share) + tint * share
-    part[inside > 0] = tinted[inside > 0].astype(np.uint8)
-    cv2.polylines(picture, [pixels], True, line, 1, cv2.LINE_AA)
-    if state is StallState.UNKNOWN:
-        centre = (int(pixels[:, 0].mean()) - 5, int(pixels[:, 1].mean()) + 5)
-        cv2.putText(picture, "?", centre, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
-
-
-def _draw_corners(picture: NDArray[np.uint8], pixels: NDArray[np.int32]) -> None:
-    """Draw a quarter of each side from its ends: a suggested stall has no lines on the ground."""
-    for start, end in zip(pixels, np.roll(pixels, -1, axis=0), strict=True):
-        for near, far in ((start, end), (end, start)):
-            cv2.line(picture, near.tolist(), (near + (far - near) // 4).tolist(), (255, 255, 255), 1, cv2.LINE_AA)
-
-
-CSV_COLUMNS = (
-    "id",
-    "label",
-    "state",
-    "taken_probability",
-    "latitude",
-    "longitude",
-    "north_m",
-    "east_m",
-    "direction_deg",
-    "width_m",
-    "length_m",
-    "seen",
-    "score",
-    "survey",
-    "made_utc",
-    "software",
-)
-"""Columns of the table; the last three are the same in every line: two surveys' tables can be distinguished."""
-
-
 def to_global(datum: GlobalPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 2) of (north, east) metres in the map as (latitude, longitude) degrees."""
     latitude, longitude, _ = pymap3d.ned2geodetic(points[:, 0], points[:, 1], 0.0, datum.latitude, datum.longitude, 0.0)
     return np.column_stack((latitude, longitude))
 
 
-def labels_of(stalls: Mapping[int, Stall]) -> dict[int, str]:
-    """Return the labels for people, by id.
+def recorded_geojson(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
+    """Return the stalls as a recording has them: GeoJSON (RFC 7946) whose keys stay, since maps are compared by it.
 
-    On a known lot they are those of its plan; a stall that the plan has not gets one when it is taken over.
+    Only stalls of a plan have labels: those of rows cost too much in flight.
     """
-    of_plan = {key: stall.label for key, stall in stalls.items() if stall.label}
-    return of_plan or row_labels(stalls)
-
-
-def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNKNOWN) -> str:
-    """Return the table of stalls, one line each, in the order of their ids."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
-    labels = labels_of(stalls)
-    for key in sorted(stalls):
-        row = {**_row(datum, stalls[key], labels.get(key, "")), **made.values()}
-        writer.writerow(row.values())
-    return out.getvalue()
-
-
-def stalls_geojson(
-    datum: GlobalPose, stalls: Mapping[int, Stall], made: Made = _UNKNOWN, labels: Mapping[int, str] | None = None
-) -> str:
-    """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise).
-
-    Its source is the member "hawk". ``labels`` by id: those of `labels_of` where none are given, found by rows.
-    """
-    labels = labels_of(stalls) if labels is None else labels
     ordered = [stalls[key] for key in sorted(stalls)]
     corners = [stall.corners()[[0, 1, 2, 3, 0]] for stall in ordered]
     places = to_global(datum, np.concatenate([np.empty((0, 2)), *corners])).reshape(-1, 5, 2)
     rings = np.round(places[..., ::-1], 8).tolist()
-    features = [_feature(stall, ring, labels.get(stall.id)) for stall, ring in zip(ordered, rings, strict=True)]
-    return json.dumps({"type": "FeatureCollection", "hawk": made.values(), "features": features}, allow_nan=False)
+    features = [_recorded_feature(stall, ring) for stall, ring in zip(ordered, rings, strict=True)]
+    source = {"survey": "", "made_utc": "", "software": ""}
+    return json.dumps({"type": "FeatureCollection", "hawk": source, "features": features}, allow_nan=False)
 
 
-def _row(datum: GlobalPose, stall: Stall, label: str) -> dict[str, object]:
-    latitude, longitude = to_global(datum, np.array([[stall.north, stall.east]]))[0]
-    return {
-        "id": stall.id,
-        "label": label,
-        "state": stall.state.value,
-        "taken_probability": f"{stall.taken:.3f}",
-        "latitude": f"{latitude:.8f}",
-        "longitude": f"{longitude:.8f}",
-        "north_m": f"{stall.north:.2f}",
-        "east_m": f"{stall.east:.2f}",
-        "direction_deg": f"{math.degrees(stall.angle):.1f}",
-        "width_m": f"{stall.width:.2f}",
-        "length_m": f"{stall.length:.2f}",
-        "seen": stall.seen,
-        "score": f"{stall.score:.3f}",
-    }
-
-
-def _feature(stall: Stall, ring: list[list[float]], label: str | None) -> dict[str, Any]:
+def _recorded_feature(stall: Stall, ring: list[list[float]]) -> dict[str, Any]:
     return {
         "type": "Feature",
         "id": stall.id,
         "geometry": {"type": "Polygon", "coordinates": [ring]},
         "properties": {
             "id": stall.id,
-            "label": label,
+            "label": stall.label or None,
             "state": stall.state.value,
             "taken_probability": round(stall.taken, 3),
             "width_m": round(stall.width, 2),

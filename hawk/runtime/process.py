@@ -22,13 +22,15 @@ import faulthandler
 import logging
 import math
 import os
+import select
 import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TextIO
+from typing import Final, TextIO
 
 _LOG = logging.getLogger(__name__)
 
@@ -268,3 +270,32 @@ def set_session_niceness(niceness: int, autogroup: Path = AUTOGROUP) -> None:
     if os.getsid(0) == os.getpid() and autogroup.exists():
         with contextlib.suppress(OSError):
             autogroup.write_text(str(niceness))
+
+
+READER_GONE: Final = 141
+"""Exit status: 128 and the number of SIGPIPE, as shells give it."""
+
+
+def readers_are_gone() -> bool:
+    """Return whether standard output or standard error is a pipe that nobody reads any more."""
+    asked = select.poll()
+    for descriptor in _outputs():
+        asked.register(descriptor, 0)
+    return any(event & (select.POLLERR | select.POLLHUP) for _, event in asked.poll(0))
+
+
+def lose_readers() -> None:
+    """Send what is still to be written to nowhere: Python flushes its output at its end, and would fail again."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for descriptor in _outputs():
+        os.dup2(nowhere, descriptor)
+    os.close(nowhere)
+
+
+def _outputs() -> Iterator[int]:
+    """Yield the descriptors of the outputs; a test, or a program without a terminal, may have none."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            yield stream.fileno()
+        except (AttributeError, OSError, ValueError):
+            continue

@@ -60,10 +60,7 @@ class Supervisor:
 
     async def close(self) -> None:
         """Cancel every task and wait until it has ended."""
-        tasks = tuple(self._tasks)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(*self._tasks)
 
     async def _keep(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
         while True:
@@ -88,15 +85,20 @@ class Supervisor:
             _LOG.exception("the end of %s could not be reported", name)
 
 
+async def end_tasks(*tasks: asyncio.Future[Any]) -> list[Any]:
+    """Cancel tasks and wait until they have ended; return their results and errors, in that order."""
+    for task in tasks:
+        task.cancel()
+    return await asyncio.gather(*tasks, return_exceptions=True)
+
+
 async def until_first_ends(*works: Coroutine[Any, Any, None]) -> None:
     """Run coroutines beside each other; when one ends, cancel the others. Raises the error of one that failed."""
     tasks = [asyncio.ensure_future(work) for work in works]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
-        for task in tasks:
-            task.cancel()
-        ended = await asyncio.gather(*tasks, return_exceptions=True)
+        ended = await end_tasks(*tasks)
     for outcome in ended:
         if isinstance(outcome, Exception):
             raise outcome

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Final, NoReturn, TypeVar
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hawk.runtime.supervision import end_tasks
 from hawk.sim.camera.camera import Camera, Frame
 from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import DEFAULT_MARGIN_M, WatchedFence
@@ -163,9 +164,7 @@ class CameraServer:
             await asyncio.wait({waiting, closing}, return_when=asyncio.FIRST_COMPLETED)
             return waiting.result() if waiting.done() else None
         finally:
-            for task in (waiting, closing):
-                task.cancel()
-            await asyncio.gather(waiting, closing, return_exceptions=True)
+            await end_tasks(waiting, closing)
 
     def _part(self, frame: Frame) -> bytes:
         faults = self._backend.faults

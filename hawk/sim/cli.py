@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_USAGE
     if options.command == photos_command.NAME:
         return photos_command.run(options)
-    from hawk.sim.runner import fly, follow
+    from hawk.sim.runner import fly, follow  # needs the extra
 
     set_session_niceness(SIMULATOR_NICENESS)
     try:
@@ -87,7 +87,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def run_options(options: argparse.Namespace, world: World) -> RunOptions:
     """Return the options of a run over this world. Raises UsageError."""
-    from hawk.sim.runner import RunOptions
+    from hawk.sim.runner import RunOptions  # needs the extra
 
     if options.follow is not None and options.mavlink is not None:
         raise UsageError("--follow: not together with --mavlink; the other vehicle is the autopilot")
@@ -177,6 +177,10 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
         help="reach of a rangefinder that looks down (sets RNGFND1_TYPE and RNGFND1_MAX; default 0: none)",
     )
     flight.add_argument("--wind", type=simulator.wind, default=0.0, metavar="M/S", help="mean wind (default 0)")
+    _add_battery_and_faults(flight)
+
+
+def _add_battery_and_faults(flight: argparse._ArgumentGroup) -> None:
     flight.add_argument(
         "--battery-minutes",
         type=values.number(0.1, 600),

@@ -18,6 +18,7 @@ from typing import Final
 
 from hawk.config.options import number, pair, whole
 from hawk.runtime.programs import remedy
+from hawk.runtime.supervision import end_tasks
 from hawk.worlds import COARSEST_M, FINEST_M, MOST_CHANGES
 from hawk.worlds.moment import read_moment
 
@@ -92,7 +93,7 @@ class SimulationOptions:
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``cars`` is the seed by which the cars of a picture with a truth are moved to other stalls.
-    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`), ``at`` its moment
+    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.moment.Condition`), ``at`` its moment
     (`hawk.worlds.moment`), ``repaint`` the number of changes of its layout.
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
@@ -200,8 +201,7 @@ class Simulation:
             return
         await end_process(self._process, STOP_TIMEOUT_S)
         if self._drain is not None:
-            self._drain.cancel()
-            await asyncio.gather(self._drain, return_exceptions=True)
+            await end_tasks(self._drain)
 
 
 async def end_process(process: asyncio.subprocess.Process, timeout_s: float) -> None:

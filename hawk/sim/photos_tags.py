@@ -79,13 +79,12 @@ def tagged(jpeg: bytes, written: Written) -> bytes:
 
 def _exif(written: Written) -> bytes:
     try:
-        from PIL import Image
-        from PIL.TiffImagePlugin import IFDRational
+        from PIL import Image, TiffImagePlugin  # an extra
     except ImportError as error:
         raise TagsError(f"Pillow is not installed, which writes EXIF: {remedy('pictures')}") from error
 
     def ratio(value: float, parts: int) -> Any:
-        return IFDRational(round(value * parts), parts)
+        return TiffImagePlugin.IFDRational(round(value * parts), parts)
 
     moment = f"{written.time:%Y:%m:%d %H:%M:%S}"
     camera, (width, height) = written.camera, written.size

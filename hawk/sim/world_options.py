@@ -6,9 +6,8 @@ import argparse
 
 from hawk.config import options as values
 from hawk.sim import launch as simulator
-from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.moment import read_moment
+from hawk.worlds.moment import Condition, read_moment
 from hawk.worlds.moved_cars import move_cars
 from hawk.worlds.world import World, WorldError, picture_world
 

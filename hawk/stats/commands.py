@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import ConfigError, config_of
+from hawk.config.loader import config_of
+from hawk.config.sections import ConfigError
 from hawk.runtime.late import late
 from hawk.stats.partition import PARTITIONS
 

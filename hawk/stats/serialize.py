@@ -7,8 +7,8 @@ import io
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
-from hawk.lots.text import table_text
 from hawk.lots.values import utc
+from hawk.results.stall_files import table_text
 from hawk.stats.changes import Changes
 from hawk.stats.figures import PRACTICAL, WEEKDAYS, Figures, Hour, Use
 from hawk.stats.partition import Partition

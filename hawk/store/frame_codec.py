@@ -1,15 +1,19 @@
-"""Payloads of a recording as bytes: JSON, and frames with their picture."""
+"""Payloads of a recording: what it shows to viewers, and JSON and frames with their picture as bytes."""
 
 from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Hashable
-from dataclasses import fields, is_dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache
 from typing import Any, Final, TypeVar, cast
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from hawk.model.lot_map import Stall
+from hawk.model.operation import Level
+from hawk.model.poses import GlobalPose, VehiclePose
 
 FRAME_INPUT: Final = "frame_input"
 """Topic of the frames of the algorithms."""
@@ -105,3 +109,23 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, set | frozenset):
         return sorted(value, key=str)
     return str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A message for the operator."""
+
+    level: Level
+    text: str
+    details: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MapStalls:
+    """The stalls of a map, and the WGS-84 place of its origin."""
+
+    datum: GlobalPose
+    stalls: Mapping[int, Stall] = field(repr=False)
+
+
+View = VehiclePose | Words | MapStalls

@@ -26,6 +26,7 @@ from hawk.model.operation import Fall, FlightDrain, FlightSoFar, Health, SurveyL
 from hawk.model.plans import Outline
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.sentences import say
+from hawk.runtime.files import sync_folder
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,
@@ -319,7 +320,7 @@ class FlightJournal:
         data = b"".join(pack(key, value) for key, value in self._values.items())
         try:
             _write_all(file, data)
-            _sync_folder(self._survey)
+            sync_folder(self._survey)
         except OSError:
             file.close()
             with contextlib.suppress(OSError):
@@ -378,11 +379,3 @@ def _write_all(file: IO[bytes], data: bytes) -> None:
     while view:
         view = view[file.write(view) :]
     os.fsync(file.fileno())
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

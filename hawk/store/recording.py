@@ -22,10 +22,9 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 from hawk.config.sections import StoreSettings
 from hawk.model.operation import Health
 from hawk.model.sentences import say
-from hawk.store.frame_codec import FRAME_INPUT
-from hawk.store.recording_ring import Item, Ring
+from hawk.store.frame_codec import FRAME_INPUT, View
 from hawk.store.recordings import Recordings
-from hawk.store.shown import View
+from hawk.store.ring_buffer import Item, Ring
 
 if TYPE_CHECKING:
     from hawk.store.recording_file import JsonSchemas, RecordingFile
@@ -89,20 +88,16 @@ class Recording:
         self._ready = threading.Condition()
         self._queue: deque[Item] = deque()
         self._queued = 0
-        self._wanted = False
-        self._closing = False
+        self._wanted = self._closing = self._is_on_ground = self._has_entry = False
         self._ended: Callable[[], None] = lambda: None
         self.dropped = 0
         """Number of messages that did not fit into the queue or could not be written."""
-        self._dropped_at = float("-inf")
+        self._dropped_at = self._tidied = float("-inf")
         self._health = Health()
         self._file: RecordingFile | None = None
         self._json_schemas = json_schemas
         self._about = about
-        self._is_on_ground = False
-        self._tidied = float("-inf")
-        self._ring = Ring() if ring is None else ring
-        self._has_entry = False
+        self._ring = ring or Ring()
         self.path: Path | None = None
         """The newest file."""
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)

@@ -19,8 +19,8 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from hawk.model.pictures import CameraModel
 from hawk.store.frame_codec import parts_of, to_json
-from hawk.store.recording_ring import Item
 from hawk.store.replay import CAMERA, FORMAT, KNOWN, KNOWN_LOT, METADATA
+from hawk.store.ring_buffer import Item
 from hawk.store.views import calibration_message, picture_message, schema_of, views_of
 
 PICTURE: Final = "picture"

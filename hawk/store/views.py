@@ -39,9 +39,9 @@ from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import Level
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose, VehiclePose
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.survey_map import recorded_geojson
+from hawk.store.frame_codec import View, Words
 from hawk.store.replay import CAMERA
-from hawk.store.shown import View, Words
 
 CALIBRATION: Final = "camera_calibration"
 LOCATION: Final = "location"
@@ -96,8 +96,7 @@ def views_of(view: View, time_ns: int) -> Iterator[Coded]:
     elif isinstance(view, VehiclePose):
         yield from _place(view, stamp)
     else:
-        labels = {key: stall.label for key, stall in view.stalls.items() if stall.label}  # those of rows cost too much
-        yield STALLS_ON_EARTH, GeoJson(geojson=stalls_geojson(view.datum, view.stalls, labels=labels)).encode()
+        yield STALLS_ON_EARTH, GeoJson(geojson=recorded_geojson(view.datum, view.stalls)).encode()
         yield STALLS, _scene(view.stalls, stamp).encode()
 
 

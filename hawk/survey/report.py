@@ -12,8 +12,8 @@ from scipy.spatial import KDTree
 
 from hawk.model.lot_map import Cell, StallState
 from hawk.results.survey_map import SurveyMap
-from hawk.survey import scoring
-from hawk.survey.scoring import Finding, Tally, match
+from hawk.survey import accuracy
+from hawk.survey.accuracy import Finding, Tally, match
 from hawk.survey.truth import GroundTruth
 
 WHOLE = 0.98
@@ -105,12 +105,12 @@ def compare(survey: SurveyMap, truth: GroundTruth) -> dict[str, float]:
     true_stalls = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     shift = map_offset(found.mean(axis=1), true_stalls.mean(axis=1))
     shown = truth.in_picture(found.mean(axis=1) + shift)
-    real = scoring.LabelledPlace(
+    real = accuracy.LabelledPlace(
         true_stalls, np.array([state or StallState.UNKNOWN for state in truth.states], object), truth.lots
     )
     states = np.array([stall.state for stall in survey.marked], object)
     finding = Finding(found[shown] + shift, states[shown])
-    tally = scoring.tally(finding, real)
+    tally = accuracy.tally(finding, real)
     return {
         **_measures(tally),
         "position_error_p95_m": _position_error(finding, real),
@@ -171,8 +171,8 @@ def _found(survey: SurveyMap, truth: GroundTruth) -> NDArray[np.float64]:
     return truth.to_world(np.concatenate(quads), survey.datum).reshape(-1, 4, 2)
 
 
-def _position_error(finding: Finding, truth: scoring.LabelledPlace) -> float:
-    matches = scoring.match(finding.stalls, truth.stalls)
+def _position_error(finding: Finding, truth: accuracy.LabelledPlace) -> float:
+    matches = accuracy.match(finding.stalls, truth.stalls)
     if not len(matches):
         return math.nan
     apart = finding.stalls[matches.found].mean(axis=1) - truth.stalls[matches.true].mean(axis=1)
@@ -198,4 +198,4 @@ def _lot_iou(survey: SurveyMap, truth: GroundTruth, shift: NDArray[np.float64]) 
         edges = np.round((np.array([(0.0, 0.0), truth.size]) - corner) / step - low).astype(int)
         (left, top), (right, bottom) = np.maximum(edges, 0)
         found, true = found[top:bottom, left:right], true[top:bottom, left:right]
-    return scoring.mask_iou(found, true > 0)
+    return accuracy.mask_iou(found, true > 0)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, Self
 from urllib.parse import urlsplit
 
-import cv2
 import numpy as np
 from rich import progress as rich_progress
 from rich.console import Console
@@ -29,7 +28,8 @@ from hawk.daemon.start_checks import make_folder
 from hawk.ddc.fence.geojson import read_survey_outline
 from hawk.ddc.fence.outline import OutlineError, corners_of
 from hawk.model.poses import GlobalPose
-from hawk.results.survey_map import Made, SurveyMap, map_picture, stalls_csv, stalls_geojson, to_global
+from hawk.results.stall_files import write_map
+from hawk.results.survey_map import Made, SurveyMap, to_global
 from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError
@@ -253,9 +253,7 @@ class FenceSender:
 def write_results(folder: Path, survey: SurveyMap, values: dict[str, Any]) -> None:
     """Write ``stalls.csv``, ``stalls.geojson``, ``map.png`` and ``report.json``."""
     made = Made.now(survey.survey)
-    (folder / "stalls.csv").write_text(stalls_csv(survey.datum, survey.stalls, made), encoding="utf-8")
-    (folder / "stalls.geojson").write_text(stalls_geojson(survey.datum, survey.stalls, made), encoding="utf-8")
-    cv2.imwrite(str(folder / "map.png"), map_picture(survey))
+    write_map(folder, survey, made)
     values = {**report.finite(values), **made.values()}
     (folder / "report.json").write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
 

@@ -4,7 +4,7 @@ The health check of a container. It reads the daemon's flight state (`hawk.versi
 token, no port and no certificate; ``/api/health`` needs a login, and is 503 as well for a camera that is missing, which
 a new start of the container does not bring back.
 
-``--on-the-ground``: status 0 when no version would be refused now (`hawk.versions.switching`): an engine that replaces
+``--on-the-ground``: status 0 when no version would be refused now (`hawk.versions.switch`): an engine that replaces
 a container does not ask.
 """
 
@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hawk.versions.flight_state import read_flight_state
-from hawk.versions.switching import ASKED_S, RUNTIME_FOLDER, look
+from hawk.versions.switch import ASKED_S, RUNTIME_FOLDER, look
 
 
 def fault(folder: Path, now_s: float) -> str | None:

@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.versions.kept import VersionError, Versions
-from hawk.versions.switching import (
+from hawk.versions.folder import VersionError, Versions
+from hawk.versions.switch import (
     IN_ORDER,
     Outside,
     Refusal,

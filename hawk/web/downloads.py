@@ -7,7 +7,7 @@ it is sent on the ground only, where the link and the disk are free, and to oper
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -19,9 +19,11 @@ from aiohttp import hdrs, web
 
 from hawk.comm.protocol.authority import Role
 from hawk.comm.protocol.heartbeat import DroneStatus
-from hawk.model.lot_map import OccupancyMap, Stall
+from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose
-from hawk.results.survey_map import Made, SurveyMap, map_picture, stalls_csv, stalls_geojson
+from hawk.results.map_picture import map_picture
+from hawk.results.stall_files import map_csv, map_geojson
+from hawk.results.survey_map import Made, SurveyMap
 from hawk.store.recording import NoRecordingError
 from hawk.web.access.access import ACCESS
 from hawk.web.services import SERVICES, WebServices
@@ -50,18 +52,14 @@ class FileKind:
     make: Callable[[SurveyMap], bytes]
 
 
-def _text_file(make: Callable[[GlobalPose, Mapping[int, Stall], Made], str], survey: SurveyMap) -> bytes:
-    return make(survey.datum, survey.stalls, Made.now(survey.survey)).encode()
-
-
 def _picture(survey: SurveyMap) -> bytes:
     _, data = cv2.imencode(".jpg", map_picture(survey), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return data.tobytes()
 
 
 KINDS: Final = (
-    FileKind("stalls.csv", "text/csv", lambda survey: _text_file(stalls_csv, survey)),
-    FileKind("stalls.geojson", "application/geo+json", lambda survey: _text_file(stalls_geojson, survey)),
+    FileKind("stalls.csv", "text/csv", lambda survey: map_csv(survey, Made.now(survey.survey))),
+    FileKind("stalls.geojson", "application/geo+json", lambda survey: map_geojson(survey, Made.now(survey.survey))),
     FileKind("lot.jpg", "image/jpeg", _picture),
 )
 

@@ -16,7 +16,7 @@ from typing import Final, Literal
 from hawk.comm.protocol.heartbeat import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
 from hawk.model.lot_map import TILE_M, EncodedTile, OccupancyMap, Stall, TileKey
 from hawk.model.poses import MapPoint
-from hawk.model.sharded import differing
+from hawk.model.shards import differing
 
 BUDGET_BYTES: Final = 64 * 1024
 """JSON of one "Occupancy Map" (design, section 5)."""

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 import shapely
 
-from hawk.worlds.canvas import Points
 from hawk.worlds.plan import Axes, SitePlan
+from hawk.worlds.scene.canvas import Points
 
 MOST, LEAST = 6, 3
 """Bays added at once."""

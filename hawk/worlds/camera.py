@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.pictures import CameraModel
-from hawk.worlds.canvas import Bytes, Floats, as_bytes, as_floats
-from hawk.worlds.facets import FacetSet, draw_layers, ground_projection, with_rim
+from hawk.worlds.scene.canvas import Bytes, Floats, as_bytes, as_floats
+from hawk.worlds.scene.facets import FacetSet, draw_layers, ground_projection, with_rim
 from hawk.worlds.world import World
 
 _LOWEST_M = 0.15

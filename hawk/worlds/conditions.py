@@ -2,34 +2,16 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import Final
-
 import numpy as np
 
-from hawk.worlds.canvas import Canvas, Floats, noise
-from hawk.worlds.light import LampLight, Sun
-from hawk.worlds.materials import grey
+from hawk.worlds.moment import Condition
 from hawk.worlds.plan import SitePlan
+from hawk.worlds.scene.canvas import Canvas, Floats, noise
+from hawk.worlds.scene.light import LampLight, Sun
+from hawk.worlds.scene.materials import grey
 
 _SODIUM, _LED = (0.45, 0.78, 1.0), (1.0, 0.96, 0.9)  # blue, green, red of lamp light
 _SNOW = (238.0, 236.0, 232.0)
-
-
-class Condition(StrEnum):
-    """Time of day and weather of a world; ``day`` is dry, with some sun."""
-
-    DAY = "day"
-    OVERCAST = "overcast"
-    DUSK = "dusk"
-    NIGHT = "night"
-    WET = "wet"
-    SNOW = "snow"
-    LEAVES = "leaves"
-
-
-HOURS: Final = (Condition.DUSK, Condition.NIGHT)
-"""Conditions that are times of day."""
 
 
 def set_condition(plan: SitePlan, condition: Condition, sun: Sun, rng: np.random.Generator) -> Sun:

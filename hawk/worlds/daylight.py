@@ -9,9 +9,10 @@ from typing import Final
 import numpy as np
 
 from hawk.model.sun import SunPosition
-from hawk.worlds.conditions import Condition, set_condition
-from hawk.worlds.light import Sun
+from hawk.worlds.conditions import set_condition
+from hawk.worlds.moment import Condition
 from hawk.worlds.plan import SitePlan
+from hawk.worlds.scene.light import Sun
 
 DUSK_BELOW_DEG: Final = 4.0
 """A sun lower than this is dusk: shadows are faint and lamps are lit."""

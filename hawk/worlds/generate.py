@@ -12,22 +12,21 @@ import shapely
 
 from hawk.model.sun import sun_position
 from hawk.worlds import MOST_CHANGES
-from hawk.worlds.canvas import Bytes, Canvas, Points
-from hawk.worlds.cars import footprint_m
-from hawk.worlds.conditions import HOURS, Condition, set_condition
+from hawk.worlds.conditions import set_condition
 from hawk.worlds.daylight import light_at
-from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.layout import asphalt_details, plan_section
-from hawk.worlds.light import Sun, sample_sun
-from hawk.worlds.materials import Material, sample_material
-from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls, park, stays_of
+from hawk.worlds.moment import HOURS, Condition, clock_of
+from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import Axes, SitePlan, Surface
-from hawk.worlds.render import draw_plan
 from hawk.worlds.repaint import repaint
-from hawk.worlds.streams import OwnStreams, Streams
+from hawk.worlds.scene.canvas import Bytes, Canvas, Points
+from hawk.worlds.scene.cars import footprint_m
+from hawk.worlds.scene.facets import FacetSet, ground_projection
+from hawk.worlds.scene.light import Sun, sample_sun
+from hawk.worlds.scene.materials import Material, sample_material
+from hawk.worlds.scene.render import OwnStreams, Streams, draw_plan
+from hawk.worlds.scene.surroundings import plan_clutter, plan_side
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
-from hawk.worlds.surroundings import plan_clutter, plan_side
 from hawk.worlds.world import TrueStall, World, WorldError
 
 Rect = tuple[float, float, float, float]

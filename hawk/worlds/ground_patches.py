@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.worlds.canvas import Floats, Points, as_floats
+from hawk.worlds.scene.canvas import Floats, Points, as_floats
 from hawk.worlds.world import TrueStall
 
 TURN_DEG: Final = 4.0

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.worlds.canvas import Points
-from hawk.worlds.cars import sample_kind
 from hawk.worlds.plan import Axes, Post, SitePlan, Surface, Vehicle
 from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
+from hawk.worlds.scene.canvas import Points
+from hawk.worlds.scene.cars import sample_kind
 from hawk.worlds.style import LotStyle
 
 

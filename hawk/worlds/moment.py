@@ -1,9 +1,10 @@
-"""Moments of a lot: read from text, on the lot's own clock. It imports no library that draws."""
+"""Moments of a lot, read from text on the lot's own clock, and its conditions. It imports no library that draws."""
 
 from __future__ import annotations
 
 import re
 from datetime import UTC, datetime, timedelta, timezone
+from enum import StrEnum
 from typing import Final
 
 EARLIEST: Final = datetime(2025, 1, 1, 12, tzinfo=UTC)
@@ -11,6 +12,22 @@ LATEST: Final = datetime(2089, 12, 31, 12, tzinfo=UTC)
 """Moments between these are allowed: the daemon believes a GNSS clock from 2025 to 2090."""
 _FORM: Final = "an ISO 8601 date and time, as 2026-05-04T10:30 (the lot's clock) or 2026-05-04T10:30+02:00"
 _SPACE_FOR_PLUS: Final = re.compile(r"(T.*) (\d\d:?\d\d)$")
+
+
+class Condition(StrEnum):
+    """Time of day and weather of a world; ``day`` is dry, with some sun."""
+
+    DAY = "day"
+    OVERCAST = "overcast"
+    DUSK = "dusk"
+    NIGHT = "night"
+    WET = "wet"
+    SNOW = "snow"
+    LEAVES = "leaves"
+
+
+HOURS: Final = (Condition.DUSK, Condition.NIGHT)
+"""Conditions that are times of day."""
 
 
 def clock_of(longitude: float) -> timezone:

@@ -17,8 +17,8 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
-from hawk.worlds.canvas import Floats, Points, as_floats
 from hawk.worlds.ground_patches import Ground, Rims, Spot, Window, moved
+from hawk.worlds.scene.canvas import Floats, Points, as_floats
 from hawk.worlds.world import TrueStall, World, WorldError
 
 _STREAM: Final = 51

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.worlds.canvas import Canvas, Points
-from hawk.worlds.light import LampLight, Sun
-from hawk.worlds.materials import Colour, Material
+from hawk.worlds.scene.canvas import Canvas, Points
+from hawk.worlds.scene.light import LampLight, Sun
+from hawk.worlds.scene.materials import Colour, Material
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ class PlannedStall:
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """A vehicle: centre, heading (radians, east towards south) and kind (see `hawk.worlds.cars`).
+    """A vehicle: centre, heading (radians, east towards south) and kind (see `hawk.worlds.scene.cars`).
 
     ``key`` distinguishes vehicles that stand at the same place at different times.
     """

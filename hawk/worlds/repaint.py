@@ -15,11 +15,11 @@ import numpy as np
 import shapely
 
 from hawk.worlds.bays import Place, Room
-from hawk.worlds.canvas import Points
-from hawk.worlds.materials import grey, sample_material
-from hawk.worlds.parked import car_on, number_stalls
+from hawk.worlds.parked_cars import car_on, number_stalls
 from hawk.worlds.plan import Block, PlannedStall, SitePlan, Surface
 from hawk.worlds.runs import clear, remove, remove_paint, runs_of
+from hawk.worlds.scene.canvas import Points
+from hawk.worlds.scene.materials import grey, sample_material
 
 _STREAM: Final = 41
 """Distinguishes the random numbers of changes from others of the same seed."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.worlds.canvas import Points
-from hawk.worlds.cars import sample_kind
-from hawk.worlds.materials import sample_material
 from hawk.worlds.plan import Axes, Block, Building, PlannedStall, SitePlan, Surface, Vehicle
+from hawk.worlds.scene.canvas import Points
+from hawk.worlds.scene.cars import sample_kind
+from hawk.worlds.scene.materials import sample_material
 from hawk.worlds.style import LotStyle
 
 PARALLEL_DEPTH_M = 2.4

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 import shapely
 
-from hawk.worlds.canvas import Points
 from hawk.worlds.plan import PlannedStall, SitePlan
+from hawk.worlds.scene.canvas import Points
 
 _SAME_M: Final = 0.02
 

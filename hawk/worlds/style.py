@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from hawk.worlds.materials import Material, grey, sample_material
+from hawk.worlds.scene.materials import Material, grey, sample_material
 
 Marks = Literal["lines", "dots", "tees", "corners", "blocks"]
 _LINE_COLOURS = ((235.0, 235.0, 235.0), (60.0, 190.0, 225.0), (220.0, 180.0, 120.0))

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from hawk.formats.image import JPEG_START, DamagedImage, NoImage, decode_any, read_jpeg, upright
 from hawk.worlds import COARSEST_M, FINEST_M
-from hawk.worlds.canvas import Bytes, Points
-from hawk.worlds.facets import HeightLayer
+from hawk.worlds.scene.canvas import Bytes, Points
+from hawk.worlds.scene.facets import HeightLayer
 from hawk.worlds.stays import LotStays
 
 _STATES = ("free", "taken", "unclear")

@@ -2,7 +2,7 @@
 
 ``assemble_venv.py --wheels DIR --out DIR --final PATH --arch amd64|arm64 --python 3.11``. Nothing is downloaded and
 nothing of the wheels is run, so the environment for ARM64, or for another Debian, is assembled on any machine. Its
-commands start the Python of ``PATH``, where the package puts it (`hawk.versions.kept`); the links to Python are made
+commands start the Python of ``PATH``, where the package puts it (`hawk.versions.folder`); the links to Python are made
 there. What a drone never loads is left out, by whole files: none is changed.
 """
 

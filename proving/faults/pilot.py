@@ -17,6 +17,7 @@ from hawk.comm.protocol.commands import (
     Kill,
     KillRequest,
     KillToken,
+    NewSurvey,
     ReturnToLaunch,
     SetFailsafes,
     Takeoff,
@@ -24,13 +25,15 @@ from hawk.comm.protocol.commands import (
 from hawk.comm.protocol.heartbeat import Heartbeat
 from hawk.model.operation import GROUND_STATES, StateName
 from hawk.survey.client import DroneClient
-from hawk.survey.handset import Handset, refusal_of
+from hawk.survey.handset import Handset, SurveyError, refusal_of
 from proving.faults.fault import When
 
 SILENCE_S = 30.0
 """Real seconds without a heartbeat until a phase is given up."""
 _SIGHT = ("camera", "vision", "mapper", "planner")
 _AWAY_M = 25.0  # so that the return takes a while
+_STAYS_BEATS = 15
+"""Heartbeats until an exploration has not ended at once: 3 s."""
 
 
 class Pilot:
@@ -80,18 +83,34 @@ class Pilot:
             await self._land()
             await self._arm()
         else:
-            await self._hover()
             if when is When.EXPLORING:
-                await self._until(lambda b: all(i.healthy for i in b.health if i.name in _SIGHT), 30.0)
-                await self._until(lambda b: not refusal_of(b, "Autonomous Explore"), 30.0)
-                await self._must(AutonomousExplore())
-                await self._until_state(StateName.AUTONOMOUS_EXPLORE)
-            elif when is When.RETURNING:
+                await self._explore()
+                return
+            await self._hover()
+            if when is When.RETURNING:
                 await self._must(CompulsiveMove(x=_AWAY_M, y=0.0))
                 await self._until_state(StateName.COMPULSIVE_MOVE)
                 await self._until_state(StateName.HOVER)
                 await self._must(ReturnToLaunch())
                 await self._until_state(StateName.RETURN_TO_LAUNCH)
+
+    async def _explore(self) -> None:
+        """Explore a lot that is not seen whole yet: with a new survey where the flights before have seen it."""
+        await self._hover()
+        if not await self._is_exploring():
+            await self._land()
+            await self._must(NewSurvey())
+            await self._hover()
+            if not await self._is_exploring():
+                raise SurveyError("Explore ended at once, in a new survey too")
+
+    async def _is_exploring(self) -> bool:
+        """Begin to explore; return False where that ended at once, since nothing is left."""
+        await self._until(lambda b: all(i.healthy for i in b.health if i.name in _SIGHT), 30.0)
+        await self._until(lambda b: not refusal_of(b, "Autonomous Explore"), 30.0)
+        await self._must(AutonomousExplore())
+        beats = [await self._hand.next() for _ in range(_STAYS_BEATS)]
+        return beats[-1].state == StateName.AUTONOMOUS_EXPLORE
 
     async def _land(self) -> None:
         beat = await self._hand.next()

@@ -15,18 +15,16 @@ sends it again. Status 1 when there is one.
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.figures import Figure, Limit, Section, missed, print_and_write
+from benchmarks.figures import Figure, Limit, Section, print_and_write
+from benchmarks.options import make_parser
 from proving.fuzz.link import LinkResult, LinkRun
 from proving.fuzz.run import Result, Run
-
-EXIT_FAILED = 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,14 +34,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from proving.fuzz.files import main as fuzz_files
 
         return fuzz_files(given[1:])
-    parser = argparse.ArgumentParser(
-        prog="python -m proving.fuzz", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser("proving.fuzz", __doc__)
     parser.add_argument("--messages", type=int, default=1_000_000, help="of operators (default 1000000)")
     parser.add_argument("--datagrams", type=int, default=1_000_000, help="of the autopilot (default 1000000)")
     parser.add_argument("--seed", type=int, default=1, help="of the cases (default 1)")
     parser.add_argument("--first", type=int, default=0, help="number of the first case (default 0)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     options = parser.parse_args(given)
     sections = []
     if options.messages:
@@ -54,8 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.datagrams:
         link = asyncio.run(LinkRun(options.seed, options.datagrams, options.first).run(_link_progress))
         sections.append(Section("fuzz: the autopilot's port", link_figures(link), "; ".join(link.findings)))
-    print_and_write(sections, options.json)
-    return EXIT_FAILED if missed(sections) else 0
+    return print_and_write(sections, options.json)
 
 
 def figures(result: Result) -> list[Figure]:

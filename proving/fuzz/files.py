@@ -8,7 +8,6 @@ reader and number: ``--reader NAME --first NUMBER --count 1`` reads that file ag
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import resource
@@ -25,7 +24,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Final
 
-from benchmarks.figures import Figure, Limit, Section, missed, print_and_write
+from benchmarks.figures import Figure, Limit, Section, print_and_write
+from benchmarks.options import make_parser
 from proving.fuzz.bases import hostile
 from proving.fuzz.damage import SOUND, Damage
 from proving.fuzz.readers import READERS, FileReader
@@ -170,14 +170,11 @@ def figures(result: FileResult) -> list[Figure]:
 
 def main(arguments: Sequence[str]) -> int:
     """Read, print, write."""
-    parser = argparse.ArgumentParser(
-        prog="python -m proving.fuzz files", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser("proving.fuzz files", __doc__)
     parser.add_argument("--count", type=int, default=COUNT, help=f"files a reader (default {COUNT})")
     parser.add_argument("--seed", type=int, default=1, help="of the files (default 1)")
     parser.add_argument("--first", type=int, default=0, help="number of the first file (default 0)")
     parser.add_argument("--reader", choices=[each.name for each in READERS], help="only this one")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     options = parser.parse_args(arguments)
     sections = []
     for reader in READERS:
@@ -187,5 +184,4 @@ def main(arguments: Sequence[str]) -> int:
         line = f"{reader.name}: {result.read} read, {result.refused} refused, {result.seconds:.0f} s"
         print(line, *result.findings, sep="\n  ", file=sys.stderr, flush=True)
         sections.append(Section(f"fuzz: {reader.name}", figures(result), "; ".join(result.findings)))
-    print_and_write(sections, options.json)
-    return 1 if missed(sections) else 0
+    return print_and_write(sections, options.json)

@@ -80,7 +80,7 @@ def _picture() -> Prepared:
 
 
 def _background() -> Prepared:
-    from hawk.background.tiling import PictureError, open_picture
+    from hawk.background.tiles import PictureError, open_picture
 
     def read(path: Path) -> None:
         with open_picture(path):
@@ -149,7 +149,8 @@ def _log() -> Prepared:
 
 def _table() -> Prepared:
     from hawk.comm.cameras.calibration import load_calibration
-    from hawk.config.sections import CameraSettings, ConfigError, load_config
+    from hawk.config.loader import load_config
+    from hawk.config.sections import CameraSettings, ConfigError
     from hawk.picture.photographs.lenses import Lenses
     from hawk.picture.values import PictureError
 

@@ -17,7 +17,6 @@ from typing import Any, Final
 
 import aiohttp
 
-from benchmarks.still_drone import StillDrone
 from hawk.comm.clock import Clock
 from hawk.comm.protocol.authority import OperatorDesk
 from hawk.comm.protocol.heartbeat import CommandSocket
@@ -28,6 +27,7 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.performance import LagSummary
 from hawk.web.app import Page, WebServer
 from hawk.web.services import OperatorSide, WebServices
+from proving.fuzz.still_drone import StillDrone
 
 ANSWER_TICKS: Final = 200
 """Ticks within which every message is answered: a Move waits 1 s, 20 ticks, for the planner."""

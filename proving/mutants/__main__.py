@@ -1,9 +1,9 @@
-"""Try the tests of the modules that decide about safety: ``python -m proving.mutants [--seed N] [--sample N]``.
+"""Try the tests of the modules that decide about safety or keep surveys: ``python -m proving.mutants [--seed N]``.
 
 A mutant is a module with one small fault from cosmic-ray's operators (a bound moved, a condition turned, a number one
 larger). A seeded sample of each module's mutants is written into a copy of the checkout, one after the other, and the
-fast unit tests that reach its line run against it. The exit status is 1 when fewer than 90 % of the mutants of a group
-are killed.
+fast unit tests that reach its line run against it. The exit status is 1 when too few mutants of a group are killed
+(`NEEDED`).
 """
 
 from __future__ import annotations
@@ -19,13 +19,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from proving.mutants.modules import ALL_MODULES, GROUPS, ROOT, WITHOUT_EVERY_BRANCH
+from proving.mutants.modules import ALL_MODULES, GROUPS, NEEDED, ROOT, SAFETY_MODULES, WITHOUT_EVERY_BRANCH
 from proving.mutants.reach import ReachMap, map_of_tests
 from proving.mutants.runs import Verdict, run_all
 from proving.mutants.sampling import Mutant, function_lines, sample
-
-NEEDED: Final = 0.90
-"""Share of a group's mutants that must be killed."""
 
 LEFT_BEHIND: Final = shutil.ignore_patterns(
     ".git", ".venv", "node_modules", ".mypy_cache", ".ruff_cache", ".hypothesis"
@@ -69,7 +66,7 @@ def groups_below(verdicts: Iterable[Verdict]) -> list[str]:
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     for verdict in verdicts:
         counts[group_of[verdict.mutant.module]][verdict.outcome] += 1
-    return [group for group, count in counts.items() if _score(count) < NEEDED]
+    return [group for group, count in counts.items() if _score(count) < NEEDED[group]]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -86,17 +83,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     options = parser.parse_args(arguments)
     if options.list:
-        print(",".join(module for module in ALL_MODULES if module not in WITHOUT_EVERY_BRANCH))
+        print(",".join(module for module in SAFETY_MODULES if module not in WITHOUT_EVERY_BRANCH))
         return 0
-    if not any(part in module for part in options.only.split(",") for module in ALL_MODULES):
+    modules = [module for module in ALL_MODULES if any(part in module for part in options.only.split(","))]
+    if not modules:
         parser.error(f"--only: no module has {options.only!r} in its path; --list shows all")
     with tempfile.TemporaryDirectory(prefix="hawk-mutants-") as place:
         folders = [Path(place) / str(number) for number in range(options.processes)]
         shutil.copytree(ROOT, folders[0], ignore=LEFT_BEHIND)
-        found = map_of_tests(folders[0], options.processes, options.cache)
+        found = map_of_tests(folders[0], modules, options.processes, options.cache)
         for folder in folders[1:]:
             shutil.copytree(folders[0], folder)
-        jobs = list(_jobs(found, options))
+        jobs = list(_jobs(found, modules, options))
         verdicts = []
         for verdict in run_all(jobs, folders, found.known):
             verdicts.append(verdict)
@@ -109,15 +107,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(f"{len(verdicts)} of {len(jobs)}", flush=True)
     print(table(verdicts))
     below = groups_below(verdicts)
-    print(f"Below {NEEDED:.0%}: {', '.join(below)}." if below else f"Every group is at {NEEDED:.0%} or above.")
+    limits = ", ".join(f"{group} (needs {NEEDED[group]:.0%})" for group in below)
+    print(f"Too few mutants are killed: {limits}." if below else "Every group is at its limit or above.")
     return 1 if below else 0
 
 
-def _jobs(found: ReachMap, options: argparse.Namespace) -> Iterator[tuple[Mutant, tuple[str, ...], float]]:
-    parts = options.only.split(",")
-    for module in ALL_MODULES:
-        if not any(part in module for part in parts):
-            continue
+def _jobs(
+    found: ReachMap, modules: Iterable[str], options: argparse.Namespace
+) -> Iterator[tuple[Mutant, tuple[str, ...], float]]:
+    for module in modules:
         source = (ROOT / module).read_text(encoding="utf-8")
         inside = function_lines(ast.parse(source))
         for mutant in sample(module, source, options.seed, options.sample):

@@ -1,11 +1,13 @@
-"""The modules that decide about safety, and their tests.
+"""The modules whose tests are tried by mutants, and these tests.
 
-Their fast unit tests reach every branch (`make coverage`; `WITHOUT_EVERY_BRANCH` names the exceptions) and kill nine of
-ten mutants of each group (`make mutants`).
+Those that decide about safety (`SAFETY`): their fast unit tests reach every branch (`make coverage`;
+`WITHOUT_EVERY_BRANCH` names the exceptions) and kill nine of ten mutants of each group (`make mutants`). The rooms that
+keep and count years of surveys (`ARCHIVE`): 85 % of the mutants of each.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +20,7 @@ _NAMED: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/states/explore.py",
         "hawk/ddc/states/factory.py",
         "hawk/ddc/states/ground.py",
-        "hawk/ddc/states/homing.py",
+        "hawk/ddc/states/rtl_and_land.py",
         "hawk/ddc/states/hover.py",
         "hawk/ddc/states/moves.py",
         "hawk/ddc/states/path_home.py",
@@ -48,20 +50,20 @@ _NAMED: Final[dict[str, tuple[str, ...]]] = {
     ),
     "failsafes": (
         "hawk/ddc/parameters/values.py",
-        "hawk/ddc/rules/failing.py",
+        "hawk/ddc/rules/failed_ticks.py",
         "hawk/ddc/parameters/failsafes.py",
         "hawk/ddc/parameters/reader.py",
     ),
     "keeper": (
-        "hawk/ddc/keeping/effort.py",
-        "hawk/ddc/keeping/fence.py",
-        "hawk/ddc/keeping/keeper.py",
-        "hawk/ddc/keeping/parameters.py",
+        "hawk/ddc/keeper/effort.py",
+        "hawk/ddc/keeper/fence.py",
+        "hawk/ddc/keeper/keeper.py",
+        "hawk/ddc/keeper/parameters.py",
     ),
     "fence": (
         "hawk/comm/autopilot/vehicle.py",
         "hawk/ddc/fence/plan.py",
-        "hawk/ddc/fence/stored.py",
+        "hawk/ddc/fence/keepers.py",
         "hawk/ddc/fence/path.py",
         "hawk/ddc/fence/geometry.py",
         "hawk/ddc/battery/energy.py",
@@ -126,10 +128,24 @@ def _unnamed(folder: str) -> tuple[str, ...]:
     return tuple(module for module in found if module not in named)
 
 
-GROUPS: Final = _NAMED | {"readings": _NAMED["readings"] + _unnamed("hawk/ddc/readings")}
-"""Group -> modules, as paths in the checkout. A new reading is one of them without an entry."""
+def _room(name: str) -> tuple[str, ...]:
+    """Return all modules of a room."""
+    found = sorted((ROOT / "hawk" / name).rglob("*.py"))
+    return tuple(str(path.relative_to(ROOT)) for path in found if path.stem != "__init__")
 
+
+SAFETY: Final = _NAMED | {"readings": _NAMED["readings"] + _unnamed("hawk/ddc/readings")}
+"""Group -> modules, as paths in the checkout. A new reading is one of them without an entry."""
+SAFETY_MODULES: Final = tuple(module for modules in SAFETY.values() for module in modules)
+
+ARCHIVE: Final = {room: _room(room) for room in ("lots", "stats", "exports", "picture")}
+"""Room -> its modules."""
+
+GROUPS: Final = SAFETY | ARCHIVE
 ALL_MODULES: Final = tuple(module for modules in GROUPS.values() for module in modules)
+
+NEEDED: Final = dict.fromkeys(SAFETY, 0.90) | dict.fromkeys(ARCHIVE, 0.85)
+"""Group -> share of its mutants that must be killed."""
 
 LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
     "it reports: no state and no reaction reads it": (
@@ -153,7 +169,6 @@ LEFT_OUT: Final[dict[str, tuple[str, ...]]] = {
         "hawk/comm/protocol/heartbeat.py",
         "hawk/comm/protocol/base.py",
         "hawk/comm/message_socket.py",
-        "hawk/comm/cameras/operator_camera.py",
         "hawk/runtime/performance.py",
     ),
     "the camera: its faults end a task by Hover, and its motion is one of several witnesses": (
@@ -181,7 +196,7 @@ WITHOUT_EVERY_BRANCH: Final = frozenset(
         "hawk/comm/topic.py",
         "hawk/comm/mavlink/udp_gate.py",
         "hawk/ddc/fence/plan.py",
-        "hawk/ddc/fence/stored.py",
+        "hawk/ddc/fence/keepers.py",
         "hawk/ddc/fence/path.py",
         "hawk/ddc/operations_manager.py",
         "hawk/ddc/states/path_home.py",
@@ -189,10 +204,17 @@ WITHOUT_EVERY_BRANCH: Final = frozenset(
 )
 """Modules of which the fast unit tests miss some branches; flights and integration tests reach them."""
 
-COVERING: Final = "not flight"
+COVERING: Final = "not flight and not nightly"
 """The tests that run, as pytest's marker expression."""
 
-TEST_FOLDERS: Final = tuple(f"tests/unit/{room}" for room in ("ddc", "comm", "daemon", "model", "runtime", "store"))
+_SAFETY_TESTS: Final = ("ddc", "comm", "daemon", "model", "runtime", "store")
+_ARCHIVE_TESTS: Final = {
+    "lots": ("lots", "stats", "web", "webhooks"),
+    "stats": ("stats", "web"),
+    "exports": ("exports", "web"),
+    "picture": ("picture",),
+}
+"""Room -> rooms of the unit tests that reach it."""
 
 _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/decider.py": ("decider", "operations_manager_lot_moves"),
@@ -200,7 +222,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/states/explore.py": ("explore_by_facts", "decider"),
     "hawk/ddc/states/factory.py": ("base_by_facts", "decider"),
     "hawk/ddc/states/ground.py": ("ground_by_facts", "decider"),
-    "hawk/ddc/states/homing.py": ("homing_by_facts", "decider"),
+    "hawk/ddc/states/rtl_and_land.py": ("rtl_and_land_by_facts", "decider"),
     "hawk/ddc/states/hover.py": ("hover_by_facts", "decider", "place_doubt", "height"),
     "hawk/ddc/states/moves.py": ("moves_by_facts", "decider"),
     "hawk/ddc/states/path_home.py": ("operations_manager_return_inside", "operations_manager_path_home"),
@@ -216,11 +238,11 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/witnesses/witness.py": ("place_doubt", "height", "witness"),
     "hawk/ddc/rules/notices.py": ("place_doubt", "height"),
     "hawk/ddc/stopwatch.py": ("stopwatch", "heading", "height", "place", "home", "remote_control"),
-    "hawk/ddc/rules/failing.py": ("failing",),
+    "hawk/ddc/rules/failed_ticks.py": ("failed_ticks",),
     "hawk/ddc/fence/plan.py": ("plan", "plan_fence_zones", "geometry_zones"),
     "hawk/ddc/requests/requests.py": ("requests", "performer", "plan", "plan_fence_zones"),
-    "hawk/ddc/fence/stored.py": ("plan", "plan_fence_zones", "senses"),
-    "hawk/ddc/operations_manager.py": ("failing", "follower_restart", "reader", "operations_manager_flight"),
+    "hawk/ddc/fence/keepers.py": ("plan", "plan_fence_zones", "senses"),
+    "hawk/ddc/operations_manager.py": ("failed_ticks", "follower_restart", "reader", "operations_manager_flight"),
     "hawk/ddc/parameters/reader.py": ("reader", "plan"),
     "hawk/ddc/rules/command_desk.py": (
         "command_desk",
@@ -242,10 +264,10 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/readings/remote_control.py": ("remote_control", "senses"),
     "hawk/ddc/readings/remote_id.py": ("remote_id", "senses"),
     "hawk/ddc/readings/sight.py": ("senses",),
-    "hawk/ddc/keeping/effort.py": ("keeper",),
-    "hawk/ddc/keeping/fence.py": ("keeper", "operations_manager_flight_gate"),
-    "hawk/ddc/keeping/keeper.py": ("keeper", "home", "decider", "operations_manager_path_home"),
-    "hawk/ddc/keeping/parameters.py": ("keeper", "reader"),
+    "hawk/ddc/keeper/effort.py": ("keeper",),
+    "hawk/ddc/keeper/fence.py": ("keeper", "operations_manager_flight_gate"),
+    "hawk/ddc/keeper/keeper.py": ("keeper", "home", "decider", "operations_manager_path_home"),
+    "hawk/ddc/keeper/parameters.py": ("keeper", "reader"),
     "hawk/ddc/requests/service_interface.py": ("service_interface_target_gate", "service_interface"),
     "hawk/comm/autopilot/vehicle.py": ("vehicle", "autopilot", "mavlink_link"),
     "hawk/comm/autopilot/streams.py": ("streams", "telemetry"),
@@ -255,6 +277,14 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/runtime/process.py": ("process_watchdog", "process_ticker", "process_priority", "process_parent"),
 }
 """Module -> names of its own test files where they do not bear its name."""
+
+
+def folders_of_tests(modules: Iterable[str]) -> tuple[str, ...]:
+    """Return the folders of the tests that are tried for these modules."""
+    rooms: dict[str, None] = {}
+    for room in {Path(module).parts[1] for module in modules}:
+        rooms |= dict.fromkeys(_ARCHIVE_TESTS.get(room, _SAFETY_TESTS))
+    return tuple(f"tests/unit/{room}" for room in sorted(rooms))
 
 
 def own_files(module: str) -> list[str]:

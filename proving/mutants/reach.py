@@ -9,14 +9,14 @@ import re
 import subprocess
 import sys
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from proving.mutants.modules import ALL_MODULES, COVERING, TEST_FOLDERS, own_files
+from proving.mutants.modules import COVERING, folders_of_tests, own_files
 from proving.mutants.sampling import Mutant
 
 ENOUGH_TESTS_S: Final = 15.0
@@ -65,9 +65,9 @@ class ReachMap:
         return self.seconds.get(test, LEAST_S)
 
 
-def map_of_tests(folder: Path, processes: int, cache: Path) -> ReachMap:
+def map_of_tests(folder: Path, modules: Sequence[str], processes: int, cache: Path) -> ReachMap:
     """Return the tests by line, from the cache when no module has changed since, else by one run under coverage."""
-    key = _digest(folder)
+    key = _digest(folder, modules)
     with suppress(OSError, ValueError):
         stored = json.loads(cache.read_text(encoding="utf-8"))
         if stored["key"] == key:
@@ -92,12 +92,12 @@ def map_of_tests(folder: Path, processes: int, cache: Path) -> ReachMap:
         "-m",
         COVERING,
         f"--ignore={UNMAPPED}",
-        *TEST_FOLDERS,
+        *folders_of_tests(modules),
     ]
     run = subprocess.run(command, cwd=folder, env=environment(folder), capture_output=True, text=True, check=False)
     if run.returncode:
         raise SystemExit(f"The tests fail without a mutant: mend them first.\n{run.stdout[-3000:]}{run.stderr[-1000:]}")
-    stored = {"key": key, "reached": _reached(folder), "seconds": _durations(run.stdout)}
+    stored = {"key": key, "reached": _reached(folder, modules), "seconds": _durations(run.stdout)}
     cache.parent.mkdir(parents=True, exist_ok=True)
     cache.write_text(json.dumps(stored), encoding="utf-8")
     return _as_map(stored)
@@ -112,14 +112,14 @@ def _as_map(stored: Mapping[str, Any]) -> ReachMap:
     return ReachMap(reached, stored["seconds"])
 
 
-def _reached(folder: Path) -> dict[str, Any]:
+def _reached(folder: Path, modules: Sequence[str]) -> dict[str, Any]:
     from coverage import CoverageData
 
     data = CoverageData(str(folder / ".coverage"))
     data.read()
     numbers: dict[str, int] = {}
     lines: dict[str, dict[int, list[int]]] = {}
-    for module in ALL_MODULES:
+    for module in modules:
         lines[module] = {}
         for line, contexts in data.contexts_by_lineno(str(folder / module)).items():
             tests = {context.split("|")[0] for context in contexts if context}
@@ -134,10 +134,10 @@ def _durations(output: str) -> dict[str, float]:
     return dict(seconds)
 
 
-def _digest(folder: Path) -> str:
+def _digest(folder: Path, modules: Sequence[str]) -> str:
     digest = hashlib.sha256()
-    for module in ALL_MODULES:
-        digest.update((folder / module).read_bytes())
+    for module in modules:
+        digest.update(module.encode() + (folder / module).read_bytes())
     return digest.hexdigest()
 
 

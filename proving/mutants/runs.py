@@ -36,7 +36,6 @@ IMPORTED_ONCE: Final = (
     "hawk.model.poses",
     "hawk.model.vehicle",
     "hawk.config.sections",
-    "hawk.comm.protocol.commands",
 )
 """Modules that every run needs and that import none of the modules under test."""
 

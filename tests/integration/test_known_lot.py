@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from sqlalchemy import insert
 
-from benchmarks.perception.stall_rows import Boxes
+from benchmarks.perception.boxes import Boxes
 from hawk.comm.protocol.commands import AutonomousExplore
 from hawk.lots.outlines import outline_json
 from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
@@ -31,7 +31,7 @@ from tests.integration.daemon_support import PatientStack, operator, write_setti
 from tests.integration.sim_support import get_json
 from tests.pace import speed_here
 
-pytestmark = [pytest.mark.integration, pytest.mark.alone]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 
 SETTINGS = """
 [heights]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.switching import RUNTIME_FOLDER
+from hawk.versions.switch import RUNTIME_FOLDER
 
 ROOT = Path(__file__).resolve().parents[2]
 UNIT = ROOT / "packaging" / "systemd" / "hawk-drone.service"

@@ -31,7 +31,7 @@ from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK
 from hawk.model.operation import StateName
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, process
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.survey_map import recorded_geojson
 from hawk.sim.launch import SimulationAddress, SimulationError, SimulationOptions, end_process, free_udp_port
 from hawk.store.replay import is_whole
 from hawk.survey.stack import SimulatedStack
@@ -193,7 +193,7 @@ def keep_map() -> None:
         flight = RecordedFlight(unpack("survey", Path(folder)))
         made = process(flight, Again(flight.settings(), version("hawk-drone")))
     assert made.datum is not None
-    found = {"made_on": machine(), "map": json.loads(stalls_geojson(made.datum, made.final.stalls, labels={}))}
+    found = {"made_on": machine(), "map": json.loads(recorded_geojson(made.datum, made.final.stalls))}
     (FOLDER / MAP).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 

@@ -11,7 +11,8 @@ import pytest
 
 from hawk.cli import main, make_parser, simulation_options
 from hawk.comm.protocol.authority import Role
-from hawk.config.sections import ConfigError, WebSettings, load_settings
+from hawk.config.loader import load_settings
+from hawk.config.sections import ConfigError, WebSettings
 from hawk.daemon.start_checks import listening_problem
 from hawk.runtime.programs import remedy
 from hawk.survey.run import Address, address_of

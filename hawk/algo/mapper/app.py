@@ -15,7 +15,7 @@ from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.mapper.register import Shift
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.algo.vision.seen import Seen, SeenGround, SeesFrames
+from hawk.algo.vision.detection import FrameGround, FrameVision, VisionResult
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap, Stall
 from hawk.model.operation import Health
@@ -38,17 +38,17 @@ class MapperApp:
     def __init__(self, settings: MapperSettings | None = None, map_id: str = "") -> None:
         self._settings = settings or MapperSettings()
         self._core = MapCore(self._settings, map_id)
-        self._vision_app: SeesFrames | None = None
+        self._vision_app: FrameVision | None = None
         self._topic_interface: AlgorithmTopicInterface | None = None
         self._health = Health.bad(say("not initialised"))
 
-    def init(self, vision_app: SeesFrames, topic_interface: AlgorithmTopicInterface) -> None:
+    def init(self, vision_app: FrameVision, topic_interface: AlgorithmTopicInterface) -> None:
         """Take references; the map stays as it is (empty, or restored)."""
         self._vision_app = vision_app
         self._topic_interface = topic_interface
         self._health = Health()
 
-    def fuse(self, frame: FrameInput, seen: Seen) -> Fused:
+    def fuse(self, frame: FrameInput, seen: VisionResult) -> Fused:
         """Fuse vision's result for the frame, unless its position does not fit the map.
 
         Raises AlgoError when it cannot be fused; the map is then unchanged.
@@ -150,7 +150,7 @@ class MapperApp:
         return Fused(self._core.index, self._core.registration.shift, self._health)
 
 
-def _check(frame: FrameInput, ground: SeenGround) -> None:
+def _check(frame: FrameInput, ground: FrameGround) -> None:
     if frame.pose is None or not frame.pose.is_finite() or not math.isfinite(frame.captured):
         raise AlgoError(say("the pose of the frame is not finite: it is not mapped"))
     for name in ("lot", "car", "core", "taken", "picture"):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Slices, Window
-from hawk.algo.vision.seen import FloatArray, GroundImage
+from hawk.algo.vision.detection import FloatArray, GroundImage
 from hawk.model.lot_map import CELL_M
 
 BLOCK: Final = 8

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hawk.algo.ground import Window, tile_window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.after_swap import REACH_M, SAME_CARS_S, AfterSwap, Stalls, TooFewError
+from hawk.algo.mapper.cell_classes import CLOSE_M, classify
 from hawk.algo.mapper.evidence import (
     EVIDENCE_M,
     CellEvidence,
@@ -33,11 +34,10 @@ from hawk.algo.mapper.plan_on_map import PlanOnMap, given_look
 from hawk.algo.mapper.published import StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.rowfill import RowFiller
-from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
-from hawk.algo.vision.seen import GroundImage, SeenGround
+from hawk.algo.vision.detection import FrameGround, GroundImage
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey
 from hawk.model.plans import Inbound
@@ -132,7 +132,7 @@ class MapCore:
         self._frame = self._outlined_at = self._rows_at = self._cars_at = 0
         self._is_spent = False
         self._touched: set[TileKey] = set()
-        self._slow_steps: list[Callable[[CellEvidence, SeenGround], bool]] = [
+        self._slow_steps: list[Callable[[CellEvidence, FrameGround], bool]] = [
             self._outline,
             self._picture,
             lambda *_: self.grid.evict() > 0,
@@ -140,7 +140,7 @@ class MapCore:
         ]
         self.index = OccupancyMap(map_id=map_id)
 
-    def fuse(self, seen: SeenGround) -> None:
+    def fuse(self, seen: FrameGround) -> None:
         """Fuse one frame, unless it is not known yet where on an earlier flight's map it lies."""
         self._attend(seen)
         found = Detections.of(seen.stalls)
@@ -328,14 +328,14 @@ class MapCore:
         if last is not None:
             self._flown_m += pose.distance(last)
 
-    def _attend(self, seen: SeenGround) -> None:
+    def _attend(self, seen: FrameGround) -> None:
         """Load the stalls about the picture."""
         (north, east), radius = extent(seen.lot)
         aside = math.hypot(north - seen.pose.north, east - seen.pose.east)
         about = radius + max(math.sqrt(2) * self._settings.outline_reach_m, self._settings.rows_reach_m) + _REACH_M
         self.tracker.attend(north, east, max(about, aside + _DRAWN_M) + self._settings.max_shift_m)
 
-    def _register(self, found: Detections, seen: SeenGround) -> NDArray[np.float64]:
+    def _register(self, found: Detections, seen: FrameGround) -> NDArray[np.float64]:
         pose = seen.pose
         near = self.tracker.near(pose.north, pose.east, _REGISTER_M)
         rows = self.tracker.rows[near]
@@ -351,7 +351,7 @@ class MapCore:
         """Look for the drone's place on the map as it is now: that of the flight before."""
         self._relocation, self._earlier_m = AfterSwap(has_same_cars=has_same_cars), self._flown_m
 
-    def _is_waiting(self, relocation: AfterSwap, found: Detections, seen: SeenGround) -> bool:
+    def _is_waiting(self, relocation: AfterSwap, found: Detections, seen: FrameGround) -> bool:
         """Return True while the frame must wait for its place on the earlier map; over other ground it need not."""
         pose, shift = seen.pose, self.registration.shift
         correction = shift.about(pose.north, pose.east)
@@ -393,7 +393,7 @@ class MapCore:
         self.suggestions.forget_younger(self._earlier_m, version)
         self._show_suggestions(version - 1)
 
-    def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
+    def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: FrameGround) -> None:
         middle, radius = extent(seen.lot)
         still = self._settings.still_weight
         local = self.tracker.near(*middle, radius + _REACH_M)
@@ -413,7 +413,7 @@ class MapCore:
         changed = self.suggestions.changed_since(since)
         self.published.suggest({i: one.to_stall() if one is not None and one.is_shown else None for i, one in changed})
 
-    def _suggest(self, evidence: CellEvidence, seen: SeenGround) -> bool:
+    def _suggest(self, evidence: CellEvidence, seen: FrameGround) -> bool:
         """Look for cars that stand where no stall is known."""
         settings = self._settings
         is_due = self._frame - self._cars_at >= settings.cars_frames
@@ -436,7 +436,7 @@ class MapCore:
         self._show_suggestions(self._version - 1)
         return True
 
-    def _complete_rows(self, seen: SeenGround) -> None:
+    def _complete_rows(self, seen: FrameGround) -> None:
         """Do one step of a run over the rows near the drone."""
         if not self._rows.is_under_way and self._frame - self._rows_at >= self._settings.rows_frames:
             self._rows_at = self._frame
@@ -453,7 +453,7 @@ class MapCore:
             gone = self.tracker.take_gone()
             self._encoder.mark_around(self.published.update(self.tracker.rows, index, gone, self._version))
 
-    def _outline(self, evidence: CellEvidence, seen: SeenGround) -> bool:
+    def _outline(self, evidence: CellEvidence, seen: FrameGround) -> bool:
         """Update the lot's outline around the picture."""
         settings, window = self._settings, evidence.window
         is_due = self._frame - self._outlined_at >= settings.outline_frames
@@ -486,7 +486,7 @@ class MapCore:
                 self.grid.summarise(key)
                 self._touched.discard(key)
 
-    def _note_picture(self, seen: SeenGround) -> None:
+    def _note_picture(self, seen: FrameGround) -> None:
         """Keep a picture of other ground than the last one's for the mosaic: other steps may have the frame's time."""
         last, settings = self._pictured, self._settings
         is_due = _is_farther(last, seen.pose, settings.mosaic_step_m) or _is_turned(last, seen.pose)
@@ -512,7 +512,7 @@ def _at(mask: NDArray[np.bool_], cells: NDArray[np.float64]) -> NDArray[np.bool_
     return np.asarray(inside & mask[np.where(inside, row, 0), np.where(inside, column, 0)])
 
 
-def _corrected(seen: SeenGround, correction: NDArray[np.float64]) -> SeenGround:
+def _corrected(seen: FrameGround, correction: NDArray[np.float64]) -> FrameGround:
     pose = seen.pose
     north, east = correction[:, :2] @ (pose.north, pose.east) + correction[:, 2]
     return replace(

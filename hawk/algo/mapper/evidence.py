@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
-from hawk.algo.vision.seen import GroundImage, SeenGround
+from hawk.algo.vision.detection import FrameGround, GroundImage
 from hawk.model.lot_map import TILE_M, Cell
 from hawk.model.poses import MapPose
 
@@ -152,7 +152,7 @@ def quality_mask(valid: NDArray[np.bool_], pixel_m: float, edge_m: float, good_s
     return np.asarray(usable + (good & usable), dtype=np.uint8)
 
 
-def cell_evidence(seen: SeenGround, edge_m: float, good_share: float) -> CellEvidence | None:
+def cell_evidence(seen: FrameGround, edge_m: float, good_share: float) -> CellEvidence | None:
     """Return the frame's evidence on map cells, None when nothing of the picture is usable."""
     mask = quality_mask(seen.lot.valid, seen.lot.metres_per_pixel, edge_m, good_share)
     if not mask.any():

@@ -33,9 +33,9 @@ from hawk.algo.mapper.blending import (
 )
 from hawk.algo.mapper.delta import Recent
 from hawk.algo.mapper.evidence import outline, quality_mask, warp
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 from hawk.model.lot_map import CELL_M, TILE_CELLS, EncodedTile, TileKey
-from hawk.model.sharded import Sharded
+from hawk.model.shards import Sharded
 from hawk.model.tile_picture import Mask, Picture, decode_picture, encode_picture, has_mask
 
 EDGE_M: Final = 0.5

@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 
 from hawk.algo.ground import COARSE_M, Window
-from hawk.algo.known.judging import judge
-from hawk.algo.known.placing import PlanPlacing
+from hawk.algo.known_lot import PlanRegistration, judge
 from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.stalls import GivenLook, StallTracker, call_state
 from hawk.algo.mapper.table import SQUARE_M, Rows, corners_of, geometry_of, square_of
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from hawk.model.known_lot import KnownLot
 
 _LEAST_SHOWN: Final = 0.6
@@ -33,7 +32,7 @@ class PlanOnMap:
     """Brings plans onto the map: one at a time, each once."""
 
     def __init__(self) -> None:
-        self._placing: PlanPlacing | None = None
+        self._search: PlanRegistration | None = None
         self.names: tuple[tuple[str, str], ...] = ()
         """Ids and labels of the stalls of the plan that is on the map, by their numbers from 1."""
         self.placed: tuple[KnownLot, NDArray[np.float64]] | None = None
@@ -41,23 +40,23 @@ class PlanOnMap:
 
     def know(self, lot: KnownLot | None) -> None:
         """Take the plan of the lot that is flown over. None changes nothing: what is on the map stays."""
-        if lot is not None and (self._placing is None or self._placing.lot is not lot):
-            self._placing = PlanPlacing(lot)
+        if lot is not None and (self._search is None or self._search.lot is not lot):
+            self._search = PlanRegistration(lot)
 
     def go_on(self, tracker: StallTracker, grid: EvidenceGrid, version: int, time: float) -> NDArray[np.intp] | None:
         """Look on for the place of the plan; once it is certain, put it on the map.
 
         ``time``: of the frame, seconds. Returns the indices of the rows that changed then, and None before and after.
         """
-        placing = self._placing
-        if placing is None or placing.is_over:
+        search = self._search
+        if search is None or search.is_over:
             return None
-        plan = placing.go_on(tracker.count, lambda: found_map(tracker, grid))
+        plan = search.go_on(tracker.count, lambda: found_map(tracker, grid))
         if plan is None:
             return None
-        self.names = tuple((stall.id, stall.label) for stall in placing.lot.stalls)
-        self.placed = placing.lot, np.column_stack([plan.centres, plan.angle, plan.width, plan.length])
-        is_confirmed = np.array([stall.is_confirmed for stall in placing.lot.stalls], np.bool_)
+        self.names = tuple((stall.id, stall.label) for stall in search.lot.stalls)
+        self.placed = search.lot, np.column_stack([plan.centres, plan.angle, plan.width, plan.length])
+        is_confirmed = np.array([stall.is_confirmed for stall in search.lot.stalls], np.bool_)
         index = tracker.put_plan(plan, is_confirmed, version)
         _call_unseen(tracker.rows, grid, time)
         return index
@@ -106,7 +105,7 @@ def well_seen(grid: EvidenceGrid) -> MultiPolygon:
     return MultiPolygon([part for part in left if isinstance(part, Polygon)])
 
 
-def given_look(rows: Rows, local: NDArray[np.intp], seen: SeenGround) -> GivenLook:
+def given_look(rows: Rows, local: NDArray[np.intp], seen: FrameGround) -> GivenLook:
     """Return what a frame shows of the given stalls among the rows ``local``."""
     index = local[rows["given"][local]]
     taken, visible = judge(seen, rectangles_of(rows[index]))

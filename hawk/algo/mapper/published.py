@@ -40,7 +40,7 @@ from hawk.model.lot_map import (
     TileKey,
     free_variance,
 )
-from hawk.model.sharded import Sharded
+from hawk.model.shards import Sharded
 
 _FINER = round(EVIDENCE_M / CELL_M)
 _REACH_M = 5.0  # half the diagonal of the longest stall

@@ -12,15 +12,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.frame import Steps
 from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.plan_rows import mark_extra
 from hawk.algo.mapper.stalls import StallTracker, call_state, others, score_of
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, corners_of, geometry_of, pair
-from hawk.algo.rows.chosen import RowOptions
 from hawk.algo.rows.fit import Finds, row_of
 from hawk.algo.rows.lot import NO_ROW, RowStalls, completion
-from hawk.algo.steps import Steps
+from hawk.algo.rows.sequence import RowOptions
 from hawk.algo.vision import quads
 
 _OPTIONS: Final = RowOptions(shown_from=0.35)

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from hawk.algo.mapper.evidence import transform_points
 from hawk.algo.rows.lot import RowStalls
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import StallSeen
+from hawk.algo.vision.detection import Detection
 from hawk.model.lot_map import Stall, StallState
 
 Floats = NDArray[np.float64]
@@ -242,7 +242,7 @@ def _joined(parts: list[Rows]) -> Rows:
 
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """Stalls seen in one frame: arrays of equal length, fields as `StallSeen`.
+    """Stalls seen in one frame: arrays of equal length, fields as `Detection`.
 
     ``lean`` is the share of the drone's movement by which a stall moves against the ground; NaN: not measured.
     """
@@ -258,7 +258,7 @@ class Detections:
     lean: Floats
 
     @classmethod
-    def of(cls, stalls: Sequence[StallSeen]) -> Detections:
+    def of(cls, stalls: Sequence[Detection]) -> Detections:
         """Gather stalls; one with a number that is not finite or a size that no stall has is left out."""
         rows = [(s.north, s.east, s.angle, s.width, s.length, s.score, s.taken, s.visible) for s in stalls]
         table = np.array(rows, np.float64).reshape(-1, 8)

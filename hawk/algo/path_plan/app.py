@@ -102,11 +102,6 @@ class PathPlanApp:
         """Return the last plan: the next place (map frame), the path from there on, and the exploration's progress."""
         return self._last.path
 
-    def get_des_pose_inbound(self) -> bool:
-        """Return True when the desired pose lies inside the lot; False outside, unknown, and without one."""
-        verdict = self._last.path.verdict
-        return verdict is not None and verdict.inbound is Inbound.INSIDE
-
     def get_health(self) -> Health:
         """Return the planner's health."""
         return self._last.health

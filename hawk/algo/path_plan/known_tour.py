@@ -15,15 +15,15 @@ from typing import Final
 
 import numpy as np
 
+from hawk.algo.frame import Steps
 from hawk.algo.ground import COARSE_M, Bools, Floats, Place, Window
-from hawk.algo.known.placing import plan_rectangles
+from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.footprint import Footprint, Singles, Swath, exploring_height
 from hawk.algo.path_plan.grid_search import farthest_in_sight
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place, length_of
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.steps import Steps
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.ground import COARSE_M, Bools, Floats, KnownMap, LotMap, Place, Window
-from hawk.algo.known.placing import plan_rectangles
+from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.explore import Exploration
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.known_tour import MARGIN_M, MOST_SEARCHED, boxes_of, corner_inside, corners_of, grown

@@ -20,7 +20,7 @@ from shapely import MultiPolygon, Polygon
 from hawk.algo.registration.neighbours import row_ends, row_numbers
 from hawk.algo.rows.fit import Indices, Rectangles
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 Bools = NDArray[np.bool_]
 

@@ -16,11 +16,11 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
+from hawk.algo.frame import Steps, outcome
 from hawk.algo.registration.likelihood import DEVIATION_M, Fit, Likelihood, Placement, StallMap
 from hawk.algo.rows.fit import Indices
-from hawk.algo.steps import Steps, outcome
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 REACH_M: Final = 6.5
 """Longest shift that is sought: two receivers that are off by 3 m each may differ by 6 m."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.rows.fit import Finds, Row
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 STEPS: Final = 12
 """Steps of a strip a stall."""

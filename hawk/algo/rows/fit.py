@@ -15,9 +15,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from hawk.algo.steps import Steps, outcome
+from hawk.algo.frame import Steps, outcome
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 Indices = NDArray[np.intp]
 

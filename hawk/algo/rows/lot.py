@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.rows.chosen import Chosen, RowOptions, choose
+from hawk.algo.frame import Steps, outcome
 from hawk.algo.rows.evidence import GroundAt, strip
 from hawk.algo.rows.fit import Finds, Indices, Rectangles, Row, fit
-from hawk.algo.steps import Steps, outcome
+from hawk.algo.rows.sequence import Chosen, RowOptions, choose
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 NO_ROW: Final = -1
 _OVERLAP, _TOUCH = 0.2, 0.12

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.blur import BLURRED, blur_of
-from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import EngineChoice, StallNetwork, VisionModelError
+from hawk.algo.vision.detection import Found, FrameGround, VisionResult
+from hawk.algo.vision.detector import StallDetector
+from hawk.algo.vision.network import EngineChoice, StallNetwork
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
-from hawk.algo.vision.seen import Found, Seen, SeenGround
 from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
@@ -50,7 +51,7 @@ class VisionSettings:
 class VisionApp:
     """Rectifies each frame, finds stalls in it and decides whether a lot is in sight."""
 
-    def __init__(self, settings: VisionSettings | None = None, finder: NetworkFinder | None = None) -> None:
+    def __init__(self, settings: VisionSettings | None = None, finder: StallDetector | None = None) -> None:
         """Make the app. Where the package's network cannot be used, pictures are shown only, and the health is bad.
 
         Args:
@@ -74,17 +75,17 @@ class VisionApp:
         cv2.setNumThreads(self._settings.threads)
         self._reset()
 
-    def see(self, frame: FrameInput) -> Seen:
+    def see(self, frame: FrameInput) -> VisionResult:
         """Return what a frame shows; without a pose, or too low, its picture only.
 
         Raises:
             NoImage: The picture cannot be used; DamagedImage: a part of it was lost.
             AlgoError: The picture cannot be projected onto the ground, or the network fails.
         """
-        self._seen = Seen()
+        self._seen = VisionResult()
         try:
             image = decode(frame.jpeg)
-            self._seen = Seen(image=image)
+            self._seen = VisionResult(image=image)
             ground, health = self._look(frame, image)
         except Exception as error:
             self._note_lot(sees_lot=False)
@@ -93,10 +94,10 @@ class VisionApp:
                 self._seen, park_lot_detected=self._detected, health=Health.bad(words_of(error)), is_damaged=damaged
             )
             raise
-        self._seen = Seen(self._detected, health, image, ground)
+        self._seen = VisionResult(self._detected, health, image, ground)
         return self._seen
 
-    def fail(self, reason: str) -> Seen:
+    def fail(self, reason: str) -> VisionResult:
         """Return the result of a frame that failed: nothing on the ground, the reason as health.
 
         The lot stays in sight over single frames that fail, as over single ones that do not show it.
@@ -129,16 +130,16 @@ class VisionApp:
         return self._seen.health
 
     @property
-    def seen(self) -> Seen:
+    def seen(self) -> VisionResult:
         """The last result."""
         return self._seen
 
-    def _make_finder(self) -> NetworkFinder | None:
+    def _make_finder(self) -> StallDetector | None:
         wanted = self._settings
         try:
             network = StallNetwork.load(wanted.model, wanted.engine, wanted.threads)
             _LOG.info("the network runs in %s, threads: %d", network.engine, wanted.threads)
-            return NetworkFinder(network)
+            return StallDetector(network)
         except VisionModelError as error:
             if wanted.model is not None or wanted.engine == "onnxruntime":
                 raise
@@ -146,9 +147,9 @@ class VisionApp:
             return None
 
     def _reset(self) -> None:
-        self._seen, self._detected, self._streak = Seen(), False, 0
+        self._seen, self._detected, self._streak = VisionResult(), False, 0
 
-    def _look(self, frame: FrameInput, image: NDArray[np.uint8]) -> tuple[SeenGround | None, Health]:
+    def _look(self, frame: FrameInput, image: NDArray[np.uint8]) -> tuple[FrameGround | None, Health]:
         finder = self._finder
         if finder is None:
             raise AlgoError(self._problem)
@@ -162,17 +163,19 @@ class VisionApp:
             return None, Health(HealthStatus.HEALTHY, say("pictures are shown only: {reason}", reason=reason))
         return self._project(finder, frame, pose, image), Health()
 
-    def _project(self, finder: NetworkFinder, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]) -> SeenGround:
+    def _project(
+        self, finder: StallDetector, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]
+    ) -> FrameGround:
         try:
             picture = self._rectifier.rectify(image, frame.camera, pose)
-            found = finder.find(picture, None if frame.sun is None else frame.sun.shadow())
+            found = finder.detect(picture, None if frame.sun is None else frame.sun.shadow())
         except (RectifyError, VisionModelError) as error:
             raise AlgoError(str(error)) from error
         sure = sum(s.score >= _SURE_SCORE for s in found.stalls)
         share = float(found.lot.values[found.lot.valid].mean()) if found.lot.valid.any() else 0.0
         self._note_lot(sees_lot=sure >= self._settings.minimum_stalls or (sure > 0 and share >= _LOT_SHARE))
         parts = {f.name: getattr(found, f.name) for f in fields(Found)}
-        return SeenGround(
+        return FrameGround(
             **parts, picture=picture, pose=pose, captured=frame.captured, is_blurred=blur_of(picture) >= BLURRED
         )
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 
 _SIDE: Final = 9
 """Pixels that are averaged to smooth a picture, as in the paper: 0.9 m of the ground at 0.1 m."""

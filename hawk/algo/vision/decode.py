@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
-from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray, NetworkMaps, StallNetwork, sun_input
-from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
+from hawk.algo.vision.detection import Detection, FloatArray, GroundImage
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray, NetworkMaps
 
-_EDGE_CELLS = 2
 _CORE_LIMIT = 0.35
 _PEAK_LIMIT = 0.25
 _PEAK_SIGMA = 1.8
@@ -77,34 +76,6 @@ class StateMaps(Protocol):
 
     @property
     def car(self) -> MapArray: ...  # noqa: D102
-
-
-class NetworkFinder:
-    """Finds stalls by the network and its votes."""
-
-    def __init__(self, network: StallNetwork) -> None:
-        self._network = network
-
-    def find(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
-        """Return what the network sees. Raises VisionModelError when the network fails.
-
-        ``shadow`` of one metre of height, metres (north, east); None where the sun is down or not known.
-        """
-        sun = None if shadow is None else sun_input(picture.in_pixels(shadow))
-        maps = self._network.run(picture.values, sun)
-        valid = picture.valid[::CELL_PIXELS, ::CELL_PIXELS]
-        edge = np.ones((2 * _EDGE_CELLS + 1,) * 2, np.uint8)
-        shown = np.asarray(cv2.erode(valid.astype(np.float32), edge, borderValue=(1,)), np.float32)
-        cells = cell_raster(picture, maps.core * shown)
-        stalls = vote(maps, cells.metres_per_pixel, shown)
-        taken = occupancy(maps, stalls)
-        return Found(
-            stalls=to_seen(stalls, taken, cells),
-            lot=GroundImage(maps.lot, cells.to_map, cells.valid),
-            car=GroundImage(maps.car, cells.to_map, cells.valid),
-            core=cells,
-            taken=GroundImage(maps.taken, cells.to_map, cells.valid),
-        )
 
 
 def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = None) -> Stalls:
@@ -177,7 +148,7 @@ def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
     return np.where(inside, read, 0)
 
 
-def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[StallSeen, ...]:
+def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Detection, ...]:
     """Return stalls, given in cells of the raster ``ground``, in metres of the map."""
     if not len(stalls):
         return ()
@@ -187,7 +158,7 @@ def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Sta
     angle = np.arctan2(long[:, 1], long[:, 0]) % np.pi
     visible = sample(ground.valid, sample_points(stalls)).mean(axis=1)
     table = np.column_stack([place, angle, stalls.width * side, stalls.length * side, stalls.score, taken, visible])
-    return tuple(StallSeen(*line) for line in table.tolist())
+    return tuple(Detection(*line) for line in table.tolist())
 
 
 class _Voters:

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.named import packaged_file
+from hawk.algo.vision.network_file import VisionModelError, packaged_weights, read_weights
 from hawk.runtime.programs import remedy
 
 Engine = Literal["opencv", "onnxruntime"]
@@ -131,10 +131,6 @@ _MULTIPLE = 32
 _LARGEST, _OVERLAP = 576, 64
 
 
-class VisionModelError(ValueError):
-    """The network cannot be used; the text names the setting and the remedy."""
-
-
 @dataclass(frozen=True, slots=True)
 class NetworkMaps:
     """Output of the network, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken``,
@@ -187,10 +183,7 @@ class StallNetwork:
         """Return the network at ``path``, that of the package for None. Raises VisionModelError."""
         if path is None:
             return cls(packaged_weights(), engine=engine, threads=threads)
-        try:
-            return cls(path.read_bytes(), str(path), engine, threads)
-        except OSError as error:
-            raise VisionModelError(f"vision.model: {path} cannot be read: {error}; name an ONNX file") from error
+        return cls(read_weights(path), str(path), engine, threads)
 
     def run(self, picture: NDArray[np.uint8], sun: Blob | None = None) -> NetworkMaps:
         """Return the maps of a picture, uint8 BGR (H, W, 3) at 0.1 m a pixel, each (ceil(H/2), ceil(W/2)).
@@ -279,16 +272,6 @@ def _short(error: EngineError) -> str:
     """Return an engine's reason without its name, numbers and codes before it."""
     line = (str(error).splitlines() or [""])[0]
     return line.rpartition(" : ")[2][:120].rstrip(". ")
-
-
-def packaged_weights() -> bytes:
-    """Return the ONNX file that comes with the package. Raises VisionModelError when it is missing."""
-    try:
-        return packaged_file()
-    except OSError as error:
-        raise VisionModelError(
-            "the network's file is missing from the package: install it again, or name your own in vision.model"
-        ) from error
 
 
 def _parts(side: int) -> list[tuple[slice, tuple[int, int]]]:

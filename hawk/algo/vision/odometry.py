@@ -149,8 +149,11 @@ STEP_M, STEP_M_S = 0.6, 0.8
 TALL, TALLEST, ASIDE = 1.25, 4.0, 0.25
 """Ground that seems to move as reported, but faster by a factor between the first two, and to the side by a share below
 the third, may be a roof: one of 10 m moves 1.7 times as fast below a flight at 25 m."""
-ROOF_S = 0.6
-"""After a longer time without a comparison what may be a roof is taken for one, seconds."""
+ROOF_S = 2.0
+"""After a longer time between two pictures, seconds, or after one that was not recognised, what may be a roof is taken
+for one: the drone may have come over it unseen. At a slower rate of pictures its edge is still seen."""
+ROOF_M = 0.15
+"""A drone that moves less from picture to picture holds: what seems to be a roof is noise, or a walk, metres."""
 SAME_ROOF = 0.2
 """Share by which the factor of one roof changes from picture to picture."""
 FLATTEST = 0.5
@@ -186,6 +189,8 @@ class _Pair:
     """Speed of the drone that the poses do not show, m/s."""
     roof: float = 0.0
     """Factor by which a roof that fills most of the last picture moves faster than the ground; 0 without one."""
+    has_missed: bool = False
+    """A picture after the last one was not recognised."""
 
 
 def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
@@ -273,12 +278,13 @@ def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | No
         found = compare(last.ground, now.ground, before.then_moved(expected), slack)
     if found is None:
         is_usable = len(last.ground.places) >= LEAST  # else it was the bad one
-        return (pair if is_usable and seconds < PATIENCE_S else _Pair(now, now)), None
+        kept = pair if is_usable and seconds < PATIENCE_S else _Pair(now, now)
+        return replace(kept, has_missed=True), None
     roof = _roof(before.offset - found.offset, moved)
     if roof and (beside := _beside(last, now, moved, before, found)) is not None:
         flat = Similarity(offset=beside)
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=roof), _step(last, now, _SAME, flat)
-    if roof and (seconds > ROOF_S or _is_same(roof, pair.roof)):  # and no ground beside it
+    if roof and (pair.has_missed or seconds > ROOF_S or _is_same(roof, pair.roof)):  # and no ground beside it
         return _Pair(now, now, beyond_m_s=pair.beyond_m_s, roof=pair.roof), None
     beyond = (before.then_moved(moved).offset - found.offset) / seconds
     rate = pair.beyond_m_s + RATE_GAIN * (beyond - pair.beyond_m_s)
@@ -294,7 +300,7 @@ def _leapt(last: _Picture, now: _Picture, faster: float, farther: float) -> bool
 
 def _roof(seen: complex, moved: complex) -> float:
     """Return the factor by which the drone was seen to move faster than reported, where a roof explains it; else 0."""
-    factor = seen / moved if moved else 0j
+    factor = seen / moved if abs(moved) >= ROOF_M else 0j
     return factor.real if TALL <= factor.real <= TALLEST and abs(factor.imag) <= ASIDE * factor.real else 0.0
 
 

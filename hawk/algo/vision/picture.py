@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
+from hawk.algo.vision.detection import Detection, FloatArray
 from hawk.algo.vision.rectify import project, scaled_camera
-from hawk.algo.vision.seen import FloatArray, StallSeen
 from hawk.formats import image as pictures
 from hawk.formats.image import NoImage, read_jpeg
 from hawk.model.lot_map import Stall, StallState
@@ -96,7 +96,7 @@ def annotate(
     image: NDArray[np.uint8],
     camera: CameraModel,
     pose: MapPose | None,
-    stalls: Sequence[Stall | StallSeen] = (),
+    stalls: Sequence[Stall | Detection] = (),
     style: PictureStyle = PictureStyle(),
 ) -> bytes:
     """Return the annotated picture (``image`` is uint8 BGR) as JPEG. Without a pose no stall is drawn."""
@@ -110,7 +110,7 @@ def annotate(
     return jpeg.tobytes() if done else b""
 
 
-def state_of(stall: Stall | StallSeen) -> StallState:
+def state_of(stall: Stall | Detection) -> StallState:
     """Return the state of a stall: the fused one, or by one frame."""
     if isinstance(stall, Stall):
         return stall.state
@@ -136,7 +136,7 @@ def _write_caption(canvas: NDArray[np.uint8], caption: str) -> None:
 
 
 def _draw_stalls(
-    canvas: NDArray[np.uint8], stalls: Sequence[Stall | StallSeen], view: CameraModel, pose: MapPose
+    canvas: NDArray[np.uint8], stalls: Sequence[Stall | Detection], view: CameraModel, pose: MapPose
 ) -> None:
     if not stalls:
         return

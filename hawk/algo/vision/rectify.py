@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision.seen import CameraView, FloatArray, GroundImage
+from hawk.algo.vision.detection import CameraView, FloatArray, GroundImage
 from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, rotation
 from hawk.model.poses import MapPoint, MapPose
 

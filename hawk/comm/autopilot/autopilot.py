@@ -26,7 +26,8 @@ from hawk.comm.clock import Clock
 from hawk.comm.mavlink.peer import SEVERAL, Expected
 from hawk.comm.mavlink.udp_gate import Hearing
 from hawk.comm.threads import Inbox, LatestSender
-from hawk.config.sections import AutopilotSettings, host_and_port
+from hawk.config.addresses import host_and_port
+from hawk.config.sections import AutopilotSettings
 from hawk.model.frames import wrap_angle
 from hawk.model.moment import Moment, this_moment
 from hawk.model.plans import Fence
@@ -34,7 +35,7 @@ from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say, words_of
 from hawk.model.vehicle import CopterMode, ForeignWrite, StatusText
 from hawk.runtime.repeated_log import Repeated
-from hawk.runtime.supervision import Supervisor
+from hawk.runtime.supervision import Supervisor, end_tasks
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -145,9 +146,7 @@ class MavsdkAutopilot:
         if self._closed:
             return
         self._closed = True
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await end_tasks(*self._tasks)
         self._tasks = []
         if self._inbox is not None:
             self._inbox.close()

@@ -7,7 +7,6 @@ nothing queues. A picture's time is its sender's stamp on our clock, else its ar
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 from collections import deque
 from collections.abc import Callable
@@ -33,7 +32,7 @@ from hawk.model.operation import Health, HealthStatus
 from hawk.model.pictures import CameraModel
 from hawk.model.sentences import say
 from hawk.runtime.repeated_log import Repeated, plain
-from hawk.runtime.supervision import Supervisor
+from hawk.runtime.supervision import Supervisor, end_tasks
 
 _LOG = logging.getLogger(__name__)
 
@@ -191,9 +190,7 @@ class DroneCamera:
         """Stop receiving and release the camera."""
         task, self._task = self._task, None
         if task is not None:
-            task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await task
+            await end_tasks(task)
         if self._source is not None:
             await self._source.close()
 

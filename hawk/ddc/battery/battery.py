@@ -11,8 +11,8 @@ from hawk.ddc.battery.chemistry import CHEMISTRIES
 from hawk.ddc.battery.energy import DrainReading, HomePath, Reserve, mean_speed
 from hawk.ddc.battery.survey import Sighting, SurveyNeed, SurveyReading
 from hawk.ddc.fence.geometry import area
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.fence.path import length
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.readings.instant import Instant
 from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
 from hawk.ddc.readings.wind import Wind

@@ -1,7 +1,8 @@
 """Home: the place that the autopilot's Return To Launch flies to. Any station may move it, so it is watched.
 
 While the drone is armed and no pilot flies, a home that left the arm place is set back and looked at again. RTL plans
-its path once, with home as it is at that moment; `hawk.ddc.states.homing` begins it again after home was set back.
+its path once, with home as it is at that moment; `hawk.ddc.states.rtl_and_land` begins it again after home was set
+back.
 """
 
 from __future__ import annotations

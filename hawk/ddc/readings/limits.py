@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.fence.geometry import BREACH_TOLERANCE_M, outside_by
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.fence.plan import FencePlan
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.readings.instant import Instant, Reading
 from hawk.ddc.stopwatch import Stopwatch
 from hawk.model.plans import Fence, HeightParameters

@@ -15,8 +15,8 @@ from hawk.model.known_lot import LotsAhead
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import GROUND_STATES, Health, StateName
 from hawk.model.pictures import GroundStep, StallSize
-from hawk.model.plans import DesiredPose, Fence, HeightParameters, Inbound, PathPlan, Verdict
-from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
+from hawk.model.plans import DesiredPose, Fence, HeightParameters, PathPlan, Verdict
+from hawk.model.poses import GlobalPose, MapPoint, VehiclePose
 from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 
@@ -141,16 +141,6 @@ class DdcTopicInterface:
         pose = self.vehicle.pose.value
         return None if pose is None else pose.global_
 
-    def get_local_pose(self) -> LocalPose | None:
-        """Return the pose about the arm place, None before the first arm."""
-        pose = self.vehicle.pose.value
-        return None if pose is None else pose.local
-
-    def get_rel_alt(self) -> float | None:
-        """Return metres above the arm place, None before the first arm."""
-        pose = self.vehicle.pose.value
-        return None if pose is None else pose.relative_altitude
-
     def get_diagnostics(self) -> Diagnostics:
         """Return the autopilot's summary of its sensors; everything bad when it is old or never came."""
         return self.vehicle.diagnostics.fresh(DIAGNOSTICS_TIMEOUT_S) or Diagnostics()
@@ -161,17 +151,6 @@ class DdcTopicInterface:
         if battery is None or battery.percentage is None or not math.isfinite(battery.percentage):
             return None
         return battery
-
-    def get_park_lot_detected(self) -> bool:
-        """Return True when a parking lot is in sight; False when vision is silent."""
-        return bool(self._inputs.park_lot_detected.fresh(RESULT_TIMEOUT_S))
-
-    def get_des_loc_inbound(self) -> bool:
-        """Return True when the desired pose lies inside the lot by a verdict of its number, no older than 1 s."""
-        desired = self.des_pose_pub.value
-        verdict = self.get_fresh_verdict()
-        matches = desired is not None and verdict is not None and verdict.number == desired.number
-        return matches and verdict is not None and verdict.inbound is Inbound.INSIDE
 
     def get_occupancy_map(self) -> OccupancyMap:
         """Return the map; an empty one before the first."""
@@ -192,13 +171,6 @@ class DdcTopicInterface:
     def get_path_plan_health(self) -> Health:
         """Health of the Path Plan App; unhealthy when it said nothing lately."""
         return self._lately(self._inputs.path_plan_health)
-
-    def get_health_status(self) -> Health:
-        """Return the overall health: the first part that is not well, with its reason."""
-        for name, health in self.get_part_healths():
-            if not health.is_healthy:
-                return Health.bad(f"{name}: {health.reason}")
-        return Health()
 
     # -- ours ----------------------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from hawk.ddc.fence.plan import check_answer
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import UserError
 from hawk.model.sentences import say, words_of
+from hawk.runtime.supervision import end_tasks
 
 KEPT_S = 30.0
 """An answer remains a fact for this time, seconds."""
@@ -80,10 +81,7 @@ class Requests:
 
     async def close(self) -> None:
         """Cancel what is under way and wait until it has ended."""
-        tasks = tuple(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(*self._tasks.values())
 
     def _end(self, key: Key, task: asyncio.Task[Any]) -> None:
         self._tasks.pop(key, None)

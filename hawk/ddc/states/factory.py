@@ -12,9 +12,9 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.explore import AutonomousExploreState
 from hawk.ddc.states.ground import ArmState, ConfigureFenceState, ConfigureState, IdleState, TakeoffState
-from hawk.ddc.states.homing import HomingState, LandState, ReturnToLaunchState
 from hawk.ddc.states.hover import PAGE_HIDDEN, CommunicationLostState, HoverState, ManualState
 from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
+from hawk.ddc.states.rtl_and_land import HomingState, LandState, ReturnToLaunchState
 from hawk.ddc.words import direction, metres, seconds
 from hawk.model.operation import StateName
 from hawk.model.sentences import joined, say

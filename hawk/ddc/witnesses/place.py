@@ -17,6 +17,7 @@ from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.witnesses.walk import (
     ALIKE_M,
     MOUNT_SHARE,
+    MOUNTED_FREE_M,
     MOUNTED_WRONG_SHARE,
     NOTHING,
     STILL_SHARE,
@@ -31,12 +32,15 @@ from hawk.model.sentences import say
 
 WINDOW_S = 10.0
 """Time over which the two are compared, seconds."""
-LIMIT_M, LIMIT_HEIGHT_M = 3.0, 40.0
+LIMIT_M, LIMIT_HEIGHT_M = 2.7, 40.0
 """Disagreement in the window that is a doubt, metres, up to a height over ground; above, it grows with the height, as
 what a tilt that is off makes of it does."""
 PATH_SHARE = 0.06
 """Share of the path flown in the window that is no disagreement: cars and crowns stand above the ground that the camera
 is taken to see, grounds slope, and the picture's time is off by some hundredths of a second."""
+TALL_SHARE, ALONG = 0.12, 0.7
+"""The same where the ground moves as reported, but faster: crowns and low roofs fill the picture. The cosine between
+path and disagreement is at least the second then."""
 GAP_M, LEANS_M_S = 1.2, 3.0
 """Disagreement that a missing comparison may leave while the drone flies, metres: half of a sway of the picture, since
 it leans over and the picture's time is off by 0.1 s; no more than the second times its time, m/s."""
@@ -44,7 +48,7 @@ STILL_GAP_M = 0.3
 """The same of a drone that holds, and of one that flies besides: it sways little. Such sways do not add up."""
 SWAYS_M = 10.0
 """Metres flown in the window from which on `GAP_M` counts whole, and time that was not seen not at all."""
-CONFIRM_S = 0.3
+CONFIRM_S = 0.2
 """Time for which the disagreement must last, seconds."""
 MOST_UNSEEN = 2.0
 """Time that no comparison saw counts at the pace of the rest: the disagreement grows by this factor at most."""
@@ -60,6 +64,9 @@ BRIDGED_S = 5.0
 """A shorter gap between two comparisons is bridged, at the pace of disagreement that was seen, seconds."""
 LOST_S = 5.0
 """A camera that has compared nothing for this time follows the drone no more, seconds."""
+DENIED_SHARE, DENIED_S = 0.5, 2.0
+"""From above `LIMIT_HEIGHT_M` an earlier picture that shows less than this share of a walk denies it, for this time,
+seconds."""
 AGREES_M = 1.0
 """A disagreement in the window below this is none, metres."""
 AGREES_S = 10.0
@@ -138,6 +145,7 @@ class PlaceReading:
         self._off = 0j
         self._fixed: tuple[float, complex] | None = None
         self._by_picture: complex | None = None
+        self._denied_at = -math.inf
         self._is_followed = True
 
     def lose(self) -> None:
@@ -198,7 +206,8 @@ class PlaceReading:
         elif gap > 0.0 and self._window:
             seconds, share = math.fsum(each.seconds for each in self._window), self._learned() or 0j
             beyond = sum((each.beyond - share * each.reported for each in self._window), 0j) / seconds * gap
-            self._slow.bridge(beyond, STILL_GAP_M + _leaning(gap) * _moving(self._path().flown))
+            moving = _moving(self._path().flown)
+            self._slow.bridge(beyond * (1.0 - moving), STILL_GAP_M + _leaning(gap) * moving)
             if self._doubt.holds:
                 self._off += beyond
 
@@ -213,9 +222,11 @@ class PlaceReading:
         self._weight = self._weight * keep + path * path
 
     def _path(self) -> Odometer:
-        """Return the path that was flown in the window."""
-        path = Odometer()
+        """Return the path that was flown in the window, also while nothing was compared: at the pace beside the gap."""
+        path, pace = Odometer(), 0.0
         for each in self._window:
+            before, pace = pace, abs(each.reported) / each.seconds
+            path.flown += each.gap * max(before, pace)
             path.move(each.reported)
         return path
 
@@ -235,18 +246,22 @@ class PlaceReading:
         seconds = math.fsum(each.seconds for each in self._window)
         moving = _moving(path.flown)
         whole = min(1.0 + (1.0 - moving) * unseen_s / seconds, MOST_UNSEEN)
-        raw = abs(sum((each.beyond for each in self._window), 0j) - known) * whole
+        off = sum((each.beyond for each in self._window), 0j) - known
+        raw = abs(off) * whole
         eased = abs(sum((each.eased for each in self._window), 0j) - known) * whole
         gaps = [each.gap for each in self._window if each.gap > 0.0]
         hidden = STILL_GAP_M * math.sqrt(len(gaps)) + moving * math.fsum(map(_leaning, gaps))
-        return max(0.0, min(raw, eased) - self._allowed(raw, path) - hidden)
+        is_along = (off * path.place.conjugate()).real >= ALONG * abs(off) * abs(path.place)
+        return max(0.0, min(raw, eased) - self._allowed(raw, path, is_along) - hidden)
 
-    def _allowed(self, raw: float, path: Odometer) -> float:
-        """Return the disagreement that a path explains, metres; ``raw`` is what was seen."""
+    def _allowed(self, raw: float, path: Odometer, is_along: bool) -> float:
+        """Return the disagreement that a path explains, metres; ``raw`` is what was seen, along the path or not."""
         if self._learned() is not None:
-            return PATH_SHARE * path.flown
-        least = UNPROVEN_SHARE * path.flown
-        return least if raw <= MOUNT_SHARE * path.flown else least + MOUNTED_WRONG_SHARE * abs(path.place)
+            return (TALL_SHARE if is_along else PATH_SHARE) * path.flown
+        least, moved = UNPROVEN_SHARE * path.flown, abs(path.place)
+        if raw <= MOUNT_SHARE * path.flown:
+            return least
+        return least + MOUNTED_WRONG_SHARE * moved - min(moved, MOUNTED_FREE_M)
 
     def _learned(self) -> complex | None:
         """Return the share of the path by which the camera is off; None until it was seen to agree."""
@@ -262,6 +277,7 @@ class PlaceReading:
         if not self._doubt.holds:
             limit = LIMIT_M * max(1.0, step.height / LIMIT_HEIGHT_M)
             is_beyond = self._apart > limit or self._found.beyond > 0.0
+            is_beyond = is_beyond and not self._is_denied(step, share)
             if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=self._slow.is_sure):
                 self._begin(step, share)
             return
@@ -271,14 +287,30 @@ class PlaceReading:
         if self._doubt.ends(step.until, agrees=agrees):
             self._end(step.until)
 
+    def _is_denied(self, step: GroundStep, share: complex) -> bool:
+        """Return True while earlier pictures show no walk, from high above.
+
+        Stalls are some pixels long there, and one is taken for its neighbour from picture to picture.
+        """
+        if step.height <= LIMIT_HEIGHT_M:
+            return False
+        if step.again is not None and self._counts(step.again):
+            off, since = self._suspected(share)
+            if abs(self._slow.off_by(step.again, share, since)) < DENIED_SHARE * abs(off):
+                self._denied_at = step.until
+        return step.until - self._denied_at <= DENIED_S
+
+    def _suspected(self, share: complex) -> tuple[complex, float]:
+        """Return how far the position has gone, and since when: of a slow walk, or since the window began."""
+        if self._found.beyond > 0.0:
+            return self._found.off, self._found.since
+        off = sum((each.beyond - share * each.reported for each in self._window), 0j)
+        return off, self._window[0].until
+
     def _begin(self, step: GroundStep, share: complex) -> None:
         """Begin a doubt: the position has gone since the window began, or since the moment of a slow walk."""
         self._is_followed = True
-        if self._found.beyond > 0.0:
-            self._off, since = self._found.off, self._found.since
-        else:
-            self._off = sum((each.beyond - share * each.reported for each in self._window), 0j)
-            since = self._window[0].until
+        self._off, since = self._suspected(share)
         self._untrue = min(since, self._untrue[0]), math.inf
         self._fixed = self._by_picture = None
         self._fix(step, share)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.sections import config_of
+from hawk.config.loader import config_of
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
@@ -38,8 +38,13 @@ def add_lot_commands(commands: Any) -> None:
     )
     verify.set_defaults(action_of=_verify)
     for parser in (copy, restore, verify):
-        parser.set_defaults(action=_run)
+        parser.set_defaults(action=_run, boxed=_needs_network)
         values.add_settings(parser)
+
+
+def _needs_network(_: argparse.Namespace) -> bool:
+    """Return False: a backup may come from a stranger."""
+    return False
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -26,8 +26,8 @@ from hawk.lots.storage.digests import Part, damaged_parts, note_damaged, pass_ov
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
 from hawk.lots.values import LotStoreError, StoreBusyError
 from hawk.runtime.files import sync_folder
-from hawk.runtime.garbage import uncollected
 from hawk.runtime.late import late
+from hawk.runtime.performance import uncollected
 
 if TYPE_CHECKING:  # half of the time to load this module, seldom needed
     from alembic import config, script

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import resource_tracker
@@ -15,10 +15,10 @@ import dask
 from distributed import CancelledError, Client, KilledWorker, LocalCluster, Security, as_completed
 
 from hawk.picture.city.job import Job
-from hawk.picture.city.results import ResultError
 from hawk.picture.city.scheduler import START, Scheduler
 from hawk.picture.city.worker import CityWorker, look_here
-from hawk.picture.orthophoto.steps import Task
+from hawk.picture.orthophoto.tile_results import ResultError
+from hawk.picture.orthophoto.windows import Task
 from hawk.picture.values import PictureError
 from hawk.runtime.programs import remedy
 
@@ -130,7 +130,7 @@ def _own_keys() -> Security:
         raise PictureError(words) from error
 
 
-def run_on(client: Client, job: Job, tasks: Sequence[Task]) -> Iterator[Outcome]:
+def run_on(client: Client, job: Job, tasks: Sequence[Task]) -> Generator[Outcome]:
     """Yield tasks as they end, in any order.
 
     Args:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hawk.algo.vision.network import Engine, EngineChoice
-from hawk.picture.city.results import Results
-from hawk.picture.nadir import Eye, program_name
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
+from hawk.picture.orthophoto.tile_detector import TileDetector, program_name
+from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.values import PictureError
 
-LoadEye = Callable[[Path | None, EngineChoice], Eye]
+LoadDetector = Callable[[Path | None, EngineChoice], TileDetector]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Job:
 
     ``source``: the picture as the client sees it, ``crs`` what a person said of it. ``model``: the network's file, None
     for that of the package; ``sha``: its SHA-256; ``program``: name of program and network. ``folder``: of the results.
-    ``mark``: a file in it that the client has written. ``load``: loads the eye.
+    ``mark``: a file in it that the client has written. ``load``: loads the detector.
     """
 
     source: Orthophoto = field(repr=False)
@@ -31,12 +31,12 @@ class Job:
     program: str
     engine: Engine
     folder: Path
-    load: LoadEye = field(repr=False)
+    load: LoadDetector = field(repr=False)
     mark: str = ""
 
 
-def fitting_eye(job: Job) -> Eye:
-    """Return the eye of a job after a check that this computer sees what the client sees. Raises PictureError."""
+def fitting_detector(job: Job) -> TileDetector:
+    """Return the detector of a job after a check that this computer sees what the client sees. Raises PictureError."""
     results = Results(job.folder)
     if not (results.folder / job.mark).is_file():
         raise PictureError(f"does not see the folder {job.folder}; share it with this computer, at the same path")
@@ -49,9 +49,10 @@ def fitting_eye(job: Job) -> Eye:
         raise PictureError(
             f"{job.source.path}: is another file here, by size or time of change; share the disk, do not copy"
         )
-    eye = job.load(job.model, job.engine)
-    if program_name(eye.model) != job.program or eye.model != job.sha:
+    detector = job.load(job.model, job.engine)
+    if program_name(detector.model) != job.program or detector.model != job.sha:
         raise PictureError(
-            f"runs {program_name(eye.model)}, the client {job.program}; install the same version and name one model"
+            f"runs {program_name(detector.model)}, the client {job.program}; install the same version and name one "
+            "model"
         )
-    return eye
+    return detector

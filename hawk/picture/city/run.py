@@ -1,4 +1,4 @@
-"""A city mapped: windows that have no result yet go to workers, then all results are merged.
+"""An orthophoto or a city mapped: windows that have no result yet go to workers, then all results are merged.
 
 With one worker and no scheduler everything runs in this process; the files are the same.
 """
@@ -6,38 +6,26 @@ With one worker and no scheduler everything runs in this process; the files are 
 from __future__ import annotations
 
 import contextlib
+import tempfile
 import time
 import uuid
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hawk.algo.vision.network import EngineChoice
-from hawk.picture.city.job import Job, LoadEye
-from hawk.picture.city.results import ResultError, Results
+from hawk.lots.survey.source import SourceKind
+from hawk.picture.city.job import Job, LoadDetector
 from hawk.picture.city.scheduler import Scheduler
-from hawk.picture.nadir import Eye, program_name
 from hawk.picture.orthophoto.grid import PixelGrid
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
-from hawk.picture.orthophoto.steps import Task, looked, settle, start
-from hawk.picture.orthophoto.windows import CORE_M
-from hawk.picture.values import Mapped, PictureError
+from hawk.picture.orthophoto.steps import MappingPlan, map_tasks, merge_results, start
+from hawk.picture.orthophoto.tile_detector import TileDetector, program_name
+from hawk.picture.orthophoto.tile_results import ResultError, Results
+from hawk.picture.orthophoto.windows import CORE_M, Task
+from hawk.picture.values import PictureError, PictureSurvey, Provenance
 from hawk.runtime.programs import remedy
-
-
-@dataclass(frozen=True, slots=True)
-class CityProgress:
-    """Windows of a run: all of it, those that are done, of these ones found from earlier runs, and failed ones.
-
-    ``left_s``: seconds left by the pace up to now, None before the first window.
-    """
-
-    count: int
-    done: int
-    reused: int
-    failed: int
-    left_s: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,13 +35,44 @@ class CityRun:
     Failed windows are ``mapped.left_out``; the next run tries them again.
     """
 
-    mapped: Mapped
+    mapped: PictureSurvey
     windows: int
     reused: int
     seconds: float = field(compare=False)
 
 
-Progress = Callable[[CityProgress], None]
+Progress = Callable[[int, int], None]
+"""Takes the number of windows that are done, found ones of earlier runs among them, and of all."""
+
+
+def map_orthophoto(
+    path: Path,
+    *,
+    outline: Path | LotOutline | None = None,
+    crs: str | None = None,
+    model: Path | None = None,
+    progress: Progress = lambda *_: None,
+) -> PictureSurvey:
+    """Find the stalls of an orthophoto, free and taken, in this process.
+
+    Args:
+        path: A GeoTIFF, a VRT, or a JPEG or PNG with its world file.
+        outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
+        crs: The picture's system of coordinates, as ``EPSG:25832``, where its file does not say it.
+        model: The network's ONNX file; None: that of the package.
+        progress: Is called before the first window and after each one.
+
+    Returns:
+        The survey. A window that could not be read is named in ``left_out``, the others are mapped.
+
+    Raises:
+        PictureError: The picture or the outlines cannot be used, or no window can be read; the text has the remedy.
+    """
+    provenance = Provenance(path.name, SourceKind.ORTHOPHOTO)
+    with tempfile.TemporaryDirectory(prefix="hawk-windows-") as folder:
+        return map_city(
+            path, out=Path(folder), outline=outline, crs=crs, model=model, progress=progress, provenance=provenance
+        ).mapped
 
 
 def map_city(
@@ -66,10 +85,11 @@ def map_city(
     crs: str | None = None,
     model: Path | None = None,
     engine: EngineChoice = "auto",
-    progress: Progress = lambda _: None,
+    progress: Progress = lambda *_: None,
     core_m: float = CORE_M,
-    load: LoadEye = Eye.load,
+    load: LoadDetector | None = None,
     accept: Callable[[Orthophoto], None] = lambda _: None,
+    provenance: Provenance | None = None,
 ) -> CityRun:
     """Find the stalls of a large picture by many workers. The same call goes on where an earlier one was cut off.
 
@@ -77,7 +97,7 @@ def map_city(
     ``if __name__ == "__main__":``.
 
     Args:
-        path: The picture, as for `hawk.picture.orthophoto.app.map_orthophoto`; a VRT for many files.
+        path: The picture, as for `map_orthophoto`; a VRT for many files.
         out: Folder of the results, a file a window.
         outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
         workers: Processes on this computer.
@@ -87,8 +107,9 @@ def map_city(
         engine: Runs the network on all workers; "auto": the fastest that this computer has.
         progress: Is called before the first window and after each one.
         core_m: Side of a window's core, metres.
-        load: Loads the eye; workers import it by its name.
+        load: Loads the detector; workers import it by its name. None: `TileDetector.load`.
         accept: Is called before the work with the picture; what it raises goes on.
+        provenance: Name of the picture, and what a person says of it; None: that of its file.
 
     Raises:
         PictureError: Picture, outlines, folder, scheduler or a worker cannot be used, or no window can be looked at;
@@ -99,76 +120,73 @@ def map_city(
     if scheduler is not None:
         scheduler.check()
         scheduler.check_reached()
+    load = load or TileDetector.load
     started = start(path.resolve(), outline=outline, crs=crs, load=lambda: load(model, engine), core_m=core_m)
     accept(started.source)
-    eye, results = started.eye, Results(out.resolve())
+    results = Results(out.resolve())
     results.prepare()
     missing, count = started.missing(results), len(started.tasks)
-    named = None if model is None else model.resolve()
-    job = Job(started.source, crs, named, eye.model, program_name(eye.model), eye.engine, results.folder, load)
-    pace = _Pace(count, count - len(missing), progress)
-    failures = _failures(_ended(job, eye, missing, workers, scheduler), pace, results, started.source.grid)
-    return CityRun(settle(started, results, failures), count, count - len(missing), pace.seconds)
+    job = _job(started, crs, model, results.folder, load)
+    done = count - len(missing)
+    with _ended(job, started.detector, results, missing, workers, scheduler) as ended:
+        began = time.monotonic()  # starting the workers is no looking
+        progress(done, count)
+        failures = _failures(enumerate(ended, done + 1), count, progress, results, started.source.grid)
+    seconds = time.monotonic() - began
+    return CityRun(merge_results(started, results, failures, provenance), count, done, seconds)
+
+
+def _job(plan: MappingPlan, crs: str | None, model: Path | None, folder: Path, load: LoadDetector) -> Job:
+    return Job(
+        source=plan.source,
+        crs=crs,
+        model=None if model is None else model.resolve(),
+        sha=plan.detector.model,
+        program=program_name(plan.detector.model),
+        engine=plan.detector.engine,
+        folder=folder,
+        load=load,
+    )
 
 
 def _failures(
-    ended: Generator[tuple[Task | None, str]], pace: _Pace, results: Results, grid: PixelGrid
+    ended: Iterable[tuple[int, tuple[Task, str]]], count: int, progress: Progress, results: Results, grid: PixelGrid
 ) -> dict[str, str]:
-    """Take all tasks of `_ended`; return, by their names, why some failed, and write it: a dead worker cannot."""
+    """Take all tasks with their numbers; return, by their names, why some failed, and write it: dead workers cannot."""
     failures = {}
-    with contextlib.closing(ended):
-        for task, reason in ended:
-            if task is not None and reason:
-                failures[task.name] = reason
-                if results.find(task) is None:  # a worker may die just after it has written
-                    results.fail(task, task.window.name(grid), reason)
-            pace.step(0 if task is None else 1, bool(reason))
+    for done, (task, reason) in ended:
+        if reason:
+            failures[task.name] = reason
+            if results.find(task) is None:  # a worker may die just after it has written
+                results.fail(task, task.window.name(grid), reason)
+        progress(done, count)
     return failures
 
 
-class _Pace:
-    """Counts windows and says how far the run is."""
-
-    def __init__(self, count: int, reused: int, progress: Progress) -> None:
-        self._count = count
-        self._reused = reused
-        self._progress = progress
-        self._done = 0
-        self._failed = 0
-        self._began = time.monotonic()
-
-    def step(self, done: int, is_failed: bool) -> None:
-        """Count windows that have ended."""
-        if not done:
-            self._began = time.monotonic()  # starting the workers is no looking
-        self._done += done
-        self._failed += is_failed
-        left = self._count - self._reused - self._done
-        left_s = self.seconds / self._done * left if self._done else None
-        self._progress(CityProgress(self._count, self._reused + self._done, self._reused, self._failed, left_s))
-
-    @property
-    def seconds(self) -> float:
-        """Seconds of looking."""
-        return time.monotonic() - self._began
-
-
+@contextlib.contextmanager
 def _ended(
-    job: Job, eye: Eye, tasks: Sequence[Task], workers: int, scheduler: Scheduler | None
-) -> Generator[tuple[Task | None, str]]:
-    """Yield a task that has ended, and why it failed; first once without a task."""
+    job: Job,
+    detector: TileDetector,
+    results: Results,
+    tasks: Sequence[Task],
+    workers: int,
+    scheduler: Scheduler | None,
+) -> Iterator[Iterator[tuple[Task, str]]]:
+    """Give the tasks as they end, with why they failed, once the workers are there. Raises PictureError."""
     if not tasks or (workers == 1 and scheduler is None):
-        yield None, ""
-        yield from looked(tasks, job.source, eye, Results(job.folder))
+        with contextlib.closing(map_tasks(tasks, job.source, detector, results)) as ended:
+            yield ended
         return
     try:
         from hawk.picture.city.cluster import run_on, workers_of
     except ImportError as error:
         raise PictureError(f"distributed is not installed, which runs workers: {remedy('cluster')}") from error
-    with workers_of(scheduler, min(workers, len(tasks))) as client, _marked(job) as marked:
-        yield None, ""
-        for outcome in run_on(client, marked, tasks):
-            yield outcome.task, outcome.reason
+    with (
+        workers_of(scheduler, min(workers, len(tasks))) as client,
+        _marked(job) as marked,
+        contextlib.closing(run_on(client, marked, tasks)) as outcomes,
+    ):
+        yield ((outcome.task, outcome.reason) for outcome in outcomes)
 
 
 @contextlib.contextmanager

@@ -12,13 +12,13 @@ import numpy as np
 
 from hawk.model.pictures import CameraModel
 from hawk.picture.film import autopilot_log, captions, clock, motion, pace, recording
-from hawk.picture.film.container import Made, read_made
+from hawk.picture.film.container import ContainerFacts, read_made
 from hawk.picture.film.course import Course
 from hawk.picture.film.lens import FilmLens, LensChoice, lens_of
-from hawk.picture.film.mounted import mounted
+from hawk.picture.film.mount import find_mount
 from hawk.picture.film.video import SUFFIXES, Picture, Video
-from hawk.picture.photographs.heights import REMEDY, check_given, with_heights
-from hawk.picture.values import LeftOut, PictureError, Progress, Shot
+from hawk.picture.photographs.heights import REMEDY, assign_heights, check_given
+from hawk.picture.values import LeftOut, PictureError, Progress, Shot, ShotSet
 
 FILMS: Final = (*SUFFIXES, recording.SUFFIX)
 """Endings of the names of films that are read."""
@@ -42,16 +42,10 @@ class Frames(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
-    """Shots of a film in order of time, each with the number of its frame. ``notes``: what a person must know.
-    ``time_is_sure``: its times are GNSS's.
-    """
+class Film(ShotSet):
+    """Shots of a film, each with the number of its frame; its ``frames``."""
 
-    shots: tuple[Shot, ...]
-    left_out: tuple[LeftOut, ...]
-    notes: tuple[str, ...]
-    frames: Frames = field(repr=False)
-    time_is_sure: bool = False
+    frames: Frames = field(repr=False, kw_only=True)
 
     def picture(self, shot: Shot) -> Picture:
         """Return a shot's picture (H, W, 3), BGR, quickest in their order. Raises NoImage; ValueError for no frame."""
@@ -150,19 +144,19 @@ def _of_video(
     common = _Common(video.path, choice.model or made.model, known.lens.is_known, known.has_gimbal, epoch)
     numbers = range(video.frames)
     shots = _shots(common, chosen, numbers, course, [known.lens.camera] * len(numbers))
-    found, low = with_heights(shots, height_m)
+    found, low = assign_heights(shots, height_m)
     is_sure = course.epoch is not None and log.suffix.lower() == ".bin"  # a .tlog has the desk's clock
-    return Film(tuple(found), (*left, *low), known.notes, video, is_sure)
+    return Film(tuple(found), (*left, *low), known.notes, is_sure, frames=video)
 
 
-def _made(path: Path) -> Made:
+def _made(path: Path) -> ContainerFacts:
     try:
         return read_made(path)
     except OSError as error:
         raise PictureError(f"{path} cannot be read ({error.strerror or error}); copy it again") from None
 
 
-def _by_captions(video: Video, log: Path, choice: LensChoice, made: Made, height_m: float | None) -> _Known:
+def _by_captions(video: Video, log: Path, choice: LensChoice, made: ContainerFacts, height_m: float | None) -> _Known:
     found = captions.read_captions(log, video.frames, video.fps)
     lens = lens_of(video.path.name, video.size, choice, made.model, found.focal_mm, found.zoom)
     course = _with_heights(found.course, height_m, log)
@@ -177,7 +171,7 @@ def _by_log(
     log: Path,
     offset_s: float | None,
     choice: LensChoice,
-    made: Made,
+    made: ContainerFacts,
     height_m: float | None,
     progress: Progress,
 ) -> _Known:
@@ -186,13 +180,13 @@ def _by_log(
     course = _with_heights(flight.course, height_m, log)
     moved = motion.measure(video, lens.camera, lambda done, of: progress("fit the clock", done, of))
     length = video.frames / video.fps
-    fit: Callable[[Course], clock.Fitted] = lambda each: clock.fit(  # noqa: E731
+    fit: Callable[[Course], clock.ClockFit] = lambda each: clock.fit(  # noqa: E731
         video.path.name, moved, length, each, offset_s, made.begun
     )
     if flight.has_gimbal:
         fitted = fit(course)
         return _Known(course.shifted(-fitted.begin), lens, True, (*lens.notes, fitted.note))
-    found = mounted(course, fit)
+    found = find_mount(course, fit)
     notes = (*lens.notes, found.fitted.note, found.note)
     return _Known(found.course.shifted(-found.fitted.begin), lens, found.is_steadied, notes)
 
@@ -284,4 +278,4 @@ def _of_recording(path: Path, height_m: float | None, progress: Progress) -> Fil
     notes = (f"The rest of {path.name} is missing: {read.damage}",) if read.damage else ()
     common = _Common(path, "hawk-drone", True, True, course.epoch)
     shots = _shots(common, chosen, read.numbers, course, read.cameras)
-    return Film(tuple(shots), tuple(left), notes, frames)
+    return Film(tuple(shots), tuple(left), notes, frames=frames)

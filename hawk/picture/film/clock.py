@@ -34,7 +34,7 @@ REMEDY: Final = "give the second of the log at which the film begins by --log-of
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class ClockFit:
     """``begin``: time of the log at the film's first frame. ``note``: a sentence on it. ``off``: mean disagreement."""
 
     begin: float
@@ -44,7 +44,7 @@ class Fitted:
 
 def fit(
     name: str, motion: Motion, length: float, course: Course, offset_s: float | None, begun: float | None
-) -> Fitted:
+) -> ClockFit:
     """Return where a film lies in a log.
 
     Args:
@@ -102,7 +102,7 @@ class _Search:
         self._shifts = expected(course, self._times, motion.between)
         self._shifts[~(course.covers(self._times) & course.covers(self._times + motion.between))] = np.nan
 
-    def best(self, name: str, lowest: float, highest: float, *, is_given: bool = False) -> Fitted:
+    def best(self, name: str, lowest: float, highest: float, *, is_given: bool = False) -> ClockFit:
         """Return the place between two times that fits best. Raises PictureError where none does, or several do."""
         begins = np.arange(lowest, highest + _GRID_S / 2, _GRID_S)
         costs = np.array([self._cost(begin) for begin in begins])
@@ -119,7 +119,7 @@ class _Search:
         fine_costs = np.array([self._cost(each, is_fine=True) for each in fine])
         begin = float(fine[fine_costs.argmin()])
         note = f"{_begins(begin, self._first)}: there the motion of its pictures agrees best with the flight"
-        return Fitted(begin, note, float(fine_costs.min()))
+        return ClockFit(begin, note, float(fine_costs.min()))
 
     def _cost(self, begin: float, *, is_fine: bool = False) -> float:
         """Return the mean disagreement, 0 to 1, where the film begins at ``begin``."""
@@ -140,10 +140,10 @@ class _Search:
         return np.column_stack(sides)
 
 
-def _unchecked(name: str, guess: float | None, first: float) -> Fitted:
+def _unchecked(name: str, guess: float | None, first: float) -> ClockFit:
     if guess is None:
         raise PictureError(f"{name}: shows no motion by which its clock is fitted to the log's; {REMEDY}")
-    return Fitted(guess, f"{_begins(guess, first)}; it shows no motion that would check it")
+    return ClockFit(guess, f"{_begins(guess, first)}; it shows no motion that would check it")
 
 
 def _begins(begin: float, first: float) -> str:

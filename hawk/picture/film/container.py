@@ -22,7 +22,7 @@ _MODEL: Final = (b"\xa9mdl", b"\xa9mod", b"modl")
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class ContainerFacts:
     """``begun``: Unix seconds at which the camera began the film, by its clock. None, "": the file does not say.
 
     ``has_captions``: a track of the film itself is of text.
@@ -33,7 +33,7 @@ class Made:
     has_captions: bool = False
 
 
-def read_made(path: Path) -> Made:
+def read_made(path: Path) -> ContainerFacts:
     """Return what a film's boxes say; nothing for an AVI or a damaged file. Raises OSError."""
     begun, model, has_captions = None, "", False
     with path.open("rb") as stream:
@@ -48,7 +48,7 @@ def read_made(path: Path) -> Made:
                     model = _model(stream, at, to)
                 elif inner == b"trak":
                     has_captions |= _handler(stream, at, to) in _TEXTS
-    return Made(begun, model, has_captions)
+    return ContainerFacts(begun, model, has_captions)
 
 
 def _boxes(stream: IO[bytes], at: int, end: int) -> Iterator[tuple[bytes, int, int]]:

@@ -10,7 +10,7 @@ import numpy as np
 import pymap3d
 from numpy.typing import NDArray
 
-from hawk.picture.longitudes import unwrapped, wrapped
+from hawk.picture.photographs.places import unwrap_longitudes, wrap_longitudes
 
 FloatArray = NDArray[np.float64]
 LONGEST_GAP_S: Final = 3.0
@@ -83,10 +83,10 @@ class Course:
 
     def at(self, times: FloatArray) -> Course:
         """Return the samples between, at times (N,); angles take the shorter side."""
-        columns = [self.latitude, unwrapped(self.longitude), self.altitude, self.height]
+        columns = [self.latitude, unwrap_longitudes(self.longitude), self.altitude, self.height]
         latitude, longitude, altitude, height = (np.interp(times, self.time, each) for each in columns)
         return replace(
-            self, time=times, latitude=latitude, longitude=wrapped(longitude), altitude=altitude, height=height,
+            self, time=times, latitude=latitude, longitude=wrap_longitudes(longitude), altitude=altitude, height=height,
             attitude=turning_between(times, self.time, self.attitude),
         )  # fmt: skip
 

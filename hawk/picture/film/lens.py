@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from hawk.model.pictures import CameraModel
 from hawk.picture.photographs.exif import Exif
-from hawk.picture.photographs.lenses import LensError, Lenses, scaled
+from hawk.picture.photographs.lenses import LensError, Lenses, calibrated
 from hawk.picture.values import PictureError
 
 _VIEW_DEG: Final = (5.0, 160.0)
@@ -63,7 +63,10 @@ def lens_of(
         PictureError: Nothing says how the lens draws, or a given value cannot be one.
     """
     if choice.calibration is not None:
-        return FilmLens(_calibrated(name, size, choice.calibration), True)
+        try:
+            return FilmLens(calibrated(choice.calibration, size, "a film's frames"), True)
+        except LensError as error:
+            raise PictureError(f"{name}: {error}") from None
     if choice.hfov_deg is not None:
         if not _VIEW_DEG[0] <= choice.hfov_deg <= _VIEW_DEG[1]:
             raise PictureError(f"--hfov {choice.hfov_deg:g}: must be {_VIEW_DEG[0]:g} to {_VIEW_DEG[1]:g} degrees")
@@ -85,16 +88,6 @@ def lens_of(
         words = f"{name}: its captions give a focal length on 35 mm film of {focal_mm:g} mm,"
         return FilmLens(_of_film(size, focal_mm, words), False, (note,))
     raise PictureError(f"{name}: nothing says how its lens draws; {REMEDY}")
-
-
-def _calibrated(name: str, size: tuple[int, int], calibration: CameraModel) -> CameraModel:
-    camera = scaled(replace(calibration, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0), size)
-    if camera is None:
-        shape = f"{calibration.width} x {calibration.height}"
-        raise PictureError(
-            f"{name}: is {size[0]} x {size[1]} pixels, its calibration {shape}: calibrate the camera by a film's frames"
-        )
-    return camera
 
 
 def _of_table(size: tuple[int, int], choice: LensChoice, model: str) -> FilmLens | None:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model.pictures import CAMERA_TO_BODY, CameraModel
+from hawk.model.pictures import CAMERA_TO_BODY, CameraModel, rotations
 from hawk.picture.film.course import Course, FloatArray
 from hawk.picture.film.video import Video
 
@@ -79,16 +79,8 @@ def expected(course: Course, times: FloatArray, between: float) -> FloatArray:
 
 
 def _cameras(attitude: FloatArray) -> FloatArray:
-    """Return the turns (N, 3, 3) from a camera's right, down, ahead to north, east, down, as `rotation` makes them."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(attitude.T), np.sin(attitude.T)
-    turns = np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-    return np.asarray(np.moveaxis(turns, 2, 0) @ CAMERA_TO_BODY)
+    """Return the turns (N, 3, 3) from a camera's right, down, ahead to north, east, down."""
+    return np.asarray(rotations(attitude) @ CAMERA_TO_BODY)
 
 
 def _small_size(size: tuple[int, int]) -> tuple[int, int]:

@@ -78,7 +78,7 @@ class PixelGrid:
         return self.rows - row if self.is_mirrored else row
 
 
-def measured(grid: PixelGrid, name: str) -> PixelGrid:
+def measure_grid(grid: PixelGrid, name: str) -> PixelGrid:
     """Return a grid with its scale and handedness by the ground.
 
     Args:

@@ -1,16 +1,20 @@
-"""Ground of an orthophoto as the sheet of a survey draws it: north up, about the survey's origin."""
+"""Ground of an orthophoto, north up about the survey's origin: for the sheet of a survey, and as tiles of the map."""
 
 from __future__ import annotations
 
 import math
+import zlib
 from typing import Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from hawk.exports.ground import Ground
 from hawk.lots.registration.georeference import about
-from hawk.model.lot_map import CELL_M
+from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, EncodedTile, TileKey
+from hawk.model.plans import Outline
+from hawk.model.tile_picture import encode_picture
 from hawk.picture.orthophoto.bands import Pixels
 from hawk.picture.orthophoto.grid import Box
 from hawk.picture.orthophoto.source import Orthophoto
@@ -75,3 +79,52 @@ def _readable(source: Orthophoto, box: Box, step: int) -> Pixels:
         halves = [_readable(source, half, step) for half in (first, second)]
         axis = 1 if is_wide else 0
         return Pixels(*(np.concatenate([getattr(half, name) for half in halves], axis) for name in ("image", "valid")))
+
+
+Tiles = dict[TileKey, EncodedTile]
+
+
+def tiles_of(ground: Ground, lots: Outline, origin: tuple[float, float]) -> tuple[Tiles, Tiles]:
+    """Return cells and pictures of the map's tiles that a ground covers.
+
+    Args:
+        ground: The ground.
+        lots: Outlines of the lots on it.
+        origin: Latitude and longitude of the survey's frame.
+    """
+    high, wide = (round(side * ground.metres / CELL_M) for side in ground.seen.shape)
+    first_row, first_column = (int(np.floor(at / TILE_M)) for at in (-ground.north, ground.east))
+    top, left = (
+        round((at - first * TILE_M) / CELL_M) for at, first in ((-ground.north, first_row), (ground.east, first_column))
+    )
+    rows, columns = (-(-(first + side) // TILE_CELLS) for first, side in ((top, high), (left, wide)))
+    image = np.zeros((rows * TILE_CELLS, columns * TILE_CELLS, 3), np.uint8)
+    seen = np.zeros(image.shape[:2], np.uint8)
+    part = slice(top, top + high), slice(left, left + wide)
+    image[part] = cv2.resize(ground.image, (wide, high), interpolation=cv2.INTER_AREA)
+    seen[part] = cv2.resize(ground.seen, (wide, high), interpolation=cv2.INTER_NEAREST)
+    cells = _cells(seen, lots, origin, (first_row, first_column))
+    tiles, mosaic = {}, {}
+    for row in range(rows):
+        for column in range(columns):
+            at = (
+                slice(row * TILE_CELLS, (row + 1) * TILE_CELLS),
+                slice(column * TILE_CELLS, (column + 1) * TILE_CELLS),
+            )
+            if seen[at].any():
+                key = first_row + row, first_column + column
+                tiles[key] = EncodedTile(1, zlib.compress(cells[at].tobytes()))
+                mosaic[key] = EncodedTile(1, encode_picture(image[at], seen[at]))
+    return tiles, mosaic
+
+
+def _cells(seen: NDArray[np.uint8], lots: Outline, origin: tuple[float, float], first: TileKey) -> NDArray[np.uint8]:
+    """Return the cells of the ground that was seen: those of a lot inside its outline, the others beside it."""
+    cells = np.where(seen > 0, Cell.NON_LOT, Cell.UNKNOWN).astype(np.uint8)
+    inside = np.zeros(seen.shape, np.uint8)
+    for ring in lots.polygons:
+        metres = about(origin, np.array(ring))[:, :2]
+        pixels = np.column_stack([metres[:, 1] - first[1] * TILE_M, -metres[:, 0] - first[0] * TILE_M]) / CELL_M
+        cv2.fillPoly(inside, [np.rint(pixels).astype(np.int32)], (1,))
+    cells[(inside > 0) & (seen > 0)] = Cell.LOT
+    return cells

@@ -42,7 +42,7 @@ _CROSSED_SHARE: Final = 0.02
 """Share of an area that lies to the other side of its outline, from which its sides cross by more than a sliver."""
 
 
-class Named(NamedTuple):
+class OutlineFeature(NamedTuple):
     """Properties and shape of a feature, (longitude, latitude), with its number in the file, from 1."""
 
     facts: Mapping[str, Any]
@@ -143,7 +143,7 @@ def read_outline(path: Path) -> LotOutline:
     return LotOutline(lots, tuple((each.number, each.shape) for each in of_lots if _is_crossed(each.shape)))
 
 
-def _lots(found: list[Named]) -> Iterator[Named]:
+def _lots(found: list[OutlineFeature]) -> Iterator[OutlineFeature]:
     """Yield the features that are lots."""
     is_of_all_kinds = any(each.facts.get("amenity") for each in found)
     for each in found:
@@ -177,7 +177,7 @@ def _parts(shape: BaseGeometry) -> Iterator[BaseGeometry]:
         yield from _parts(part)
 
 
-def _read(data: bytes, kind: Kind) -> list[Named]:
+def _read(data: bytes, kind: Kind) -> list[OutlineFeature]:
     if kind.name == "zip":
         data = unpacked(data, ENDS)
         kind = kind_of(data[:HEAD_BYTES])
@@ -198,16 +198,18 @@ def _read(data: bytes, kind: Kind) -> list[Named]:
         raise LotInputError("elements", f"are damaged ({error})") from error
 
 
-def _kml(data: bytes) -> list[Named]:
+def _kml(data: bytes) -> list[OutlineFeature]:
     return [
-        Named({}, Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes]), number)
+        OutlineFeature(
+            {}, Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes]), number
+        )
         for number, area in enumerate(read_areas(data).areas, 1)
         if len(area.outer) > 2
     ]
 
 
-def _geojson(content: dict[str, Any]) -> list[Named]:
-    found: list[Named] = []
+def _geojson(content: dict[str, Any]) -> list[OutlineFeature]:
+    found: list[OutlineFeature] = []
     crs = _system_of(content.get("crs"))
     for number, feature in enumerate(features_of(content) or (), 1):
         if not isinstance(feature, dict):
@@ -221,7 +223,7 @@ def _geojson(content: dict[str, Any]) -> list[Named]:
             reason = str(error).strip()[:120]
             raise LotInputError("features", f"hold an area that cannot be read ({reason})") from error
         facts = feature.get("properties")
-        found.append(Named(facts if isinstance(facts, dict) else {}, shape, number))
+        found.append(OutlineFeature(facts if isinstance(facts, dict) else {}, shape, number))
     return _on_earth(found, crs)
 
 
@@ -255,20 +257,20 @@ def _system_of(crs: object) -> str:
     return crs_name(named) if named else WGS_84
 
 
-def _geopackage(path: Path) -> list[Named]:
+def _geopackage(path: Path) -> list[OutlineFeature]:
     """Return the areas of a GeoPackage as GDAL reads them in the box. Raises LotInputError."""
     try:
         said = read_and_wait(AREAS, b"", {"path": str(path.resolve())})
     except RefusedError as error:
         raise LotInputError(error.field, error.reason) from None
-    by_system: dict[str, list[Named]] = {}
+    by_system: dict[str, list[OutlineFeature]] = {}
     for line in said.splitlines():
         facts, number, crs, shape = json.loads(line)
-        by_system.setdefault(crs, []).append(Named(facts, shapely.from_wkb(bytes.fromhex(shape)), number))
+        by_system.setdefault(crs, []).append(OutlineFeature(facts, shapely.from_wkb(bytes.fromhex(shape)), number))
     return [each for crs, found in by_system.items() for each in _on_earth(found, crs or WGS_84)]
 
 
-def _osm_xml(text: str) -> Iterator[Named]:
+def _osm_xml(text: str) -> Iterator[OutlineFeature]:
     there = parts_of(root_of(text))
     nodes = {each.get("id", ""): place_of(each) for each in there if each.tag == "node"}
     outlines = {
@@ -282,7 +284,7 @@ def _osm_xml(text: str) -> Iterator[Named]:
         yield from _osm_area(element.tag, element.get("id", ""), facts, members, outlines)
 
 
-def _osm_json(content: dict[str, Any]) -> Iterator[Named]:
+def _osm_json(content: dict[str, Any]) -> Iterator[OutlineFeature]:
     elements = [each for each in content["elements"] or () if isinstance(each, dict)]
     nodes = {each.get("id"): (each.get("lon"), each.get("lat")) for each in elements if each.get("type") == "node"}
     outlines: dict[str, list[tuple[float, float]]] = {}
@@ -314,7 +316,7 @@ def _osm_area(
     facts: Mapping[str, Any],
     members: list[tuple[str, str]],
     outlines: Mapping[str, list[tuple[float, float]]],
-) -> Iterator[Named]:
+) -> Iterator[OutlineFeature]:
     """Yield the area of an element, if it is a lot: a closed outline, or a relation of outer and inner ones."""
     if facts.get("amenity") != _PARKING or kind not in (OUTLINE, "relation"):
         return
@@ -327,10 +329,10 @@ def _osm_area(
     outer, inner = (shapely.union_all(shapely.get_parts(shapely.polygonize(lines[key]))) for key in (True, False))
     area = outer.difference(inner)
     if isinstance(area, Polygon | MultiPolygon) and not area.is_empty:
-        yield Named(facts, area)
+        yield OutlineFeature(facts, area)
 
 
-def _on_earth(found: list[Named], crs: str) -> list[Named]:
+def _on_earth(found: list[OutlineFeature], crs: str) -> list[OutlineFeature]:
     """Return the features in WGS-84, all by one conversion."""
     moved = shapely.transform(np.array([each.shape for each in found], object), lambda at: to_wgs_84(at, crs)[0])
     return [each._replace(shape=shape) for each, shape in zip(found, moved.tolist(), strict=True)]

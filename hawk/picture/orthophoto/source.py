@@ -22,9 +22,8 @@ from hawk.formats import gdal
 from hawk.lots.survey.moments import CaptureTime, MomentSource
 from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
-from hawk.picture.orthophoto.grid import Box, PixelGrid, measured, system
-from hawk.picture.orthophoto.vrt import missing_parts, parts_of
-from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, is_coarser, named
+from hawk.picture.orthophoto.grid import Box, PixelGrid, measure_grid, system
+from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, is_coarser, list_names
 from hawk.runtime.programs import remedy
 
 LEAST_M: Final = 2.0
@@ -33,7 +32,7 @@ _MEASURED: Final = (
     "17 labelled places were made coarser: at 20 cm 92 % of the stalls of Canadian lots are found, at 9 cm 93 %; of "
     "Dutch streets and lots 66 % and 67 %, where 79 % and 82 % of what is found is labelled. Blur and haze cost more."
 )
-"""By `benchmarks.perception.coarse` over the places and regions of docs/results/perception.md."""
+"""By `benchmarks.perception` with ``--metres``, over the places and regions of docs/results/perception.md."""
 _CACHE_MIB: Final = 64
 """Memory of GDAL for blocks that were read."""
 _STRIP_PIXELS: Final = 8_000_000
@@ -77,7 +76,7 @@ class Orthophoto:
         columns, rows = (right - left) // step, (bottom - top) // step
         image, valid = np.empty((rows, columns, 3), np.uint8), np.empty((rows, columns), np.bool_)
         high = max(1, _STRIP_PIXELS // max(1, (right - left) * step))  # rows of the result at once
-        with opened(self.path, is_checked=True) as dataset:
+        with open_dataset(self.path, is_checked=True) as dataset:
             for row in range(0, rows, high):
                 last = min(row + high, rows)
                 part = self._strip(dataset, (left, top + row * step, left + columns * step, top + last * step))
@@ -97,7 +96,7 @@ class Orthophoto:
             return None
         scale = max(1.0, max(self.grid.columns, self.grid.rows) / most)
         size = (max(1, round(self.grid.rows / scale)), max(1, round(self.grid.columns / scale)))
-        with opened(self.path, is_checked=True) as dataset:
+        with open_dataset(self.path, is_checked=True) as dataset:
             valid = band_choice.valid_pixels(dataset, self.bands, None, size)
         return valid[::-1] if self.grid.is_mirrored else valid
 
@@ -115,7 +114,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
     if not path.is_file():
         raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
     parts = _parts(path)  # GDAL looks for them where it reads them, and not even there if it has kept them
-    with opened(path) as dataset:
+    with open_dataset(path) as dataset:
         _check_work(dataset, path, parts)
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
@@ -128,7 +127,7 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
 
 
 @contextlib.contextmanager
-def opened(path: Path, *, is_checked: bool = False) -> Iterator[Any]:
+def open_dataset(path: Path, *, is_checked: bool = False) -> Iterator[Any]:
     """Open a picture as `hawk.formats.gdal` does. Raises PictureError for what cannot be opened or read."""
     gdal.prepare()
     try:
@@ -157,7 +156,7 @@ def _parts(path: Path) -> list[Path]:
     parts = parts_of(path)
     if missing := missing_parts(parts):
         raise PictureError(
-            f"{path.name}: is made of files that are not there: {named(missing)}; put them back, or build it of "
+            f"{path.name}: is made of files that are not there: {list_names(missing)}; put them back, or build it of "
             f"those that are there: gdalbuildvrt {path.name} FOLDER/*.tif"
         )
     return parts
@@ -203,7 +202,7 @@ def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:
         )
     text, short = system(said, path.name)
     a, b, c, d, e, f = tuple(dataset.transform)[:6]
-    return measured(PixelGrid(dataset.width, dataset.height, text, (a, b, c, d, e, f)), path.name), short
+    return measure_grid(PixelGrid(dataset.width, dataset.height, text, (a, b, c, d, e, f)), path.name), short
 
 
 def _projection_file(path: Path) -> str:
@@ -265,3 +264,29 @@ def _thinned(part: Pixels, step: int) -> tuple[band_choice.Image, band_choice.Ma
     image = cv2.resize(part.image, size, interpolation=cv2.INTER_AREA)
     valid = cv2.resize(part.valid.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     return np.asarray(image, np.uint8), np.asarray(valid > 0.5)
+
+
+def parts_of(path: Path) -> list[Path]:
+    """Return the files that a VRT names, sorted, with those of the VRTs among them; none for a file of another kind.
+
+    What lies in an archive or on another computer is left out.
+    """
+    found: set[Path] = set()
+    waiting = [path]
+    while waiting:
+        named = _named_by(waiting.pop()) - found
+        found |= named
+        waiting += named
+    return sorted(found)
+
+
+def missing_parts(parts: Iterable[Path]) -> list[str]:
+    """Return those of `parts_of` that are not there, in their order."""
+    return [str(part) for part in parts if not part.exists()]
+
+
+def _named_by(path: Path) -> set[Path]:
+    try:
+        return {source for _, source in gdal.sources_of(path) if source is not None}
+    except OSError:
+        return set()

@@ -1,4 +1,4 @@
-"""The three steps of mapping an orthophoto: start names its windows, look fills a store, settle makes the survey.
+"""The three steps of mapping an orthophoto: `start` names windows, `map_task` fills a store, `merge_results` ends it.
 
 A window's result is named by everything that makes it, so that a store which keeps results never asks for one again.
 """
@@ -6,88 +6,37 @@ A window's result is named by everything that makes it, so that a store which ke
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import cv2
 import numpy as np
 
+from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
-from hawk.picture.nadir import Eye
-from hawk.picture.one_thread import one_thread
 from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.survey import check_ground, to_survey
-from hawk.picture.orthophoto.windows import CORE_M, Window, WindowStalls, map_window, task_name, windows_of
-from hawk.picture.values import LeftOut, Mapped, PictureError
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.orthophoto.tile_results import Results
+from hawk.picture.orthophoto.windows import CORE_M, Task, Window, WindowStalls, map_window, task_name, windows_of
+from hawk.picture.values import LeftOut, PictureError, PictureSurvey, Provenance
 
 _GONE: Final = "its result is gone; go on by --resume"
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
-    """A window to look at. ``name``: that of its result."""
-
-    name: str
-    window: Window
-
-
-class Store(Protocol):
-    """Results of windows. Those on disk raise PictureError where they cannot be written."""
-
-    def find(self, task: Task) -> WindowStalls | None:
-        """Return a task's result; None when there is none."""
-        ...
-
-    def keep(self, task: Task, found: WindowStalls) -> None:
-        """Take a task's result, and forget that it failed."""
-        ...
-
-    def fail(self, task: Task, window: str, reason: str) -> None:
-        """Take why a task has no result. ``window``: its name for a person."""
-        ...
-
-    def clear(self, tasks: Iterable[Task]) -> None:
-        """Remove the results of tasks."""
-        ...
-
-
-class InMemory:
-    """Results of one run, in its memory."""
-
-    def __init__(self) -> None:
-        """Begin without a result."""
-        self._found: dict[str, WindowStalls] = {}
-
-    def find(self, task: Task) -> WindowStalls | None:
-        """Return as `Store.find`."""
-        return self._found.get(task.name)
-
-    def keep(self, task: Task, found: WindowStalls) -> None:
-        """Take a task's result."""
-        self._found[task.name] = found
-
-    def fail(self, task: Task, window: str, reason: str) -> None:
-        """Take nothing: nobody reads the reason after the run, which has it from `look`."""
-
-    def clear(self, tasks: Iterable[Task]) -> None:
-        """Remove the results of tasks."""
-        for task in tasks:
-            self._found.pop(task.name, None)
-
-
-@dataclass(frozen=True, slots=True)
-class Started:
-    """A picture that is ready to be looked at: ``lots`` near it (None: all ground counts), the eye, all its tasks."""
+class MappingPlan:
+    """A picture that is ready: ``lots`` near it (None: all ground counts), the detector, all its tasks."""
 
     source: Orthophoto
     lots: LotOutline | None = field(repr=False)
-    eye: Eye = field(repr=False)
+    detector: TileDetector = field(repr=False)
     tasks: tuple[Task, ...] = field(repr=False)
 
-    def missing(self, store: Store) -> tuple[Task, ...]:
+    def missing(self, store: Results) -> tuple[Task, ...]:
         """Return the tasks that have no result yet."""
         return tuple(task for task in self.tasks if store.find(task) is None)
 
@@ -97,16 +46,16 @@ def start(
     *,
     outline: Path | LotOutline | None,
     crs: str | None,
-    load: Callable[[], Eye],
+    load: Callable[[], TileDetector],
     core_m: float = CORE_M,
-) -> Started:
+) -> MappingPlan:
     """Open a picture and name its windows.
 
     Args:
         path: The picture.
         outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
         crs: The picture's system of coordinates, where its file does not say it.
-        load: Loads the eye.
+        load: Loads the detector.
         core_m: Side of a window's core, metres.
 
     Raises:
@@ -114,9 +63,9 @@ def start(
     """
     source = open_orthophoto(path, crs)
     lots = _near(source, outline)
-    eye = load()
-    tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), eye.model, eye.engine)
-    return Started(source, lots, eye, tasks)
+    detector = load()
+    tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), detector.model, detector.engine)
+    return MappingPlan(source, lots, detector, tasks)
 
 
 def _near(source: Orthophoto, outline: Path | LotOutline | None) -> LotOutline | None:
@@ -147,7 +96,7 @@ def tasks_of(source: Orthophoto, windows: Iterable[Window], model: str, engine: 
     return tuple(Task(f"{task_name(short, window, model)}-{engine}", window) for window in windows)
 
 
-def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
+def map_task(task: Task, source: Orthophoto, detector: TileDetector, store: Results) -> str:
     """Look at a task's window unless its result is there.
 
     Returns:
@@ -159,7 +108,7 @@ def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
     if store.find(task) is not None:
         return ""
     try:
-        found = map_window(source, task.window, eye)
+        found = map_window(source, task.window, detector)
     except PictureError as error:
         reason = str(error)
     except (cv2.error, MemoryError) as error:  # one window that is too large for the memory ends no run
@@ -172,20 +121,25 @@ def look(task: Task, source: Orthophoto, eye: Eye, store: Store) -> str:
     return reason
 
 
-def looked(tasks: Sequence[Task], source: Orthophoto, eye: Eye, store: Store) -> Iterator[tuple[Task, str]]:
-    """Yield each task after `look` at it in this process, with the reason that this returned."""
+def map_tasks(
+    tasks: Sequence[Task], source: Orthophoto, detector: TileDetector, store: Results
+) -> Generator[tuple[Task, str]]:
+    """Yield each task after `map_task` at it in this process, with the reason that this returned."""
     with one_thread():
         for task in tasks:
-            yield task, look(task, source, eye, store)
+            yield task, map_task(task, source, detector, store)
 
 
-def settle(started: Started, store: Store, failures: Mapping[str, str]) -> Mapped:
+def merge_results(
+    started: MappingPlan, store: Results, failures: Mapping[str, str], provenance: Provenance | None = None
+) -> PictureSurvey:
     """Return the survey of the results in a store. Windows without one are named in its ``left_out``.
 
     Args:
         started: The picture.
         store: Its results.
         failures: By the names of tasks, why they failed.
+        provenance: Name of the picture, and what a person says of it; None: that of its file.
 
     Raises:
         PictureError: No window has a result, or none shows ground; the results are removed then.
@@ -198,7 +152,9 @@ def settle(started: Started, store: Store, failures: Mapping[str, str]) -> Mappe
     if len(left_out) == len(found) > 0:
         raise PictureError(left_out[0].reason)
     parts = [part for _, part in found if part is not None]
-    mapped = to_survey(source, parts, outline=started.lots, model=started.eye.model, left_out=left_out)
+    mapped = to_survey(
+        source, parts, provenance=provenance, outline=started.lots, model=started.detector.model, left_out=left_out
+    )
     try:
         check_ground(mapped, source, has_lots=has_lots)
     except PictureError:

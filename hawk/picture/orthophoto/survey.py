@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Final
 
 import cv2
@@ -14,22 +12,31 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
-from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation
+from hawk.exports.values import UNSEEN, LatLon, Observation
 from hawk.lots.registration.georeference import about
-from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M
+from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M, LandingFacts
 from hawk.lots.survey.source import Limit, SourceKind
-from hawk.lots.values import fitting_name
-from hawk.model.lot_map import StallState
+from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
-from hawk.picture.limits import UNSEEN_SHARE, source_of
-from hawk.picture.nadir import program_name, states_of
+from hawk.model.poses import GlobalPose
+from hawk.picture.limits import UNSEEN_SHARE
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
-from hawk.picture.orthophoto.mosaic import ground_of_box
+from hawk.picture.orthophoto.mosaic import ground_of_box, tiles_of
 from hawk.picture.orthophoto.outline import LotOutline
-from hawk.picture.orthophoto.seams import Stalls, merged
 from hawk.picture.orthophoto.source import Orthophoto
+from hawk.picture.orthophoto.tile_detector import program_name, states_of
+from hawk.picture.orthophoto.tile_merger import Stalls, merge_tiles
 from hawk.picture.orthophoto.windows import AROUND_M, WindowStalls
-from hawk.picture.values import COARSE_M, NO_STALLS, LeftOut, Mapped, PictureError, is_coarser
+from hawk.picture.values import (
+    COARSE_M,
+    LeftOut,
+    PictureError,
+    PictureSurvey,
+    Provenance,
+    export_survey,
+    id_of,
+    is_coarser,
+)
 
 _DIGITS: Final = 8
 """Of degrees: a millimetre."""
@@ -61,44 +68,71 @@ def to_survey(
     source: Orthophoto,
     results: Sequence[WindowStalls],
     *,
+    provenance: Provenance | None = None,
     outline: LotOutline | None = None,
     model: str = "",
     left_out: Sequence[LeftOut] = (),
-) -> Mapped:
+) -> PictureSurvey:
     """Return the survey of a picture.
 
     Args:
         source: The picture.
         results: The findings of its windows, in any order.
+        provenance: Its name, and what a person says of it; None: that of its file.
         outline: The lots that limit it; stalls whose middle lies outside are not counted. None: all ground.
         model: SHA-256 of the network's file.
         left_out: Windows that could not be looked at.
     """
+    provenance = provenance or Provenance(source.path.name, SourceKind.ORTHOPHOTO)
     plane = _Plane(source.grid, None if outline is None else outline.in_metres(source.grid))
-    every = merged(results, source.grid.metres)
+    every = merge_tiles(results, source.grid.metres)
     is_in = plane.has(every.corners.mean(axis=1))
     suggested = every.suggested[plane.has(every.suggested.mean(axis=1))]
     stalls = Stalls(every.corners[is_in], every.taken[is_in], every.score[is_in], suggested)
     found = _found_lots(results, stalls, plane) if outline is None else _lots_in_picture(plane)
     box = _box_of(plane)
     origin = _origin(source.grid, box)
-    lots = _on_earth(found, source.grid) if outline is None else outline.outline()
-    seen_m2 = round(sum(_seen_m2(part, plane) for part in results), 1)
-    pictures = source_of(SourceKind.ORTHOPHOTO, source.path.name, tuple(_limits(plane, seen_m2, len(left_out))))
-    survey = _survey(source, _place_name(source, outline), origin, lots, _exported(stalls, source, origin), model)
     ground = ground_of_box(source, box, origin, LARGEST_M)
-    return Mapped(
-        replace(survey, pictures=pictures),
+    seen_m2 = round(sum(_seen_m2(part, plane) for part in results), 1)
+    limits = tuple(_limits(plane, seen_m2, len(left_out)))
+    place, program = _place_name(source, outline), program_name(model)
+    ids = id_of(place), id_of(f"{place} {source.identity} {program}")
+    lots = _on_earth(found, source.grid) if outline is None else outline.outline()
+    on_earth = _on_earth_of(stalls, source.grid, origin)
+    tiles, mosaic = ({}, {}) if ground is None else tiles_of(ground, lots, origin)
+    current = OccupancyMap(tiles, mosaic, _on_map(stalls, on_earth), version=1, map_id=ids[1])
+    landed = replace(_landed(source, provenance, origin, current, program), pictures=provenance.source(limits))
+    landed = replace(landed, outline=lots if lots.polygons else None)
+    return PictureSurvey(
+        export_survey(landed, ids, lots, _exported(stalls, on_earth, landed.utc)),
+        landed,
         ground,
         seen_m2,
         source.crs,
         tuple(left_out),
         (*source.notes, *_notes(stalls, len(every) - len(stalls), has_picture=ground is not None)),
-        tuple(stalls.score.tolist()),
     )
 
 
-def check_ground(mapped: Mapped, source: Orthophoto, *, has_lots: bool) -> None:
+def _landed(
+    source: Orthophoto, provenance: Provenance, origin: LatLon, current: OccupancyMap, program: str
+) -> LandingFacts:
+    """Return a survey as one after a landing."""
+    ended, is_sure = provenance.moment(source.taken.value)
+    return LandingFacts(
+        name=f"orthophoto {current.map_id}",
+        datum=GlobalPose(*origin, 0.0),
+        current=current,
+        outline=None,
+        seconds=0.0,
+        utc=ended,
+        time_is_sure=is_sure or (provenance.ended is None and source.taken.is_sure),
+        program=program,
+        title=provenance.lot,
+    )
+
+
+def check_ground(mapped: PictureSurvey, source: Orthophoto, *, has_lots: bool) -> None:
     """Refuse a survey that saw no ground though every window was looked at. Raises PictureError."""
     if mapped.area_m2 or mapped.left_out:
         return
@@ -134,44 +168,37 @@ def _place_name(source: Orthophoto, outline: LotOutline | None) -> str:
     return " ".join([place, *lots])
 
 
-def _survey(
-    source: Orthophoto, place: str, origin: LatLon, outline: Outline, stalls: tuple[Observation, ...], model: str
-) -> ExportRecord:
-    """Return what files have. ``place``: text by which the lot has its id: a picture may show many."""
-    program = program_name(model)
-    return ExportRecord(
-        lot=_title(source.path),
-        lot_id=str(uuid.uuid5(uuid.NAMESPACE_URL, place)) if stalls else "",
-        survey=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{place} {source.identity} {program}")),
-        began=source.taken.value,
-        ended=source.taken.value,
-        time_is_sure=source.taken.is_sure,
-        layout=None,
-        software=f"hawk-drone {program}",
-        is_simulated=False,
-        accuracy=None,
-        is_pinned=False,
-        origin=origin,
-        outline=outline,
-        stalls=stalls,
-        doubt="" if stalls else NO_STALLS,
+@dataclass(frozen=True, slots=True)
+class _OnEarth:
+    """Stalls (N,) on Earth: ``corners`` (N, 4, 2) and ``middle`` (N, 2), degrees; ``metres`` (N, 2) north and east of
+    the origin; ``width``, ``length`` (N,), metres; ``angle`` (N,) of the long side, radians clockwise from north.
+    """
+
+    corners: FloatArray
+    middle: FloatArray
+    metres: FloatArray
+    width: FloatArray
+    length: FloatArray
+    angle: FloatArray
+
+
+def _on_earth_of(stalls: Stalls, grid: PixelGrid, origin: LatLon) -> _OnEarth:
+    degrees = np.round(grid.on_earth(stalls.corners.reshape(-1, 2)), _DIGITS) if len(stalls) else np.zeros((0, 2))
+    corners, metres = degrees.reshape(-1, 4, 2), about(origin, degrees)[:, :2].reshape(-1, 4, 2)
+    across, along = metres[:, 1] - metres[:, 0], metres[:, 2] - metres[:, 1]
+    return _OnEarth(
+        corners=corners,
+        middle=np.round(corners.mean(axis=1), _DIGITS),
+        metres=metres.mean(axis=1),
+        width=np.hypot(*across.T),
+        length=np.hypot(*along.T),
+        angle=np.arctan2(along[:, 1], along[:, 0]) % np.pi % np.pi,  # -0.0 is 0, not pi
     )
 
 
-def _title(path: Path) -> str:
-    return fitting_name(path.stem) or "orthophoto"
-
-
-def _exported(stalls: Stalls, source: Orthophoto, origin: LatLon) -> tuple[Observation, ...]:
-    if not len(stalls):
-        return ()
-    degrees = np.round(source.grid.on_earth(stalls.corners.reshape(-1, 2)), _DIGITS)
-    metres = about(origin, degrees)[:, :2].reshape(-1, 4, 2)
-    across, along = metres[:, 1] - metres[:, 0], metres[:, 2] - metres[:, 1]
-    turn = np.degrees(np.arctan2(along[:, 1], along[:, 0])) % 180
-    corners = degrees.reshape(-1, 4, 2)
-    middles = np.round(corners.mean(axis=1), _DIGITS)
+def _exported(stalls: Stalls, on_earth: _OnEarth, looked: float) -> tuple[Observation, ...]:
     states = states_of(stalls.taken)
+    turn = np.degrees(on_earth.angle)
     return tuple(
         Observation(
             id=str(k + 1),
@@ -179,17 +206,32 @@ def _exported(stalls: Stalls, source: Orthophoto, origin: LatLon) -> tuple[Obser
             kind="",
             state=UNSEEN if states[k] is StallState.UNKNOWN else str(states[k]),
             taken=round(float(stalls.taken[k]), 3),
-            looked=source.taken.value,
+            looked=looked,
             seen=1,
-            place=_place(middles[k]),
-            corners=tuple(_place(corner) for corner in corners[k]),
-            width=round(float(np.hypot(*across[k])), 2),
-            length=round(float(np.hypot(*along[k])), 2),
+            place=_place(on_earth.middle[k]),
+            corners=tuple(_place(corner) for corner in on_earth.corners[k]),
+            width=round(float(on_earth.width[k]), 2),
+            length=round(float(on_earth.length[k]), 2),
             direction=round(float(turn[k]), 1) % 180,
             is_confirmed=False,
+            score=float(stalls.score[k]),
         )
         for k in range(len(stalls))
     )
+
+
+def _on_map(stalls: Stalls, on_earth: _OnEarth) -> dict[int, Stall]:
+    """Return the stalls in the map frame about the survey's origin."""
+    states = states_of(stalls.taken)
+    table = np.column_stack(
+        [on_earth.metres, on_earth.angle, on_earth.width, on_earth.length, stalls.taken, stalls.score]
+    )
+    return {
+        number: Stall(number, north, east, angle, width, length, taken, state, score, seen=1, last_seen=0.0, version=1)
+        for number, (state, (north, east, angle, width, length, taken, score)) in enumerate(
+            zip(states, table.tolist(), strict=True), 1
+        )
+    }
 
 
 def _place(values: FloatArray) -> LatLon:

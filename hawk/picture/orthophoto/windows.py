@@ -13,13 +13,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from hawk.picture.nadir import Eye, program_name
-from hawk.picture.orthophoto.cells import Runs, lot_cells, packed, unpacked
 from hawk.picture.orthophoto.grid import Box, FloatArray, PixelGrid
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
+from hawk.picture.orthophoto.tile_detector import TileDetector, program_name
 from hawk.picture.values import PictureError
 
+Mask = NDArray[np.bool_]
+Runs = list[int]
+"""Rows and columns of a mask, then the lengths of its runs, False first."""
+CELL_M: Final = 0.4
+"""Side of a cell of a core, metres; those of a core are a little smaller or larger, so that they fill it."""
 CORE_M: Final = 128.0
 MARGIN_M: Final = 16.0
 """Ground around a core that is looked at with it: three stalls of a row, and the aisle."""
@@ -53,12 +57,20 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
+class Task:
+    """A window to look at. ``name``: that of its result."""
+
+    name: str
+    window: Window
+
+
+@dataclass(frozen=True, slots=True)
 class WindowStalls:
     """Findings of a window, in (column, row) of the whole picture.
 
     ``corners`` (N, 4, 2) of the stalls in and near the core, ``taken`` and ``score`` (N,) as of
-    `hawk.picture.nadir.Found`; ``suggested`` (M, 4, 2). ``lot`` and ``seen``: the cells of the core that are of a lot,
-    and that show ground.
+    `TileDetections`; ``suggested`` (M, 4, 2). ``lot`` and ``seen``: the cells of the core that are of a lot, and that
+    show ground.
     """
 
     window: Window
@@ -80,8 +92,8 @@ class WindowStalls:
             "taken": self.taken.tolist(),
             "score": self.score.tolist(),
             "suggested": self.suggested.tolist(),
-            "lot": packed(self.lot),
-            "seen": packed(self.seen),
+            "lot": encode_runs(self.lot),
+            "seen": encode_runs(self.seen),
         }
         return json.dumps(content, separators=(",", ":")).encode()
 
@@ -100,7 +112,7 @@ class WindowStalls:
                 np.array(content["taken"], np.float64),
                 np.array(content["score"], np.float64),
                 np.array(content["suggested"], np.float64).reshape(-1, 4, 2),
-                *(unpacked(mask) for mask in masks),
+                *(decode_runs(mask) for mask in masks),
             )
         except (ValueError, TypeError, KeyError, UnicodeDecodeError) as error:
             raise PictureError(f"a window's result cannot be read ({error!r}); remove it and map again") from error
@@ -180,7 +192,7 @@ def task_name(source: Orthophoto, window: Window, model: str) -> str:
     Args:
         source: The picture; another time of change, size or place of its files is another picture.
         window: The window.
-        model: SHA-256 of the network's file (`Eye.model`).
+        model: SHA-256 of the network's file (`TileDetector.model`).
     """
     content = [
         _FORMAT, source.identity, source.grid.crs, source.grid.affine, source.bands.colours, source.bands.alpha,
@@ -189,13 +201,13 @@ def task_name(source: Orthophoto, window: Window, model: str) -> str:
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
 
-def map_window(source: Orthophoto, window: Window, eye: Eye) -> WindowStalls:
+def map_window(source: Orthophoto, window: Window, detector: TileDetector) -> WindowStalls:
     """Look at one window.
 
     Args:
         source: The picture, whose file is opened here.
         window: One of `windows_of`.
-        eye: Looks at it.
+        detector: Looks at it.
 
     Raises:
         PictureError: The file cannot be read there, or the network cannot be run.
@@ -212,7 +224,7 @@ def map_window(source: Orthophoto, window: Window, eye: Eye) -> WindowStalls:
         return WindowStalls(window, none, np.zeros(0), np.zeros(0), none, blank, blank)
     step = window.step
     ends = left == 0, top == 0, right + step > source.grid.columns, bottom + step > source.grid.rows
-    found = eye.look(part.image, side, part.valid, ends)
+    found = detector.detect(part.image, side, part.valid, ends)
     whole = (part.image.shape[1] * side[0], part.image.shape[0] * side[1])
     kept = _touch(found.stalls, core) & _is_in(found.stalls.mean(axis=1), (0.0, 0.0, *whole))
     suggested = found.suggested[_is_in(found.suggested.mean(axis=1), core)]
@@ -241,3 +253,40 @@ def _is_in(places: FloatArray, box: FloatArray | tuple[float, ...]) -> NDArray[n
 def _box(values: tuple[int, ...]) -> Box:
     left, top, right, bottom = values
     return left, top, right, bottom
+
+
+def lot_cells(
+    mask: Mask, side: tuple[float, float], core: NDArray[np.float64], shape: tuple[int, int] | None = None
+) -> Mask:
+    """Return the part of a window's mask that lies in its core, as cells of about `CELL_M`.
+
+    Args:
+        mask: (H, W) of the window, from its upper left corner.
+        side: Metres of one of the mask's cells along a row and along a column.
+        core: Left, top, right and bottom of the core, metres from that corner.
+        shape: Rows and columns of the result; None: as many as fill the core.
+    """
+    left, top, right, bottom = core.tolist()
+    rows, columns = shape or (max(1, round((bottom - top) / CELL_M)), max(1, round((right - left) / CELL_M)))
+    x = (left + (np.arange(columns) + 0.5) * ((right - left) / columns)) / side[0]
+    y = (top + (np.arange(rows) + 0.5) * ((bottom - top) / rows)) / side[1]
+    column, row = (
+        np.clip(np.floor(at).astype(np.intp), 0, most - 1) for at, most in ((x, mask.shape[1]), (y, mask.shape[0]))
+    )
+    return mask[np.ix_(row, column)]
+
+
+def encode_runs(mask: Mask) -> Runs:
+    """Return a mask as runs."""
+    flat = np.concatenate([[False], mask.reshape(-1), [not bool(mask.reshape(-1)[-1])]]).astype(np.int8)
+    ends = np.flatnonzero(np.diff(flat))
+    return [*mask.shape, *np.diff(ends, prepend=0).tolist()]
+
+
+def decode_runs(runs: Runs) -> Mask:
+    """Return the mask of `encode_runs`. Raises ValueError for runs that are none of a mask."""
+    rows, columns, *lengths = (int(value) for value in runs)
+    values = np.arange(len(lengths)) % 2 == 1
+    if rows < 1 or columns < 1 or min(lengths, default=0) < 0 or sum(lengths) != rows * columns:
+        raise ValueError("its runs do not fill its mask")
+    return np.repeat(values, lengths).reshape(rows, columns)

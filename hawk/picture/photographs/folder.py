@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 from hawk.model.pictures import CameraModel
-from hawk.picture.photographs.heights import with_heights
+from hawk.picture.photographs.heights import assign_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import Photograph, UnusableError, read_photograph
-from hawk.picture.photographs.places import Choice, apart_m, compared
-from hawk.picture.values import LeftOut, PictureError, Shot, named
+from hawk.picture.photographs.places import Choice, apart_m, resolve_places
+from hawk.picture.values import LeftOut, PictureError, Shot, ShotSet, list_names
 
 SUFFIXES: Final = (".jpg", ".jpeg")
 LONGEST_PAUSE_S: Final = 45 * 60.0
@@ -29,22 +29,6 @@ _FEW: Final = 4
 """Names that a sentence lists."""
 
 
-@dataclass(frozen=True, slots=True)
-class Folder:
-    """Shots of one flight, by time and then by name, each with a height, or none where the files say none.
-
-    ``name``: that of the folder. ``left_out`` is in the order of the names. ``notes``: sentences on what a person must
-    know. ``time_is_sure``: all times are GNSS's, or of clocks whose zone the files say. ``height_m``: a person's word.
-    """
-
-    name: str
-    shots: tuple[Shot, ...]
-    left_out: tuple[LeftOut, ...] = ()
-    notes: tuple[str, ...] = ()
-    time_is_sure: bool = False
-    height_m: float | None = None
-
-
 def read_folder(
     folder: Path,
     *,
@@ -53,7 +37,7 @@ def read_folder(
     height_m: float | None = None,
     group: int | None = None,
     place: Choice | None = None,
-) -> Folder:
+) -> ShotSet:
     """Read the photographs of a folder; of each only its head, so that thousands take seconds and little memory.
 
     Args:
@@ -64,6 +48,9 @@ def read_folder(
         group: Which flight or camera of a mixed folder, from 1, as the refusal numbers them.
         place: Which tags have the right place, where those of EXIF and XMP differ and nothing else says it.
 
+    Returns:
+        The shots by time and then by name; ``left_out`` is in the order of the names.
+
     Raises:
         PictureError: Nothing can be mapped, or several flights or cameras are mixed.
     """
@@ -73,14 +60,14 @@ def read_folder(
     photographs = list(_read(paths, table, calibration, left))
     if not photographs:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
-    photographs, differ = compared(photographs, place)
+    photographs, differ = resolve_places(photographs, place)
     groups = _groups(_by_time(photographs))
     if group is None:
         groups, few = _without_few(groups)
         left += few
     chosen = _by_time(_chosen(groups, group, folder))  # others may lack GNSS's time
     shots, doubles = _once(chosen)
-    shots, low = with_heights(shots, height_m)
+    shots, low = assign_heights(shots, height_m)
     left += [*doubles, *low]
     if not shots:
         raise PictureError(f"{folder}: no photograph can be used: {_reasons(left)}")
@@ -88,9 +75,7 @@ def read_folder(
     is_sure = any(
         all(facts) for facts in zip(*((one.gnss_time is not None, one.has_zone) for one in chosen), strict=True)
     )
-    return Folder(
-        folder.resolve().name, tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure, height_m
-    )
+    return ShotSet(tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure)
 
 
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
@@ -105,10 +90,10 @@ def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
     inner = [entry.name for entry in entries if entry.is_dir()]
     others = [entry.name for entry in entries if entry.is_file() and entry not in set(paths)]
     if not paths:
-        hint = f"name one of its folders: {named(inner)}" if inner else "name the folder that holds them"
+        hint = f"name one of its folders: {list_names(inner)}" if inner else "name the folder that holds them"
         raise PictureError(f"{folder}: no JPEG photograph is in it; {hint}")
-    notes = [f"No JPEG, passed over: {named(others)}"] if others else []
-    return paths, notes + ([f"Folders, passed over: {named(inner)}"] if inner else [])
+    notes = [f"No JPEG, passed over: {list_names(others)}"] if others else []
+    return paths, notes + ([f"Folders, passed over: {list_names(inner)}"] if inner else [])
 
 
 def _read(
@@ -217,8 +202,9 @@ def _notes(photographs: list[Photograph]) -> list[str]:
     later = [each for each in photographs if each.saved_by]
     if later:
         notes.append(
-            f"Saved by {later[0].saved_by}, which may have turned them: {named([each.shot.name for each in later])}; "
-            "their yaw is believed to quarter turns only, and the camera's own files are better"
+            f"Saved by {later[0].saved_by}, which may have turned them: "
+            f"{list_names([each.shot.name for each in later])}; their yaw is believed to quarter turns only, and the "
+            "camera's own files are better"
         )
     if any(each.orientation != 1 for each in photographs):
         notes.append("EXIF's orientation is not applied: pictures are mapped as the sensor gave them")

@@ -24,7 +24,7 @@ _OTHER: Final = 2.0
 REMEDY: Final = "give the flight's height above the ground by --height METRES"
 
 
-def with_heights(shots: list[Shot], height_m: float | None) -> tuple[list[Shot], list[LeftOut]]:
+def assign_heights(shots: list[Shot], height_m: float | None) -> tuple[list[Shot], list[LeftOut]]:
     """Return the shots with a height each, and those left out because they were taken on the ground.
 
     ``height_m``: height above the ground of the middle photograph, metres; the others keep their difference from it,
@@ -83,7 +83,7 @@ def doubt_of(shots: Sequence[Shot]) -> str:
     return ""
 
 
-def guessed(shots: Sequence[Shot]) -> list[Shot]:
+def guess_heights(shots: Sequence[Shot]) -> list[Shot]:
     """Return shots about a common height, `GUESS_M`, by their differences: pictures then say how high they are."""
     levels = [shot.altitude if shot.altitude is not None else shot.height for shot in shots]
     known = [level for level in levels if level is not None]

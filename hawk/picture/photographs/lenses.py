@@ -293,6 +293,18 @@ def _turned(camera: CameraModel) -> CameraModel:
     return CameraModel(width, height, camera.fy, camera.fx, (width - 1) / 2, (height - 1) / 2, bent)
 
 
+def calibrated(calibration: CameraModel, size: tuple[int, int], pictures: str) -> CameraModel:
+    """Return a calibrated lens, without its mount, for a picture of this size (width, height).
+
+    Raises LensError, which says by which ``pictures`` to calibrate the camera, for a picture of another shape.
+    """
+    camera = scaled(replace(calibration, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0), size)
+    if camera is None:
+        shape = f"{calibration.width} x {calibration.height}"
+        raise LensError(f"is {size[0]} x {size[1]} pixels, its calibration {shape}: calibrate the camera by {pictures}")
+    return camera
+
+
 def scaled(camera: CameraModel, size: tuple[int, int]) -> CameraModel | None:
     """Return a lens for the same picture at another size (width, height); None where the shape differs: it was cut."""
     across, down = size[0] / camera.width, size[1] / camera.height

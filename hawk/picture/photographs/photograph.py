@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from hawk.formats.image import NoImage, decode
 from hawk.model.pictures import CameraModel, rotation
 from hawk.picture.photographs import tags as said
-from hawk.picture.photographs.bands import other_light
 from hawk.picture.photographs.exif import Exif, read_exif
 from hawk.picture.photographs.jpeg_head import read_head
-from hawk.picture.photographs.lenses import LensError, Lenses, scaled
+from hawk.picture.photographs.lenses import LensError, Lenses, calibrated
 from hawk.picture.photographs.xmp import read_xmp
-from hawk.picture.values import LeftOut, Shot
+from hawk.picture.values import Shot
 
 MOST_TILT_DEG: Final = 25.0
 """Off straight down: beyond it the far half of a picture is too coarse, and cars hide what stands behind them."""
@@ -24,6 +24,14 @@ _SIGMA_M: Final = (2.0, 3.0)
 _SAME_DEG: Final = 5e-4
 """Places of two tags that are farther apart, 50 m, are not one place in two forms."""
 _DAMAGED: Final = "copy it again from the camera's card"
+_SOURCES: Final = ("drone-dji:ImageSource", "drone:ImageSource")
+_BANDS: Final = re.compile(r"LWIR|thermal|nir|infrared|red ?edge|monochrom", re.IGNORECASE)
+_COLOURS: Final = frozenset(("red", "green", "blue"))
+_THERMAL_MAKERS: Final = re.compile(r"flir|workswell|infratec", re.IGNORECASE)
+_THERMAL_MODELS: Final = re.compile(r"\b(xt2|xtr?|zenmuse ?xt|vue|tau ?2|boson|altum-pt)\b", re.IGNORECASE)
+_NAMES: Final = re.compile(r".*_(t|ir|thrm)\.jpe?g", re.IGNORECASE)
+_MOST_THERMAL: Final = 1280 * 1024
+"""Pixels of the largest thermal sensor on a drone; cameras for light have more."""
 _OF_DRONE: Final = "use the drone's own files, as its card has them: messengers and editors take the tags out"
 
 
@@ -81,13 +89,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
     if light := other_light(path.name, tags, exif, head.size):
         raise UnusableError(f"{light}: stalls are found in pictures of a camera for light alone; take it away")
     latitude, longitude = place = _place(tags, exif)
-    attitude = said.attitude(tags, exif.make)
-    has_yaw = attitude is not None
-    attitude = attitude or said.tilt_alone(tags, exif.make)
-    if attitude is not None and (tilt := tilt_deg(attitude)) > MOST_TILT_DEG:
-        raise UnusableError(
-            f"looks {tilt:.0f} degrees off straight down, more than {MOST_TILT_DEG:.0f}; turn the camera down, to -90"
-        )
+    attitude, has_yaw = _attitude(tags, exif.make)
     camera, is_known = _lens(tags, exif, head.size, lenses, calibration)
     across, up = said.sigma(tags)
     across = across or exif.error_m
@@ -119,20 +121,42 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
     )
 
 
-def check_whole(path: Path) -> LeftOut | None:
-    """Decode a photograph; return None for a whole one, and otherwise why it is left out, with the remedy."""
-    try:
-        decode(path.read_bytes())
-    except OSError as error:
-        return LeftOut(path.name, f"cannot be read ({error.strerror or error}); {_DAMAGED}")
-    except NoImage as error:
-        return LeftOut(path.name, f"{error}; {_DAMAGED}")
-    return None
+def other_light(name: str, tags: Mapping[str, str], exif: Exif, size: tuple[int, int]) -> str:
+    """Return what a photograph shows in place of light that people see, "" where nothing says so.
+
+    Thermal pictures and single bands of multispectral cameras show temperatures or one band, in which lines of paint
+    and cars look other than the network knows them. What names such a picture is one of: DJI's ``ImageSource``;
+    Pix4D's ``Camera:BandName``; the maker; a name as DJI gives it (``DJI_0001_T.JPG``) beside the size of a thermal
+    sensor.
+    """
+    source = next((tags[tag] for tag in _SOURCES if tag in tags), "")
+    if "infrared" in source.casefold() or "thermal" in source.casefold():
+        return "is thermal (infrared)"
+    band = [part.strip() for part in tags.get("Camera:BandName", "").split(",") if part.strip()]
+    if any(_BANDS.search(part) for part in band) or (len(band) == 1 and band[0].casefold() in _COLOURS):
+        return f"is the band {', '.join(band)} alone, no picture in colours"
+    is_small = size[0] * size[1] <= _MOST_THERMAL
+    if is_small and (_THERMAL_MAKERS.search(exif.make) or _THERMAL_MODELS.search(exif.model)):
+        return f"is thermal (infrared), by a {exif.make} {exif.model}".rstrip()
+    if is_small and not source and exif.make and _NAMES.fullmatch(name):
+        return "is thermal (infrared), by its name and size"
+    return ""
 
 
 def tilt_deg(attitude: tuple[float, float, float]) -> float:
     """Return the angle between the camera's axis and straight down, degrees."""
     return math.degrees(math.acos(max(-1.0, min(1.0, float(rotation(*attitude)[2, 2])))))
+
+
+def _attitude(tags: said.Tags, make: str) -> tuple[said.Attitude | None, bool]:
+    """Return the attitude by the tags, and whether they say its yaw. Raises UnusableError for an oblique one."""
+    found = said.attitude(tags, make)
+    attitude = found or said.tilt_alone(tags, make)
+    if attitude is not None and (tilt := tilt_deg(attitude)) > MOST_TILT_DEG:
+        raise UnusableError(
+            f"looks {tilt:.0f} degrees off straight down, more than {MOST_TILT_DEG:.0f}; turn the camera down, to -90"
+        )
+    return attitude, found is not None
 
 
 def _place(tags: said.Tags, exif: Exif) -> tuple[float, float]:
@@ -158,15 +182,9 @@ def _other(place: Place, by_xmp: Place | None) -> Place | None:
 def _lens(
     tags: said.Tags, exif: Exif, size: tuple[int, int], lenses: Lenses, calibration: CameraModel | None
 ) -> tuple[CameraModel, bool]:
-    if calibration is not None:
-        camera = scaled(replace(calibration, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0), size)
-        if camera is None:
-            shape = f"{calibration.width} x {calibration.height}"
-            raise UnusableError(
-                f"is {size[0]} x {size[1]} pixels, its calibration {shape}: calibrate the camera by whole photographs"
-            )
-        return camera, True
     try:
+        if calibration is not None:
+            return calibrated(calibration, size, "whole photographs"), True
         return lenses.of(tags, exif, size)
     except LensError as error:
         raise UnusableError(str(error)) from None

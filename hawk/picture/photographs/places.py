@@ -1,6 +1,7 @@
 """The place of a photograph stands in EXIF and in XMP; where they differ, neighbours or the clock say which is right.
 
-A lost letter of a hemisphere moves a flight from Canada to Kazakhstan.
+A lost letter of a hemisphere moves a flight from Canada to Kazakhstan. Longitudes of one flight may cross the 180th
+meridian, where they jump by 360 degrees.
 """
 
 from __future__ import annotations
@@ -10,19 +11,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
+import numpy as np
 import pymap3d
+from numpy.typing import NDArray
 
 from hawk.picture.photographs.photograph import Photograph, Place
-from hawk.picture.values import PictureError, named
+from hawk.picture.values import PictureError, list_names
 
 Choice = Literal["exif", "xmp"]
+FloatArray = NDArray[np.float64]
 NEAR_M: Final = 1000.0
 """A photograph of the same flight lies so near to one whose place is sure."""
 _ZONE_H: Final = 3.0
 """Hours by which a country's clock may differ from the sun's."""
 
 
-def compared(photographs: Sequence[Photograph], choice: Choice | None) -> tuple[list[Photograph], list[str]]:
+def resolve_places(photographs: Sequence[Photograph], choice: Choice | None) -> tuple[list[Photograph], list[str]]:
     """Return the photographs with the place that two witnesses say, and a note where their tags differ.
 
     ``choice``: which tags a person names. Raises PictureError, which asks for it, where nothing else decides.
@@ -44,8 +48,12 @@ def compared(photographs: Sequence[Photograph], choice: Choice | None) -> tuple[
     if not doubted:
         return found, []
     names = [each.shot.name for each in doubted]
-    used = "XMP" if len(moved) == len(doubted) else "EXIF" if not moved else f"XMP for {named(moved)} and else EXIF"
-    return found, [f"EXIF and XMP say different places: {named(names)}; that of {used} is used, as another tag agrees"]
+    used = (
+        "XMP" if len(moved) == len(doubted) else "EXIF" if not moved else f"XMP for {list_names(moved)} and else EXIF"
+    )
+    return found, [
+        f"EXIF and XMP say different places: {list_names(names)}; that of {used} is used, as another tag agrees"
+    ]
 
 
 def _takes_xmp(each: Photograph, other: Place, sure: Sequence[Place], choice: Choice | None) -> bool | None:
@@ -87,3 +95,13 @@ def _question(unclear: Sequence[Photograph]) -> str:
         f"{first.shot.name}{others}: EXIF says {words(first.shot.latitude_longitude)}, XMP "
         f"{words(first.other_place or (0.0, 0.0))}; say which is right: --place exif or --place xmp"
     )
+
+
+def unwrap_longitudes(longitudes: FloatArray) -> FloatArray:
+    """Return longitudes (N,), degrees, within half a turn of the first one, so that they can be averaged."""
+    return np.asarray(longitudes + 360.0 * np.rint((longitudes[0] - longitudes) / 360.0), np.float64)
+
+
+def wrap_longitudes(longitudes: FloatArray) -> FloatArray:
+    """Return longitudes (N,), degrees, from -180 to 180."""
+    return np.asarray(longitudes - 360.0 * np.rint(longitudes / 360.0), np.float64)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.pictures import CameraModel, angles, rotation
+from hawk.runtime.supervision import end_tasks
 
 
 class SimulationClock:
@@ -173,8 +174,7 @@ class Camera:
     async def close(self) -> None:
         """End the thread."""
         if self._drawing is not None:
-            self._drawing.cancel()
-            await asyncio.gather(self._drawing, return_exceptions=True)
+            await end_tasks(self._drawing)
         if self._next is not None:
             self._next.cancel()
         self._executor.shutdown(wait=True)

@@ -9,7 +9,8 @@ from urllib.parse import quote
 
 from hawk.comm.protocol.authority import Role
 from hawk.config import options as values
-from hawk.config.sections import Config, ConfigError, config_of
+from hawk.config.loader import config_of
+from hawk.config.sections import Config, ConfigError
 from hawk.web.access.tls import (
     LONGEST_DAYS,
     CertificateError,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.vision.seen import GroundImage, Seen, SeenGround, StallSeen
+from hawk.algo.vision.detection import Detection, FrameGround, GroundImage, VisionResult
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose, Fence, HeightParameters
@@ -66,7 +66,7 @@ class SyntheticVision:
     pose_error: tuple[float, float] = (0.0, 0.0)
     state_error: float = 0.0
     false_alarms: list[tuple[float, float]] = field(default_factory=list)
-    seen: Seen = field(default_factory=Seen)
+    seen: VisionResult = field(default_factory=VisionResult)
     fault: Exception | None = None
     topic_interface: Any = None
     with_picture: bool = False
@@ -76,16 +76,16 @@ class SyntheticVision:
     def init(self, drone_camera: Any, topic_interface: Any) -> None:
         self.topic_interface = topic_interface
 
-    def see(self, frame: FrameInput) -> Seen:
+    def see(self, frame: FrameInput) -> VisionResult:
         if self.fault is not None:
             raise self.fault
         image = np.full((720, 1280, 3), 90, np.uint8)
         ground = None if frame.pose is None else self.look(frame.pose, frame.captured)
-        self.seen = Seen(ground is not None and len(ground.stalls) >= 3, Health(), image, ground)
+        self.seen = VisionResult(ground is not None and len(ground.stalls) >= 3, Health(), image, ground)
         return self.seen
 
-    def fail(self, reason: str) -> Seen:
-        return Seen(health=Health.bad(reason), image=self.seen.image)
+    def fail(self, reason: str) -> VisionResult:
+        return VisionResult(health=Health.bad(reason), image=self.seen.image)
 
     def process(self) -> None:
         self.see(self.topic_interface.frame)
@@ -94,7 +94,7 @@ class SyntheticVision:
         self.topic_interface.park_lot_detected_pub.publish(self.seen.park_lot_detected)
         self.topic_interface.vision_app_health_pub.publish(self.seen.health)
 
-    def look(self, pose: MapPose, captured: float) -> SeenGround:
+    def look(self, pose: MapPose, captured: float) -> FrameGround:
         """Return the sightings: placed by ``pose``, with the light from the drone's true place."""
         real = replace(pose, north=pose.north + self.pose_error[0], east=pose.east + self.pose_error[1])
         if self.true_height is not None:
@@ -104,7 +104,7 @@ class SyntheticVision:
         stalls = self._stalls(real, lot)
         core = replace(lot, values=self._drawn(lot, corners, 0.74))
         car = replace(lot, values=self._drawn(lot, corners[self.truth.taken], 0.8))
-        return SeenGround(tuple(stalls), lot, car, core, car, self._picture(pose), pose, captured)
+        return FrameGround(tuple(stalls), lot, car, core, car, self._picture(pose), pose, captured)
 
     def _lot(self, pose: MapPose, real: MapPose) -> tuple[GroundImage, NDArray[np.float64]]:
         shape = (round(pose.height * 720 / 914 / LAYER_M), round(pose.height * 1280 / 914 / LAYER_M))
@@ -125,7 +125,7 @@ class SyntheticVision:
             cv2.fillConvexPoly(values, quad, [0.95], shift=4)
         return values
 
-    def _stalls(self, real: MapPose, lot: GroundImage) -> list[StallSeen]:
+    def _stalls(self, real: MapPose, lot: GroundImage) -> list[Detection]:
         table = self.truth.stalls
         shift = np.array([lot.to_map[0, 2], lot.to_map[1, 2]])
         middle = lot.map_points(np.array([(lot.valid.shape[1] - 1) / 2, (lot.valid.shape[0] - 1) / 2]))
@@ -143,7 +143,7 @@ class SyntheticVision:
             jitter = self.rng.normal(0, self.noise_m, 2) if self.noise_m else (0.0, 0.0)
             taken = bool(self.truth.taken[i]) != (self.rng.random() < self.state_error)
             found.append(
-                StallSeen(
+                Detection(
                     float(centres[i, 0] + jitter[0]),
                     float(centres[i, 1] + jitter[1]),
                     float(table[i, 2]),
@@ -154,7 +154,7 @@ class SyntheticVision:
                     float(inside[i]),
                 )
             )
-        alarms = [StallSeen(n, e, 0.3, 2.6, 5.2, 0.6, 0.1, 1.0) for n, e in self.false_alarms]
+        alarms = [Detection(n, e, 0.3, 2.6, 5.2, 0.6, 0.1, 1.0) for n, e in self.false_alarms]
         return found + alarms
 
     def _picture(self, pose: MapPose) -> GroundImage:

@@ -292,6 +292,7 @@ async def test_closing_ends_the_thread_and_twice_is_harmless() -> None:
     assert name not in {thread.name for thread in threading.enumerate()}
 
 
+@pytest.mark.slow
 async def test_another_survey_begins_with_an_empty_map_between_two_frames(rig: Rig) -> None:
     before = await rig.put(1.0)
     before = await rig.put(2.0)

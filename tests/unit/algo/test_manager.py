@@ -14,8 +14,8 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.detection import FrameGround, VisionResult
 from hawk.algo.vision.odometry import Odometry
-from hawk.algo.vision.seen import Seen, SeenGround
 from hawk.formats.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep
@@ -106,6 +106,7 @@ def test_both_halves_of_a_frame_give_the_map_of_the_whole(rig: Rig) -> None:
     assert rig.mapper.get_occupancy_map() == expected
 
 
+@pytest.mark.slow
 def test_what_failed_in_the_first_half_is_raised_at_the_end_of_the_second(rig: Rig) -> None:
     rig.vision.fault = AlgoError("no ground")
     frame = flight(21)[-1]
@@ -134,7 +135,7 @@ def left_out(turns: dict[int, float], monkeypatch: pytest.MonkeyPatch) -> list[F
     rig, frames = Rig(cast("Odometry", Turning(turns))), flight(40)
     mapped, fuse = [], rig.mapper._core.fuse
 
-    def noted(ground: SeenGround) -> None:
+    def noted(ground: FrameGround) -> None:
         mapped.append(ground.captured)
         fuse(ground)
 
@@ -216,6 +217,7 @@ def test_process_raises_when_one_app_alone_fails(rig: Rig, part: str, monkeypatc
     assert [name for name, health in healths.items() if not health.is_healthy] == [part][part == "vision" :]
 
 
+@pytest.mark.slow
 def test_the_pictures_of_a_frozen_camera_are_not_mapped(rig: Rig) -> None:
     before = rig.mapper.get_occupancy_map()
     frames = [replace(frame, jpeg=b"frozen") for frame in flight(30)[20:]]
@@ -255,7 +257,7 @@ def test_without_a_pose_there_is_a_picture_and_no_map() -> None:
 
 def test_a_picture_that_cannot_be_drawn_on_costs_only_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     rig = Rig()
-    monkeypatch.setattr(rig.vision, "see", lambda _: Seen(image=np.zeros((0, 0, 3), np.uint8)))
+    monkeypatch.setattr(rig.vision, "see", lambda _: VisionResult(image=np.zeros((0, 0, 3), np.uint8)))
     output = rig.run(flight(1)[0])
     assert output.annotated_jpeg == b""
     assert output.mapper_health.is_healthy

@@ -15,15 +15,12 @@ def test_it_serves_the_frame_that_was_begun() -> None:
     frame = frame_at(pose_at(1, 2), desired=DesiredPose(3, 4.0, 5.0), state=StateName.HOVER)
     interface.begin(frame)
     assert interface.frame is frame
-    assert interface.get_drone_state() is StateName.HOVER
-    assert interface.get_desired_pose() == DesiredPose(3, 4.0, 5.0)
-    assert interface.get_local_pose() == pose_at(1, 2)
 
 
 def test_without_a_frame_it_says_so() -> None:
     interface = AlgorithmTopicInterface()
     with pytest.raises(AlgoError, match="no frame"):
-        interface.get_drone_state()
+        _ = interface.frame
     interface.begin(frame_at(None))
     interface.init()
     with pytest.raises(AlgoError, match="no frame"):

@@ -16,8 +16,8 @@ from rasterio.crs import CRS
 from rasterio.transform import Affine, from_origin
 from rasterio.warp import transform as reproject
 
-from hawk.background import tiling
-from hawk.background.tiling import MISSING, TILE_PX, PictureError, open_picture, tile_side, tiles_of, zooms_for
+from hawk.background import tiles
+from hawk.background.tiles import MISSING, TILE_PX, PictureError, open_picture, tile_side, tiles_of, zooms_for
 from hawk.cli import main
 from hawk.web.background import read_tile, zooms_in
 
@@ -180,12 +180,12 @@ def test_zooms_that_there_are_not_are_refused(zooms: str, capsys: pytest.Capture
 
 
 def test_more_tiles_than_a_disk_takes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tiling, "MOST_TILES", 10)
+    monkeypatch.setattr(tiles, "MOST_TILES", 10)
     with (
         open_picture(geotiff(tmp_path / "lot.tif")) as picture,
         pytest.raises(PictureError, match="tiles are too many, at most 10: name lower zooms"),
     ):
-        tiling.write_tiles(picture, tmp_path / "tiles", zooms_for(picture.bounds, picture.metres_per_pixel))
+        tiles.write_tiles(picture, tmp_path / "tiles", zooms_for(picture.bounds, picture.metres_per_pixel))
 
 
 def test_without_rasterio_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.again.__main__ import figures, line, sections
 from benchmarks.again.visits import Again, Twice, survey_again
+from benchmarks.lots.visits import DrawnLot
 
 LOT = Again(
     name="seed 7", first_m=100.0, planned_m=70.0, flown_m=77.0, seconds=30.0, finished=True, placed="registered",
@@ -61,8 +62,9 @@ def test_the_limits_are_those_of_the_corrected_plan_and_the_finds_have_keys_of_t
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_the_second_survey_of_a_lot_flies_less_and_looks_at_every_stall() -> None:
-    both = survey_again(10)
+    both = survey_again(DrawnLot(10))
     assert both.corrections < 0.2 * both.found.stalls
     for found in (both.found, both.corrected):
         assert found.finished

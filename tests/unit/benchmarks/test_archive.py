@@ -21,6 +21,7 @@ SLOW = Calls({"lot": [10.0], "row": [101.0] * 9}, FileTimes(11.0, 4.0))
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_every_call_for_statistics_is_timed_over_an_archive(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     found = measure_calls(tmp_path / "lots.db", flight(1, drawn_lot(30, rng), Move(), rng), surveys=140, repeats=2)
@@ -32,6 +33,7 @@ def test_every_call_for_statistics_is_timed_over_an_archive(tmp_path: Path) -> N
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 async def test_surveys_of_a_small_lot_are_registered_and_cost_something(tmp_path: Path) -> None:
     lag = LoopLag()
     measured = await measure(tmp_path / "lots.db", 80, lag)

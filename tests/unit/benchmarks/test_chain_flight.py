@@ -15,13 +15,13 @@ from benchmarks.chain_flight.flight import Errors, Flown, Glance
 from benchmarks.chain_flight.measure import Judgement, Pool, Result
 from benchmarks.figures import Figure
 from hawk.algo.frame import FrameOutput
-from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
+from hawk.algo.vision.detection import Detection, FrameGround, GroundImage
 from hawk.ddc.motion import Goal
 from hawk.model.lot_map import Counts, OccupancyMap, StallState
 from hawk.model.operation import Health
 from hawk.model.plans import ExploreStatus, PathPlan
 from hawk.model.poses import MapPose
-from hawk.survey import scoring
+from hawk.survey import accuracy
 from hawk.worlds.world import TrueStall, World
 
 BOX = np.array([[0, 0], [2.6, 0], [2.6, 5.2], [0, 5.2]], float)
@@ -34,7 +34,7 @@ def row(count: int, x: float = 0.0, y: float = 0.0) -> NDArray[np.float64]:
 def judged(found: int, true: int, *, free: int, taken: float = 0.1, shift: float = 0.0) -> Judgement:
     """The first stalls of a row of free ones are found; ``free`` of them are called free."""
     states = np.array([StallState.FREE] * free + [StallState.TAKEN] * (found - free), object)
-    truth = scoring.LabelledPlace(row(true), np.array([StallState.FREE] * true, object))
+    truth = accuracy.LabelledPlace(row(true), np.array([StallState.FREE] * true, object))
     return Judgement.of(row(found, shift), np.full(found, taken), states, truth)
 
 
@@ -95,14 +95,14 @@ def test_a_stall_that_many_frames_show_counts_once() -> None:
     stalls = tuple(TrueStall(k, c, taken=False) for k, c in enumerate(corners))
     frames = measure.SingleFrames(World("w", 0.1, np.zeros((200, 200, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0)))
     assert frames.recall_once is None
-    seen = (StallSeen(-7.6, 6.3, 0.0, 2.6, 5.2, 0.9, 0.1, 1.0),)
+    seen = (Detection(-7.6, 6.3, 0.0, 2.6, 5.2, 0.9, 0.1, 1.0),)
     for columns in (80, 110):
         size = (150, columns)
         image = GroundImage(
             np.zeros((*size, 3), np.uint8), np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]]), np.ones(size, np.bool_)
         )
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
-        frames.watch(Glance(SeenGround(seen, image, image, image, image, image, pose, 0.0), (0.0, 0.0)))
+        frames.watch(Glance(FrameGround(seen, image, image, image, image, image, pose, 0.0), (0.0, 0.0)))
     assert frames.recall_once == pytest.approx(0.5)
     assert Pool(tuple(frames.judgements)).tally.recall == pytest.approx(2 / 3)
 
@@ -117,7 +117,7 @@ def test_a_stall_was_looked_at_once_it_was_wholly_in_the_good_part_of_a_picture(
         to_map = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, left]])
         image = GroundImage(np.zeros((200, 200, 3), np.uint8), to_map, np.ones((200, 200), np.bool_))
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
-        frames.watch(Glance(SeenGround((), image, image, image, image, image, pose, 0.0), (0.0, 0.0)))
+        frames.watch(Glance(FrameGround((), image, image, image, image, image, pose, 0.0), (0.0, 0.0)))
         assert frames.looked_at == (count, 3)
 
 
@@ -154,12 +154,12 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(
     to_map = np.array([[0.0, -0.1, -10.0 + off[0]], [0.1, 0.0, 2.0 + off[1]]])
     image = GroundImage(np.zeros((*size, 3), np.uint8), to_map, np.ones(size, np.bool_))
     seen = tuple(
-        StallSeen(-22.6 + off[0], 6.3 + 2.6 * k + off[1], 0.0, 2.6, 5.2, 0.9, 0.9 if k == 0 else 0.1, 1.0)
+        Detection(-22.6 + off[0], 6.3 + 2.6 * k + off[1], 0.0, 2.6, 5.2, 0.9, 0.9 if k == 0 else 0.1, 1.0)
         for k in range(6)
     )
     pose = MapPose(off[0], off[1], 35.0, 0.0, 0.0, 0.0)
     frames = measure.SingleFrames(world)
-    frames.watch(Glance(SeenGround(seen, image, image, image, image, image, pose, 0.0), off))
+    frames.watch(Glance(FrameGround(seen, image, image, image, image, image, pose, 0.0), off))
     (one,) = frames.judgements
     assert (one.tally.matched, one.tally.found, one.tally.true) == (count, count, count)
     assert one.tally.state_accuracy == 1.0
@@ -178,6 +178,7 @@ def test_errors_of_compass_and_height_change_the_reported_pose_and_the_goal() ->
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(flight, "TIMEOUT_S", 2.0)
     monkeypatch.setattr(flight, "PIXELS", (640, 360))

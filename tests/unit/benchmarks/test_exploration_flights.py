@@ -27,7 +27,7 @@ from benchmarks.exploration.tour_flights import TourFlights
 from hawk.algo.ground import Floats
 from hawk.algo.path_plan.tour import as_place
 
-pytestmark = pytest.mark.flight
+pytestmark = [pytest.mark.flight, pytest.mark.nightly]
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ def searched(lot: Lot, setup: Setup, share: float) -> Tour:
 
 @pytest.mark.flight
 @pytest.mark.parametrize("seed", [6, 18, 27])
+@pytest.mark.nightly
 def test_a_flight_shows_what_its_tour_promises(seed: int) -> None:
     setup = flown()
     lot = setup.lot(seed)

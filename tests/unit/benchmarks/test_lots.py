@@ -13,7 +13,6 @@ from benchmarks.lots.visits import BIAS_M, COMPASS, DrawnLot, Visit, visits
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.network import StallNetwork
 from hawk.lots.values import Placed, Saved
-from hawk.model.known_lot import KnownLot
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import World
 
@@ -122,13 +121,14 @@ class TwoVisits(DrawnLot):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_stalls_of_a_drawn_lot_keep_their_ids_with_other_cars_and_errors() -> None:
     eye = StillEye(StallNetwork.load(None))
     looks: list[Look] = []
 
     class Watched(StillEye):
-        def look(self, world: World, visit: Visit, known: KnownLot | None) -> Look:
-            looks.append(eye.look(world, visit, known))
+        def look(self, world: World, visit: Visit) -> Look:
+            looks.append(eye.look(world, visit))
             return looks[-1]
 
     found = survey_lot(TwoVisits(2), Watched(StallNetwork.load(None)))

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import kill_wire, surveys, whole_daemon
+from benchmarks import kill_under_load, surveys, whole_daemon
 from benchmarks.figures import BenchmarkError, Figure, Section
 from benchmarks.perception.sections import Material
 from benchmarks.surveys import Survey
 
 
-async def two_kills(kills: int) -> list[Figure]:
-    return [Figure("kills", "kills measured", float(kills))]
+async def two_kills(kills: int, seed: int, folder: Path) -> tuple[list[Figure], str]:
+    return [Figure("kills", "kills measured", float(kills))], ""
 
 
 async def no_simulator(seconds: float, seed: int, folder: Path) -> tuple[list[Figure], str]:
@@ -24,7 +24,7 @@ async def no_simulator(seconds: float, seed: int, folder: Path) -> tuple[list[Fi
 def test_one_section_is_measured_printed_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(kill_wire, "measure", two_kills)
+    monkeypatch.setattr(kill_under_load, "measure", two_kills)
     out = tmp_path / "results" / "out.json"
     assert command.main(["--only", "kill", "--kills", "2", "--json", str(out)]) == 0
     assert json.loads(out.read_text()) == {"kills": 2.0}
@@ -34,11 +34,11 @@ def test_one_section_is_measured_printed_and_written(
 def test_a_section_that_fails_does_not_lose_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(kill_wire, "measure", two_kills)
+    monkeypatch.setattr(kill_under_load, "measure", two_kills)
     monkeypatch.setattr(whole_daemon, "measure", no_simulator)
     out = tmp_path / "out.json"
     assert command.main(["--only", "kill,latency", "--json", str(out)]) == command.EXIT_FAILED
-    assert json.loads(out.read_text()) == {"kills": 200.0}
+    assert json.loads(out.read_text()) == {"kills": 60.0}
     assert "latency: not measured: hawk-sim did not start" in capsys.readouterr().out
 
 
@@ -100,7 +100,7 @@ def test_perception_has_names_of_its_own(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
 @pytest.mark.parametrize("name", command.SECTIONS)
 def test_every_section_that_can_be_chosen_can_be_measured(name: str, tmp_path: Path) -> None:
-    assert callable(command._work(name, command.make_parser().parse_args([]), tmp_path))
+    assert callable(command._work(name, command.options_of().parse_args([]), tmp_path))
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,7 @@ def test_sharpness_and_black() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_small_world_is_flown() -> None:
     lot = np.array([[20.0, 20.0], [40.0, 20.0], [40.0, 40.0], [20.0, 40.0]])
     wide = np.asarray(cv2.resize(OWN, (1200, 1200), interpolation=cv2.INTER_CUBIC), np.uint8)

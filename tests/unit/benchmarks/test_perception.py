@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,15 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.perception.camera_frames import measure_tilted
+from benchmarks.perception import sections
 from benchmarks.perception.eyes import NetworkEye, Result, as_shown
 from benchmarks.perception.measures import Judged, calibration_error, false_alarms, measure
-from benchmarks.perception.places import Place, read_lots, read_tiles, state_array
-from benchmarks.perception.video import watch
-from hawk.algo.vision.decode import NetworkFinder
+from benchmarks.perception.places import Place, coarser, read_lots, read_tiles, state_array
 from hawk.algo.vision.network import StallNetwork
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import Finding, LabelledPlace, match
+from hawk.survey.accuracy import Finding, LabelledPlace, match
 from hawk.worlds.generate import generate_world
 
 ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)
@@ -163,30 +162,25 @@ def test_a_picture_of_nothing_shows_nothing() -> None:
     assert len(NetworkEye(StallNetwork.load()).look(image, 0.1).finding.stalls) == 0
 
 
-@pytest.mark.slow
-def test_tilted_frames_show_the_stalls_where_they_are(ground: Place) -> None:
-    found = measure_tilted(NetworkFinder(StallNetwork.load()), [ground])
-    assert found.true >= 30
-    assert found.recall > 0.6
+def test_a_place_is_averaged_and_keeps_its_ground() -> None:
+    image, missing = np.zeros((100, 200, 3), np.uint8), np.zeros((100, 200), np.bool_)
+    image[:, 100:], missing[:50] = 200, True
+    fine = replace(place(), image=image, missing=missing)
+    coarse = coarser(fine, 0.2)
+    assert coarse.image.shape == (50, 100, 3)
+    assert (coarse.metres_per_pixel, coarse.image[:, 49].max(), coarse.image[:, 50].min()) == (0.2, 0, 200)
+    assert coarse.missing is not None
+    assert coarse.missing.mean() == 0.5
+    assert coarser(fine, 0.1) is fine
 
 
 @pytest.mark.slow
-def test_a_video_shows_how_steady_each_stall_is(tmp_path: Path, ground: Place) -> None:
-    path = tmp_path / "still.avi"
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, ground.image.shape[1::-1])
-    for _ in range(6):
-        writer.write(ground.image)
-    writer.release()
-    stalls = watch(NetworkFinder(StallNetwork.load()), path, ground.metres_per_pixel)
-    assert len(stalls) >= 0.6 * len(ground.truth.stalls)
-    assert all(stall.flips == 0 for stall in stalls)
-    assert max(stall.frames for stall in stalls) == 6
-
-
-def test_a_video_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    finder = NetworkFinder(StallNetwork.load())
-    with pytest.raises(FileNotFoundError, match="name a video"):
-        watch(finder, tmp_path / "none.avi", 0.1)
-    (tmp_path / "empty.avi").write_bytes(b"")
-    with pytest.raises(ValueError, match="no frames"):
-        watch(finder, tmp_path / "empty.avi", 0.1)
+def test_coarser_places_stand_beside_those_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cv2.imwrite(str(tmp_path / "lot.jpg"), np.zeros((100, 100, 3), np.uint8))
+    stall = {"corners_m": [[1, 1], [3.5, 1], [3.5, 6], [1, 6]], "state": "free"}
+    (tmp_path / "lot.json").write_text(json.dumps({"metres_per_pixel": 0.1, "stalls": [stall], "lots_m": []}))
+    monkeypatch.setattr(sections, "frame_ms", lambda _: 1.0)
+    found = sections.network_sections(StallNetwork.load(), sections.Material(lots=tmp_path, coarser=(0.2,)))
+    by_key = {figure.key: figure for section in found for figure in section.figures}
+    assert by_key["lots_at_20_cm_recall"].value == by_key["lots_recall"].value == 0.0
+    assert by_key["lots_at_20_cm_recall"].reference is not None

@@ -13,7 +13,7 @@ from benchmarks.perception import __main__ as command
 from benchmarks.perception import sections
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.measures import look
-from benchmarks.perception.regions import Regions, ground_option, left_out_option, region_section
+from benchmarks.perception.regions import Regions, left_out_option, region_section
 from hawk.algo.vision.network import StallNetwork
 from tests.unit.benchmarks.test_perception_edges import STALLS, Finder, found
 
@@ -26,14 +26,12 @@ def write_region(folder: Path, name: str, **more: str) -> None:
 
 
 def test_regions_have_rows_of_lots_streets_and_grounds(tmp_path: Path) -> None:
-    for name in ("office", "estate_a", "estate_b"):
+    for name in ("estate_a", "estate_b"):
         write_region(tmp_path, name)
-    write_region(tmp_path, "campus", ground="brick")
-    regions = Regions(tmp_path, ("estate_*",), (("pavers", "office"), ("pavers", "campus")))
+    for name, ground in (("campus", "brick"), ("office", "pavers")):
+        write_region(tmp_path, name, ground=ground)
+    regions = Regions(tmp_path, ("estate_*",))
     places = regions.read()
-    assert {one.name: one.ground for one in places} == {
-        "office": "pavers", "campus": "brick", "estate_a": "", "estate_b": ""
-    }  # fmt: skip
     some = {"office": STALLS[1:], "campus": STALLS[1:], "estate_a": STALLS[1:4], "estate_b": STALLS[1:7]}
     looked = [one for p in places for one in look(Finder(some[p.name]), [p])]
     values = {figure.key: figure.value for figure in region_section(regions, looked).figures}
@@ -66,10 +64,6 @@ def test_a_pattern_that_fits_no_region_is_refused(tmp_path: Path, capsys: pytest
     write_region(tmp_path, "office")
     with pytest.raises(ValueError, match=r"'street\*' fits no region"):
         Regions(tmp_path, ("street*",)).read()
-    assert ground_option("pavers=office*") == ("pavers", "office*")
-    with pytest.raises(SystemExit):
-        command.main(["--ground", "pavers"])
-    assert "write KIND=PATTERN" in capsys.readouterr().err
     assert command.main(["--regions", str(tmp_path), "--streets", "x*"]) == 2
     assert "fits no region" in capsys.readouterr().err
 

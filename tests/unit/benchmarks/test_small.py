@@ -5,17 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
 
 from benchmarks.figures import BenchmarkError, Figure
-from benchmarks.small import measure
 from benchmarks.small.__main__ import main, processor
 from benchmarks.small.box import Box, make_box, other_cores
 from benchmarks.small.lot import HECTARES, DrawnLot
-from benchmarks.small.measure import Readings, figures, installed_bytes, problem
+from benchmarks.small.measure import Readings, figures, problem
 
 LOT = DrawnLot(Path("lot.png"), Path("lot.json"), 2.9, 1081)
 MIB = 2**20
@@ -166,35 +164,6 @@ def test_a_flight_with_late_pictures_is_void_and_one_that_was_given_up_says_why(
     given_up = good()
     given_up.is_done, given_up.outcome = False, "No lot in sight"
     assert problem(given_up) == "the survey was not done: No lot in sight"
-
-
-def test_the_installed_size_is_that_of_all_that_is_needed_and_no_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Known:
-        def __init__(self, size: int, requires: list[str]) -> None:
-            self.files, self.requires = [File(size)], requires
-
-    class File:
-        def __init__(self, size: int) -> None:
-            self.size = size
-
-        def locate(self) -> str:
-            return str(self.size)
-
-    known = {
-        "a": Known(1, ["b>=2", "c[x]; python_version > '3'", "d; extra == 'dev'", "gone"]),
-        "b": Known(10, ["a"]),
-        "c": Known(100, []),
-        "d": Known(1000, []),
-    }
-
-    def find(name: str) -> Known:
-        if name not in known:
-            raise PackageNotFoundError(name)
-        return known[name]
-
-    monkeypatch.setattr(measure, "distribution", find)
-    monkeypatch.setattr(measure, "_size", lambda path: int(path.name))
-    assert installed_bytes("a") == 111
 
 
 def test_the_processor_has_the_kernels_name(tmp_path: Path) -> None:

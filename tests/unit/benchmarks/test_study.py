@@ -84,6 +84,7 @@ def test_a_figure_outside_its_limits_is_missed() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_three_surveys_of_a_drawn_lot_go_through_the_store_and_are_near_the_truth() -> None:
     said: list[str] = []
     found = studied(StudyLot(3), StillEye(StallNetwork.load(None)), 3, said.append)

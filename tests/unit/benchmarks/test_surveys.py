@@ -10,15 +10,18 @@ import pytest
 
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.surveys import (
+    SPEEDS,
     Survey,
     _result,
     _void,
     figures,
+    in_time,
     least_distance_m,
-    parse_seeds,
     place_figures,
     place_worlds,
 )
+from hawk.sim.launch import SLOWEST
+from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.truth import GroundTruth
 
 RIGHT_ANGLE = math.pi / 2  # a picture is twice as wide as the drone is high
@@ -121,17 +124,6 @@ def test_a_result_is_read_from_what_the_survey_wrote(tmp_path: Path, capsys: pyt
     assert 300 < found.bound_m < 400
 
 
-@pytest.mark.parametrize(("text", "seeds"), [("1-5", [1, 2, 3, 4, 5]), ("2", [2]), ("1,4-6", [1, 4, 5, 6])])
-def test_seeds_are_a_list_or_a_range(text: str, seeds: list[int]) -> None:
-    assert parse_seeds(text) == seeds
-
-
-@pytest.mark.parametrize("text", ["", "a", "5-1", "1,,2", "-1"])
-def test_what_names_no_seeds_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="names no seeds"):
-        parse_seeds(text)
-
-
 def test_every_place_of_a_folder_is_flown_over(tmp_path: Path) -> None:
     (tmp_path / "richmond.json").write_text('{"metres_per_pixel": 0.0938, "stalls": [], "lots_m": []}')
     ((name, options),) = place_worlds(tmp_path)
@@ -156,3 +148,35 @@ def test_places_count_alike() -> None:
     assert found["places_recall_whole_min"].value == 0.5
     assert found["places_finished"].passed is False
     assert found["places_excursions"].passed is True
+
+
+async def flown(late_at: dict[float, float]) -> tuple[list[float], Survey]:
+    """Return the speeds flown at, and the flight that counts, when so much is late at each speed."""
+    speeds: list[float] = []
+
+    async def fly(speed: float) -> Survey:
+        speeds.append(speed)
+        return Survey(f"at {speed:g}", {"late_frames": late_at[speed]}, 0.0)
+
+    return speeds, await in_time("world 3", fly)
+
+
+@pytest.mark.parametrize("flights", [1, 2, 3])
+async def test_a_late_flight_is_flown_again_slower_and_one_in_time_counts(
+    flights: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late = {speed: 0.3 if number < flights else LATE_FRAMES_LIMIT for number, speed in enumerate(SPEEDS, 1)}
+    speeds, survey = await flown(late)
+    assert (speeds, survey.name) == ([*SPEEDS[:flights]], f"at {SPEEDS[flights - 1]:g}")
+    assert capsys.readouterr().err.count("30% of the pictures came late") == flights - 1
+
+
+async def test_the_slowest_flight_counts_as_late_as_it_is() -> None:
+    speeds, survey = await flown(dict.fromkeys(SPEEDS, 1.0))
+    assert (speeds, survey.name) == ([*SPEEDS], f"at {SPEEDS[-1]:g}")
+
+
+def test_no_flight_is_faster_than_figures_count_at_or_slower_than_can_be_flown() -> None:
+    assert max(SPEEDS) == SPEEDS[0] == 2.0
+    assert min(SPEEDS) == SPEEDS[-1] >= SLOWEST
+    assert sorted(SPEEDS, reverse=True) == [*SPEEDS]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hawk import cli
-from hawk.check import commands, doctor
+from hawk.check import actions, doctor
 from hawk.check.doctor import SecretFilter, collect, run_command, write_bundle
 from hawk.check.result import CheckResult, failed
 from hawk.comm.protocol.authority import Role
@@ -101,7 +101,7 @@ def test_no_secret_of_any_place_is_in_the_bundle(
     monkeypatch.setattr(doctor, "run_command", lambda _command: "\n".join(said))
     monkeypatch.setattr(collect, "__defaults__", (doctor.run_command,))
     results = [failed("Camera", f"rtsp://admin:{CAMERA_PASSWORD}@10.0.0.2/live: no", f"see ?auth={QUERY}")]
-    monkeypatch.setattr(commands, "make_checks", lambda _options, _end_s: results)
+    monkeypatch.setattr(actions, "make_checks", lambda _options, _end_s: results)
     out = tmp_path / "bundle.tar.gz"
     assert cli.main(["doctor", "--config", str(write_settings(tmp_path, camera)), "--out", str(out)]) == 0
     words = words_of(out)
@@ -124,7 +124,7 @@ def test_settings_that_cannot_be_read_still_give_a_bundle(tmp_path: Path, monkey
     config = tmp_path / "config.toml"
     config.write_text(f'[web]\ntoken = "{WEB_TOKEN}"\nport = 99999999\n')
     results = [failed("Configuration", "web.port: must lie between 0 and 65535", "Correct it.")]
-    monkeypatch.setattr(commands, "make_checks", lambda _options, _end_s: results)
+    monkeypatch.setattr(actions, "make_checks", lambda _options, _end_s: results)
     out = tmp_path / "bundle.tar.gz"
     assert cli.main(["doctor", "--config", str(config), "--store", str(tmp_path), "--out", str(out)]) == 0
     words = words_of(out)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from hawk import cli
-from hawk.algo.vision.network import NetworkMaps, VisionModelError
-from hawk.check import commands
+from hawk.algo.vision.network import NetworkMaps
+from hawk.algo.vision.network_file import VisionModelError
+from hawk.check import actions
 from hawk.check.camera import CameraTimes
 from hawk.check.machine import DiskReading, ground_size, look_at_model
 from hawk.check.network import NetworkTools
@@ -37,7 +38,8 @@ from hawk.check.result import (
 )
 from hawk.check.run import Tools, check_all
 from hawk.comm.clock import Clock
-from hawk.config.sections import Config, ConfigError, load_settings
+from hawk.config.loader import load_settings
+from hawk.config.sections import Config, ConfigError
 from hawk.runtime.programs import Kind, Processes
 from hawk.web.access.tls import RELEASED
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures
@@ -200,7 +202,7 @@ def test_the_command_line_gives_status_and_settings(
         asked.append(load_settings(options))  # type: ignore[arg-type]
         return result[0]
 
-    monkeypatch.setattr(commands, "make_checks", make)
+    monkeypatch.setattr(actions, "make_checks", make)
     given = ["--autopilot", "serial:///dev/ttyAMA0:921600", "--camera", "v4l2:///dev/video0", "--port", "3001"]
     assert cli.main(["check", "--json", *given]) == 1
     assert json.loads(capsys.readouterr().out)["passed"] is False

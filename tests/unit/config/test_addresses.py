@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from hawk.config.addresses import rpicam_camera, v4l2_camera
-from hawk.config.sections import CameraSettings, ConfigError, load_config
+from hawk.config.loader import load_config
+from hawk.config.sections import CameraSettings, ConfigError
 
 
 def test_a_csi_camera_has_a_number_and_options() -> None:

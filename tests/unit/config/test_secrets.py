@@ -22,14 +22,15 @@ from pydantic import BaseModel, SecretStr
 from sqlalchemy import Connection, select
 
 from hawk import cli
-from hawk.check import commands
+from hawk.check import actions
 from hawk.check.result import failed
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.comm.clock import Clock
 from hawk.comm.protocol.authority import Role
+from hawk.config.loader import load_config, variable_of
 from hawk.config.reference import reference_text, settings
 from hawk.config.secrets import HIDDEN, SecretUrl, is_secret, secrets_of, shown_address, without
-from hawk.config.sections import Config, ConfigError, load_config, variable_of
+from hawk.config.sections import Config, ConfigError
 from hawk.daemon.recording_parts import make_recording
 from hawk.lots import shares
 from hawk.lots.ingest import save
@@ -291,7 +292,7 @@ def test_the_doctors_bundle_holds_no_secret(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setenv(variable_of("webhooks", "urls"), values["webhooks"]["urls"][0])
     held = [*secrets_of(Config.model_validate(values)), values["camera"]["url"], *values["webhooks"]["urls"]]
     said = [failed("Camera", f"{each}: no", f"see {each}") for each in held]
-    monkeypatch.setattr(commands, "make_checks", lambda _options, _end_s: said)
+    monkeypatch.setattr(actions, "make_checks", lambda _options, _end_s: said)
     out = tmp_path / "bundle.tar.gz"
     assert cli.main(["doctor", "--store", str(tmp_path), "--out", str(out)]) == 0
     with tarfile.open(out) as archive:

@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
-from hawk.config.sections import AutopilotSettings, Config, ConfigError, host_and_port, load_config
+from hawk.config.addresses import host_and_port
+from hawk.config.loader import load_config
+from hawk.config.sections import AutopilotSettings, Config, ConfigError
 
 REFERENCE = Path(__file__).parents[3] / "config.toml"
 

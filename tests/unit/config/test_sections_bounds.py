@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from hawk.config.sections import Config, ConfigError, Section, bounds, load_config
+from hawk.config.loader import load_config
+from hawk.config.sections import Config, ConfigError, Section, bounds
 
 REFERENCE = Path(__file__).parents[3] / "config.toml"
 NUMBERS = (int, float)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import jsonschema
 
-from hawk.algo.vision.named import network_name
+from hawk.algo.vision.network_file import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.protocol.heartbeat import DroneStatus, LogEntry
 from hawk.comm.topic import Topic
@@ -13,8 +13,8 @@ from hawk.config.sections import Config, StoreSettings
 from hawk.daemon.recording_parts import POSE_S, STALLS_S, FlightViews, json_schemas, make_recording
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.poses import GlobalPose, VehiclePose
+from hawk.store.frame_codec import MapStalls, View, Words
 from hawk.store.replay import read_metadata
-from hawk.store.shown import StallsSeen, View, Words
 from tests.manual_clock import ManualClock
 
 DATUM = GlobalPose(48.0, 11.0, 500.0)
@@ -67,7 +67,7 @@ def test_stalls_are_shown_when_they_changed_and_not_too_often() -> None:
     for _ in range(2):  # the second time nothing changed
         shown.clock.advance(STALLS_S)
         shown.see(3)
-    assert [len(view.stalls) for view in shown.views if isinstance(view, StallsSeen)] == [1, 1, 1]
+    assert [len(view.stalls) for view in shown.views if isinstance(view, MapStalls)] == [1, 1, 1]
 
 
 def test_a_large_lot_is_shown_less_often() -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from hawk.config.sections import Config, StoreSettings, WatchdogSettings
-from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon.options import DaemonOptions
+from hawk.daemon.root import Daemon
 from hawk.model.operation import StateName
 from hawk.model.vehicle import VehicleState
 from hawk.runtime.process import GROUND_S
@@ -89,7 +90,7 @@ async def test_one_late_disarmed_ends_no_flight_and_the_state_that_follows_a_lan
     state, said = daemon.topics.curr_state_pub, daemon.vehicle.state
 
     def flies() -> tuple[bool, bool]:
-        return daemon._lots.keeper.is_armed, daemon._may_fly()
+        return daemon._lots.keeper.is_armed, daemon._flights.may_fly
 
     said.publish(replace(GROUND, armed=True))
     state.publish(StateName.AUTONOMOUS_EXPLORE)

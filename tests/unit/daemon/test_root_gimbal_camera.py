@@ -10,7 +10,8 @@ import pytest
 from hawk.algo.loop import fixed_mount, unknown_sun
 from hawk.config.sections import CameraSettings, Config, StoreSettings, VisionSettings, WatchdogSettings
 from hawk.daemon import root as daemon_module
-from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon.options import DaemonOptions
+from hawk.daemon.root import Daemon
 from hawk.runtime.program_log import ProgramLog
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from hawk.config.sections import Config, StoreSettings, WatchdogSettings
-from hawk.daemon import root as daemon_module
-from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon import monitor as daemon_module
+from hawk.daemon.options import DaemonOptions
+from hawk.daemon.root import Daemon
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from hawk.runtime.program_log import ProgramLog

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from hawk.config.sections import Config, ConfigError, StoreSettings, WatchdogSettings
-from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon.options import DaemonOptions
+from hawk.daemon.root import Daemon
 from hawk.daemon.starts import CONTINUE_S, SurveyAtStart, survey_at_start
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightDrain, FlightSoFar

@@ -9,6 +9,16 @@ from hawk.comm.protocol.commands import Hold
 from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
 
+HERE = Path(__file__).parent
+FLOWN = {"fresh", "rig", "flying", "holding"}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave what flies the whole manager to `make test`: `make check` decides from facts, far quicker."""
+    for item in items:
+        if HERE in item.path.parents and FLOWN & set(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
+
 
 @pytest.fixture
 async def fresh(tmp_path: Path) -> AsyncIterator[Rig]:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -367,11 +367,21 @@ def document(outcomes: Outcomes) -> str:
         "",
         "## Events",
         "",
-        *head,
-        *_lines(events),
+        *_items(events),
         "",
     ]
     return "\n".join([_HEAD, *parts])
+
+
+def _items(rows: dict[tuple[str, ...], list[str]]) -> Iterator[str]:
+    """Yield an item of a list for each row: the states by the one that follows; one that stays is not named."""
+    for cells, names in rows.items():
+        leading: dict[str, list[str]] = {}
+        for column, cell in zip(COLUMNS, cells, strict=True):
+            if cell:
+                leading.setdefault(cell, []).append(column.name)
+        every = [f"{', '.join(states)} → {cell}" for cell, states in leading.items()]
+        yield f"- {'; '.join(names)}: {'; '.join(every) or 'nothing'}"
 
 
 def _lines(rows: dict[tuple[str, ...], list[str]]) -> list[str]:
@@ -395,10 +405,10 @@ _SHORT = {column.identity.value: column.name for column in COLUMNS if column.ide
 _HEAD = """# States and events
 
 `.venv/bin/python -m tests.unit.ddc.state_table` puts each event to the decider in each state and writes this page; a
-test compares the two. One event happens to a drone on which all is well. The cell is the state that follows; it is
-empty where the state stays. A number: the command is refused, with that reason below its table. What leads to the same
-in every state stands in one row. The operator in control gives the commands. "Lost" is CommunicationLost, in which the
-operator is away; "RTL" is Return To Launch.
+test compares the two. One event happens to a drone on which all is well. The cell, and the word behind an arrow, is the
+state that follows; a state that stays is empty, or not named. A number: the command is refused, with that reason below
+its table. The operator in control gives the commands. "Lost" is CommunicationLost, in which the operator is away; "RTL"
+is Return To Launch.
 """
 
 if __name__ == "__main__":

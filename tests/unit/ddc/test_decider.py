@@ -233,6 +233,7 @@ def test_a_cause_lasts_as_long_as_its_condition(kind: CauseKind, change: Callabl
 
 
 @pytest.mark.parametrize("name", [name for name in TRANSITIONS if name is not S.IDLE])
+@pytest.mark.slow
 def test_without_a_link_in_the_air_only_modes_are_sent_and_no_state_goes_on(name: StateName) -> None:
     program = flies(name)
     for tick in range(1, 800):

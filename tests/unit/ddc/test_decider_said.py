@@ -26,6 +26,7 @@ from hawk.model.operation import Fall, Health
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import Sentence, parts_of, say
 from hawk.model.vehicle import BatteryInfo, Diagnostics
+from tests.sweep import sweep
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
 from tests.unit.ddc.state_table import COLUMNS, EVENTS, LATER, Column, Event, Program
 from tests.unit.ddc.written_facts import DATUM, PARTS, SETTINGS, flying, on_ground
@@ -71,7 +72,7 @@ class Reports(Program):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("column", COLUMNS, ids=lambda column: column.name)
+@sweep("column", COLUMNS)
 def test_every_message_and_refusal_of_a_state_is_a_sentence(column: Column) -> None:
     found: dict[str, str] = {}
     for event in EVENTS:
@@ -163,8 +164,9 @@ PARAMETERS: dict[str, Values] = {
 FALL = Fall(0.0, DATUM.latitude, DATUM.longitude, 12.0)
 
 
-@pytest.mark.parametrize("what", CHANGES)
-@pytest.mark.parametrize("stands", [True, False], ids=["on the ground", "in the air"])
+@sweep("what", CHANGES)
+@sweep("stands", [True, False])
+@pytest.mark.slow
 def test_every_check_and_warning_is_made_of_sentences(what: str, stands: bool) -> None:
     facts = CHANGES[what](on_ground(flying(1.0)) if stands else flying(1.0))
     said = list(_checked(facts))

@@ -23,7 +23,7 @@ from hawk.comm.protocol.commands import (
 from hawk.ddc.acts import Ask, CompareFence, Log, PutFenceInForce, UploadFence
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence.plan import FencePlan
-from hawk.ddc.keeping.fence import RETRY_S, KeptFence
+from hawk.ddc.keeper.fence import RETRY_S, KeptFence
 from hawk.ddc.states.hover import HoverState, ManualState
 from hawk.model.operation import StateName
 from hawk.model.poses import ArmPlace

@@ -22,10 +22,10 @@ from hawk.ddc.orders import Cause, CauseKind, ToReturn
 from hawk.ddc.readings.home import HomeFacts
 from hawk.ddc.readings.link import LinkFacts, VehicleEvent
 from hawk.ddc.requests.service_interface import Limits, target_refusal
-from hawk.ddc.rules.failing import AIR_S
+from hawk.ddc.rules.failed_ticks import AIR_S
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.rules.silence import SILENCE_S
-from hawk.ddc.states import homing, path_home
+from hawk.ddc.states import path_home, rtl_and_land
 from hawk.ddc.states.path_home import RETURNS_ALREADY, PathHome, begin
 from hawk.model.operation import StateName as S
 from hawk.model.plans import Fence
@@ -431,7 +431,7 @@ def test_a_fault_in_the_planning_leads_straight_home(monkeypatch: pytest.MonkeyP
     def boom(*_: object) -> None:
         raise RuntimeError("boom")
 
-    monkeypatch.setattr(homing, "begin", boom)
+    monkeypatch.setattr(rtl_and_land, "begin", boom)
     made = returning(bent(10.0))
     assert not made.tick(bent(10.0)).is_sound
     assert modes(made.tick(bent(10.05)).acts) == [CopterMode.RTL]

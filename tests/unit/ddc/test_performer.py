@@ -54,8 +54,8 @@ from hawk.ddc.acts import (
     UseOutline,
 )
 from hawk.ddc.fence.geometry import ring_from_map
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.fence.plan import FencePlan, Standpoint
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
 from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.heights import ParameterStore
 from hawk.ddc.performer import Performer, Tools

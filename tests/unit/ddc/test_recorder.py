@@ -42,7 +42,7 @@ async def test_facts_come_back_equal_from_the_recording(tmp_path: Path) -> None:
 @pytest.mark.slow
 async def test_a_reader_may_begin_anywhere(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
-    await rig.run(5)
+    await rig.tick(100)
     await rig.close()
     whole = [moment.facts for moment in moments(recorded(rig))]
     late = [moment.facts for moment in moments(recorded(rig)[37:])]

@@ -18,7 +18,7 @@ from hawk.ddc.battery.energy import ASSUMED_DRAIN, SAFETY_FACTOR, seconds_home
 from hawk.ddc.battery.survey import SurveyReading
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
-from hawk.ddc.fence.stored import FenceKeeper, OutlineKeeper
+from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
 from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.flight_log import FlightLog

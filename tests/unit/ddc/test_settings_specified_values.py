@@ -15,7 +15,8 @@ import pytest
 
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.config.sections import Config, StoreSettings, WatchdogSettings
-from hawk.daemon.root import Daemon, DaemonOptions
+from hawk.daemon.options import DaemonOptions
+from hawk.daemon.root import Daemon
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.poses import GlobalPose, LocalPose, MapPose

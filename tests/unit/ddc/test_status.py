@@ -27,6 +27,7 @@ from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, HealthStatus, StateName
 from hawk.model.pictures import GroundStep
 from hawk.model.poses import MapPose
+from hawk.specification.access_programs import DdcAccess
 from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 
@@ -43,7 +44,7 @@ def status(rig: Rig) -> DroneStatus:
 async def test_five_heartbeats_a_second(rig: Rig) -> None:
     times: list[float] = []
     rig.manager.status.listen(lambda s: times.append(s.stamp.time))
-    await rig.run(10)
+    await rig.tick(200)
     assert len(times) == 50
     gaps = [b - a for a, b in itertools.pairwise(times)]
     assert gaps == pytest.approx([0.2] * 49)
@@ -112,7 +113,7 @@ async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))
     camera_agrees(flying)
-    await flying.run(3)
+    await flying.tick(60)
     reported = status(flying)
     assert reported.operation.state is S.COMPULSIVE_MOVE
     assert reported.vehicle.ardupilot_state == "GUIDED"
@@ -148,7 +149,7 @@ async def test_an_unhealthy_part_makes_health_status_one(flying: Rig, part: str)
     flying.see = lambda: getattr(flying.inputs, f"{part}_health").publish(Health.bad("gone"))  # type: ignore[method-assign]
     await flying.run(0.3)
     assert status(flying).parts.health_status is HealthStatus.UNHEALTHY
-    assert flying.topics.get_health_status().reason == f"{part}: gone"
+    assert DdcAccess(flying.topics).get_health_status().reason == f"{part}: gone"
 
 
 # -- the message list -------------------------------------------------------------------------------------------------
@@ -259,7 +260,7 @@ async def test_a_fault_in_a_task_holds_the_drone_and_is_shown(fresh: Rig, monkey
 async def test_a_fault_in_the_status_does_not_stop_the_ticks(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(status_room, "options", lambda _: 1 / 0)
     before = rig.manager.ticks
-    await rig.run(1)
+    await rig.tick(20)
     assert rig.manager.ticks == before + 20
     assert not rig.manager.own_health.is_healthy
 

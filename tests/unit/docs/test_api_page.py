@@ -18,7 +18,7 @@ def test_the_page_is_what_the_command_writes() -> None:
 
 
 def test_every_address_is_on_the_page_once() -> None:
-    named = re.findall(r"^`([A-Z]+) (/\S+)`: ", PAGE, re.MULTILINE)
+    named = re.findall(r"^- `([A-Z]+) (/\S+)`: ", PAGE, re.MULTILINE)
     assert sorted(named) == sorted((each.method, f"{ROOT}{each.path}") for each in OPERATIONS)
 
 

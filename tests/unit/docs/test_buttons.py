@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sweep import sweep
+
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 PAGES = [*DOCS.glob("first-flight-*.md"), DOCS / "troubleshooting.md", DOCS / "safety.md", DOCS / "page.md"]
@@ -30,7 +32,7 @@ def shown() -> str:
     return "\n".join(path.read_text(encoding="utf-8") for path in files)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@sweep("name", NAMES)
 def test_the_page_shows_each_name(name: str, shown: str) -> None:
     words = re.escape(name)
     assert re.search(rf"[\"'`]{words}[\"'`]|^[a-z-]+ = {words}$", shown, re.MULTILINE), name

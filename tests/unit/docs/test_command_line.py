@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.sweep import sweep
 from tests.unit.docs.scripts import load
 
 ROOT = Path(__file__).parents[3]
@@ -25,7 +26,7 @@ def words_of(parser: argparse.ArgumentParser) -> set[str]:
     return found | {option for action in actions for option in action.option_strings if option.startswith("--")}
 
 
-@pytest.mark.parametrize("path", sorted(WRITTEN), ids=str)
+@sweep("path", sorted(WRITTEN))
 def test_every_file_is_what_the_command_writes(path: Path) -> None:
     assert (ROOT / path).read_text(encoding="utf-8") == WRITTEN[path], "run: python packaging/command_line.py"
 
@@ -45,7 +46,7 @@ def test_there_are_pages_and_completions_of_both_programs() -> None:
     }
 
 
-@pytest.mark.parametrize("name", PARSERS)
+@sweep("name", PARSERS)
 def test_every_command_and_option_is_in_each_of_them(name: str) -> None:
     wanted = words_of(PARSERS[name])
     assert "--speed" in wanted
@@ -85,6 +86,7 @@ def test_bash_completes(typed: str, offered: str) -> None:
     assert offered in run.stdout.split("\n"), run.stderr
 
 
+@pytest.mark.slow
 def test_check_names_what_is_out_of_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

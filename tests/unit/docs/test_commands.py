@@ -12,6 +12,7 @@ import pytest
 
 from hawk.cli import make_parser as drone_parser
 from hawk.sim.cli import make_parser as sim_parser
+from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -51,7 +52,7 @@ def commands(text: str) -> Iterator[list[str]]:
 
 
 FOUND = [
-    pytest.param(page, words, id=f"{page.relative_to(ROOT)}: {' '.join(words)}"[:110])
+    (page, words)
     for page in PAGES
     if page.name not in GENERATED | CHANGES
     for words in commands(page.read_text(encoding="utf-8"))
@@ -76,7 +77,8 @@ def parser_of(program: str, words: list[str]) -> argparse.ArgumentParser | None:
     return found
 
 
-@pytest.mark.parametrize(("page", "words"), FOUND)
+@pytest.mark.slow
+@sweep(("page", "words"), FOUND)
 def test_the_command_exists_with_these_options(page: Path, words: list[str]) -> None:
     program, *rest = words
     if program == "make":

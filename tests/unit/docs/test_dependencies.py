@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sweep import sweep
+
 ROOT = Path(__file__).parents[3]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = SETTINGS["project"]
@@ -26,16 +28,20 @@ def declared(requirements: list[str]) -> set[str]:
 
 def imported(folder: str) -> set[str]:
     """Return the top-level modules of others that a folder's files import."""
+    files = (path for path in (ROOT / folder).rglob("*.py") if "node_modules" not in path.parts)
+    return set[str]().union(*map(imported_by, files)) - OURS - set(sys.stdlib_module_names)
+
+
+@cache
+def imported_by(path: Path) -> frozenset[str]:
+    """Return the top-level modules that a file imports."""
     found: set[str] = set()
-    for path in (ROOT / folder).rglob("*.py"):
-        if "node_modules" in path.parts:
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                found |= {alias.name.split(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found.add(node.module.split(".")[0])
-    return found - OURS - set(sys.stdlib_module_names)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.split(".")[0])
+    return frozenset(found)
 
 
 @cache
@@ -99,7 +105,7 @@ def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
     assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
 
-@pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
+@sweep("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
 def test_every_dependency_is_defended(name: str) -> None:
     assert f"`{name}`" in DOCUMENT
 

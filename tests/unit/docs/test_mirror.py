@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
+from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
 UNIT = ROOT / "tests" / "unit"
 OF_NO_MODULE = {"docs", "packaging", "page"}
 """Folders of tests on documents, scripts and the page's build."""
-OF_ALL_MODULES = {"test_imports.py", "test_field_inputs.py"}
+OF_ALL_MODULES = {"test_imports.py", "test_field_inputs.py", "test_sweep.py"}
 FOLDERS = sorted({file.parent for file in UNIT.rglob("test_*.py")} - {UNIT / name for name in OF_NO_MODULE})
 
 
-@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(UNIT)))
+@sweep("folder", FOLDERS)
 def test_each_file_bears_the_name_of_a_module(folder: Path) -> None:
     inside = folder.relative_to(UNIT)
     rooms = [room for room in (ROOT / "hawk" / inside, ROOT / inside) if room.is_dir() and room != ROOT]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.sweep import sweep
 from tests.unit.docs.names import ROOT, exists, marked, names_of_tests
 
 DOCUMENT = ROOT / "docs" / "specification.md"
@@ -73,14 +74,15 @@ def test_every_item_is_one_of_a_section() -> None:
     assert {row.section for row in ROWS} == {"4 Notation", *SPECIFICATION}
 
 
-@pytest.mark.parametrize("section", SPECIFICATION)
+@sweep("section", SPECIFICATION)
 def test_every_program_of_the_specification_has_one_row(section: str) -> None:
     rows = [row.name for row in ROWS if row.section == section]
     assert len(rows) == len(set(rows))
     assert not set(SPECIFICATION[section].split(", ")) - set(rows)
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.section}: {row.name}")
+@pytest.mark.slow
+@sweep("row", ROWS)
 def test_every_row_names_what_exists(row: Row) -> None:
     named = marked(row.here)
     assert named
@@ -88,7 +90,8 @@ def test_every_row_names_what_exists(row: Row) -> None:
         assert (ROOT / name).is_file() if "/" in name else exists(name), name
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.section}: {row.name}")
+@pytest.mark.slow
+@sweep("row", ROWS)
 def test_every_row_names_a_test_that_exists(row: Row) -> None:
     (named,) = marked(row.test)
     path, _, test = named.partition("::")

@@ -6,8 +6,7 @@ import ast
 import re
 from functools import cache
 
-import pytest
-
+from tests.sweep import sweep
 from tests.unit.docs.names import ROOT
 
 TEXT = (ROOT / "docs/threat-model.md").read_text(encoding="utf-8")
@@ -36,13 +35,13 @@ def test_every_surface_has_a_row_of_four_cells() -> None:
     assert {len(row) for row in rows()} == {4}
 
 
-@pytest.mark.parametrize("row", rows(), ids=lambda row: f"{row[0]}: {row[1][:40]}")
+@sweep("row", rows())
 def test_each_row_names_tests_of_its_own(row: list[str]) -> None:
     named = re.findall(r"`(tests/[^`]+)`", row[3])
     assert named, "name a test that fails without what keeps it"
 
 
-@pytest.mark.parametrize("name", sorted(set(re.findall(r"`(tests/[^`]+)`", TEXT))))
+@sweep("name", sorted(set(re.findall(r"`(tests/[^`]+)`", TEXT))))
 def test_every_test_that_is_named_is_there(name: str) -> None:
     path, _, function = name.partition("::")
     assert (ROOT / path).is_file()

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.command_table import COMMAND_TABLE
+from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
@@ -31,7 +32,8 @@ def test_the_page_has_more_than_eighty_sentences() -> None:
     assert len(SAID) > 80
 
 
-@pytest.mark.parametrize("words", [words for words in SAID if words not in NO_WORDS])
+@pytest.mark.slow
+@sweep("words", [words for words in SAID if words not in NO_WORDS])
 def test_the_sources_have_each_sentence(words: str, sources: str) -> None:
     parts = [part.strip(" :.") for part in words.split("…")]
     missing = [part for part in parts if part and part not in sources]

@@ -14,9 +14,9 @@ import shapely
 
 from hawk.exports.files import TABLES, export, made
 from hawk.exports.formats import WRITTEN
-from hawk.exports.text_files import CSV_COLUMNS
 from hawk.lots.registration.georeference import about
 from hawk.lots.values import LotInputError, LotStoreError
+from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import Stored
 
 BEGINNINGS = {

@@ -16,7 +16,7 @@ from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import TILE_CELLS, TILE_M
 from hawk.model.tile_picture import encode_picture
-from hawk.results.sheet import Caption, Picture
+from hawk.results.map_picture import Caption, Picture
 from tests.unit.exports.stored import Stored, mosaic
 
 TILES = {key: tile.data for key, tile in mosaic().items()}

@@ -12,8 +12,9 @@ import pytest
 import shapely
 
 from hawk.exports.shapes import lot_shape, stall_shape
-from hawk.exports.text_files import CSV_COLUMNS, survey_csv, survey_geojson
+from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.model.plans import Outline
+from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import NAME, Stored
 
 
@@ -27,7 +28,7 @@ def test_the_table_has_a_line_for_each_stall_with_the_survey_in_it(stored: Store
     assert (float(row["latitude"]), float(row["longitude"])) == pytest.approx(stall.place, abs=1e-8)
     assert (row["survey_id"], row["lot_id"], row["software"]) == (survey.survey, survey.lot_id, "hawk-drone 0.3.0")
     assert (row["survey_ended_utc"], row["time_is_sure"]) == ("2026-02-03T02:55:00Z", "yes")
-    assert row["looked_utc"].startswith("2026-02-02T02:")
+    assert row["observed_utc"].startswith("2026-02-02T02:")
     assert float(row["position_uncertainty_m"]) == pytest.approx(1.53)
     assert row["confirmed"] == row["simulated"] == "no"
 
@@ -44,7 +45,7 @@ def test_the_number_of_stalls_that_were_seen_blurred_is_in_every_file(
 def test_a_name_is_no_formula_in_a_table_and_stays_as_it_is_in_geojson(stored: Stored) -> None:
     survey = replace(stored.read(), lot=NAME)
     row = next(csv.DictReader(io.StringIO(survey_csv(survey).decode())))
-    assert row["lot"] == f"'{NAME}"
+    assert row["lot_name"] == f"'{NAME}"
     assert json.loads(survey_geojson(survey))["features"][0]["properties"]["name"] == NAME
 
 
@@ -79,9 +80,14 @@ def test_a_stall_that_was_not_looked_at_has_no_probability_and_no_time(stored: S
     unseen = replace(survey.stalls[0], state="unknown", taken=None, looked=None, seen=0)
     survey = replace(survey, stalls=(unseen,))
     row = next(csv.DictReader(io.StringIO(survey_csv(survey).decode())))
-    assert (row["state"], row["taken_probability"], row["looked_utc"], row["looks"]) == ("unknown", "", "", "0")
+    assert (row["state"], row["taken_probability"], row["observed_utc"], row["picture_count"]) == (
+        "unknown",
+        "",
+        "",
+        "0",
+    )
     properties = json.loads(survey_geojson(survey))["features"][1]["properties"]
-    assert (properties["taken_probability"], properties["looked_utc"]) == (None, None)
+    assert (properties["taken_probability"], properties["observed_utc"]) == (None, None)
 
 
 def test_the_ground_of_a_lot_has_its_holes_and_may_be_empty() -> None:

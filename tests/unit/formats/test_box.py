@@ -10,9 +10,11 @@ from typing import Any
 
 import pytest
 
+from hawk.cli import make_parser
 from hawk.formats import box
 
 HERE = "tests.unit.formats.test_box"
+HERE_FILE = __file__
 
 
 class _FieldError(ValueError):
@@ -79,3 +81,14 @@ assert resource.getrlimit(resource.RLIMIT_CPU)[0] == resource.RLIM_INFINITY
 @pytest.mark.slow
 def test_a_command_may_take_most_of_what_is_free() -> None:
     subprocess.run([sys.executable, "-c", COMMAND], check=True)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("map", HERE_FILE, "--out", "new"), ("replay", HERE_FILE), ("restore", HERE_FILE), ("verify", HERE_FILE)],
+    ids=lambda command: str(command[0]),
+)
+def test_a_command_that_reads_a_strangers_file_is_in_the_box_without_a_network(command: tuple[str, ...]) -> None:
+    options = make_parser().parse_args(command)
+    is_a_page_shown = command[0] == "replay"  # the page that shows it is served, to this computer alone
+    assert options.boxed(options) is is_a_page_shown

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.config.sections import load_config
+from hawk.config.loader import load_config
 from hawk.ddc.fence.geojson import read_fence, read_survey_outline
 from hawk.formats.area_file import read_areas
 from hawk.lots.values import LotInputError

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hawk.formats.kind import kind_of, kind_of_file
-from hawk.picture.sources import Asked, survey_of_source
+from hawk.picture.sources import MapRequest, survey_of_source
 from hawk.picture.values import PictureError
 
 
@@ -66,7 +66,7 @@ def test_a_source_that_is_something_else_is_named_with_its_remedy(
     path = tmp_path / name
     path.write_bytes(data)
     with pytest.raises(PictureError, match=words):
-        survey_of_source(Asked(path, tmp_path / "out"), lambda *_: None)
+        survey_of_source(MapRequest(path, tmp_path / "out"), lambda *_: None)
 
 
 @pytest.mark.parametrize("with_id", [True, False])

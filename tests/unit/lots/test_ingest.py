@@ -333,6 +333,7 @@ def test_a_stored_survey_of_300_stalls_takes_no_more_than_40_000_bytes(store: Da
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_lot_of_20_000_stalls_is_stored_and_read(store: Database) -> None:
     first = saved(store, survey(stalls=20_000))
     assert len(layout(store, first.lot)) == 20_000

@@ -6,7 +6,7 @@ import unicodedata
 
 import pytest
 
-from hawk.lots.text import table_text
+from hawk.results.stall_files import table_text
 
 SIGNS = "=+-@"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.kept import VersionError, interpreter
+from hawk.versions.folder import VersionError, interpreter
 from tests.unit.packaging.scripts import load
 
 assemble_venv = load("deb/assemble_venv")
@@ -59,7 +59,7 @@ def test_modules_and_the_command_are_there_for_the_path_at_which_they_run(wheels
 
 
 def test_an_environment_names_the_python_of_its_release(tmp_path: Path) -> None:
-    """`hawk.versions.kept` links to it."""
+    """`hawk.versions.folder` links to it."""
     wheels = tmp_path / "wheels"
     make_wheel(wheels, "hawk_drone", commands=f"{assemble_venv.COMMAND} = hawk_drone:main\n")
     make_wheel(wheels, "fast", tag="cp313-cp313-manylinux2014_aarch64")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-import pytest
+from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
 CREDITS = (
@@ -18,8 +18,8 @@ CREDITS = (
 )
 
 
-@pytest.mark.parametrize("place", ["NOTICE", "docs/model-card.md", "debian/copyright"])
-@pytest.mark.parametrize("credit", CREDITS)
+@sweep("place", ["NOTICE", "docs/model-card.md", "debian/copyright"])
+@sweep("credit", CREDITS)
 def test_pictures_and_labels_are_credited(place: str, credit: str) -> None:
     assert credit in (ROOT / place).read_text(encoding="utf-8")
 

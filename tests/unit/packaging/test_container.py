@@ -12,8 +12,9 @@ from typing import Any
 
 import pytest
 
-from hawk.config.sections import Config, load_config, section_fields
-from hawk.versions.switching import RUNTIME_FOLDER
+from hawk.config.loader import load_config
+from hawk.config.sections import Config, section_fields
+from hawk.versions.switch import RUNTIME_FOLDER
 from tests.unit.packaging.containerfile import ROOT, Stage, read, words_of
 from tests.unit.packaging.scripts import load
 

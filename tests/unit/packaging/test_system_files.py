@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.kept import READY
+from hawk.versions.folder import READY
 
 ROOT = Path(__file__).parents[3]
 RULES = (ROOT / "packaging" / "udev" / "hawk-drone.rules").read_text("utf-8")

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.pictures import CameraModel
-from hawk.picture.adjust.app import Known
-from hawk.picture.adjust.features import Features, features
-from hawk.picture.adjust.posed import Posed
+from hawk.picture.reconstruction.alignment import PosePrior
+from hawk.picture.reconstruction.camera_pose import CameraPose
+from hawk.picture.reconstruction.features import Features, features
 
 CAMERA = CameraModel(480, 360, 360.0, 360.0, 239.5, 179.5)
 _SCALE = 0.1
@@ -34,7 +34,7 @@ def ground() -> NDArray[np.uint8]:
     return np.asarray(cv2.merge([grey, grey, grey]), np.uint8)
 
 
-def picture(posed: Posed) -> NDArray[np.uint8]:
+def picture(posed: CameraPose) -> NDArray[np.uint8]:
     """Return what a camera sees of the ground."""
     columns, rows = np.meshgrid(np.arange(posed.camera.width), np.arange(posed.camera.height))
     places = posed.ground(np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64))
@@ -53,8 +53,8 @@ def found(flown: Flight) -> list[Features]:
 class Flight:
     """True poses, and what their files say of them."""
 
-    true: tuple[Posed, ...]
-    known: tuple[Known, ...]
+    true: tuple[CameraPose, ...]
+    known: tuple[PosePrior, ...]
     pictures: tuple[NDArray[np.uint8], ...] = field(repr=False)
 
 
@@ -64,18 +64,18 @@ def flight(
 ) -> Flight:
     """Return a flight at 30 m, 8 m a step, 12 m between lanes; the files of ``turned`` ones are off by 180 degrees."""
     rng = np.random.default_rng(seed)
-    true: list[Posed] = []
-    known: list[Known] = []
+    true: list[CameraPose] = []
+    known: list[PosePrior] = []
     for lane in range(lanes):
         for step in range(count):
             north = (step - (count - 1) / 2) * 8.0 * (1 if lane % 2 == 0 else -1)
             east = (lane - (lanes - 1) / 2) * 12.0
             yaw = 0.1 if lane % 2 == 0 else 0.1 - math.pi
             tilt = rng.normal(0, 0.01, 2).tolist()
-            posed = Posed(CAMERA, north, east, 30.0, (tilt[0], tilt[1], yaw))
+            posed = CameraPose(CAMERA, north, east, 30.0, (tilt[0], tilt[1], yaw))
             off = rng.normal(0, sigma, 2).tolist()
             said_yaw = yaw + float(rng.normal(0, 0.03)) + (math.pi if len(true) in turned else 0.0)
-            said = Posed(CAMERA, north + off[0], east + off[1], 30.6, (0.0, 0.0, said_yaw))
+            said = CameraPose(CAMERA, north + off[0], east + off[1], 30.6, (0.0, 0.0, said_yaw))
             true.append(posed)
-            known.append(Known(said, sigma, 0.5, 0.02, 0.1))
+            known.append(PosePrior(said, sigma, 0.5, 0.02, 0.1))
     return Flight(tuple(true), tuple(known), tuple(picture(posed) for posed in true))

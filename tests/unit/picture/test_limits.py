@@ -9,21 +9,21 @@ import pytest
 from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Outline
-from hawk.picture.adjust.app import Adjusted
-from hawk.picture.adjust.posed import Posed
-from hawk.picture.limits import limits_of, source_of, stretch, unseen_share
+from hawk.picture.limits import limits_of, stretch, unseen_share
+from hawk.picture.reconstruction.alignment import Reconstruction
+from hawk.picture.reconstruction.camera_pose import CameraPose
 from hawk.picture.scale import Scale
-from hawk.picture.values import Shot
+from hawk.picture.values import Provenance, Shot
 from tests.unit.lots.surveys import box, survey
 
 CAMERA = CameraModel(480, 360, 360.0, 360.0, 239.5, 179.5)
 SEEN = replace(survey(), outline=box(0, 0, 20, 40), seen=box(-5, -5, 40, 60))
 
 
-def adjusted(*places: tuple[float, float], by_ties: bool = True) -> Adjusted:
+def adjusted(*places: tuple[float, float], by_ties: bool = True) -> Reconstruction:
     """Return shots at places north and east, metres."""
-    posed = tuple(Posed(CAMERA, north, east, 60.0, (0.0, 0.0, 0.0)) for north, east in places)
-    return Adjusted(posed, np.full(len(posed), by_ties, np.bool_), None, 0)
+    posed = tuple(CameraPose(CAMERA, north, east, 60.0, (0.0, 0.0, 0.0)) for north, east in places)
+    return Reconstruction(posed, np.full(len(posed), by_ties, np.bool_), None, 0)
 
 
 def held(off: float, turn: float = 0.0) -> Scale:
@@ -67,5 +67,5 @@ def test_a_lot_of_which_a_part_was_not_seen_is_one_in_part() -> None:
 
 
 def test_a_name_that_cannot_be_shown_is_that_of_the_kind() -> None:
-    assert source_of(SourceKind.FILM, "DJI 1.MP4").words == "film DJI 1.MP4"
-    assert source_of(SourceKind.PHOTOGRAPHS, "\ud800").name == "photographs"
+    assert Provenance("DJI 1.MP4", SourceKind.FILM).source().words == "film DJI 1.MP4"
+    assert Provenance("\ud800", SourceKind.PHOTOGRAPHS).source().name == "photographs"

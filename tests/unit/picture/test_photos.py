@@ -9,17 +9,17 @@ import pytest
 
 from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.poses import GlobalPose
-from hawk.picture.limits import source_of
-from hawk.picture.looked import Files
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import Taken, known_pose, map_photos, survey_shots
-from hawk.picture.values import PictureError
+from hawk.picture.photos import map_photos, survey_shots
+from hawk.picture.shot_detections import Files
+from hawk.picture.shot_poses import known_pose
+from hawk.picture.values import PictureError, Provenance, ShotSet
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.sim.photos_tags import CAMERAS
 from hawk.worlds.generate import generate_world
 
 OPTIONS = PhotoOptions(height=80.0, width=1200, overlap=(0.5, 0.3), camera=CAMERAS["FC6310"], noise_seed=3)
-YARD = Taken("yard", SourceKind.PHOTOGRAPHS)
+YARD = Provenance("yard", SourceKind.PHOTOGRAPHS)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_a_folder_becomes_a_survey(folder: Path, tmp_path: Path) -> None:
     whole = len(names) - 1
     assert len(mapped.survey.stalls) == pytest.approx(130, abs=10)
     assert mapped.survey.lot == "yard"
-    assert len(mapped.scores) == len(mapped.survey.stalls)
+    assert all(stall.score for stall in mapped.survey.stalls)
     assert mapped.ground is not None
     assert mapped.area_m2 > 8000
     assert [each.name for each in mapped.left_out] == [names[1]]
@@ -60,7 +60,7 @@ def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -
             return np.full((camera.height, camera.width, 3), 130, np.uint8)
 
     names = [
-        survey_shots(Taken(name, SourceKind.PHOTOGRAPHS), shots, Grey()).landed.name
+        survey_shots(Provenance(name, SourceKind.PHOTOGRAPHS), ShotSet(shots), Grey()).mapped.landed.name
         for name, shots in (("yard", read.shots[:2]), ("other", read.shots[:2]), ("yard", read.shots[:3]))
     ]
     assert names[0] == names[1] != names[2]
@@ -74,19 +74,19 @@ def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path)
         def picture(self, shot: object) -> np.ndarray:
             return np.full((shots[0].camera.height, shots[0].camera.width, 3), 130, np.uint8)
 
-    survey = survey_shots(YARD, shots, Grey())
+    survey = survey_shots(YARD, ShotSet(tuple(shots)), Grey())
     assert survey.mapped.survey.stalls == ()
     assert (survey.mapped.survey.lot_id, survey.mapped.survey.doubt) == ("", "it has no stalls")
     assert "share too few features" in survey.mapped.notes[0]
-    assert survey.landed.pictures is not None
-    assert survey.landed.pictures.limits == (Limit.BY_GPS,)
-    assert (survey.landed.accuracy, survey.mapped.survey.accuracy) == (None, None)
+    assert survey.mapped.landed.pictures is not None
+    assert survey.mapped.landed.pictures.limits == (Limit.BY_GPS,)
+    assert (survey.mapped.landed.accuracy, survey.mapped.survey.accuracy) == (None, None)
     exact = [dataclasses.replace(shot, sigma=(0.02, 0.04), sigma_is_said=True) for shot in shots]
-    by_rtk = survey_shots(YARD, exact, Grey())
-    assert by_rtk.landed.pictures == source_of(SourceKind.PHOTOGRAPHS, "yard")
-    assert (by_rtk.landed.accuracy, by_rtk.mapped.survey.accuracy) == (0.02, 0.02)
+    by_rtk = survey_shots(YARD, ShotSet(tuple(exact)), Grey())
+    assert by_rtk.mapped.landed.pictures == YARD.source()
+    assert (by_rtk.mapped.landed.accuracy, by_rtk.mapped.survey.accuracy) == (0.02, 0.02)
     one_lost = [exact[0], dataclasses.replace(exact[1], sigma=(2.0, 3.0), sigma_is_said=False)]
-    assert survey_shots(YARD, one_lost, Grey()).landed.accuracy is None
+    assert survey_shots(YARD, ShotSet(tuple(one_lost)), Grey()).mapped.landed.accuracy is None
 
 
 def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
@@ -99,24 +99,24 @@ def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
         def picture(self, shot: object) -> np.ndarray:
             return np.full((shots[0].camera.height, shots[0].camera.width, 3), 130, np.uint8)
 
-    datum = survey_shots(YARD, shots, Grey()).landed.datum
+    datum = survey_shots(YARD, ShotSet(tuple(shots)), Grey()).mapped.landed.datum
     assert (datum.latitude, datum.longitude) == pytest.approx((-16.8, -179.99995), abs=1e-7)
 
 
 def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> None:
     shots = [dataclasses.replace(shot, height=400.0) for shot in read_folder(folder).shots[:1]]
     with pytest.raises(PictureError, match=r"yard: a pixel covers .* fly lower"):
-        survey_shots(YARD, shots, Files())
+        survey_shots(YARD, ShotSet(tuple(shots)), Files())
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("said_m", [112.0, 56.0, None])
+@pytest.mark.parametrize("said_m", [112.0, *(pytest.param(said, marks=pytest.mark.nightly) for said in (56.0, None))])
 def test_a_height_that_the_pictures_contradict_or_none_is_asked_about_with_the_one_that_fits(
     folder: Path, said_m: float | None
 ) -> None:
     shots = [dataclasses.replace(shot, height=said_m) for shot in read_folder(folder).shots]
     with pytest.raises(PictureError, match=r"yard: .*places say (7[6-9]|8[0-4]) m.*--height (7[6-9]|8[0-4]) would fit"):
-        survey_shots(YARD, shots, Files())
+        survey_shots(YARD, ShotSet(tuple(shots)), Files())
 
 
 def test_a_picture_of_another_size_than_its_tags_is_left_out(folder: Path) -> None:
@@ -127,14 +127,14 @@ def test_a_picture_of_another_size_than_its_tags_is_left_out(folder: Path) -> No
             shape = (100, 100, 3) if shot is shots[0] else (shots[0].camera.height, shots[0].camera.width, 3)
             return np.full(shape, 90, np.uint8)
 
-    survey = survey_shots(YARD, shots, Small())
+    survey = survey_shots(YARD, ShotSet(tuple(shots)), Small())
     assert [each.name for each in survey.mapped.left_out] == [shots[0].name]
 
 
 def test_pictures_that_cannot_be_read_are_refused(folder: Path, tmp_path: Path) -> None:
     shots = [dataclasses.replace(shot, path=tmp_path / shot.name) for shot in read_folder(folder).shots]
     with pytest.raises(PictureError, match="no photograph can be read"):
-        survey_shots(YARD, shots, Files())
+        survey_shots(YARD, ShotSet(tuple(shots)), Files())
 
 
 def test_a_height_must_be_known(folder: Path) -> None:

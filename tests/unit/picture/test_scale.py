@@ -9,9 +9,19 @@ import numpy as np
 import pytest
 
 from hawk.model.pictures import CameraModel
-from hawk.picture.adjust.app import Adjusted, Known
-from hawk.picture.adjust.posed import Posed
-from hawk.picture.scale import Reading, Said, Scale, by_height, by_places, by_stalls, decided, grown, middle_height
+from hawk.picture.reconstruction.alignment import PosePrior, Reconstruction
+from hawk.picture.reconstruction.camera_pose import CameraPose
+from hawk.picture.scale import (
+    HeightPrior,
+    Scale,
+    ScaleEstimate,
+    by_height,
+    by_places,
+    by_stalls,
+    choose_scale,
+    middle_height,
+    scale_poses,
+)
 from hawk.picture.values import PictureError, Shot
 
 CAMERA = CameraModel(1200, 800, 800.0, 800.0, 599.5, 399.5)
@@ -23,8 +33,8 @@ class Drawn:
     """A flight at 60 m as it was adjusted: larger than true by the inverse of ``factor``."""
 
     shots: list[Shot]
-    known: list[Known]
-    adjusted: Adjusted
+    known: list[PosePrior]
+    adjusted: Reconstruction
     factor: float
 
     def decided(self, given: float | None = None, stalls: float | None = None) -> Scale:
@@ -32,10 +42,10 @@ class Drawn:
         known = self.known
         if given is not None:
             known = [replace(one, posed=replace(one.posed, height=given)) for one in known]
-        look = None if stalls is None else Reading(stalls / middle_height(self.adjusted), 0.08)
-        return decided(
+        look = None if stalls is None else ScaleEstimate(stalls / middle_height(self.adjusted), 0.08)
+        return choose_scale(
             "yard", by_places(self.shots, known, self.adjusted), by_height(known, self.adjusted, lens_is_known=True),
-            Said(given), middle_height(self.adjusted), lambda _: look,
+            HeightPrior(given), middle_height(self.adjusted), lambda _: look,
         )  # fmt: skip
 
 
@@ -52,12 +62,12 @@ def drawn(seed: int, said_m: float | None = None, lanes: int = 2, count: int = 4
         place = np.array([lane * 25.0, (step if lane % 2 == 0 else count - 1 - step) * 20.0])
         wander = wander * math.exp(-5 / 600) + rng.normal(0, lasting * math.sqrt(1 - math.exp(-10 / 600)), 2)
         north, east = (place + wander + rng.normal(0, white, 2)).tolist()
-        said = Posed(CAMERA, north, east, heights, (0.0, 0.0, 0.0))
+        said = CameraPose(CAMERA, north, east, heights, (0.0, 0.0, 0.0))
         shots.append(Shot(Path(f"{k}.jpg"), CAMERA, 0.0, 0.0, None, heights, None, (sigma, sigma), 5.0 * k))
-        known.append(Known(said, sigma, 0.6, 0.02, 0.1))
+        known.append(PosePrior(said, sigma, 0.6, 0.02, 0.1))
         seen = (place / factor).tolist()
-        posed.append(Posed(CAMERA, seen[0], seen[1], TRUE_M / factor, (0.0, 0.0, 0.0)))
-    return Drawn(shots, known, Adjusted(tuple(posed), np.ones(len(posed), np.bool_), 0.1, 999), factor)
+        posed.append(CameraPose(CAMERA, seen[0], seen[1], TRUE_M / factor, (0.0, 0.0, 0.0)))
+    return Drawn(shots, known, Reconstruction(tuple(posed), np.ones(len(posed), np.bool_), 0.1, 999), factor)
 
 
 def _answered(flight: Drawn) -> tuple[Scale, bool]:
@@ -152,7 +162,7 @@ def test_one_photograph_says_nothing_by_places_and_few_stalls_nothing_by_their_w
 def test_a_map_that_grows_keeps_its_middle_and_photographs_that_lie_alone_their_places() -> None:
     flight = drawn(6)
     some = replace(flight.adjusted, is_adjusted=np.arange(8) < 6)
-    larger = grown(some, 1.5)
+    larger = scale_poses(some, 1.5)
     before, after = (np.array([(one.north, one.east) for one in each.posed]) for each in (some, larger))
     assert after[:6].mean(axis=0) == pytest.approx(before[:6].mean(axis=0))
     assert np.ptp(after[:6, 1]) == pytest.approx(1.5 * np.ptp(before[:6, 1]))

@@ -16,11 +16,12 @@ from rasterio.transform import from_origin
 
 from hawk.exports.values import ExportRecord, Observation
 from hawk.model.plans import Outline
-from hawk.picture.adjust.posed import Posed
 from hawk.picture.files import stalls_in_system
-from hawk.picture.values import Mapped, PictureError
+from hawk.picture.reconstruction.camera_pose import CameraPose
+from hawk.picture.values import PictureError, PictureSurvey
 from hawk.picture.webodm import is_project, orthophoto, read_project, system_of
 from tests.unit.picture.photographs.photos import DJI, exif, photo, xmp
+from tests.unit.picture.surveys import mapped
 
 SIZE = (4000, 3000)
 UTM = "EPSG:32615"
@@ -102,7 +103,7 @@ def test_poses_and_lens_draw_the_ground_where_opensfm_does(tmp_path: Path) -> No
     for k, shot in enumerate(found.shots):
         assert shot.height == pytest.approx(60.0 + k, abs=0.02)
         place, _ = _pose(k)
-        posed = Posed(shot.camera, 0.0, 0.0, shot.height or 0.0, shot.attitude or (0, 0, 0))
+        posed = CameraPose(shot.camera, 0.0, 0.0, shot.height or 0.0, shot.attitude or (0, 0, 0))
         for across, along in ((-20.0, 10.0), (5.0, -12.0), (18.0, 14.0)):
             point = np.array([place[0] + across, place[1] + along, GROUND])
             longitude, latitude = back.transform(point[0], point[1])
@@ -184,7 +185,7 @@ def test_a_project_without_poses_or_with_a_fisheye_is_refused(tmp_path: Path) ->
         read_project(_project(tmp_path / "b", lens={**LENS, "projection_type": "fisheye"}))
 
 
-def _survey() -> Mapped:
+def _survey() -> PictureSurvey:
     corners = ((46.8424, -91.9937), (46.8424, -91.99367), (46.84245, -91.99367), (46.84245, -91.9937))
     stall = Observation(
         "a1", "1", "", "free", 0.02, 1.7e9, 3, (46.84242, -91.99368), corners, 2.5, 5.0, 10.0, True
@@ -192,7 +193,7 @@ def _survey() -> Mapped:
     survey = ExportRecord(
         "lot", "l", "s", 1.7e9, 1.7e9, True, None, "hawk", False, 1.0, False, CENTRE, Outline(), (stall,)
     )  # fmt: skip
-    return Mapped(survey, None, 100.0)
+    return PictureSurvey(survey, mapped().landed, None, 100.0)
 
 
 @pytest.mark.parametrize("crs", ["", UTM, "EPSG:2277"])

@@ -21,7 +21,7 @@ from proving.soak import (
     floor,
     growth,
     main,
-    make_parser,
+    parser_of,
     problem,
     read_lines,
     read_metrics,
@@ -143,7 +143,7 @@ def test_metrics_with_labels_are_added_up() -> None:
 @pytest.mark.parametrize("speed", ["0.4", "4.1", "fast"])
 def test_a_speed_that_the_simulator_does_not_have_is_refused(speed: str) -> None:
     with pytest.raises(SystemExit):
-        make_parser().parse_args(["--speed", speed])
+        parser_of().parse_args(["--speed", speed])
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

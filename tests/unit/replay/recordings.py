@@ -22,10 +22,9 @@ from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters, PathPlan
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from hawk.replay.process import Again
-from hawk.store.frame_codec import FRAME_INPUT
+from hawk.store.frame_codec import FRAME_INPUT, MapStalls
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
-from hawk.store.shown import StallsSeen
+from hawk.store.ring_buffer import Item
 
 DATUM = GlobalPose(52.0, 5.0, 40.0)
 CAMERA = CameraModel(64, 36, 46.0, 46.0, 31.5, 17.5)
@@ -80,7 +79,7 @@ def recorded_frame(one: FrameInput, now: float) -> Item:
 
 
 def recorded_map(shown: dict[int, Stall], now: float) -> Item:
-    return Item("", StallsSeen(DATUM, shown), "view", round(now * S), 1)
+    return Item("", MapStalls(DATUM, shown), "view", round(now * S), 1)
 
 
 def flight(frames: int = 4, shown: int = 3) -> list[Item]:

@@ -175,9 +175,9 @@ def test_a_file_that_is_no_network_is_refused_by_the_name_of_its_option(tmp_path
 
 @pytest.mark.slow
 def test_the_network_that_makes_the_map_now_is_named(tmp_path: Path) -> None:
-    from hawk.algo.vision.named import network_name, packaged_file
+    from hawk.algo.vision.network_file import network_name, packaged_weights
 
     copy = tmp_path / "copy.onnx"
-    copy.write_bytes(packaged_file())
+    copy.write_bytes(packaged_weights())
     assert Again(Config(), "9", copy).maker == Again(Config(), "9").maker
     assert Again(Config(), "9").maker.network == network_name(None) != "unknown"

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from hawk.ddc.replay import compare_recording
-from hawk.replay.comparing import Comparison, compare_maps
+from hawk.replay.comparison import Comparison, compare_maps
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, Processed, process
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.survey_map import recorded_geojson
 from tests.reference.kept import FOLDER, MAP, SHA256, machine, unpack
 
 NAMES = sorted(name.removesuffix(".mcap.xz") for name in SHA256)
@@ -54,7 +54,7 @@ def survey(tmp_path_factory: pytest.TempPathFactory) -> Processed:
 def test_the_pictures_of_the_survey_give_the_map_beside_it(survey: Processed) -> None:
     kept = json.loads((FOLDER / MAP).read_text())
     assert survey.datum is not None
-    now = stalls_geojson(survey.datum, survey.final.stalls, labels={})
+    now = recorded_geojson(survey.datum, survey.final.stalls)
     if kept["made_on"] == machine():
         assert json.loads(now) == kept["map"], "the map is another one now: make survey-map again, and say why"
     else:

@@ -65,7 +65,7 @@ def test_the_map_is_written_as_that_of_a_survey(tmp_path: Path) -> None:
     write_map(tmp_path / "out", done, "000007-x")
     assert names(tmp_path / "out") == ["map.png", "stalls.csv", "stalls.geojson"]
     found = json.loads((tmp_path / "out" / "stalls.geojson").read_text())
-    assert found["hawk"]["survey"] == "000007-x"
+    assert found["hawk"]["survey_id"] == "000007-x"
     assert len(found["features"]) == 3
 
 

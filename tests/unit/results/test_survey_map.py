@@ -1,21 +1,16 @@
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
-from dataclasses import replace
-from datetime import datetime, timedelta
 
 import cv2
 import numpy as np
 import pytest
-from shapely.geometry import shape
 
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState
 from hawk.model.poses import GlobalPose
 from hawk.model.tile_picture import encode_picture
-from hawk.results.survey_map import CSV_COLUMNS, Made, SurveyMap, map_picture, stalls_csv, stalls_geojson
+from hawk.results.map_picture import map_picture
+from hawk.results.survey_map import SurveyMap
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 
@@ -24,8 +19,8 @@ def stall(number: int, north: float, east: float, state: StallState, taken: floa
     return Stall(number, north, east, math.radians(30), 2.6, 5.4, taken, state, 0.9, 4, 10.0, 1)
 
 
-@pytest.fixture
-def survey() -> SurveyMap:
+def flown_map() -> SurveyMap:
+    """Return a map of four stalls, one of each state."""
     tile = np.full((TILE_CELLS, TILE_CELLS), Cell.LOT, np.uint8)
     tile[:, :40] = Cell.NON_LOT
     stalls = [
@@ -35,6 +30,11 @@ def survey() -> SurveyMap:
         stall(9, -16.0, 20.0, StallState.SUGGESTED, 1.0),
     ]
     return SurveyMap(DATUM, {s.id: s for s in stalls}, {(0, 0): tile, (0, 1): tile})
+
+
+@pytest.fixture
+def survey() -> SurveyMap:
+    return flown_map()
 
 
 def test_counts_and_extent(survey: SurveyMap) -> None:
@@ -52,45 +52,6 @@ def test_tiles_north_of_the_datum_lie_above_those_south_of_it() -> None:
     assert cells.east == pytest.approx(-25.6)
     assert cells.values[0, 0] == Cell.LOT
     assert cells.values[-1, 0] == Cell.NON_LOT
-
-
-def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
-    rows = list(csv.DictReader(io.StringIO(stalls_csv(survey.datum, survey.stalls))))
-    assert [row["id"] for row in rows] == ["2", "3", "7", "9"]
-    assert [row["state"] for row in rows] == ["taken", "unknown", "free", "suggested"]
-    assert tuple(rows[0]) == CSV_COLUMNS
-    assert rows[2]["state"] == "free"
-    assert float(rows[2]["direction_deg"]) == pytest.approx(30.0)
-
-
-def test_tables_and_polygons_name_their_survey_moment_and_software(survey: SurveyMap) -> None:
-    made = Made.now("000007-20260504T103000Z")
-    row = next(csv.DictReader(io.StringIO(stalls_csv(survey.datum, survey.stalls, made))))
-    assert (row["survey"], row["made_utc"]) == ("000007-20260504T103000Z", made.utc)
-    assert row["software"].startswith("hawk-drone ")
-    assert json.loads(stalls_geojson(survey.datum, survey.stalls, made))["hawk"] == made.values()
-    assert datetime.fromisoformat(made.utc).utcoffset() == timedelta(0)
-
-
-def test_stalls_of_a_known_lot_have_the_labels_of_its_plan_and_others_none(survey: SurveyMap) -> None:
-    stalls = {**survey.stalls, 7: replace(survey.stalls[7], label="P-101")}
-    rows = csv.DictReader(io.StringIO(stalls_csv(survey.datum, stalls)))
-    assert {row["id"]: row["label"] for row in rows} == {"2": "", "3": "", "7": "P-101", "9": ""}
-    features = json.loads(stalls_geojson(survey.datum, stalls))["features"]
-    assert [feature["properties"]["label"] for feature in features] == [None, None, "P-101", None]
-
-
-def test_geojson_polygons_are_where_the_stalls_are(survey: SurveyMap) -> None:
-    features = json.loads(stalls_geojson(survey.datum, survey.stalls))["features"]
-    first = next(f for f in features if f["id"] == 7)
-    polygon = shape(first["geometry"])
-    assert polygon.is_valid
-    assert polygon.exterior.is_ccw
-    assert (polygon.centroid.y - DATUM.latitude) * 111_100 == pytest.approx(-10.0, abs=0.1)
-    assert (polygon.centroid.x - DATUM.longitude) * 111_320 * math.cos(math.radians(43.26)) == pytest.approx(
-        12.0, abs=0.1
-    )
-    assert first["properties"]["state"] == "free"
 
 
 def test_picture_shows_every_state_differently_even_in_grey(survey: SurveyMap) -> None:
@@ -137,10 +98,3 @@ def test_ground_that_was_not_seen_is_light_and_its_outline_is_smooth(survey: Sur
 def test_a_picture_that_cannot_be_read_is_left_out(survey: SurveyMap) -> None:
     picture = map_picture(SurveyMap(DATUM, {}, survey.tiles, {(0, 1): b"no picture"}))
     assert picture[200, TILE_CELLS + 100].tolist() == picture[200, 100].tolist() == [150, 150, 150]
-
-
-def test_an_empty_survey_has_files_too() -> None:
-    empty = SurveyMap(DATUM, {}, {})
-    assert stalls_csv(empty.datum, empty.stalls).count("\n") == 1
-    assert json.loads(stalls_geojson(empty.datum, empty.stalls))["features"] == []
-    assert map_picture(empty).shape == (1, 1, 3)

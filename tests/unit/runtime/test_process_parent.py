@@ -14,7 +14,7 @@ import pytest
 import hawk.cli
 import hawk.daemon.start
 from hawk.config.sections import Config
-from hawk.daemon.root import DaemonOptions
+from hawk.daemon.options import DaemonOptions
 from hawk.runtime.process import ParentGoneError, started_s, watched_parent
 
 GONE = 99_999_999

@@ -24,11 +24,10 @@ from hawk.daemon.recording_parts import json_schemas
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.poses import GlobalPose, MapPose, VehiclePose
-from hawk.store.frame_codec import FRAME_INPUT, to_json
+from hawk.store.frame_codec import FRAME_INPUT, MapStalls, Words, to_json
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
-from hawk.store.shown import StallsSeen, Words
+from hawk.store.ring_buffer import Item
 from tests.unit.ddc.fakes import Rig
 from tests.unit.store.test_frame_codec import FRAME
 
@@ -99,7 +98,7 @@ def test_each_channel_is_decoded_by_its_own_schema(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.manager.process()
     records = [record(kind, json.loads(to_json(payload))) for kind, payload in rig.records]
-    items = [*records, frame(1), view(POSE), view(Words("warning", "Wind.", "12 m/s")), view(StallsSeen(DATUM, STALLS))]
+    items = [*records, frame(1), view(POSE), view(Words("warning", "Wind.", "12 m/s")), view(MapStalls(DATUM, STALLS))]
     path = write(tmp_path / "flight.mcap", items)
     found = {topic: name for topic, name, _, _ in messages(path)}
     assert {topic: name for topic, name in found.items() if name.startswith("foxglove.")} == {
@@ -121,7 +120,7 @@ def test_each_channel_is_decoded_by_its_own_schema(tmp_path: Path) -> None:
 
 
 def test_viewers_see_what_was_there(tmp_path: Path) -> None:
-    items = [frame(1), view(POSE), view(Words("warning", "Wind.", "12 m/s")), view(StallsSeen(DATUM, STALLS))]
+    items = [frame(1), view(POSE), view(Words("warning", "Wind.", "12 m/s")), view(MapStalls(DATUM, STALLS))]
     shown = by_topic(write(tmp_path / "flight.mcap", items))
     assert shown["camera"]["format"] == "jpeg"
     assert shown["camera"]["timestamp"] == "2026-05-01T12:00:01.900Z"
@@ -154,7 +153,7 @@ def test_the_nose_of_a_pose_points_where_yaw_and_pitch_say(roll: float, pitch: f
 
 
 def test_an_empty_map_takes_the_stalls_away(tmp_path: Path) -> None:
-    shown = by_topic(write(tmp_path / "flight.mcap", [view(StallsSeen(DATUM, {}))]))
+    shown = by_topic(write(tmp_path / "flight.mcap", [view(MapStalls(DATUM, {}))]))
     assert shown["stalls"]["deletions"][0]["type"] == "ALL"
 
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from hawk.config.sections import StoreSettings
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
 from hawk.store.recordings import DAY_S, Contents, NotThatRecordingError, Recordings, Stored, _oldest
+from hawk.store.ring_buffer import Item
 
 NOW = datetime(2026, 11, 27, 12, 0, 0, tzinfo=UTC).timestamp()
 MB = 1_000_000

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.survey.scoring import Tally
+from hawk.survey.accuracy import Tally
 from training import adapt
 from training.lessons import Judgement, Split
 

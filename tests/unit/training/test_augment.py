@@ -85,6 +85,7 @@ def test_every_core_cell_points_at_the_middle_of_a_stall(seed: int) -> None:
             assert np.ptp(mine, axis=0).max() < 1e-3, "all cells of one stall name one middle"
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(SEEDS)
 def test_angles_turn_with_the_picture_and_sizes_with_its_scale(seed: int) -> None:
@@ -114,6 +115,7 @@ def test_samples_have_the_size_and_the_range_of_the_network_s_input(seed: int, s
     assert set(np.unique(target[[LOT, CORE, CAR, TAKEN, PLACE_WEIGHT, CORE_WEIGHT]])) <= {0.0, 1.0}
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(SEEDS)
 def test_what_is_outside_the_scene_is_not_judged(seed: int) -> None:
@@ -221,6 +223,7 @@ def test_the_sun_turns_with_the_picture_and_is_often_left_out() -> None:
     assert not sample(scene(), np.random.default_rng(0), 64).sun.any()
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(SEEDS)
 def test_a_shadow_points_from_the_taken_stall_to_the_free_one_in_every_picture(seed: int) -> None:

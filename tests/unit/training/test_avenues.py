@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from hawk.worlds.materials import Material
 from hawk.worlds.plan import Axes, PlannedStall, SitePlan
+from hawk.worlds.scene.materials import Material
 from training.avenues import plant_avenue
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)

@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Material
 from hawk.worlds.plan import Axes, Building, RoofPainter
+from hawk.worlds.scene.buildings import draw_building
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Material
 from training import house_roofs
 from training.house_roofs import draw_house_roofs, draw_shed_roof
 from training.streets import plan_street_site

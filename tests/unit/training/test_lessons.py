@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.perception.places import missing_ground, read_lots
-from hawk.survey.scoring import Tally
+from hawk.survey.accuracy import Tally
 from training.lessons import Judgement, LessonError, figures, halves, refusal, split
 
 GOOD = Tally(matched=900, found=950, true=1000, whole=1000, whole_matched=900, judged=900, agreed=860)

@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.worlds.cars import draw_vehicle
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Material, sample_material, texture
 from hawk.worlds.plan import Tree, Vehicle
-from hawk.worlds.render import AS_DRAWN
-from hawk.worlds.trees import draw_tree, leaf_colours
+from hawk.worlds.scene.cars import draw_vehicle
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Material, sample_material, texture
+from hawk.worlds.scene.render import AS_DRAWN
+from hawk.worlds.scene.trees import draw_tree, leaf_colours
 from tests.unit.training.test_textures import GRASS, generator, textures
 from training.looks import Dress, RealLooks
 from training.scenes import Scene, draw_scene

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hawk.worlds.render import AS_DRAWN, Looks
+from hawk.worlds.scene.render import AS_DRAWN, Looks
 from training import pool as pool_module
 from training.pool import ScenePool, training_scene
 from training.scenes import Scene, SceneStall

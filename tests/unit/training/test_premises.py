@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.cars import dimmed, draw_vehicle
 from hawk.worlds.generate import SiteSize
 from hawk.worlds.layout import plan_section
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Material
 from hawk.worlds.plan import Axes, Building, SitePlan
-from hawk.worlds.render import draw_plan
+from hawk.worlds.scene.buildings import draw_building
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.cars import dimmed, draw_vehicle
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Material
+from hawk.worlds.scene.render import draw_plan
 from hawk.worlds.style import sample_style
 from training import premises, sites
 from training.crowded_roofs import draw_crowd

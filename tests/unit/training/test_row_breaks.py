@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.worlds.canvas import Canvas
 from hawk.worlds.generate import SiteSize
-from hawk.worlds.light import Sun
 from hawk.worlds.plan import SitePlan, Stroke
-from hawk.worlds.render import draw_plan
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.render import draw_plan
 from training import row_breaks
 from training.paved import plan_paved_site
 from training.row_breaks import break_row
@@ -54,6 +54,7 @@ def _shows_in(stroke: Stroke, area: shapely.Geometry, last_surface: int) -> bool
     return stroke.order > last_surface and area.intersects(shapely.Polygon(stroke.polygon))
 
 
+@pytest.mark.slow
 def test_many_driveways_pass_between_two_islands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(row_breaks, "_DRIVEWAY_SHARE", 1.0)
     islands = []

@@ -4,6 +4,7 @@ import pytest
 from training.scenes import BARE_SHARE, draw_scene
 
 
+@pytest.mark.slow
 def test_same_generator_state_gives_same_scene() -> None:
     first = draw_scene(np.random.default_rng(5), 128)
     second = draw_scene(np.random.default_rng(5), 128)

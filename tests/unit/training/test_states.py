@@ -13,7 +13,7 @@ import pytest
 from benchmarks.perception.places import Place, read_lots, state_array
 from hawk.algo.vision.decode import STATE_FEATURES
 from hawk.model.lot_map import StallState
-from hawk.survey.scoring import LabelledPlace
+from hawk.survey.accuracy import LabelledPlace
 from tests.unit.training.test_agreement import BrightStalls
 from training.states import DUTCH_STATES, Judged, drawn, fit, joined, judged, regions, right
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.worlds.cars import LONG_KINDS, footprint_m
 from hawk.worlds.generate import SiteSize
 from hawk.worlds.plan import PlannedStall, SitePlan
+from hawk.worlds.scene.cars import LONG_KINDS, footprint_m
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.streets import plan_street_site
@@ -45,6 +45,7 @@ def test_taken_stalls_of_a_street_have_a_vehicle_and_free_ones_have_none() -> No
             assert stall.taken == any(area_of(stall).contains(place) for place in places)
 
 
+@pytest.mark.slow
 def test_a_street_has_houses_on_both_sides_and_none_over_its_stalls() -> None:
     for plan in streets(6):
         houses = [shapely.Polygon(building.polygon) for building in plan.buildings]
@@ -54,6 +55,7 @@ def test_a_street_has_houses_on_both_sides_and_none_over_its_stalls() -> None:
         assert not any(house.intersects(area_of(stall)) for house in houses for stall in plan.stalls)
 
 
+@pytest.mark.slow
 def test_some_lots_without_paint_have_no_mark_at_all_and_some_have_stones() -> None:
     plans = [plan for plan in paved(16) if plan.stalls]
     unmarked = [all(stall.paint == 0 for stall in plan.stalls) for plan in plans]

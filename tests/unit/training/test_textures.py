@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.worlds.cars import SPRITE_M
+from hawk.worlds.scene.cars import SPRITE_M
 from training.ground import Ground, Region
 from training.targets import LABELS, UNKNOWN, TrainingScene
 from training.textures import Textures, cut_textures, woven

@@ -11,7 +11,7 @@ import pytest
 
 from hawk.versions.alive import fault, main
 from hawk.versions.flight_state import FILE, FlightStateFile
-from hawk.versions.switching import ASKED_S
+from hawk.versions.switch import ASKED_S
 
 
 @pytest.mark.parametrize("may_fly", [True, False])

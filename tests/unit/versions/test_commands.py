@@ -10,7 +10,7 @@ import pytest
 from hawk import cli
 from hawk.versions import commands
 from hawk.versions.flight_state import FlightStateFile
-from hawk.versions.kept import Versions
+from hawk.versions.folder import Versions
 from tests.unit.versions.package import make_package
 
 ROOT = Path(__file__).parents[3]
@@ -32,7 +32,7 @@ def run(tmp_path: Path, *arguments: str) -> int:
 @pytest.fixture(autouse=True)
 def quiet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("hawk.versions.commands.use_idle_time_only", lambda: None)
-    monkeypatch.setattr("hawk.versions.switching.SYSTEMD_FOLDER", tmp_path / "none")
+    monkeypatch.setattr("hawk.versions.switch.SYSTEMD_FOLDER", tmp_path / "none")
     (tmp_path / "run").mkdir()
 
 
@@ -137,9 +137,9 @@ def test_the_service_s_end_is_judged_by_what_systemd_says_of_it(
 def test_an_upgrade_whose_daemon_does_not_start_is_installed_with_a_warning(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hawk.versions.switching.systemd_runs", lambda: True)
+    monkeypatch.setattr("hawk.versions.switch.systemd_runs", lambda: True)
     monkeypatch.setattr(
-        "hawk.versions.switching.subprocess.run",
+        "hawk.versions.switch.subprocess.run",
         lambda command, **_: subprocess.CompletedProcess(command, int("try-restart" in command), "", "Job failed."),
     )
     kept = installed(tmp_path, "0.1.0")

@@ -14,7 +14,7 @@ from hawk.comm.protocol.heartbeat import MapUpdate
 from hawk.lots.plan.operations import LONGEST_LABEL
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.poses import MapPoint
-from hawk.model.sharded import Sharded
+from hawk.model.shards import Sharded
 from hawk.survey.client import ClientMap
 from hawk.web import map_view
 from hawk.web.map_view import BUDGET_BYTES, MapView

@@ -18,8 +18,8 @@ from hawk.config.sections import StoreSettings
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.store.recording_file import RecordingFile, start_metadata
-from hawk.store.recording_ring import Item
 from hawk.store.recordings import Recordings, Stored
+from hawk.store.ring_buffer import Item
 from tests.unit.lots.surveys import survey
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand

@@ -6,9 +6,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Material
 from hawk.worlds.plan import Axes, PlannedStall, SitePlan
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Material
 from hawk.worlds.style import LotStyle
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)

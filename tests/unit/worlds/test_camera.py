@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import Lens, WorldCamera
-from hawk.worlds.facets import HeightLayer, flat_layer
+from hawk.worlds.scene.facets import HeightLayer, flat_layer
 from hawk.worlds.world import World
 
 CAMERA = CameraModel(320, 180, 230.0, 230.0, 159.5, 89.5)

@@ -12,14 +12,14 @@ import shapely
 
 from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import Lens, WorldCamera
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.cars import footprint_m
-from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.light import Sun
 from hawk.worlds.plan import Building, PlannedStall
-from hawk.worlds.render import draw_plan
 from hawk.worlds.rows import plan_row
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.cars import footprint_m
+from hawk.worlds.scene.facets import FacetSet, ground_projection
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.render import draw_plan
 from hawk.worlds.world import TrueStall, World
 from tests.unit.worlds.builders import EAST, areas_of, generator, plain_plan, plain_style, square
 from training.scenes import Scene, _lot_mask, _scene_stall, _share, draw_scene, photograph
@@ -60,6 +60,7 @@ def test_a_taken_stall_shows_a_car_and_a_free_one_none(seed: int) -> None:
     assert np.mean(right) > 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 4])
 def test_what_covers_a_stall_is_measured_as_its_pixels_are(seed: int) -> None:
     one = world(seed)
@@ -90,6 +91,7 @@ def sampled(picture: np.ndarray, one: World, points: np.ndarray) -> np.ndarray:
     return np.asarray(picture[rows, columns])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (0.0, 0.0, 2.1), (0.12, -0.2, 0.7), (-0.25, 0.1, -2.4)])
 def test_the_camera_sees_each_stall_where_its_corners_project(pose: tuple[float, float, float]) -> None:
     ground = np.full((300, 400, 3), 60, np.uint8)
@@ -106,6 +108,7 @@ def test_the_camera_sees_each_stall_where_its_corners_project(pose: tuple[float,
     assert _share(red, quad) > 0.93
 
 
+@pytest.mark.slow
 def test_a_drawn_row_is_photographed_where_it_was_planned() -> None:
     plan = plain_plan()
     plan_row(plan, generator(3), EAST.moved(2.0, 8.0), 36.0, plain_style(occupancy=0.5))

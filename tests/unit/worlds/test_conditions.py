@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.light import LampLight
+from hawk.worlds.moment import Condition
+from hawk.worlds.scene.light import LampLight
 from hawk.worlds.world import World
 from training.scenes import CONDITION_SHARES, draw_scene, sample_condition
 

@@ -30,6 +30,7 @@ def test_minima_of_a_generated_world(seed: int) -> None:
     assert np.mean(hard) >= 0.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_stalls_lie_in_the_lot_and_do_not_overlap(seed: int) -> None:
     world = _world(seed)

@@ -65,6 +65,7 @@ def test_every_stall_opens_onto_an_aisle(seed: int) -> None:
         assert not taken.contains(shapely.Point(outside)), "a car can drive out"
 
 
+@pytest.mark.slow
 def test_medians_are_planted_islands_between_double_rows() -> None:
     islands, trees = 0, 0
     for seed in range(8):
@@ -155,6 +156,7 @@ def test_a_site_lies_about_its_centre(seed: int) -> None:
     assert math.dist((centre.x, centre.y), (500.0, -300.0)) < 1.0
 
 
+@pytest.mark.slow
 def test_a_lot_of_two_sections_is_larger_than_its_main_one() -> None:
     single = [plan_any_lot_site(generator(seed), (0, 0), SIZE) for seed in range(5)]
     double = [plan_any_lot_site(generator(seed), (0, 0), replace(SIZE, second=1.0)) for seed in range(5)]

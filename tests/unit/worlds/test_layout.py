@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from hawk.worlds.generate import SiteSize
 from hawk.worlds.layout import plan_section
-from hawk.worlds.materials import Material
 from hawk.worlds.plan import Axes, SitePlan
 from hawk.worlds.rows import WORN_BELOW, hatch, plan_parallel_row, plan_row
+from hawk.worlds.scene.materials import Material
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
 from training.sites import plan_any_lot_site, plan_bare_site
 

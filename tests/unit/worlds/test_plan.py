@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.worlds.canvas import Canvas
 from hawk.worlds.plan import Axes, Building, Post, Surface, Tree, Vehicle
-from hawk.worlds.render import draw_plan
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.render import draw_plan
 from tests.unit.worlds.builders import EAST, GREY, SUN, WHITE, generator, plain_plan, square
 
 METRES = st.floats(-200, 200)

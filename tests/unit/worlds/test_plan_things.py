@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.cars import SPRITE_M, draw_vehicle, footprint_m, outline, sample_kind
-from hawk.worlds.light import Sun
-from hawk.worlds.materials import Material, grey, sample_material, texture
 from hawk.worlds.plan import Axes, Building, PlannedStall, Surface, Tree, Vehicle
-from hawk.worlds.render import draw_plan, draw_surface
-from hawk.worlds.trees import draw_tree, leaf_colours
+from hawk.worlds.scene.buildings import draw_building
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.cars import SPRITE_M, draw_vehicle, footprint_m, outline, sample_kind
+from hawk.worlds.scene.light import Sun
+from hawk.worlds.scene.materials import Material, grey, sample_material, texture
+from hawk.worlds.scene.render import draw_plan, draw_surface
+from hawk.worlds.scene.trees import draw_tree, leaf_colours
 from tests.unit.worlds.builders import EAST, GREY, SUN, WHITE, generator, plain_plan, square
 from training.avenues import plant_avenue
 from training.crowded_roofs import draw_crowd

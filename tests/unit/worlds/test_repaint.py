@@ -13,13 +13,13 @@ import pytest
 import shapely
 
 from hawk.worlds.bays import LEAST, Room
-from hawk.worlds.canvas import Points
 from hawk.worlds.generate import SiteSize, WorldOptions, generate_world, plan_lot_site
 from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls
+from hawk.worlds.parked_cars import number_stalls
 from hawk.worlds.plan import PlannedStall, SitePlan, Surface, Vehicle
 from hawk.worlds.repaint import CHANGES, Change, add_bays, build_island, change_pitch, close_row, repaint
 from hawk.worlds.runs import runs_of
+from hawk.worlds.scene.canvas import Points
 from hawk.worlds.world import TrueStall, World, WorldError, load_truth
 from tests.unit.worlds.builders import GREY, areas_of, generator, largest_overlap, plain_plan
 
@@ -64,6 +64,7 @@ def places(plan: SitePlan) -> dict[int | None, bytes]:
     return {stall.number: stall.corners.tobytes() for stall in plan.stalls}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_stalls_that_stay_keep_their_ids_and_no_id_is_used_again(seed: int) -> None:
     plan = lot(seed)
@@ -83,6 +84,7 @@ def test_stalls_that_stay_keep_their_ids_and_no_id_is_used_again(seed: int) -> N
     assert Counter(names)["none"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_changed_lot_stays_a_lot(seed: int) -> None:
     plan = lot(seed)
@@ -100,6 +102,7 @@ def test_a_changed_lot_stays_a_lot(seed: int) -> None:
     assert not any(closed.contains(shapely.Point(vehicle.x, vehicle.y)) for vehicle in plan.vehicles)
 
 
+@pytest.mark.slow
 def test_the_same_changes_follow_from_the_same_seed() -> None:
     def changed(seed: int) -> tuple[dict[int | None, bytes], list[str]]:
         plan = lot(1)
@@ -110,6 +113,7 @@ def test_the_same_changes_follow_from_the_same_seed() -> None:
     assert changed(4)[0] != changed(5)[0]
 
 
+@pytest.mark.slow
 def test_each_kind_has_its_turn() -> None:
     """A lot without room for bays gives their turn away: not every seed has all four."""
     turns = []
@@ -231,6 +235,7 @@ def world(changes: int, at: datetime | None = NOON) -> World:
     return generate_world(6, WorldOptions(metres_per_pixel=0.2, repaint=changes, at=at, place=PLACE))
 
 
+@pytest.mark.slow
 def test_a_repainted_world_has_the_truth_of_its_layout() -> None:
     before, after = ({stall.id: stall for stall in world(changes).stalls} for changes in (0, 4))
     stayed = [(before[k], after[k]) for k in before.keys() & after.keys()]

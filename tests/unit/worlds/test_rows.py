@@ -9,9 +9,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.worlds.cars import footprint_m
 from hawk.worlds.plan import Axes, SitePlan
 from hawk.worlds.rows import PARALLEL_DEPTH_M, WORN_BELOW, hatch, plan_parallel_row, plan_row
+from hawk.worlds.scene.cars import footprint_m
 from hawk.worlds.style import LotStyle, sample_style
 from tests.unit.worlds.builders import EAST, areas_of, generator, largest_overlap, plain_plan, plain_style
 

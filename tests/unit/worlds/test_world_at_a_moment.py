@@ -11,16 +11,14 @@ import shapely
 from numpy.typing import NDArray
 
 from hawk.model.sun import SunPosition, sun_position
-from hawk.worlds.canvas import Canvas
-from hawk.worlds.conditions import Condition
 from hawk.worlds.daylight import DUSK_BELOW_DEG, light_at, shadow_of
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.moment import clock_of
-from hawk.worlds.parked import number_stalls, park, stays_of
+from hawk.worlds.moment import Condition, clock_of
+from hawk.worlds.parked_cars import number_stalls, park, stays_of
 from hawk.worlds.plan import PlannedStall, Vehicle
-from hawk.worlds.render import draw_plan
+from hawk.worlds.scene.canvas import Canvas
+from hawk.worlds.scene.render import OwnStreams, Streams, draw_plan
 from hawk.worlds.stays import Stay
-from hawk.worlds.streams import OwnStreams, Streams
 from hawk.worlds.world import World, WorldError
 from tests.unit.worlds.builders import SUN, generator, plain_plan, square
 
@@ -39,6 +37,7 @@ def world(at: datetime) -> World:
     return generate_world(SEED, options(at))
 
 
+@pytest.mark.slow
 def test_the_same_moment_is_the_same_world_byte_for_byte() -> None:
     again = generate_world(SEED, options(MORNING.astimezone(UTC)))
     first = world(MORNING)
@@ -47,6 +46,7 @@ def test_the_same_moment_is_the_same_world_byte_for_byte() -> None:
     assert again.truth_json()["stalls"] == first.truth_json()["stalls"]
 
 
+@pytest.mark.slow
 def test_another_moment_has_the_same_stalls_in_other_states() -> None:
     one, other = world(MORNING), world(LATE)
     assert [stall.id for stall in one.stalls] == [stall.id for stall in other.stalls]
@@ -56,6 +56,7 @@ def test_another_moment_has_the_same_stalls_in_other_states() -> None:
     assert [stall.taken for stall in one.stalls] != [stall.taken for stall in other.stalls]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [MORNING, LATE])
 def test_the_truth_of_a_moment_is_that_of_its_stays(at: datetime) -> None:
     seen = world(at)
@@ -71,6 +72,7 @@ def test_the_truth_of_a_moment_is_that_of_its_stays(at: datetime) -> None:
     assert seen.truth_json()["at"] == at.isoformat()
 
 
+@pytest.mark.slow
 def test_the_lot_is_that_of_the_seed_alone() -> None:
     alone = generate_world(SEED, WorldOptions(metres_per_pixel=0.2))
     assert [s.corners.tolist() for s in alone.stalls] == [s.corners.tolist() for s in world(MORNING).stalls]
@@ -90,6 +92,7 @@ def test_ground_far_from_cars_and_shadows_is_the_same_at_every_moment() -> None:
     assert same[lot > 0].mean() > 0.7, "shadows of trees and of moving cars remain"
 
 
+@pytest.mark.slow
 def test_a_car_that_stays_is_the_same_car() -> None:
     def cars(seen: World, stalls: set[int]) -> list[NDArray[np.uint8]]:
         areas = shapely.union_all([shapely.Polygon(stall.corners) for stall in seen.stalls if stall.id in stalls])

@@ -20,6 +20,7 @@ from typing import Final, TypeVar
 
 from hawk.comm.cameras.sources.source import CameraError
 from hawk.config.secrets import without
+from hawk.runtime.supervision import end_tasks
 
 T = TypeVar("T")
 
@@ -137,8 +138,7 @@ class Child:
             self._signal(signal.SIGKILL)  # what the program started may have outlived it
             await process.wait()
             if listener is not None:
-                listener.cancel()
-                await asyncio.gather(listener, return_exceptions=True)
+                await end_tasks(listener)
 
     async def read(self) -> bytes:
         """Return the next bytes of standard output, none at its end. Raises CameraError after too long a silence."""

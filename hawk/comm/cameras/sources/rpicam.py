@@ -20,6 +20,7 @@ from hawk.comm.cameras.sources.mjpeg import MAX_PART
 from hawk.comm.cameras.sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.cameras.stamp_clock import captured_at
 from hawk.config.addresses import RpicamCamera
+from hawk.runtime.supervision import end_tasks
 
 _START: Final = b"\xff\xd8"
 _END: Final = b"\xff\xd9"
@@ -192,8 +193,7 @@ async def _metadata() -> AsyncIterator[tuple[int, Metadata, Callable[[], None]]]
         yield writing, stamps, close_ours
     finally:
         close_ours()
-        listener.cancel()
-        await asyncio.gather(listener, return_exceptions=True)
+        await end_tasks(listener)
         transport.close()
 
 

@@ -68,6 +68,7 @@ def test_other_cars_mislead_by_their_states_while_the_swap_counts_as_young() -> 
     assert settled(AfterSwap(), known, found) == pytest.approx([0.0, PITCH], abs=0.02)
 
 
+@pytest.mark.slow
 def test_after_half_an_hour_states_say_nothing_and_a_row_without_an_end_is_not_certain() -> None:
     known, found = other_cars()
     relocation = AfterSwap(has_same_cars=False)

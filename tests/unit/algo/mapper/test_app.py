@@ -101,6 +101,7 @@ def test_every_stall_is_found_once_and_in_its_state(flown: Rig) -> None:
     assert flown.map.counts.taken == int(flown.truth.taken.sum())
 
 
+@pytest.mark.slow
 def test_the_spread_of_the_count_is_that_of_the_published_stalls_through_a_flight() -> None:
     rig = Rig(miss=0.2, state_error=0.2, false_alarms=[(5.0, 30.0)])
     for east in PASS[::2]:
@@ -118,6 +119,7 @@ def test_the_map_shows_lot_and_stalls_where_they_are(flown: Rig) -> None:
     assert all(len(zlib.decompress(t.data)) == TILE_CELLS**2 for t in flown.map.tiles.values())
 
 
+@pytest.mark.slow
 def test_the_mosaic_is_there(flown: Rig) -> None:
     assert set(flown.map.mosaic) >= {(0, 0), (0, -1), (-1, 0), (-1, -1)}
 
@@ -215,6 +217,7 @@ def test_what_vision_saw_in_an_older_frame_is_not_fused_twice() -> None:
     assert rig.mapper.get_occupancy_map().version == version
 
 
+@pytest.mark.slow
 def test_a_picture_that_does_not_fit_is_an_error_and_changes_nothing(after_20: Rig) -> None:
     rig = after_20
     before = rig.map

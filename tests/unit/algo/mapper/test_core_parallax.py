@@ -13,7 +13,7 @@ from hawk.algo.mapper import stalls as stalls_module
 from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.register import Slip
 from hawk.algo.mapper.table import STALL_DTYPE, from_bytes, to_bytes
-from hawk.algo.vision.seen import SeenGround
+from hawk.algo.vision.detection import FrameGround
 from tests.unit.algo.synthetic import SyntheticVision, Truth, pose_at, rows_lot, stretched
 
 HEIGHT_M = 35.0
@@ -28,7 +28,7 @@ def on_roof(stalls: Floats) -> NDArray[np.bool_]:
 
 def look(
     truth: Truth, raised_m: float, east: float, time: float, reported_m: float, rng: np.random.Generator
-) -> SeenGround:
+) -> FrameGround:
     """Some of the lot's stalls stand ``raised_m`` higher than the others."""
     pose = pose_at(4.0, east, math.pi / 2, reported_m)
     raised = stretched(truth, (pose.north, pose.east), HEIGHT_M / (HEIGHT_M - raised_m))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hawk.algo.mapper.evidence import EVIDENCE_M, cell_evidence, moved, outline, quality_mask
-from hawk.algo.vision.seen import CameraView
+from hawk.algo.vision.detection import CameraView
 from tests.unit.algo.synthetic import SyntheticVision, pose_at, rows_lot
 
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from hawk.algo.mapper.mosaic import Mosaic
 from hawk.algo.mapper.published import nearest_first
+from hawk.algo.vision.detection import GroundImage
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import TILE_CELLS, EncodedTile
 from hawk.model.poses import MapPose
 from hawk.model.tile_picture import decode_picture

@@ -10,7 +10,7 @@ from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.table import FREE, TAKEN, Detections
-from hawk.algo.vision.seen import StallSeen
+from hawk.algo.vision.detection import Detection
 from tests.unit.algo.synthetic import stall_corners
 
 WINDOW = Window.around(np.array([[-25.0, -25.0], [25.0, 25.0]]), EVIDENCE_M)
@@ -38,7 +38,7 @@ def tracker_of(stalls: NDArray[np.float64], frames: int = 5) -> StallTracker:
 
 
 def see(tracker: StallTracker, stalls: NDArray[np.float64], frames: int) -> None:
-    found = Detections.of([StallSeen(n, e, a, w, length, 0.9, 0.05, 1.0) for n, e, a, w, length in stalls.tolist()])
+    found = Detections.of([Detection(n, e, a, w, length, 0.9, 0.05, 1.0) for n, e, a, w, length in stalls.tolist()])
     for version in range(1, frames + 1):
         everything = np.arange(len(tracker.rows))
         tracker.fuse(Look(found, 0.5, 0.1 * version, lambda p: np.zeros(len(p), np.bool_), version), everything)

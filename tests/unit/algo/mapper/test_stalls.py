@@ -19,12 +19,12 @@ from hawk.algo.mapper.table import (
     to_bytes,
     to_stall,
 )
-from hawk.algo.vision.seen import StallSeen
+from hawk.algo.vision.detection import Detection
 
 
-def seen(north: float = 0.0, east: float = 0.0, **changes: float) -> StallSeen:
+def seen(north: float = 0.0, east: float = 0.0, **changes: float) -> Detection:
     values = {"angle": 0.0, "width": 2.6, "length": 5.2, "score": 0.9, "taken": 0.05, "visible": 1.0} | changes
-    return StallSeen(north, east, **values)
+    return Detection(north, east, **values)
 
 
 def everywhere(points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -44,7 +44,7 @@ class Flight:
 
     def frame(
         self,
-        *stalls: StallSeen,
+        *stalls: Detection,
         weight: float = 0.5,
         change: float = 0.0,
         in_picture: InPicture = everywhere,

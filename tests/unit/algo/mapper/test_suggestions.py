@@ -252,6 +252,7 @@ def test_suggestions_are_no_stalls_for_others(core: MapCore) -> None:
     assert all(stall.state is not StallState.SUGGESTED for stall in core.published.unclear.values())
 
 
+@pytest.mark.slow
 def test_suggestions_come_back_with_the_map(core: MapCore) -> None:
     again = MapCore(MapperSettings(), "")
     assert again.restore([core.changes_since(0).parts]) == []

@@ -67,7 +67,6 @@ def test_the_verdict_carries_the_number_of_the_place_it_is_about(inbound: Inboun
     assert plan.verdict == Verdict(42, inbound, route)
     assert rig.interface.des_loc_inbound_pub.value == plan.verdict
     assert plan.asked is None
-    assert rig.app.get_des_pose_inbound() is (inbound is Inbound.INSIDE)
 
 
 @pytest.mark.parametrize(
@@ -106,10 +105,9 @@ def test_without_a_pose_nothing_is_said_of_a_place_inside() -> None:
     assert rig.plan(frame_at(None, state=StateName.HOVER, desired=DesiredPose(1, 5.0, 6.0))).verdict is None
 
 
-def test_without_a_place_there_is_no_verdict_and_it_is_not_inbound() -> None:
+def test_without_a_place_there_is_no_verdict() -> None:
     rig = Rig()
     assert rig.plan(frame_at(pose_at(0, 0), state=StateName.HOVER)).verdict is None
-    assert rig.app.get_des_pose_inbound() is False
 
 
 def test_nothing_is_explored_in_other_states() -> None:
@@ -131,6 +129,7 @@ def test_the_height_is_the_desired_one_within_its_bounds(heights: HeightParamete
     assert rig.plan(replace(frame, heights=heights)).height == expected
 
 
+@pytest.mark.slow
 def test_explore_has_the_height_for_the_wanted_pixels_and_a_speed_that_can_be_read() -> None:
     rig = Rig(PathPlanSettings(cm_per_pixel=100 * 28.0 / CAMERA.fx, exposure_s=0.02))
     rig.map.seen[:, : rig.map.window.columns // 2] = 0
@@ -151,6 +150,7 @@ def first_target(rig: Rig, frame: FrameInput) -> PathPlan:
     return next((plan for plan in plans if plan.target is not None), PathPlan())
 
 
+@pytest.mark.slow
 def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN), 8: stall(8, -5.0, 0.0, StallState.FREE)}
@@ -164,6 +164,7 @@ def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
     assert not done[0]
 
 
+@pytest.mark.slow
 def test_an_unclear_stall_that_becomes_clear_in_flight_is_left() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
@@ -172,6 +173,7 @@ def test_an_unclear_stall_that_becomes_clear_in_flight_is_left() -> None:
     assert rig.plan(frame_at(pose_at(1, 1), fence=FENCE)).target is None
 
 
+@pytest.mark.slow
 def test_an_unclear_stall_beyond_the_fence_is_not_flown_to() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
@@ -183,6 +185,7 @@ def test_an_unclear_stall_beyond_the_fence_is_not_flown_to() -> None:
     assert plan.explore.done
 
 
+@pytest.mark.slow
 def test_progress_is_reported_until_an_exploration_begins_again() -> None:
     rig = Rig()
     frame = frame_at(pose_at(0, 0), fence=FENCE)
@@ -194,6 +197,7 @@ def test_progress_is_reported_until_an_exploration_begins_again() -> None:
     assert not rig.plan(frame).explore.done
 
 
+@pytest.mark.slow
 def test_an_exploration_is_spent_until_lot_is_found_or_the_drone_has_landed() -> None:
     rig = Rig()
     frame = frame_at(pose_at(0, 0), fence=FENCE)
@@ -210,6 +214,7 @@ def test_an_exploration_is_spent_until_lot_is_found_or_the_drone_has_landed() ->
     )
 
 
+@pytest.mark.slow
 def test_lot_that_is_found_after_an_exploration_is_not_explored() -> None:
     rig = Rig()
     frame = frame_at(pose_at(0, 0), fence=FENCE)
@@ -220,6 +225,7 @@ def test_lot_that_is_found_after_an_exploration_is_not_explored() -> None:
     assert (after.done, after.is_whole, after.is_spent) == (False, False, False)
 
 
+@pytest.mark.slow
 def test_another_outline_is_not_explored() -> None:
     rig = Rig()
     frame = frame_at(pose_at(0, 0), fence=FENCE)
@@ -255,6 +261,7 @@ def test_without_a_pose_there_is_no_target() -> None:
     assert Rig().plan(frame_at(None, fence=FENCE)).target is None
 
 
+@pytest.mark.slow
 def test_a_pose_that_is_not_finite_is_an_error_and_leaves_no_target() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
@@ -273,7 +280,6 @@ def test_a_plan_is_the_answer_to_a_frame_and_a_map_and_the_getters_repeat_it() -
     assert plan.path.target == MapPoint(5.0, 6.0)
     assert plan.health == Health()
     assert app.get_local_pose() is plan.path
-    assert app.get_des_pose_inbound() is True
     without = app.plan(frame_at(pose_at(math.nan, 0)), known)
     assert (without.path, without.health.is_healthy) == (PathPlan(), False)
     assert app.get_health() is without.health

@@ -15,6 +15,7 @@ from hawk.model.poses import MapPoint
 from tests.unit.algo.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 
 pytestmark = pytest.mark.flight
+nightly = pytest.mark.nightly
 
 SETTINGS = PathPlanSettings()
 WORST_RATIO = 2.6  # of the least distance that any plan could need; the mean over 24 lots was 1.92
@@ -33,7 +34,7 @@ def flown() -> Flight:
     return flown_over(1)
 
 
-@pytest.mark.parametrize("seed", [4, 7, 9])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=nightly) for seed in (4, 7, 9))])
 def test_a_lot_is_seen_whole_and_the_drone_stays_inside_the_fence(seed: int) -> None:
     lot, _ = random_lot(seed)
     fence, flight = fence_around(lot, 10.0), flown_over(seed)
@@ -47,11 +48,13 @@ def test_a_lot_is_seen_whole_and_the_drone_stays_inside_the_fence(seed: int) -> 
             assert inside.covers(shapely.LineString([place, (plan.target.north, plan.target.east)]))
 
 
+@nightly
 def test_over_some_lots_the_distance_is_near_the_least() -> None:
     ratios = [flown_over(seed).distance_m / lower_bound(random_lot(seed)[0]) for seed in (4, 7, 9, 11)]
     assert np.mean(ratios) <= MEAN_RATIO
 
 
+@nightly
 def test_a_drone_that_stays_level_though_it_was_to_lean_sees_it_all() -> None:
     lot, start = random_lot(4)
     flight = fly(lot, start, fence_around(lot, 10.0), PathPlanApp())
@@ -60,6 +63,7 @@ def test_a_drone_that_stays_level_though_it_was_to_lean_sees_it_all() -> None:
     assert flight.distance_m <= WORST_RATIO * lower_bound(lot)
 
 
+@nightly
 def test_the_drone_stays_over_the_lot_or_near_it() -> None:
     lot, start = random_lot(5)
     flight = fly(lot, start, fence_around(lot, 60.0))
@@ -107,23 +111,26 @@ def test_part_of_the_lot_beyond_the_fence_does_not_hold_it_up() -> None:
 def test_a_drone_outside_the_fence_is_led_inside() -> None:
     lot = shapely.box(-30.0, -50.0, 30.0, 50.0)
     fence = fence_around(lot, 5.0)
-    flight = fly(lot, (0.0, -58.0), fence, most_s=400)
-    assert flight.done
-    target = flight.plans[5].target
+    flight = fly(lot, (0.0, -58.0), fence, most_s=20)
+    target, inside = flight.plans[5].target, shapely.Polygon(fence.polygon)
     assert target is not None
-    assert shapely.Polygon(fence.polygon).covers(shapely.Point(target.north, target.east))
+    assert inside.covers(shapely.Point(target.north, target.east))
+    assert not inside.covers(shapely.Point(flight.places[0]))
+    assert inside.covers(shapely.Point(flight.places[-1]))
 
 
 def test_a_second_exploration_of_a_known_lot_ends_at_once() -> None:
-    app = PathPlanApp()
-    lot, start = shapely.box(-25.0, -30.0, 25.0, 30.0), (-20.0, -25.0)
-    first = fly(lot, start, fence_around(lot, 10.0), app)
+    lot, start = shapely.box(-12.0, -15.0, 12.0, 15.0), (-8.0, -10.0)
+    app, known = PathPlanApp(LEVEL), KnownMap(lot, 100.0)
+    first = fly(lot, start, fence_around(lot, 10.0), app, known=known)
     assert first.done
-    again = fly(lot, start, fence_around(lot, 10.0), app)
+    again = fly(lot, start, fence_around(lot, 10.0), app, known=known)
     assert again.done
     assert again.coverage >= 0.98
+    assert again.distance_m < 20.0
 
 
+@nightly
 def test_with_a_new_battery_it_takes_up_where_it_left_off() -> None:
     """A first flight is called home early; the next one begins at home, by another planner, over the kept map."""
     lot, start = shapely.box(-55.0, -60.0, 55.0, 60.0), (-50.0, -50.0)
@@ -142,9 +149,12 @@ def test_with_a_new_battery_it_takes_up_where_it_left_off() -> None:
 
 def test_the_same_flight_twice_is_equal(flown: Flight) -> None:
     lot, start = random_lot(1)
-    assert fly(lot, start, fence_around(lot, 10.0)).plans == flown.plans
+    again = fly(lot, start, fence_around(lot, 10.0), most_s=20.0).plans
+    assert len(again) > 60
+    assert again == flown.plans[: len(again)]
 
 
+@nightly
 def test_a_small_patch_of_lot_is_looked_around_before_it_is_done() -> None:
     """The start shows a corner that nothing visible joins to the lot behind it: an entrance, a strip of trees."""
     lot = shapely.union(shapely.box(-45.0, -30.0, -35.0, -14.0), shapely.box(-40.0, 12.0, 40.0, 60.0))
@@ -187,6 +197,7 @@ def test_looking_around_ends_where_there_is_nothing() -> None:
     assert flight.coverage > 0.98
 
 
+@nightly
 def test_a_lot_that_goes_on_across_other_ground_is_seen_whole() -> None:
     """A drive, a footpath and a planted strip part it, 14 m; the fence is drawn about both parts."""
     lot = shapely.union(shapely.box(-25, -30, 25, 30), shapely.box(-25, 44, 25, 100))
@@ -196,6 +207,7 @@ def test_a_lot_that_goes_on_across_other_ground_is_seen_whole() -> None:
     assert flight.plans[-1].explore.left_out == LeftOut()
 
 
+@nightly
 def test_ground_beyond_the_border_waits_until_the_lot_was_seen() -> None:
     """Two arms, in a fence drawn about them: until all of it was seen the drone flies as without looks beyond."""
     arms = [shapely.box(-9, -32, 26, -16), shapely.box(-9, 18, 26, 32)]
@@ -209,6 +221,7 @@ def test_ground_beyond_the_border_waits_until_the_lot_was_seen() -> None:
     assert not careful.done, "what lies between the arms and beside them is looked at after it"
 
 
+@nightly
 def test_a_wide_fence_does_not_make_the_drone_wander() -> None:
     """Nothing lies beyond the lot; 60 m of ground inside the fence are not looked at, and reported."""
     lot = shapely.box(-40, -50, 40, 50)

@@ -48,6 +48,7 @@ def test_it_ends_soon_where_there_is_no_lot_and_does_not_call_that_explored() ->
     assert 10.0 < flight.distance_m < 200.0
 
 
+@pytest.mark.nightly
 def test_the_road_between_two_lots_is_crossed() -> None:
     lot = shapely.union(shapely.box(-60.0, -20.0, 60.0, 0.0), shapely.box(-60.0, 32.0, 60.0, 52.0))
     fence = fence_around(lot.envelope, 15.0)

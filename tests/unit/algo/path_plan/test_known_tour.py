@@ -8,6 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hawk.algo.frame import outcome
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.known_tour import (
     MARGIN_M,
@@ -22,7 +23,6 @@ from hawk.algo.path_plan.known_tour import (
 )
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.rows.fit import Rectangles
-from hawk.algo.steps import outcome
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.plans import Fence, HeightParameters
 from tests.unit.algo.synthetic import CAMERA

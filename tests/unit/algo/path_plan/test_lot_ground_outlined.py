@@ -95,6 +95,7 @@ def test_every_cell_of_the_outline_is_looked_at_and_nothing_beside_it_though_it_
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_ground_without_any_lot_is_seen_whole() -> None:
     lot, ground = shapely.box(-150.0, -150.0, -140.0, -140.0), shapely.box(-30.0, 20.0, 30.0, 80.0)
     flight, known = explored(lot, ground)
@@ -104,6 +105,7 @@ def test_ground_without_any_lot_is_seen_whole() -> None:
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_an_outline_beyond_the_fence_widens_it_not_and_what_was_not_seen_is_outlined() -> None:
     """The planner is given ground that nobody cut off at the fence."""
     lot = shapely.box(-30.0, -30.0, 30.0, 30.0)
@@ -148,6 +150,7 @@ def test_another_outline_begins_the_exploration_again() -> None:
     assert plan.path.target.east > 20.0
 
 
+@pytest.mark.slow
 def test_only_unclear_stalls_of_the_outline_are_looked_at_again() -> None:
     class Unclear(KnownMap):
         def unclear_stalls(self) -> dict[int, Stall]:

@@ -120,6 +120,7 @@ def test_two_lots_that_touch_at_a_corner_are_not_joined() -> None:
     assert route(lot, place_in(0, 0), place_in(5, 5)).refused == NO_ROUTE
 
 
+@pytest.mark.slow
 def test_a_detour_far_beyond_the_straight_line_is_found() -> None:
     lot = DrawnLot(np.ones((300, 40), np.bool_))
     lot.lot[:290, 20] = False

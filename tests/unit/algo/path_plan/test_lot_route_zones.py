@@ -49,8 +49,12 @@ def keeps_out(flight: Flight, fence: Fence) -> None:
 @pytest.mark.flight
 @pytest.mark.parametrize(
     "zones",
-    [[box(-12, -10, 12, 10)], [box(-25, -50, -12, 2), box(10, -4, 26, 50)]],
-    ids=["a roof in the middle", "two that force a detour"],
+    [
+        pytest.param([box(-12, -10, 12, 10)], id="a roof in the middle"),
+        pytest.param(
+            [box(-25, -50, -12, 2), box(10, -4, 26, 50)], id="two that force a detour", marks=pytest.mark.nightly
+        ),
+    ],
 )
 def test_a_lot_with_zones_is_explored_and_no_leg_crosses_one(zones: list[Ring]) -> None:
     fence = zoned(fence_around(LOT, 15.0), *zones)
@@ -63,6 +67,7 @@ def test_a_lot_with_zones_is_explored_and_no_leg_crosses_one(zones: list[Ring]) 
 
 
 @pytest.mark.flight
+@pytest.mark.nightly
 def test_two_parts_of_a_lot_are_explored_around_a_zone_between_them() -> None:
     lot = shapely.union(shapely.box(-55.0, -35.0, -20.0, 35.0), shapely.box(-4.0, -35.0, 30.0, 35.0))
     fence = zoned(fence_around(shapely.box(-55.0, -35.0, 30.0, 35.0), 15.0), box(-15, -28, -9, 50))

@@ -9,11 +9,11 @@ import pytest
 import shapely
 
 from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
+from hawk.algo.frame import outcome
 from hawk.algo.ground import CoarseLayers, Floats, Window
-from hawk.algo.known.placing import plan_rectangles
+from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.known_tour import boxes_of, corners_of, lot_tour
-from hawk.algo.steps import outcome
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.model.known_lot import KnownLot, KnownStall, LotTour
 from hawk.model.lot_map import Stall, StallState

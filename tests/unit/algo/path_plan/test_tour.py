@@ -66,6 +66,7 @@ def test_what_a_tour_misses_is_what_no_leg_shows() -> None:
     assert tour.missing == pytest.approx(by_hand(wanted, tour.places), rel=1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     st.integers(0, 10_000),
@@ -92,6 +93,7 @@ def test_after_every_move_the_books_are_right(
     assert tuple(tour.places[0]) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_without_heat_no_move_makes_a_tour_costlier(seed: int) -> None:
@@ -108,18 +110,21 @@ def test_without_heat_no_move_makes_a_tour_costlier(seed: int) -> None:
             assert tour.cost <= before + 1e-6
 
 
+@pytest.mark.slow
 def test_a_strip_is_flown_along_its_length_once() -> None:
     tour = searched(tour_over(ground((-15, 15, -60, 60)), (0.0, -55.0)))
     assert tour.missing < 20
     assert length_of(tour.places) == pytest.approx(55 + 60 - FOOTPRINT.depth / 2, abs=8)
 
 
+@pytest.mark.slow
 def test_two_lots_are_both_shown_and_the_nearer_comes_first() -> None:
     tour = searched(tour_over(ground((-20, 0, -20, 0), (-10, 10, 70, 90)), (30.0, 0.0)))
     assert tour.missing < 20
     assert tour.places[-1][1] > 50
 
 
+@pytest.mark.slow
 def test_no_waypoint_lies_where_the_drone_may_not_be() -> None:
     terms = Terms(FOOTPRINT, short_by=60.0, allowed=lambda places: places[:, 1] < 10.0)
     tour = searched(tour_over(ground((-20, 20, -60, 25)), (0.0, -50.0), terms=terms))
@@ -127,12 +132,14 @@ def test_no_waypoint_lies_where_the_drone_may_not_be() -> None:
     assert tour.missing < 0.05 * tour_over(ground((-20, 20, -60, 25)), (0.0, 0.0)).missing
 
 
+@pytest.mark.slow
 def test_what_may_be_left_out_is_not_flown_to() -> None:
     wanted = ground((0, 10, 80, 90), spare=150.0)
     assert len(searched(tour_over(wanted, (0.0, 0.0))).places) == 1
     assert len(searched(tour_over(ground((0, 10, 80, 90)), (0.0, 0.0))).places) > 1
 
 
+@pytest.mark.slow
 def test_a_turn_is_avoided_when_it_costs() -> None:
     wanted = ground((60, 80, -10, 10), (-80, -60, -10, 10))
     ahead = Tour(Terms(FOOTPRINT, 60.0, turn_m=10.0), wanted, np.zeros((1, 2)), 0.0, np.random.default_rng(2))
@@ -141,6 +148,7 @@ def test_a_turn_is_avoided_when_it_costs() -> None:
     assert searched(behind).places[1][0] < 0
 
 
+@pytest.mark.slow
 def test_a_tour_stops_short_of_what_the_braking_drone_looks_at() -> None:
     strip = ground((-15, 15, -60, 60))
     level, leaning = (
@@ -182,6 +190,7 @@ def test_the_same_course_twice_is_equal() -> None:
         assert np.array_equal(first, second)
 
 
+@pytest.mark.slow
 def test_a_course_that_was_prepared_follows_without_a_long_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
     sweeps: list[float] = []
     sweep = Course._sweep

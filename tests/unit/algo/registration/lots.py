@@ -9,7 +9,7 @@ import shapely
 
 from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.algo.rows.fit import Indices, Rectangles
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 
 PITCH_M = 2.6
 DEPTH_M = 5.2

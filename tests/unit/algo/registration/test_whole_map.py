@@ -56,6 +56,7 @@ def test_a_map_with_many_errors_is_right_or_not_certain(count: int, seed: int) -
     assert not registration.is_certain or (which[registration.pairs[:, 1]] == registration.pairs[:, 0]).all()
 
 
+@pytest.mark.slow
 def test_a_row_of_forty_equal_stalls_without_an_end_in_view_is_not_certain() -> None:
     row = rows([40])
     ground = shapely.box(-10, 8, 10, 40 * PITCH_M - 8)
@@ -79,6 +80,7 @@ def test_both_places_are_given_where_two_fit_alike() -> None:
     assert math.dist(*shifts) == pytest.approx(PITCH_M, abs=0.3)
 
 
+@pytest.mark.slow
 def test_half_of_a_lot_is_registered_by_what_both_saw() -> None:
     truth = placed(1.0, (1.0, -2.0))
     whole, which = flown_again(LOT, truth, np.random.default_rng(4))
@@ -89,6 +91,7 @@ def test_half_of_a_lot_is_registered_by_what_both_saw() -> None:
     assert (which[west][registration.pairs[:, 1]] == registration.pairs[:, 0]).all()
 
 
+@pytest.mark.slow
 def test_a_row_that_was_painted_again_does_not_mislead_the_others() -> None:
     kept = LOT.stalls[LOT.stalls.centres[:, 0] < 40]
     wider = rectangles(np.array([(45.0, 14.0 + 3.1 * k) for k in range(5)]))
@@ -99,6 +102,7 @@ def test_a_row_that_was_painted_again_does_not_mislead_the_others() -> None:
     assert np.count_nonzero(registration.pairs[:, 0] < 35) == 35
 
 
+@pytest.mark.slow
 def test_another_lot_is_not_taken_for_this_one() -> None:
     other = map_of(rows([5, 13, 7, 11], [9.0, 0.0, 12.0, 2.2], pitch=2.85))
     registration = register(LOT, other)
@@ -106,6 +110,7 @@ def test_another_lot_is_not_taken_for_this_one() -> None:
     assert len(registration.pairs) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stalls", [2, 3, 4])
 def test_a_lot_farther_off_than_reach_is_not_certain(stalls: int) -> None:
     off = placed(0.0, (0.0, REACH_M + stalls * PITCH_M))
@@ -126,6 +131,7 @@ def test_maps_far_from_each_other_have_too_few_stalls_in_common() -> None:
     assert register(LOT, far).doubt is Doubt.TOO_FEW
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_another_lot_with_the_same_distances_between_rows_of_the_same_lengths_is_not_taken_for_this_one(
     seed: int,

@@ -8,8 +8,8 @@ import numpy as np
 
 from hawk.algo.rows.evidence import Ground, GroundAt
 from hawk.algo.rows.fit import Finds
+from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import CORE_SHARE
-from hawk.algo.vision.seen import FloatArray
 
 WIDTH, LENGTH = 2.6, 5.2
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hawk.algo.rows.evidence import Ground
 from hawk.algo.rows.lot import NO_ROW, complete_rows
 from hawk.algo.vision import quads
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.detection import FloatArray
 from tests.unit.algo.rows.parking import LENGTH, WIDTH, finds_at, ground_of, joined, row_at
 
 ANGLE = 0.3 + math.pi / 2

@@ -10,11 +10,11 @@ import pytest
 
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision import named
+from hawk.algo.vision import network_file
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import VisionModelError
-from hawk.algo.vision.seen import Found, GroundImage, StallSeen
+from hawk.algo.vision.detection import Detection, Found, GroundImage
+from hawk.algo.vision.detector import StallDetector
+from hawk.algo.vision.network_file import VisionModelError
 from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
@@ -27,19 +27,19 @@ F = 640 / math.tan(math.radians(35))
 CAMERA = CameraModel(1280, 720, F, F, 639.5, 359.5)
 POSE = MapPose(10, 20, 30, 0, 0, 0)
 JPEG = cv2.imencode(".jpg", np.full((720, 1280, 3), 110, np.uint8))[1].tobytes()
-STALL = StallSeen(10, 20, 0.3, 2.62, 5.35, 0.9, 0.1, 1.0)
+STALL = Detection(10, 20, 0.3, 2.62, 5.35, 0.9, 0.1, 1.0)
 
 
-class SetFinder(NetworkFinder):
+class SetFinder(StallDetector):
     """Finds what the test says."""
 
     def __init__(self) -> None:
-        self.stalls: tuple[StallSeen, ...] = ()
+        self.stalls: tuple[Detection, ...] = ()
         self.lot = 0.0
         self.error: Exception | None = None
         self.shadows: list[tuple[float, float] | None] = []
 
-    def find(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
+    def detect(self, picture: GroundImage, shadow: tuple[float, float] | None = None) -> Found:
         self.shadows.append(shadow)
         if self.error:
             raise self.error
@@ -122,7 +122,7 @@ def test_the_lot_s_detection_is_steady(rig: Rig) -> None:
     ],
 )
 def test_a_lot_is_detected_by_its_stalls_or_its_ground(
-    rig: Rig, stalls: tuple[StallSeen, ...], lot: float, detected: bool
+    rig: Rig, stalls: tuple[Detection, ...], lot: float, detected: bool
 ) -> None:
     rig.finder.stalls, rig.finder.lot = stalls, lot
     for _ in range(3):
@@ -281,7 +281,7 @@ def test_a_user_s_model_that_is_missing_or_no_network_is_an_error_that_names_the
 def test_without_the_package_s_network_pictures_are_shown_and_the_health_says_why(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(named, "_WEIGHTS", ("weights", "gone.onnx"))
+    monkeypatch.setattr(network_file, "_WEIGHTS", ("weights", "gone.onnx"))
     app = VisionApp()
     topics = AlgorithmTopicInterface()
     app.init(FrameCamera(topics), topics)

@@ -15,8 +15,8 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
+from hawk.algo.vision.detection import Detection
 from hawk.algo.vision.rectify import ground_footprint
-from hawk.algo.vision.seen import StallSeen
 from hawk.model.operation import StateName
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
@@ -74,13 +74,13 @@ def app() -> VisionApp:
     return VisionApp()
 
 
-def seen(app: VisionApp, frame: FrameInput) -> list[StallSeen]:
+def seen(app: VisionApp, frame: FrameInput) -> list[Detection]:
     ground = app.see(frame).ground
     assert ground is not None
     return [stall for stall in ground.stalls if stall.score >= 0.5]
 
 
-def in_place(found: list[StallSeen]) -> int:
+def in_place(found: list[Detection]) -> int:
     """Return how many stalls were found within half a metre and with their own size, to within 10 %."""
     return sum(
         any(
@@ -108,6 +108,7 @@ def test_without_it_they_do_not(app: VisionApp, frame: FrameInput) -> None:
     assert in_place(seen(app, frame)) <= 0.1 * len(stalls())
 
 
+@pytest.mark.slow
 def test_with_the_ground_known_the_map_s_pose_keeps_its_place(app: VisionApp, frame: FrameInput) -> None:
     ground = app.see(replace(frame, ground=GROUND_M)).ground
     assert ground is not None

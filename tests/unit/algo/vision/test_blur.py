@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hawk.algo.vision.blur import BLURRED, blur_of
-from hawk.algo.vision.seen import GroundImage
+from hawk.algo.vision.detection import GroundImage
 
 TO_MAP = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]])
 

@@ -21,8 +21,8 @@ from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics, turned_camera
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
+from hawk.worlds.moment import Condition
 from hawk.worlds.world import World
 
 CAMERA = default_intrinsics()
@@ -160,6 +160,7 @@ def evidence(expected: list[Motion], measured: Callable[[Motion], Motion]) -> Ev
     return found
 
 
+@pytest.mark.slow
 @given(moves(), directions, noise)
 def test_a_turn_is_measured_whatever_the_flight(expected: list[Motion], angle: float, wrong: float) -> None:
     found = evidence(expected, lambda e: Motion(e.shift * cmath.exp(-1j * (angle + wrong)), e.turn * 0.9)).finding()
@@ -170,6 +171,7 @@ def test_a_turn_is_measured_whatever_the_flight(expected: list[Motion], angle: f
         assert abs(math.remainder(found.angle - angle, math.tau)) < 0.13
 
 
+@pytest.mark.slow
 @given(moves(), directions)
 def test_a_mirrored_picture_is_never_right(expected: list[Motion], axis: float) -> None:
     found = evidence(expected, lambda e: Motion(e.shift.conjugate() * cmath.exp(1j * axis), -e.turn)).finding()
@@ -260,6 +262,7 @@ def test_a_mirrored_picture_is_unhealthy_and_stays_so_along_a_line(world: World)
     assert not any(health.is_healthy for health in healths[first:])
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the camera sends the same picture with new time stamps",
     "camera unhealthy once the drone moved by 1 m or turned by 15° (0.3 s to 1.3 s of flight); Explore and "
@@ -399,8 +402,18 @@ def test_another_camera_begins_a_new_check(world: World) -> None:
     assert check.look(replace(frame, camera=replace(CAMERA, fx=900.0)), picture).is_healthy
 
 
+HARDEST = (Condition.NIGHT, Condition.SNOW)
+MARKS = {condition: () if condition in HARDEST else pytest.mark.nightly for condition in Condition}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("condition", "height"), list(zip(Condition, [35, 35, 60, 35, 15, 60, 15], strict=True)))
+@pytest.mark.parametrize(
+    ("condition", "height"),
+    [
+        pytest.param(condition, height, marks=MARKS[condition])
+        for condition, height in zip(Condition, [35, 35, 60, 35, 15, 60, 15], strict=True)
+    ],
+)
 def test_no_time_of_day_and_no_weather_makes_a_right_camera_wrong(condition: Condition, height: int) -> None:
     world = world_in(condition)
     poses = [replace(pose, height=height) for pose in corner(40)]
@@ -410,7 +423,7 @@ def test_no_time_of_day_and_no_weather_makes_a_right_camera_wrong(condition: Con
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("condition", list(Condition))
+@pytest.mark.parametrize("condition", [pytest.param(condition, marks=MARKS[condition]) for condition in Condition])
 def test_a_camera_upside_down_is_found_at_any_time_and_in_any_weather(condition: Condition) -> None:
     world = world_in(condition)
     _, healths = Flight(world, turn=math.pi).check(straight(30))

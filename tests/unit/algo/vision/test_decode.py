@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
+from hawk.algo.vision.detection import FloatArray, GroundImage
 from hawk.algo.vision.network import NetworkMaps
-from hawk.algo.vision.seen import FloatArray, GroundImage
 from training.targets import shape_of
 
 CELL = 0.2
@@ -53,6 +53,7 @@ def order(found: Stalls, stalls: list[Numbers]) -> Stalls:
     return found[apart.argmin(axis=0)]
 
 
+@pytest.mark.slow
 @given(
     st.floats(60, 180),
     st.floats(50, 110),
@@ -110,6 +111,7 @@ def test_a_car_that_leans_in_from_the_side_speaks_less_for_taken_than_one_in_the
     assert bare < 0.5
 
 
+@pytest.mark.slow
 @given(said=st.floats(0.0, 1.0), car=st.floats(0.0, 1.0))
 @settings(max_examples=30)
 def test_the_probability_of_taken_rises_with_what_the_network_says(said: float, car: float) -> None:
@@ -266,6 +268,7 @@ def test_neighbours_that_share_a_side_but_for_rounding_do_not_overlap() -> None:
     assert quads.overlaps(second[None], first[None])[0] < 1e-6
 
 
+@pytest.mark.slow
 @given(st.floats(0, math.pi), st.floats(-500, 500), st.floats(-500, 500), st.floats(2, 4), st.floats(4, 6))
 def test_a_row_of_touching_stalls_never_overlaps(angle: float, x: float, y: float, width: float, length: float) -> None:
     steps, ones = np.arange(12) * width, np.ones(12)

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.detection import GroundImage
+from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import Blob, NetworkMaps, StallNetwork, maps_from_output, sun_input
 from hawk.algo.vision.rectify import GROUND_M, Rectifier, project
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 from hawk.model.sun import sun_position
@@ -44,7 +44,7 @@ def picture_at(yaw: float) -> GroundImage:
 
 def given_sun(picture: GroundImage, shadow: tuple[float, float] | None) -> Blob | None:
     network = Listener()
-    NetworkFinder(network).find(picture, shadow)
+    StallDetector(network).detect(picture, shadow)
     (sun,) = network.suns
     return sun
 

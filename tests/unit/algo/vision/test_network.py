@@ -11,17 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.vision import network as network_module
-from hawk.algo.vision.decode import NetworkFinder
-from hawk.algo.vision.network import (
-    CHANNELS,
-    StallNetwork,
-    VisionModelError,
-    maps_from_output,
-    packaged_weights,
-    sun_input,
-)
+from hawk.algo.vision.detection import GroundImage
+from hawk.algo.vision.detector import StallDetector
+from hawk.algo.vision.network import CHANNELS, StallNetwork, maps_from_output, sun_input
+from hawk.algo.vision.network_file import VisionModelError, packaged_weights
 from hawk.algo.vision.rectify import Rectifier, ground_homography
-from hawk.algo.vision.seen import GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 from training.scenes import Scene, SceneStall, draw_scene
@@ -57,7 +51,7 @@ def whole(lot: Scene) -> list[SceneStall]:
 @pytest.mark.slow
 def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: StallNetwork, lot: Scene) -> None:
     ground = GroundImage(lot.image, NORTH_UP, np.ones(lot.image.shape[:2], np.bool_))
-    found = NetworkFinder(network).find(ground)
+    found = StallDetector(network).detect(ground)
     stalls = whole(lot)
     places = ground.map_points(np.array([stall.quad.mean(axis=0) for stall in stalls]))
     apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls] for n, e in places])
@@ -77,7 +71,7 @@ def test_two_rows_on_plain_ground_are_found_without_anything_around_them(
     for top in (140, 300):
         for column in range(130, 391, 26):
             cv2.rectangle(image, (column - 1, top), (column, top + 52), paint, -1)
-    found = NetworkFinder(network).find(GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))).stalls
+    found = StallDetector(network).detect(GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))).stalls
     middles = [(-(top + 26) / 10, (column + 13) / 10) for top in (140, 300) for column in range(130, 390, 26)]
     near = [min(math.hypot(s.north - north, s.east - east) for s in found) < 0.5 for north, east in middles]
     assert sum(near) >= 18
@@ -88,7 +82,7 @@ def test_blank_ground_shows_no_stall(network: StallNetwork) -> None:
     rng = np.random.default_rng(1)
     image = np.clip(rng.normal(100, 6, (256, 320, 3)), 0, 255).astype(np.uint8)
     ground = GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))
-    assert NetworkFinder(network).find(ground).stalls == ()
+    assert StallDetector(network).detect(ground).stalls == ()
 
 
 @pytest.mark.parametrize("size", [(33, 47), (64, 96), (101, 130)])
@@ -106,11 +100,12 @@ def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork, l
     image = lot.image
     valid = np.ones(image.shape[:2], np.bool_)
     valid[:, :200] = False
-    core = NetworkFinder(network).find(GroundImage(image, NORTH_UP, valid)).core
+    core = StallDetector(network).detect(GroundImage(image, NORTH_UP, valid)).core
     assert not core.values[:, :100].any()
     assert core.values[:, 110:].max() > 0.5
 
 
+@pytest.mark.slow
 def test_the_same_picture_twice_gives_the_same_maps(network: StallNetwork, lot: Scene) -> None:
     one, two = (network.run(lot.image) for _ in range(2))
     np.testing.assert_array_equal(one.core, two.core)
@@ -124,7 +119,7 @@ def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork,
     texture = onto @ np.vstack([NORTH_UP, [0, 0, 1]])
     border = (95, 95, 95)
     frame = cv2.warpPerspective(lot.image, texture, (1280, 720), borderMode=cv2.BORDER_CONSTANT, borderValue=border)
-    found = NetworkFinder(network).find(Rectifier().rectify(np.asarray(frame, np.uint8), camera, pose))
+    found = StallDetector(network).detect(Rectifier().rectify(np.asarray(frame, np.uint8), camera, pose))
     quads = np.array([stall.quad for stall in whole(lot)]) @ NORTH_UP[:, :2].T + NORTH_UP[:, 2]
     in_frame = cv2.perspectiveTransform(quads.reshape(1, -1, 2), onto).reshape(-1, 4, 2)
     in_view = quads.mean(1)[((in_frame > 0) & (in_frame < (1280, 720))).all((1, 2))]
@@ -205,6 +200,7 @@ def test_the_parts_of_a_picture_cover_it_once_with_a_margin(side: int) -> None:
         assert pixels.stop == side or pixels.stop - 2 * last >= 30
 
 
+@pytest.mark.slow
 def test_a_large_picture_shows_what_a_small_one_does(network: StallNetwork, lot: Scene) -> None:
     image = lot.image
     large = cv2.copyMakeBorder(image, 150, 150, 200, 200, cv2.BORDER_REFLECT_101)

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.network import Engine, EngineError, StallNetwork, VisionModelError, open_runner, packaged_weights
-from hawk.config.sections import Config, ConfigError, load_config
+from hawk.algo.vision.network import Engine, EngineError, StallNetwork, open_runner
+from hawk.algo.vision.network_file import VisionModelError, packaged_weights
+from hawk.config.loader import load_config
+from hawk.config.sections import Config, ConfigError
 from hawk.config.sections import VisionSettings as VisionSection
 from hawk.daemon.algorithms import make_manager
 from hawk.daemon.start_checks import check_model

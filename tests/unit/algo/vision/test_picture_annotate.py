@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detection import Detection
 from hawk.algo.vision.picture import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, PictureStyle, annotate, state_of
 from hawk.algo.vision.rectify import project, scaled_camera
-from hawk.algo.vision.seen import StallSeen
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
@@ -26,7 +26,7 @@ def decoded(jpeg: bytes) -> NDArray[np.int16]:
     return np.asarray(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)).astype(np.int16)
 
 
-def drawn(*stalls: Stall | StallSeen, pose: MapPose | None = POSE, width: int = 960) -> NDArray[np.int16]:
+def drawn(*stalls: Stall | Detection, pose: MapPose | None = POSE, width: int = 960) -> NDArray[np.int16]:
     jpeg = annotate(GROUND, CAMERA, pose, stalls, style=PictureStyle(maximum_width=width, quality=95))
     return decoded(jpeg)
 
@@ -55,7 +55,7 @@ def test_a_free_stall_is_filled_in_blue_where_it_is() -> None:
 
 def test_the_states_look_different_without_colour() -> None:
     shares = {StallState.FREE: 0.1, StallState.TAKEN: 0.9, StallState.UNKNOWN: 0.5}
-    seen = {s: StallSeen(100, 50, 0.4, 2.6, 5.2, 0.9, taken, 1.0) for s, taken in shares.items()}
+    seen = {s: Detection(100, 50, 0.4, 2.6, 5.2, 0.9, taken, 1.0) for s, taken in shares.items()}
     pictures = {s: drawn(seen[s]).mean(axis=2) for s in shares}
     changed = {s: np.abs(p - 90) > 15 for s, p in pictures.items()}
     assert changed[StallState.UNKNOWN].sum() < 0.6 * changed[StallState.FREE].sum()  # dashes, no fill
@@ -65,7 +65,7 @@ def test_the_states_look_different_without_colour() -> None:
 
 
 def test_a_stall_of_one_frame_is_shown_by_its_probability() -> None:
-    seen = StallSeen(100, 50, 0.4, 2.6, 5.2, 0.9, 0.1, 1.0)
+    seen = Detection(100, 50, 0.4, 2.6, 5.2, 0.9, 0.1, 1.0)
     states = [state_of(replace(seen, taken=t)) for t in (0.0, 0.35, 0.5, 0.65, 1.0)]
     assert states == ["free", "free", "unknown", "taken", "taken"]
     assert np.abs(drawn(seen)[pixel(101.5, 50.6)] - 90).max() > 20

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detection import FloatArray, GroundImage
 from hawk.algo.vision.rectify import MAXIMUM_PIXELS, Rectifier, RectifyError, project
-from hawk.algo.vision.seen import FloatArray, GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
 
@@ -75,6 +75,7 @@ def test_a_ground_point_lands_where_an_independent_projection_says(
     assert np.hypot(*(ground.map_points(centre) - truth)) < 0.08 + 0.004 * pose.height
 
 
+@pytest.mark.slow
 @given(poses, st.floats(-20, 20), st.floats(-20, 20), angles, angles, angles)
 @settings(max_examples=60)
 def test_project_agrees_with_the_independent_formula(

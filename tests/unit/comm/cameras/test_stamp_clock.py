@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from hawk.comm.cameras.stamp_clock import Placed, StampClock
+from tests.sweep import sweep
 
 DELAY = 0.05
 FAULT_S = 0.12
@@ -55,8 +56,8 @@ def check(placed: list[tuple[float, Placed]]) -> int:
     "no picture is placed by the old clock: four to eight are left out, then the new one is used; where "
     "missing pictures hide the step, four seconds are left out",
 )
-@pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
-@pytest.mark.parametrize("step", [-0.2, -0.35, -0.5, -0.9, -3.0, -86400.0, 0.2, 0.35, 0.5, 0.9, 3.0, 86400.0])
+@sweep("fps", [3.0, 10.0, 30.0])
+@sweep("step", [-0.2, -0.35, -0.5, -0.9, -3.0, -86400.0, 0.2, 0.35, 0.5, 0.9, 3.0, 86400.0])
 def test_a_step_of_the_cameras_clock_places_no_picture_wrongly(fps: float, step: float) -> None:
     camera = Camera(fps)
     assert check(list(camera.run(10.0))) == 0
@@ -80,13 +81,14 @@ def busy(camera: Camera, seconds: float, least: float, most: float) -> list[tupl
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "pictures are missing and late by .1 to .7 s on a busy computer",
     "no step is reported, no picture is placed wrongly",
 )
-@pytest.mark.parametrize("fps", [10.0, 30.0])
-@pytest.mark.parametrize("least", [0.1, 0.3])
-@pytest.mark.parametrize("seed", range(20))
+@sweep("fps", [10.0, 30.0])
+@sweep("least", [0.1, 0.3])
+@sweep("seed", range(20))
 def test_a_busy_computer_is_no_step(fps: float, least: float, seed: int) -> None:
     camera = Camera(fps, seed)
     check(list(camera.run(10.0)))
@@ -106,9 +108,9 @@ def test_after_a_step_in_a_gap_the_pictures_come_back_in_four_seconds() -> None:
     assert [found.stepped_s for _, found in after if found.stepped_s is not None] == [pytest.approx(-0.6, abs=0.05)]
 
 
-@pytest.mark.parametrize("fps", [10.0, 30.0])  # where the gap and the step leave the usual interval, nothing shows it
-@pytest.mark.parametrize("step", [-0.2, -0.9, 0.9])
-@pytest.mark.parametrize("gap", [0.7, 2.3])
+@sweep("fps", [10.0, 30.0])  # where the gap and the step leave the usual interval, nothing shows it
+@sweep("step", [-0.2, -0.9, 0.9])
+@sweep("gap", [0.7, 2.3])
 def test_a_step_in_a_gap_is_noticed_too(fps: float, step: float, gap: float) -> None:
     camera = Camera(fps)
     list(camera.run(10.0))
@@ -118,9 +120,9 @@ def test_a_step_in_a_gap_is_noticed_too(fps: float, step: float, gap: float) -> 
 
 
 @pytest.mark.fault("pictures come .2 to .9 s late, in bursts", "no step; they are placed by their stamps")
-@pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
-@pytest.mark.parametrize("more", [0.2, 0.5, 0.9])
-@pytest.mark.parametrize("seed", range(5))
+@sweep("fps", [3.0, 10.0, 30.0])
+@sweep("more", [0.2, 0.5, 0.9])
+@sweep("seed", range(5))
 def test_a_delay_in_transit_is_no_step(fps: float, more: float, seed: int) -> None:
     camera = Camera(fps, seed)
     list(camera.run(10.0))

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.comm.mavlink.frames import Heartbeat, ground_station_heartbeat, heartbeats, is_mavlink_1, system_of
+from tests.sweep import sweep
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 
@@ -27,6 +28,7 @@ def packed(
     return bytes(message.pack(sender, force_mavlink1=version_1))
 
 
+@pytest.mark.slow
 @given(
     mode=st.integers(0, 2**32 - 1), kind=st.integers(0, 255), autopilot=st.integers(0, 255), base=st.integers(0, 255),
     status=st.integers(0, 255), version_1=st.booleans(), signed=st.booleans(), noise=st.binary(max_size=40),
@@ -80,7 +82,7 @@ def test_our_heartbeat_is_a_ground_stations_as_pymavlink_reads_it() -> None:
     assert not next(heartbeats(ground_station_heartbeat(245, 190))).is_of_an_autopilot
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("kind", "autopilot", "component", "is_copter"),
     [
         *((kind, 3, 1, True) for kind in (2, 3, 4, 13, 14, 15, 29, 35, 43)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hawk.comm.mavlink.frames import is_copter, kind_words
+from tests.sweep import sweep
 
 COPTERS = {2, 3, 4, 13, 14, 15, 29, 35, 43}
 NAMES = {
@@ -50,7 +51,7 @@ NAMES = {
 }
 
 
-@pytest.mark.parametrize("kind", NAMES)
+@sweep("kind", NAMES)
 def test_each_kind_has_its_name_and_only_a_copter_of_ardupilot_is_flown(kind: int) -> None:
     assert kind_words(kind, 8) == NAMES[kind], "without an autopilot it has no maker"
     assert kind_words(kind, 3) == f"{NAMES[kind]} (ArduPilot)"

@@ -7,6 +7,7 @@ import pytest
 from hawk.comm.protocol.authority import Role, Tenure, authority_refusal, role_refusal
 from hawk.comm.protocol.command_table import COMMAND_TABLE, sender_of
 from hawk.comm.protocol.commands import AnyCommand
+from tests.sweep import sweep
 
 KINDS = sorted(model.model_fields["type"].default for model in get_args(get_args(AnyCommand)[0]))
 OF_THE_SESSION = {"Name", "Control", "Heartbeat", "Map Resync"}
@@ -20,24 +21,24 @@ def test_the_web_server_answers_what_concerns_the_session_and_nothing_else() -> 
     assert {kind for kind in KINDS if COMMAND_TABLE[kind].answered_by_web_server} == OF_THE_SESSION
 
 
-@pytest.mark.parametrize("homing", [False, True])
-@pytest.mark.parametrize("control", [Tenure.HELD, Tenure.LOST])
-@pytest.mark.parametrize("kind", JUDGED)
+@sweep("homing", [False, True])
+@sweep("control", [Tenure.HELD, Tenure.LOST])
+@sweep("kind", JUDGED)
 def test_the_client_in_control_may_send_every_command(kind: str, control: Tenure, homing: bool) -> None:
     assert authority_refusal(sender_of(kind), has_control=True, control=control, homing=homing) == ""
 
 
-@pytest.mark.parametrize("homing", [False, True])
-@pytest.mark.parametrize("kind", JUDGED)
+@sweep("homing", [False, True])
+@sweep("kind", JUDGED)
 def test_while_someone_else_has_control(kind: str, homing: bool) -> None:
     refusal = authority_refusal(sender_of(kind), has_control=False, control=Tenure.HELD, homing=homing)
     allowed = kind in ASKING or (kind == "Hold" and not homing)
     assert refusal == ("" if allowed else "Someone else has control.")
 
 
-@pytest.mark.parametrize("homing", [False, True])
-@pytest.mark.parametrize("control", [Tenure.FREE, Tenure.LOST])
-@pytest.mark.parametrize("kind", JUDGED)
+@sweep("homing", [False, True])
+@sweep("control", [Tenure.FREE, Tenure.LOST])
+@sweep("kind", JUDGED)
 def test_while_nobody_has_control_or_its_holder_is_lost(kind: str, control: Tenure, homing: bool) -> None:
     refusal = authority_refusal(sender_of(kind), has_control=False, control=control, homing=homing)
     allowed = kind in ASKING | FOR_SAFETY or (kind == "Hold" and not homing)
@@ -51,7 +52,7 @@ def test_a_command_that_the_table_does_not_list_needs_control(control: Tenure) -
     assert not authority_refusal(sender_of("Fly"), has_control=True, control=Tenure.HELD, homing=False)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@sweep("kind", KINDS)
 def test_a_viewer_commands_nothing_and_an_operators_role_forbids_nothing(kind: str) -> None:
     assert role_refusal(sender_of(kind), Role.OPERATOR) == ""
     assert (role_refusal(sender_of(kind), Role.VIEWER) == "") is (kind in ("Heartbeat", "Map Resync"))

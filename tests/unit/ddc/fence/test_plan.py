@@ -27,8 +27,8 @@ from hawk.comm.protocol.commands import (
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.config.sections import FenceSettings
 from hawk.ddc.fence.geometry import FenceError, contains, ring_from_map, ring_to_map
+from hawk.ddc.fence.keepers import FENCE_FILE
 from hawk.ddc.fence.plan import check_answer
-from hawk.ddc.fence.stored import FENCE_FILE
 from hawk.ddc.parameters.reader import REREAD_S
 from hawk.ddc.requests import requests
 from hawk.ddc.settings import DdcSettings

@@ -20,7 +20,7 @@ from hawk.comm.protocol.commands import (
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.config.sections import FenceSettings
 from hawk.ddc.fence.geometry import FenceError, Ring, contains, outside_by, ring_from_map, ring_to_map, zone_of
-from hawk.ddc.fence.stored import FENCE_FILE
+from hawk.ddc.fence.keepers import FENCE_FILE
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
 from hawk.model.plans import Fence

@@ -31,6 +31,7 @@ from hawk.ddc.parameters.values import (
     threshold_words,
 )
 from hawk.ddc.readings.remote_control import SWITCH_NAMES
+from tests.sweep import sweep
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
 
 VIEW = AutopilotView(245, cells=(3,), fence_on=True)
@@ -112,7 +113,7 @@ def test_what_is_safe_passes(values: dict[str, float | None]) -> None:
 
 
 @pytest.mark.fault("a parameter is not answered", '"not read yet" never passes; each name alone refuses')
-@pytest.mark.parametrize("name", CHECK_OF)
+@sweep("name", CHECK_OF)
 def test_a_parameter_that_was_not_read_has_not_passed(name: str) -> None:
     whole = SAFE if name in SAFE else SAFE_47
     values = {key: value for key, value in whole.items() if key != name}
@@ -134,7 +135,7 @@ def test_every_parameter_that_decides_is_read() -> None:
     "BATT_FS_LOW_ACT 5 (Terminate), 7 (Brake), or any value that is not listed",
     'Arm is refused: "cuts the motors (BATT_FS_LOW_ACT 5)"; Set failsafes sets RTL',
 )
-@pytest.mark.parametrize(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])
+@sweep(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])
 def test_only_the_listed_values_pass(name: str, value: float) -> None:
     found = failed({**SAFE, name: value})
     assert [check.name for check in found] == ([] if value in RIGHT[name] else [CHECK_OF[name]])
@@ -146,7 +147,7 @@ def test_only_the_listed_values_pass(name: str, value: float) -> None:
         assert failed(after) == []
 
 
-@pytest.mark.parametrize(("name", "value"), [(name, value) for name, (right, _) in BOUNDS.items() for value in right])
+@sweep(("name", "value"), [(name, value) for name, (right, _) in BOUNDS.items() for value in right])
 def test_a_threshold_within_its_bounds_passes(name: str, value: float) -> None:
     assert failed({**SAFE, name: value}) == []
 
@@ -155,7 +156,7 @@ def test_a_threshold_within_its_bounds_passes(name: str, value: float) -> None:
     "FS_GCS_TIMEOUT, FS_EKF_THRESH out of bounds; FS_EKF_ACTION, FS_THR_ENABLE, FENCE_TYPE, FENCE_ACTION wrong",
     "Arm is refused with consequence and remedy; Set failsafes puts it right",
 )
-@pytest.mark.parametrize(("name", "value"), [(name, value) for name, (_, wrong) in BOUNDS.items() for value in wrong])
+@sweep(("name", "value"), [(name, value) for name, (_, wrong) in BOUNDS.items() for value in wrong])
 def test_a_threshold_beyond_its_bounds_does_not_pass(name: str, value: float) -> None:
     (check,) = failed({**SAFE, name: value})
     assert check.name == CHECK_OF[name]
@@ -176,7 +177,7 @@ WORDS: dict[str, dict[int, str]] = {
 }
 
 
-@pytest.mark.parametrize(("name", "value"), [(name, value) for name, words in WORDS.items() for value in words])
+@sweep(("name", "value"), [(name, value) for name, words in WORDS.items() for value in words])
 def test_a_wrong_value_is_reported_in_words(name: str, value: int) -> None:
     (check,) = failed({**SAFE, name: float(value)})
     assert check.value == f"{WORDS[name][value]} ({name} {value})"

@@ -18,6 +18,7 @@ from hawk.ddc.parameters.reader import AT_ONCE, ParameterReader
 from hawk.ddc.readings.remote_control import SWITCH_NAMES, remote_control_check
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, ForeignWrite
+from tests.sweep import sweep
 from tests.unit.ddc.by_facts import read_all, reads, standing
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.parameters.test_failsafes import SAFE_47, VIEW
@@ -94,6 +95,7 @@ def test_a_parameter_that_the_version_lacks_is_given_up_after_two_silences_besid
     assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
 
 
+@pytest.mark.slow
 @pytest.mark.fault("autopilot answers no parameter at all", 'nothing is taken as "missing from this version"')
 def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
     bench = Bench(SAFE_47, frozenset(ALL_NAMES))
@@ -101,11 +103,12 @@ def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
     assert bench.reader.values() == {}
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a parameter is not answered")
-@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "FENCE_ALT_MAX"} - MAY_BE_MISSING))
+@sweep("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "FENCE_ALT_MAX"} - MAY_BE_MISSING))
 def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
     bench = Bench(SAFE_PARAMETERS, frozenset({name}))
-    bench.run(30)
+    bench.run(10)
     values = bench.reader.values()
     assert name not in values
     assert all(check.passed for check in check_failsafes(values, VIEW)) is (name in SWITCH_NAMES)
@@ -184,6 +187,7 @@ SILENT_CHANGES = [change for change in CHANGES if change[0] != "FENCE_ENABLE"]
 """The comparison of the fence finds a fence that is off as well, and uploads it at once."""
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "rally points, RTL_ALT_FINAL above 0, RTL_CLIMB_MIN above 3 m, RTL_ALT_TYPE terrain: RTL ends elsewhere, "
     "in the air, or above the ceiling"
@@ -265,6 +269,7 @@ async def test_whatever_another_station_sets_to_the_worse_in_flight_is_put_back(
     flying.expect(StateName.HOVER)
 
 
+@pytest.mark.slow
 @pytest.mark.fault("another station changes a parameter to a value that is as safe", "it stays, nothing is refused")
 @pytest.mark.parametrize(("name", "value"), [("BATT_FS_LOW_ACT", 1), ("RTL_ALT", 500), ("BATT_LOW_VOLT", 11.0)])
 async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, value: float) -> None:
@@ -293,6 +298,7 @@ async def test_who_changes_it_again_and_again_ends_the_flight_at_home(flying: Ri
     assert flying.command(Hold()).reason.startswith("Not while this lasts: Somebody changes the autopilot")
 
 
+@pytest.mark.slow
 async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.refuse["set_parameter"] = "no"

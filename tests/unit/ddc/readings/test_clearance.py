@@ -27,9 +27,9 @@ from hawk.ddc.rules import guard
 from hawk.ddc.states.base import State
 from hawk.ddc.states.explore import AutonomousExploreState
 from hawk.ddc.states.ground import TakeoffState
-from hawk.ddc.states.homing import LandState, ReturnToLaunchState
 from hawk.ddc.states.hover import CommunicationLostState, HoverState, ManualState
 from hawk.ddc.states.moves import AutonomousMoveState, CompulsiveMoveState
+from hawk.ddc.states.rtl_and_land import LandState, ReturnToLaunchState
 from hawk.model.operation import StateName
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint

@@ -13,7 +13,7 @@ from hawk.comm.topic import Stamped, Topic
 from hawk.ddc.acts import Ask, Log, SetHome, SetMode
 from hawk.ddc.battery.energy import seconds_home
 from hawk.ddc.facts import Facts
-from hawk.ddc.keeping.keeper import KeptHome
+from hawk.ddc.keeper.keeper import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
 from hawk.ddc.readings.belief import Belief
 from hawk.ddc.readings.home import HOME_TOLERANCE_M, HomeFacts, HomeReading, home_health

@@ -16,6 +16,7 @@ from hawk.model.operation import Health, HealthStatus
 from hawk.model.plans import DesiredPose, HeightParameters, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
+from hawk.specification.access_programs import DdcAccess
 from tests.manual_clock import ManualClock
 
 GOOD = Diagnostics(all_ok=True, global_position_ok=True)
@@ -70,16 +71,11 @@ def test_before_anything_came_nothing_is_claimed(rig: Rig) -> None:
     topics = rig.topics
     assert topics.get_state() == VehicleState()
     assert topics.get_global_pose() is None
-    assert topics.get_local_pose() is None
-    assert topics.get_rel_alt() is None
     assert topics.get_battery_info() is None
     assert topics.get_diagnostics() == Diagnostics()
-    assert not topics.get_park_lot_detected()
-    assert not topics.get_des_loc_inbound()
     assert topics.get_occupancy_map() == OccupancyMap()
     for health in (topics.get_vision_health(), topics.get_mapper_health(), topics.get_path_plan_health()):
         assert health == Health.bad("No result yet.")
-    assert not topics.get_health_status().is_healthy
     assert topics.get_link_age() == topics.get_pose_age() == math.inf
 
 
@@ -89,8 +85,6 @@ def test_the_autopilots_state_and_poses_are_given_as_they_came(rig: Rig) -> None
     pose = rig.pose(LocalPose(5.0, 6.0, -7.0, 0.5), 7.0)
     assert rig.topics.get_state() is state
     assert rig.topics.get_global_pose() == pose.global_
-    assert rig.topics.get_local_pose() == pose.local
-    assert rig.topics.get_rel_alt() == 7.0
 
 
 def test_the_camera_is_as_well_as_it_says_and_as_its_pictures_show(rig: Rig) -> None:
@@ -135,37 +129,6 @@ def test_a_battery_is_known_for_five_seconds(rig: Rig) -> None:
     assert rig.topics.get_battery_info() is None
 
 
-def test_a_lot_in_sight_is_believed_for_two_seconds(rig: Rig) -> None:
-    rig.inputs.park_lot_detected.publish(True)
-    assert rig.topics.get_park_lot_detected()
-    rig.clock.advance(2.1)
-    assert not rig.topics.get_park_lot_detected()
-
-
-@pytest.mark.parametrize(
-    ("verdict", "age", "inside"),
-    [
-        (Verdict(7, Inbound.INSIDE), 0.0, True),
-        (Verdict(7, Inbound.INSIDE), 1.1, False),  # too old
-        (Verdict(6, Inbound.INSIDE), 0.0, False),  # on another place
-        (Verdict(7, Inbound.OUTSIDE), 0.0, False),
-        (Verdict(7, Inbound.UNKNOWN), 0.0, False),
-    ],
-)
-def test_inbound_only_by_a_fresh_verdict_on_the_same_number(
-    rig: Rig, verdict: Verdict, age: float, inside: bool
-) -> None:
-    rig.topics.des_pose_pub.publish(DesiredPose(7, 1.0, 2.0))
-    rig.inputs.verdict.publish(verdict)
-    rig.clock.advance(age)
-    assert rig.topics.get_des_loc_inbound() is inside
-
-
-def test_nothing_is_inbound_when_nothing_is_desired(rig: Rig) -> None:
-    rig.inputs.verdict.publish(Verdict(7, Inbound.INSIDE))
-    assert not rig.topics.get_des_loc_inbound()
-
-
 def test_the_map_is_the_very_index_that_was_published(rig: Rig) -> None:
     found = OccupancyMap(version=3)
     rig.inputs.occupancy_map.publish(found)
@@ -191,28 +154,16 @@ def test_a_part_that_falls_silent_is_unhealthy(rig: Rig, name: str, get: Callabl
     assert get(rig.topics) == Health.bad("No result lately.")
 
 
-def test_the_overall_health_names_the_first_part_that_is_not_well(rig: Rig) -> None:
-    rig.all_well()
-    assert rig.topics.get_health_status().is_healthy
-    rig.inputs.recording_health.publish(Health.bad("disk full"))
-    assert rig.topics.get_health_status().reason == "recording: disk full"
-    rig.inputs.mapper_health.publish(Health.bad("torn"))
-    assert rig.topics.get_health_status().reason == "mapper: torn"
-    rig.inputs.loop_lag.publish(0.2)
-    rig.clock.advance(3.1)
-    assert rig.topics.get_health_status().reason == "link: No word from the autopilot."
-
-
 def test_a_second_sender_is_a_fault_that_is_shown_and_the_autopilot_is_heard_all_the_same(rig: Rig) -> None:
     rig.all_well()
     rig.inputs.second_sender.publish("10.0.0.6:5 (system 1) sends, too.")
-    assert rig.topics.get_health_status().reason == "link: 10.0.0.6:5 (system 1) sends, too."
+    assert DdcAccess(rig.topics).get_health_status().reason == "link: 10.0.0.6:5 (system 1) sends, too."
     assert rig.topics.get_link_health().is_healthy
     rig.clock.advance(3.1)
-    assert rig.topics.get_health_status().reason == "link: No word from the autopilot."
+    assert DdcAccess(rig.topics).get_health_status().reason == "link: No word from the autopilot."
     rig.all_well()
     rig.inputs.second_sender.publish("")
-    assert rig.topics.get_health_status().is_healthy
+    assert DdcAccess(rig.topics).get_health_status().is_healthy
 
 
 def test_each_reading_holds_up_to_its_age(rig: Rig) -> None:
@@ -285,19 +236,19 @@ def test_a_link_that_ended_is_not_heard(rig: Rig) -> None:
 def test_a_loop_that_is_late_is_not_well(rig: Rig) -> None:
     rig.all_well()
     rig.inputs.loop_lag.publish(0.1)
-    assert rig.topics.get_health_status().is_healthy
+    assert DdcAccess(rig.topics).get_health_status().is_healthy
     rig.inputs.loop_lag.publish(0.101)
-    assert rig.topics.get_health_status().reason == "loop: The program is 101 ms late."
+    assert DdcAccess(rig.topics).get_health_status().reason == "loop: The program is 101 ms late."
     rig.inputs.loop_lag.publish(2.0)
-    assert rig.topics.get_health_status().reason == "loop: The program is 2000 ms late."
+    assert DdcAccess(rig.topics).get_health_status().reason == "loop: The program is 2000 ms late."
 
 
 def test_requests_and_tasks_are_well_until_they_say_otherwise(rig: Rig) -> None:
     rig.all_well()
     rig.inputs.tasks_health.publish(Health.bad("vision ended"))
-    assert rig.topics.get_health_status().reason == "tasks: vision ended"
+    assert DdcAccess(rig.topics).get_health_status().reason == "tasks: vision ended"
     rig.inputs.requests_health.publish(Health.bad("arm hangs"))
-    assert rig.topics.get_health_status().reason == "requests: arm hangs"
+    assert DdcAccess(rig.topics).get_health_status().reason == "requests: arm hangs"
     assert [name for name, _ in rig.topics.get_part_healths()] == [
         "link",
         "position",

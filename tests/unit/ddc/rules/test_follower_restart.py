@@ -20,6 +20,7 @@ from hawk.ddc.rules.follower import (
 from hawk.model.moment import Moment
 from hawk.model.operation import FlightSoFar, StateName
 from hawk.model.vehicle import CopterMode, LandedState
+from tests.sweep import sweep
 from tests.unit.ddc.fakes import PLACE, SAFE_PARAMETERS, START, UTC_START, Rig
 
 S = StateName
@@ -71,7 +72,7 @@ MODES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("mode", "state"), MODES)
+@sweep(("mode", "state"), MODES)
 async def test_the_first_start_takes_its_state_from_the_mapping_and_sends_nothing(
     make: Callable[..., Rig], mode: int, state: StateName
 ) -> None:
@@ -83,8 +84,8 @@ async def test_the_first_start_takes_its_state_from_the_mapping_and_sends_nothin
     assert "The program started while the drone was in the air." in rig.log
 
 
-@pytest.mark.parametrize(("mode", "state"), MODES)
-@pytest.mark.parametrize("starts", [2, 3])
+@sweep(("mode", "state"), MODES)
+@sweep("starts", [2, 3])
 async def test_the_second_start_returns_home_before_anything_else(
     make: Callable[..., Rig], starts: int, mode: int, state: StateName
 ) -> None:

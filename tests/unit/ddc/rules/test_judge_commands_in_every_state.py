@@ -5,7 +5,8 @@ Facts stand written down here, not read from the table of commands: a reason tha
 
 from __future__ import annotations
 
-import itertools
+import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -33,6 +34,7 @@ from hawk.comm.protocol.commands import (
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.model.operation import StateName
 from hawk.model.vehicle import LandedState
+from tests.sweep import sweep
 from tests.unit.ddc.fakes import PLACE, Rig
 
 FENCE = [
@@ -156,8 +158,6 @@ LEADS_TO: dict[str, StateName] = {
     "Set Fence": StateName.CONFIGURE,
 }
 
-PAIRS = list(itertools.product(StateName, COMMANDS))
-
 
 def test_every_command_is_tried_in_every_state() -> None:
     assert set(ANSWER) == set(COMMANDS)
@@ -165,26 +165,36 @@ def test_every_command_is_tried_in_every_state() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("state", "name"), PAIRS, ids=[f"{s.value}-{n}" for s, n in PAIRS])
-async def test_every_pair(fresh: Rig, state: StateName, name: str) -> None:
-    await fresh.enter(state)
-    before = len(fresh.autopilot.calls)
-    answer = fresh.manager.handle("ana", COMMANDS[name])
-    possible = {option.command: option for option in fresh.manager.options()}[name]
-    if state in ACCEPTED[name]:
-        await fresh.tick()  # the planner's word on an Autonomous Move
-        accepted = fresh.socket.replies[-1][1] if answer is None else answer
-        assert isinstance(accepted, KillToken) or (isinstance(accepted, Ack) and accepted.accepted)
-        fresh.expect(LEADS_TO.get(name, state))
-    else:
-        assert isinstance(answer, Ack)
-        assert not answer.accepted
-        assert answer.reason == ANSWER[name][state]
-        if answer.reason != REASONS["no-lot"]:  # of which lot it is, the offer knows nothing
-            assert not possible.possible
-            assert possible.reason == answer.reason
-        fresh.expect(state)
-        assert len(fresh.autopilot.calls) == before
+@sweep("state, name", [(state, name) for name, states in ACCEPTED.items() for state in states])
+async def test_what_a_state_accepts_is_done(state: StateName, name: str, tmp_path: Path) -> None:
+    rig = Rig(Path(tempfile.mkdtemp(dir=tmp_path)))  # what a case before this one has set is not kept
+    await rig.enter(state)
+    answer = rig.manager.handle("ana", COMMANDS[name])
+    await rig.tick()  # the planner's word on an Autonomous Move
+    accepted = rig.socket.replies[-1][1] if answer is None else answer
+    assert isinstance(accepted, KillToken) or (isinstance(accepted, Ack) and accepted.accepted)
+    rig.expect(LEADS_TO.get(name, state))
+    await rig.close()
+
+
+@sweep("state", StateName)
+@pytest.mark.slow
+async def test_what_a_state_refuses_changes_nothing_and_says_why(state: StateName, tmp_path: Path) -> None:
+    rig = Rig(Path(tempfile.mkdtemp(dir=tmp_path)))  # what a case before this one has set is not kept
+    await rig.enter(state)
+    calls = len(rig.autopilot.calls)
+    possible = {option.command: option for option in rig.manager.options()}
+    refused = {name: reasons[state] for name, reasons in ANSWER.items() if reasons[state]}
+    answers = {name: rig.manager.handle("ana", COMMANDS[name]) for name in refused}
+    assert all(isinstance(answer, Ack) and not answer.accepted for answer in answers.values()), answers
+    assert {name: answer.reason for name, answer in answers.items() if isinstance(answer, Ack)} == refused
+    # of which lot it is, the offer knows nothing
+    offered = {name: reason for name, reason in refused.items() if reason != REASONS["no-lot"]}
+    assert not any(possible[name].possible for name in offered)
+    assert {name: possible[name].reason for name in offered} == offered
+    rig.expect(state)
+    assert len(rig.autopilot.calls) == calls
+    await rig.close()
 
 
 @pytest.mark.parametrize("state", StateName)
@@ -246,7 +256,7 @@ async def test_resume_waits_for_the_pilots_hand_to_leave_the_switch(fresh: Rig) 
 # -- control ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", sorted(set(COMMANDS) - {"Hold"}))
+@sweep("name", sorted(set(COMMANDS) - {"Hold"}))
 async def test_commands_of_someone_without_control_are_refused(rig: Rig, name: str) -> None:
     answer = rig.command(COMMANDS[name], client="eve")
     assert not answer.accepted

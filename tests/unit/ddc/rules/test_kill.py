@@ -225,7 +225,7 @@ async def test_nothing_else_is_sent_while_it_is_being_sent(flying: Rig) -> None:
     flying.autopilot.silent.add("kill")
     flying.manager.handle_now("ana", Kill(token=token_of(flying)))
     targets = len(flying.autopilot.targets)
-    await flying.run(4.5)
+    await flying.tick(90)
     assert flying.autopilot.count("kill") == pytest.approx(23, abs=1)
     assert len(flying.autopilot.targets) == targets
     assert flying.autopilot.count("set_mode") == 0
@@ -435,7 +435,7 @@ async def test_a_fault_while_it_is_repeated_stops_neither_the_kill_nor_the_ticks
 
     flying.service.kill = broken  # type: ignore[method-assign]
     ticks = flying.manager.ticks
-    await flying.run(1.0)
+    await flying.tick(20)
     assert flying.manager.ticks - ticks == pytest.approx(20, abs=1)
     assert flying.autopilot.count("kill") >= 4
     assert "broken" in flying.manager.own_health.reason

@@ -22,6 +22,7 @@ from hawk.model.known_lot import LotsAhead, PlanOffer
 from hawk.model.operation import Fall
 from hawk.model.plans import ExploreStatus, PathPlan
 from hawk.model.vehicle import CopterMode, LandedState
+from tests.sweep import sweep
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import DATUM, SETTINGS, flying, on_ground
 
@@ -191,12 +192,12 @@ def test_every_need_has_a_test_of_its_reason() -> None:
     assert set(UNMET) == set(Need)
 
 
-@pytest.mark.parametrize("command", [kind for kind, row in COMMAND_TABLE.items() if row.states])
+@sweep("command", [kind for kind, row in COMMAND_TABLE.items() if row.states])
 def test_a_command_whose_needs_are_met_is_possible(command: str) -> None:
     assert WELL.get(command, AIR).reason(command) == ""
 
 
-@pytest.mark.parametrize(("command", "need"), PAIRS, ids=[f"{kind}-{need.name}" for kind, need in PAIRS])
+@sweep(("command", "need"), PAIRS)
 def test_a_need_that_is_not_met_refuses_the_command_with_its_reason(command: str, need: Need) -> None:
     change, reason = UNMET[need]
     scene = change(WELL.get(command, AIR))

@@ -24,8 +24,8 @@ from hawk.ddc.readings.link import LinkFacts
 from hawk.ddc.rules.silence import SENDINGS, SILENCE_S, SilenceRule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.ground import ArmState
-from hawk.ddc.states.homing import LandState, ReturnToLaunchState
 from hawk.ddc.states.hover import HoverState, ManualState
+from hawk.ddc.states.rtl_and_land import LandState, ReturnToLaunchState
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import Rig
@@ -315,6 +315,6 @@ async def test_a_kill_is_repeated_for_its_five_seconds(flying: Rig) -> None:
     assert isinstance(answer, Ack)
     assert answer.accepted
     assert answer.reason == UNHEARD
-    await flying.run(6.0)
+    await flying.tick(120)
     assert flying.autopilot.count("kill") == pytest.approx(25, abs=1)
     assert flying.shown.operation.kill_state == "not confirmed"

@@ -53,16 +53,6 @@ async def test_a_refused_arm_leads_to_idle_with_the_autopilots_words(rig: Rig, r
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("silent", ["upload_fence", "set_mode", "arm"])
-async def test_arming_times_out(rig: Rig, silent: str) -> None:
-    rig.autopilot.silent.add(silent)
-    rig.order(Arm())
-    await rig.run(21)
-    rig.expect(S.IDLE)
-    assert rig.manager.log.entries[-1].level == "error"
-
-
-@pytest.mark.slow
 async def test_armed_that_comes_after_it_gave_up_is_disarmed_at_once(rig: Rig) -> None:
     rig.autopilot.silent.add("arm")
     rig.order(Arm())
@@ -115,15 +105,6 @@ async def test_disarm_while_arming_stops_it(rig: Rig) -> None:
     assert not rig.autopilot.armed
 
 
-async def test_a_refused_disarm_is_reported(fresh: Rig) -> None:
-    await fresh.enter(S.ARM)
-    fresh.autopilot.refuse["disarm"] = "not now"
-    fresh.order(Disarm())
-    await fresh.tick(3)
-    fresh.expect(S.ARM)
-    assert fresh.log[-1] == "Disarm was refused."
-
-
 async def test_the_autopilots_own_disarm_leads_to_idle(fresh: Rig) -> None:
     await fresh.enter(S.ARM)
     fresh.autopilot.armed = False
@@ -148,19 +129,6 @@ async def test_a_mode_that_changed_while_arming_is_someone_elses(rig: Rig) -> No
     rig.autopilot.armed = True
     await rig.tick(2)
     rig.expect(S.MANUAL)
-
-
-async def test_an_arm_that_is_acknowledged_and_does_not_show(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    async def acknowledge() -> None:
-        """Say yes and stay disarmed."""
-
-    monkeypatch.setattr(rig.autopilot, "arm", acknowledge)
-    rig.order(Arm())
-    await rig.run(3.0)
-    rig.expect(S.ARM)
-    await rig.run(0.5)
-    rig.expect(S.IDLE)
-    assert rig.log[-1] == "Arm was taken, but the drone does not arm."
 
 
 async def test_without_a_fence_it_does_not_arm(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,15 +157,6 @@ async def test_takeoff_waits_for_armed(rig: Rig) -> None:
 # -- Takeoff ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-async def test_takeoff_ends_in_hover_at_95_percent(fresh: Rig) -> None:
-    await fresh.enter(S.TAKEOFF)
-    await fresh.until(S.HOVER)
-    assert fresh.autopilot.height == pytest.approx(0.95 * 35, abs=0.3)
-    await fresh.run(3)
-    assert fresh.autopilot.height == pytest.approx(35, abs=0.1)
-
-
 @pytest.mark.parametrize(("armed", "state"), [(True, S.ARM), (False, S.IDLE)])
 async def test_a_refused_takeoff_leads_back_to_the_ground(fresh: Rig, armed: bool, state: StateName) -> None:
     await fresh.enter(S.ARM)
@@ -208,29 +167,6 @@ async def test_a_refused_takeoff_leads_back_to_the_ground(fresh: Rig, armed: boo
     fresh.expect(state)
     if armed:
         assert fresh.manager.log.entries[-1].details == "Mode change failed"
-
-
-@pytest.mark.slow
-async def test_still_on_the_ground_after_eight_seconds(fresh: Rig) -> None:
-    await fresh.enter(S.ARM)
-    fresh.autopilot.stuck = True
-    fresh.order(Takeoff())
-    await fresh.run(7.9)
-    fresh.expect(S.TAKEOFF)
-    await fresh.run(0.3)
-    fresh.expect(S.ARM)
-
-
-@pytest.mark.slow
-async def test_a_climb_that_stops_for_five_seconds_leads_to_hover(fresh: Rig) -> None:
-    await fresh.enter(S.TAKEOFF)
-    await fresh.run(8.0)
-    fresh.autopilot.stuck = True
-    await fresh.run(4.8)
-    fresh.expect(S.TAKEOFF)
-    await fresh.run(0.5)
-    fresh.expect(S.HOVER)
-    assert fresh.log[-1] == "The climb stopped. Holding."
 
 
 async def test_hold_below_min_brakes_at_the_present_height(fresh: Rig) -> None:

@@ -56,18 +56,6 @@ async def test_without_a_fresh_pose_it_brakes(fresh: Rig) -> None:
     assert "The position was lost. Holding." in fresh.log
 
 
-async def test_guided_that_is_refused_again_and_again_ends_in_brake(fresh: Rig) -> None:
-    await fresh.enter(S.RETURN_TO_LAUNCH)
-    fresh.autopilot.refuse["set_mode"] = "no"
-    fresh.order(Hold())
-    await fresh.run(7.5)
-    del fresh.autopilot.refuse["set_mode"]
-    await fresh.run(3.0)
-    assert CopterMode.BRAKE in fresh.autopilot.asked("set_mode")
-    assert CopterMode.LOITER not in fresh.autopilot.asked("set_mode")
-    fresh.expect(S.HOVER)
-
-
 # -- Explore ----------------------------------------------------------------------------------------------------------
 
 
@@ -95,17 +83,6 @@ async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("height", "flown"), [(3, 15), (500, 60), (None, 35)])
-async def test_the_plans_height_is_bounded(flying: Rig, height: float | None, flown: float) -> None:
-    flying.target_plan(10, 0, height)
-    flying.order(AutonomousExplore())
-    await flying.run(9)
-    flying.target_plan(20, 0, height)
-    await flying.run(9)
-    assert flying.autopilot.height == pytest.approx(flown, abs=0.2)
-
-
-@pytest.mark.slow
 async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: Rig) -> None:
     flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=1.0)
     flying.order(AutonomousExplore())
@@ -117,24 +94,11 @@ async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: R
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [None, 500.0, float("nan"), float("inf"), -3.0, 0.0])
-async def test_no_plan_makes_the_drone_faster_than_travel_speed(flying: Rig, speed: float | None) -> None:
-    flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=speed)
-    flying.order(AutonomousExplore())
-    await flying.run(4)
-    begun, travel = flying.autopilot.north, flying.settings.flight.speed_m_s
-    await flying.run(5)
-    assert flying.autopilot.north - begun == pytest.approx(5 * travel, abs=0.5)
-    assert not any("Slower" in text for text in flying.log)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("inf")), (300.0, 0.0)])
-async def test_a_plan_to_nowhere_or_outside_the_fence_is_not_flown(flying: Rig, place: tuple[float, float]) -> None:
+async def test_a_plan_outside_the_fence_is_not_flown(flying: Rig) -> None:
     flying.order(AutonomousExplore())
     await flying.tick()
     before = len(flying.autopilot.targets)
-    flying.target_plan(*place)
+    flying.target_plan(300.0, 0.0)
     await flying.run(9)
     assert len(flying.autopilot.targets) == before
     await flying.run(2)
@@ -162,18 +126,6 @@ async def test_a_done_of_before_the_state_began_does_not_count(flying: Rig) -> N
     flying.expect(S.AUTONOMOUS_EXPLORE)
 
 
-@pytest.mark.slow
-async def test_no_lot_in_sight_for_too_long_is_user_error_2(fresh: Rig) -> None:
-    await fresh.enter(S.AUTONOMOUS_EXPLORE)
-    fresh.target_plan(100, 0)
-    fresh.sight.lot = False
-    await fresh.run(9.8)
-    fresh.expect(S.AUTONOMOUS_EXPLORE)
-    await fresh.run(0.5)
-    fresh.expect(S.HOVER)
-    assert fresh.manager.outcomes.user_error is UserError.NO_LOT_DETECTED
-
-
 async def test_explored_without_a_lot_is_user_error_2(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.sight.plan = PathPlan(MapPoint(10, 0), 35.0, 0.0, explore=ExploreStatus(lot_known=False))
@@ -184,24 +136,3 @@ async def test_explored_without_a_lot_is_user_error_2(fresh: Rig) -> None:
     fresh.expect(S.HOVER)
     assert fresh.manager.outcomes.user_error is UserError.NO_LOT_DETECTED
     assert fresh.manager.outcomes.user_error_text == "No lot was found here."
-
-
-@pytest.mark.slow
-async def test_explore_says_where_it_goes_next(fresh: Rig) -> None:
-    await fresh.enter(S.AUTONOMOUS_EXPLORE)
-    fresh.target_plan(0, -40)
-    await fresh.run(10)
-    assert "Next: to the north, 40 m away." in fresh.log
-    assert any(text.startswith("Next: to the west") or "south-west" in text for text in fresh.log)
-
-
-async def test_a_plan_without_target_waits(fresh: Rig) -> None:
-    await fresh.enter(S.HOVER)
-    fresh.sight.plan = PathPlan(route=(MapPoint(1, 1),), explore=ExploreStatus(seen=0.1))
-    fresh.order(AutonomousExplore())
-    before = len(fresh.autopilot.targets)
-    await fresh.run(5)
-    fresh.expect(S.AUTONOMOUS_EXPLORE)
-    assert len(fresh.autopilot.targets) == before
-    await fresh.run(6)
-    assert "No progress for 10 s. The planner gives no further path. Holding." in fresh.log

@@ -91,17 +91,6 @@ async def test_a_new_target_is_taken_in_flight(fresh: Rig) -> None:
 
 
 @pytest.mark.slow
-async def test_no_progress_for_ten_seconds_holds_with_the_reason(fresh: Rig) -> None:
-    await fresh.enter(S.COMPULSIVE_MOVE)
-    fresh.autopilot.stuck = True
-    await fresh.run(9.5)
-    fresh.expect(S.COMPULSIVE_MOVE)
-    await fresh.run(1.0)
-    fresh.expect(S.HOVER)
-    assert fresh.log[-1] == "No progress for 10 s. Holding."
-
-
-@pytest.mark.slow
 async def test_a_compulsive_move_needs_no_perception(flying: Rig) -> None:
     flying.sight.healthy = flying.sight.flows = False
     flying.sight.lot = None
@@ -160,17 +149,6 @@ async def test_a_place_that_turns_out_outside_ends_the_move_with_user_error_1(fr
     await fresh.enter(S.AUTONOMOUS_MOVE)
     fresh.sight.inbound = Inbound.OUTSIDE
     await fresh.tick(2)
-    fresh.expect(S.HOVER)
-    assert fresh.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
-
-
-@pytest.mark.parametrize("verdict", [None, Inbound.UNKNOWN])
-async def test_a_verdict_older_than_a_second_is_not_inbound(fresh: Rig, verdict: Inbound | None) -> None:
-    await fresh.enter(S.AUTONOMOUS_MOVE)
-    fresh.sight.inbound = verdict
-    await fresh.run(0.9)
-    fresh.expect(S.AUTONOMOUS_MOVE)
-    await fresh.run(1.2)
     fresh.expect(S.HOVER)
     assert fresh.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 

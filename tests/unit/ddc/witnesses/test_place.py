@@ -109,6 +109,7 @@ def test_a_walk_in_fast_straight_flight_is_doubted_at_its_turn() -> None:
 
 
 @pytest.mark.fault("GNSS wanders by 0.5 m within minutes; a height or a compass that is off by 10 % or 5°", "no alarm")
+@pytest.mark.slow
 def test_a_slow_wander_of_gnss_is_none() -> None:
     """Half a metre to and fro within minutes: 0.26 m in ten seconds at most."""
     flight = Flight()
@@ -300,6 +301,7 @@ def test_comparisons_that_are_missing_again_and_again_hide_no_walk(walk: float) 
 )
 @pytest.mark.parametrize(("walk", "late"), [(0.1, 6.0), (0.25, 4.5), (0.3, 4.0), (0.35, 4.0), (0.7, 4.0)])
 @pytest.mark.parametrize("before", [0.0, 20.0, 200.0])
+@pytest.mark.slow
 def test_a_slow_walk_adds_up_however_long_the_drone_has_held(walk: float, late: float, before: float) -> None:
     flight = Flight()
     flight.fly(before)
@@ -308,6 +310,7 @@ def test_a_slow_walk_adds_up_however_long_the_drone_has_held(walk: float, late: 
 
 
 @pytest.mark.fault("an honest receiver wanders by metres within ten minutes", "no alarm")
+@pytest.mark.slow
 def test_what_an_honest_receiver_wanders_is_no_walk() -> None:
     """Gauss-Markov of 2.1 m and 600 s, for ten minutes."""
     rng, farthest = np.random.default_rng(1), []

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import Stall, StallState
-from hawk.results.survey_map import stalls_geojson
+from hawk.results.stall_files import map_geojson
+from hawk.results.survey_map import Made, SurveyMap
 from tests.unit.lots.plan_files.files import (
     DATUM,
     degrees,
@@ -236,9 +237,9 @@ def test_the_stalls_of_a_flight_come_back_with_their_labels() -> None:
         return Stall(number, north, east, 0.0, 2.5, 5.0, 0.1, StallState.FREE, 0.9, 3, 1.0, 1)
 
     flown = {k + 1: stall(k + 1, -9.0 * (k // 4), 2.5 * (k % 4)) for k in range(8)}
-    text = stalls_geojson(DATUM, flown)
-    found = plan(text.encode())
-    assert labels(found) == [each["properties"]["label"] for each in json.loads(text)["features"]]
+    text = map_geojson(SurveyMap(DATUM, flown, {}), Made())
+    found = plan(text)
+    assert labels(found) == [each["properties"]["ref"] for each in json.loads(text)["features"]]
     assert "A 1" in labels(found)
     assert found.left_out_count == 0
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.plan import geometry
 from hawk.lots.plan_files.formats import read_plan
 from hawk.lots.plan_import import transfer

@@ -150,6 +150,7 @@ def test_a_new_lot_needs_a_name(person: Importer, name: object) -> None:
 
 @pytest.mark.slow
 @pytest.mark.fault("a plan of 20,000 stalls", "it makes a lot, and is undone")
+@pytest.mark.nightly
 def test_a_plan_of_20_000_stalls_makes_a_lot_and_is_undone(tmp_path: Path) -> None:
     person = importer(tmp_path, 0)
     made = person.begin(geojson(drawn(20_000, a_row=100)))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Connection, select, update
 
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, lots, surveys
 from hawk.exports.records import read_survey
 from hawk.lots import lists, queries

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select, update
 
-from hawk.daemon.lot_keeper import find_stalls
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, extent, lots, stalls
 from hawk.exports.feeds import FEEDS, VALID_S, valid_at
 from hawk.exports.records import read_survey, survey_of, surveys_of

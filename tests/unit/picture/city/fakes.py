@@ -1,4 +1,4 @@
-"""A city for tests: a grey picture of several windows, and an eye whose conduct is set by files beside its network."""
+"""A city for tests: a grey picture of several windows, and a detector that does what files beside its network say."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.vision.detector import ALL_ENDS, Ends
 from hawk.algo.vision.network import Engine, EngineChoice
 from hawk.picture.city.job import Job
-from hawk.picture.nadir import ALL_ENDS, LOT_M, Ends, Eye, Found, program_name
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
-from hawk.picture.orthophoto.steps import Task, tasks_of
-from hawk.picture.orthophoto.windows import windows_of
+from hawk.picture.orthophoto.steps import tasks_of
+from hawk.picture.orthophoto.tile_detector import LOT_M, TileDetections, TileDetector, program_name
+from hawk.picture.orthophoto.windows import Task, windows_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import UTM, placed, write
 
@@ -25,7 +26,7 @@ SHA = "5" * 64
 _KILL, _BROKEN, LOOKS, _OTHER = "kill", "broken", "looks", "other"
 
 
-class FakeEye(Eye):
+class FakeDetector(TileDetector):
     """Finds a stall in the middle of each picture, wider where that is brighter, and writes down each look."""
 
     def __init__(self, folder: Path, engine: EngineChoice, sha: str) -> None:
@@ -37,13 +38,13 @@ class FakeEye(Eye):
     def engine(self) -> Engine:
         return self._chosen
 
-    def look(
+    def detect(
         self,
         image: NDArray[np.uint8],
         metres_per_pixel: float | tuple[float, float],
         valid: NDArray[np.bool_] | None = None,
         ends: Ends = ALL_ENDS,
-    ) -> Found:
+    ) -> TileDetections:
         with (self._folder / LOOKS).open("a") as file:
             file.write(f"{os.getpid()} {os.environ.get('MALLOC_TRIM_THRESHOLD_', '')}\n")
         if (self._folder / _KILL).exists():
@@ -56,17 +57,17 @@ class FakeEye(Eye):
         half = np.array([(-1, -2.5), (1, -2.5), (1, 2.5), (-1, 2.5)]) * (1.2 + image.mean() / 1000, 1.0)
         lot = np.ones((round(high / LOT_M), round(wide / LOT_M)), np.bool_)
         stalls = (half + np.array([wide / 2, high / 2]))[None]
-        return Found(stalls, np.array([0.9]), np.array([0.8]), lot, np.zeros((0, 4, 2)))
+        return TileDetections(stalls, np.array([0.9]), np.array([0.8]), lot, np.zeros((0, 4, 2)))
 
 
-def load_fake(model: Path | None, engine: EngineChoice) -> Eye:
-    """Load the eye of the folder in which the network's file would be; in a worker another one when asked for it."""
+def load_fake(model: Path | None, engine: EngineChoice) -> TileDetector:
+    """Load the detector of the folder in which the network's file would be; another one in a worker if asked."""
     assert model is not None
-    return FakeEye(model.parent, engine, SHA)
+    return FakeDetector(model.parent, engine, SHA)
 
 
 def looks(folder: Path) -> int:
-    """Return how often eyes of a folder have looked."""
+    """Return how often detectors of a folder have looked."""
     return len((folder / LOOKS).read_text().splitlines()) if (folder / LOOKS).exists() else 0
 
 
@@ -92,7 +93,7 @@ def job_of(folder: Path, source: Orthophoto) -> Job:
 
 
 def break_bright(folder: Path, is_broken: bool = True) -> None:
-    """Let eyes of a folder fail at bright windows, or no longer."""
+    """Let detectors of a folder fail at bright windows, or no longer."""
     if is_broken:
         (folder / _BROKEN).touch()
     else:
@@ -100,7 +101,7 @@ def break_bright(folder: Path, is_broken: bool = True) -> None:
 
 
 def kill_once(folder: Path) -> None:
-    """Let the next look of an eye of a folder end its process."""
+    """Let the next look of a detector of a folder end its process."""
     (folder / _KILL).touch()
 
 

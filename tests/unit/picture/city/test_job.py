@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.picture.city.job import fitting_eye
+from hawk.picture.city.job import fitting_detector
 from hawk.picture.values import PictureError
 from tests.unit.picture.city.fakes import SHA, job_of, windows
 
@@ -15,7 +15,7 @@ from tests.unit.picture.city.fakes import SHA, job_of, windows
 def test_a_computer_that_sees_the_same_gets_the_eye(tmp_path: Path) -> None:
     source, _ = windows(tmp_path)
     job = job_of(tmp_path, source)
-    assert fitting_eye(job).model == SHA
+    assert fitting_detector(job).model == SHA
     assert (job.folder / "windows").is_dir()
 
 
@@ -30,4 +30,4 @@ def test_another_folder_picture_or_network_is_refused(tmp_path: Path) -> None:
         (replace(job, program="hawk 0"), "the client hawk 0; install the same version"),
     ):
         with pytest.raises(PictureError, match=words):
-            fitting_eye(other)
+            fitting_detector(other)

@@ -3,49 +3,52 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 
-from hawk.picture.city.results import Results
-from hawk.picture.city.run import CityProgress, CityRun, map_city
-from hawk.picture.nadir import Eye
-from hawk.picture.orthophoto.app import map_orthophoto
+from hawk.picture.city.run import CityRun, map_city, map_orthophoto
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
-from hawk.picture.orthophoto.steps import Store, Task, look
-from hawk.picture.values import Mapped, PictureError
+from hawk.picture.orthophoto.steps import map_task
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.orthophoto.tile_results import Results
+from hawk.picture.orthophoto.windows import Task
+from hawk.picture.values import PictureError, PictureSurvey
 from hawk.picture.work_folder import WINDOWS as FOLDER
 from tests.unit.picture.city import fakes
 from tests.unit.picture.city.fakes import CORE_M, WINDOWS, break_bright, load_fake, looks
-from tests.unit.picture.orthophoto.drawn import eye, lot_file
+from tests.unit.picture.orthophoto.drawn import detector, lot_file
 
 
-def mapped(folder: Path, name: str = "out", steps: list[CityProgress] | None = None) -> CityRun:
+def mapped(folder: Path, name: str = "out", steps: list[tuple[int, int]] | None = None) -> CityRun:
     path = folder / "city.tif" if (folder / "city.tif").exists() else fakes.city(folder)
-    report = [] if steps is None else steps
+    report: list[tuple[int, int]] = [] if steps is None else steps
     return map_city(
-        path, out=folder / name, model=folder / "model", core_m=CORE_M, load=load_fake, progress=report.append
+        path,
+        out=folder / name,
+        model=folder / "model",
+        core_m=CORE_M,
+        load=load_fake,
+        progress=lambda *step: report.append(step),
     )
 
 
-def same(one: Mapped, other: Mapped) -> bool:
-    return (one.survey, one.area_m2, one.scores, one.left_out) == (
-        other.survey, other.area_m2, other.scores, other.left_out,
+def same(one: PictureSurvey, other: PictureSurvey) -> bool:
+    return (one.survey, one.area_m2, one.left_out) == (
+        other.survey, other.area_m2, other.left_out,
     )  # fmt: skip
 
 
 def test_results_that_are_there_are_not_computed_again(tmp_path: Path) -> None:
-    steps: list[CityProgress] = []
+    steps: list[tuple[int, int]] = []
     first = mapped(tmp_path, steps=steps)
     assert (first.windows, first.reused, looks(tmp_path)) == (WINDOWS, 0, WINDOWS)
     assert len(first.mapped.survey.stalls) > 4
-    assert [(step.done, step.count) for step in steps] == [(done, WINDOWS) for done in range(WINDOWS + 1)]
-    assert steps[0].left_s is None
-    assert steps[-1].left_s == 0
+    assert steps == [(done, WINDOWS) for done in range(WINDOWS + 1)]
     files = sorted((tmp_path / "out" / FOLDER).iterdir())
     before = {path.name: path.read_bytes() for path in files}
     files[3].unlink()
@@ -59,8 +62,8 @@ def test_results_that_are_there_are_not_computed_again(tmp_path: Path) -> None:
 
 
 def test_a_run_that_was_cut_off_goes_on(tmp_path: Path) -> None:
-    def stop(step: CityProgress) -> None:
-        if step.done == 5:
+    def stop(done: int, _: int) -> None:
+        if done == 5:
             raise KeyboardInterrupt
 
     path = fakes.city(tmp_path)
@@ -76,12 +79,12 @@ def test_failed_windows_are_named_and_tried_again(tmp_path: Path) -> None:
     whole = mapped(tmp_path, "whole").mapped
     before = looks(tmp_path)
     break_bright(tmp_path)
-    steps: list[CityProgress] = []
+    steps: list[tuple[int, int]] = []
     part = mapped(tmp_path, steps=steps)
     failed = len(part.mapped.left_out)
     assert 0 < failed < WINDOWS
     assert {each.reason for each in part.mapped.left_out} == {"it is too bright"}
-    assert steps[-1].failed == failed
+    assert steps[-1] == (WINDOWS, WINDOWS)
     assert len(list(Results(tmp_path / "out").failures())) == failed
     break_bright(tmp_path, is_broken=False)
     again = mapped(tmp_path)
@@ -93,11 +96,13 @@ def test_failed_windows_are_named_and_tried_again(tmp_path: Path) -> None:
 def test_what_a_worker_could_not_write_stands_among_the_failures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def dead(tasks: Sequence[Task], source: Orthophoto, sees: Eye, store: Store) -> Iterator[tuple[Task, str]]:
-        yield from [(task, look(task, source, sees, store)) for task in tasks[1:]]
+    def dead(
+        tasks: Sequence[Task], source: Orthophoto, sees: TileDetector, store: Results
+    ) -> Generator[tuple[Task, str]]:
+        yield from [(task, map_task(task, source, sees, store)) for task in tasks[1:]]
         yield tasks[0], "3 workers died at it"
 
-    monkeypatch.setattr("hawk.picture.city.run.looked", dead)
+    monkeypatch.setattr("hawk.picture.city.run.map_tasks", dead)
     part = mapped(tmp_path).mapped
     (left,) = part.left_out
     assert left.reason == "3 workers died at it"
@@ -108,7 +113,7 @@ def test_a_city_of_which_no_window_can_be_looked_at_is_refused(tmp_path: Path, m
     def refuse(*_: object) -> None:
         raise PictureError("it is too bright")
 
-    monkeypatch.setattr(fakes.FakeEye, "look", refuse)
+    monkeypatch.setattr(fakes.FakeDetector, "detect", refuse)
     with pytest.raises(PictureError, match="it is too bright"):
         mapped(tmp_path)
 
@@ -119,7 +124,7 @@ def test_the_order_of_the_windows_changes_nothing(tmp_path: Path) -> None:
     results = Results(tmp_path / "other")
     results.prepare()
     for task in tasks[::-2] + tasks[::2]:
-        look(task, source, load_fake(tmp_path / "model", "opencv"), results)
+        map_task(task, source, load_fake(tmp_path / "model", "opencv"), results)
     other = mapped(tmp_path, "other")
     assert other.reused >= WINDOWS // 2
     assert same(other.mapped, usual.mapped)
@@ -144,7 +149,7 @@ def test_outlines_limit_the_windows_and_the_stalls(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_city_of_one_window_is_the_orthophoto_itself(tmp_path: Path) -> None:
     path = lot_file(tmp_path)
-    run = map_city(path, out=tmp_path / "out", load=lambda model, engine: eye())
+    run = map_city(path, out=tmp_path / "out", load=lambda model, engine: detector())
     assert same(run.mapped, map_orthophoto(path))
     assert len(run.mapped.survey.stalls) > 30
 

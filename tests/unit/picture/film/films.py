@@ -66,13 +66,13 @@ def world() -> World:
 
 def write_film(path: Path, flight: Flight, camera: CameraModel = LENS, fourcc: str = "mp4v") -> Path:
     """Draw a flight as a film."""
-    eye = WorldCamera(world(), camera, Lens(noise=1.0))
+    detector = WorldCamera(world(), camera, Lens(noise=1.0))
     size = (camera.width, camera.height)
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), FPS, size)
     assert writer.isOpened()
     for number in range(round(flight.seconds * FPS)):
         x, y, yaw = flight.place(number / FPS)
-        writer.write(eye.render(x, y, HEIGHT, 0.0, 0.0, yaw, rng=np.random.default_rng(number)))
+        writer.write(detector.render(x, y, HEIGHT, 0.0, 0.0, yaw, rng=np.random.default_rng(number)))
     writer.release()
     return path
 

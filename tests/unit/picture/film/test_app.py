@@ -13,10 +13,10 @@ import pytest
 
 from hawk.formats.image import NoImage
 from hawk.model.pictures import CameraModel
-from hawk.picture.adjust.posed import Posed
 from hawk.picture.film.app import Film, read_film
 from hawk.picture.film.lens import LensChoice
 from hawk.picture.photographs.heights import doubt_of
+from hawk.picture.reconstruction.camera_pose import CameraPose
 from hawk.picture.values import PictureError
 from tests.unit.picture.film.conftest import STOPPED, STRAIGHT
 from tests.unit.picture.film.films import (
@@ -70,7 +70,9 @@ def test_pictures_show_where_their_shots_were_taken(tmp_path: Path, straight_fil
     first, last = film.shots[0], film.shots[2]
     east = float(_spacing(film)[:2].sum())
     before, after = film.picture(first), film.picture(last)
-    posed = [Posed(shot.camera, 0.0, at, HEIGHT, shot.attitude or (0, 0, 0)) for shot, at in ((first, 0), (last, east))]
+    posed = [
+        CameraPose(shot.camera, 0.0, at, HEIGHT, shot.attitude or (0, 0, 0)) for shot, at in ((first, 0), (last, east))
+    ]
     ground = posed[0].ground(np.array([[160.0, 30.0]]))
     here, there = (np.rint(each.pixels(ground)[0]).astype(int) for each in posed)
     patches = [

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.picture.film.container import Made, read_made
+from hawk.picture.film.container import ContainerFacts, read_made
 
 UNIX = 1_777_890_600
 MAC = UNIX + 2_082_844_800
@@ -31,14 +31,14 @@ def test_the_moment_and_the_model_are_read(tmp_path: Path, version: int, large: 
     model = _box(b"udta", _box(b"\xa9xyz", b"+46.8-091.9") + _box(b"\xa9mdl", b"FC3170\x00\x00"))
     inner = _header(version) + model
     film.write_bytes(_box(b"ftyp", b"isom") + _box(b"mdat", bytes(1000), large) + _box(b"moov", inner, large))
-    assert read_made(film) == Made(float(UNIX), "FC3170")
+    assert read_made(film) == ContainerFacts(float(UNIX), "FC3170")
 
 
 def test_the_standard_form_of_the_model_has_a_length_before_it(tmp_path: Path) -> None:
     film = tmp_path / "a.MOV"
     text = b"HERO9 Black"
     film.write_bytes(_box(b"moov", _box(b"udta", _box(b"\xa9mod", struct.pack(">HH", len(text), 0) + text))))
-    assert read_made(film) == Made(None, "HERO9 Black")
+    assert read_made(film) == ContainerFacts(None, "HERO9 Black")
 
 
 @pytest.mark.parametrize("seconds", [0, 12_345])

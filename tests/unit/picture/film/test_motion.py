@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.picture.adjust.posed import Posed
 from hawk.picture.film.course import Course
 from hawk.picture.film.motion import BETWEEN_S, expected, measure
 from hawk.picture.film.video import Video
+from hawk.picture.reconstruction.camera_pose import CameraPose
 from tests.unit.picture.film.films import FPS, HEIGHT, LENS
 
 ANGLES = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-3.0, 3.0))
@@ -39,7 +39,7 @@ def test_the_expected_shift_is_where_the_middle_of_the_picture_goes(
         np.array([40.0, 40.0 + climb]), np.array([first, second]),
     )  # fmt: skip
     posed = [
-        Posed(LENS, float(place[0]), float(place[1]), float(height), angles)
+        CameraPose(LENS, float(place[0]), float(place[1]), float(height), angles)
         for place, height, angles in zip(course.metres(), course.height, (first, second), strict=True)
     ]
     middle = np.array([[LENS.cx, LENS.cy]])

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hawk.formats.image import NoImage
-from hawk.picture.adjust.posed import Posed
 from hawk.picture.film.app import read_film
 from hawk.picture.film.recording import read_frames
+from hawk.picture.reconstruction.camera_pose import CameraPose
 from hawk.picture.values import PictureError
 from tests.reference.kept import unpack
 
@@ -41,7 +41,7 @@ def test_neighbours_show_the_same_ground_where_their_poses_say(recording: Path) 
     for first, second in pairwise(film.shots):
         scale = 111_194.9
         posed = [
-            Posed(
+            CameraPose(
                 shot.camera, shot.latitude * scale, shot.longitude * scale * math.cos(math.radians(first.latitude)),
                 shot.height or 0.0, shot.attitude or (0.0, 0.0, 0.0),
             )

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from rasterio.transform import Affine
 
 from hawk.lots.registration.georeference import about
-from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
-from hawk.picture.values import Mapped
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.values import PictureSurvey
 from hawk.worlds.generate import WorldOptions, generate_world
 
 Image = NDArray[np.uint8]
@@ -34,8 +34,8 @@ def lot_picture() -> Image:
 
 
 @functools.cache
-def eye() -> Eye:
-    return Eye.load()
+def detector() -> TileDetector:
+    return TileDetector.load()
 
 
 def placed(crs: str, columns: int, rows: int, *, metres: float = METRES, turn: float = 0.0) -> Affine:
@@ -93,7 +93,7 @@ def opened_blank(folder: Path, rows: int = 40, columns: int = 60, **options: Any
     return open_orthophoto(blank(folder, rows, columns, **options))
 
 
-def corners_m(mapped: Mapped) -> NDArray[np.float64]:
+def corners_m(mapped: PictureSurvey) -> NDArray[np.float64]:
     """Return the stalls' corners (N, 4, 2) as (north, east) metres about `HERE`."""
     corners = np.array([stall.corners for stall in mapped.survey.stalls], np.float64).reshape(-1, 2)
     return about(HERE, corners)[:, :2].reshape(-1, 4, 2)

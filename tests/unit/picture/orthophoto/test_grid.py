@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.lots.registration.georeference import about
-from hawk.picture.orthophoto.grid import PixelGrid, measured, system
+from hawk.picture.orthophoto.grid import PixelGrid, measure_grid, system
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import HERE, placed
 
@@ -20,7 +20,7 @@ SYSTEMS = ["EPSG:32631", "EPSG:28992", "EPSG:2263", "EPSG:4326", "EPSG:3857"]
 @functools.cache
 def grid(crs: str, columns: int = 300, rows: int = 200, metres: float = 0.1, turn: float = 0.0) -> PixelGrid:
     a, b, c, d, e, f = tuple(placed(crs, columns, rows, metres=metres, turn=turn))[:6]
-    return measured(PixelGrid(columns, rows, system(crs, "t")[0], (a, b, c, d, e, f)), "t.tif")
+    return measure_grid(PixelGrid(columns, rows, system(crs, "t")[0], (a, b, c, d, e, f)), "t.tif")
 
 
 @pytest.mark.slow
@@ -43,7 +43,7 @@ def test_a_place_goes_to_the_earth_and_back(crs: str, turn: float, column: float
 def test_a_grid_whose_first_row_is_the_south_is_counted_from_the_north() -> None:
     usual = grid("EPSG:32631")
     a, b, c, d, e, f = usual.affine
-    south_up = measured(PixelGrid(300, 200, usual.crs, (a, -b, c + b * 200, d, -e, f + e * 200)), "t")
+    south_up = measure_grid(PixelGrid(300, 200, usual.crs, (a, -b, c + b * 200, d, -e, f + e * 200)), "t")
     assert (usual.is_mirrored, south_up.is_mirrored) == (False, True)
     corners = np.array([(0.0, 0.0), (300.0, 0.0), (0.0, 200.0)])
     assert np.abs(usual.on_earth(corners) - south_up.on_earth(corners)).max() < 1e-12
@@ -53,13 +53,13 @@ def test_a_grid_that_is_not_square_on_the_ground_is_refused_with_the_remedy() ->
     usual = grid("EPSG:32631")
     a, b, c, d, e, f = usual.affine
     with pytest.raises(PictureError, match=r"t\.tif: its grid is 11\.\d° off square .*gdalwarp"):
-        measured(PixelGrid(300, 200, usual.crs, (a, b + 0.2 * a, c, d, e, f)), "t.tif")
+        measure_grid(PixelGrid(300, 200, usual.crs, (a, b + 0.2 * a, c, d, e, f)), "t.tif")
 
 
 def test_coordinates_beyond_the_earth_are_refused() -> None:
     wkt, _ = system("EPSG:4326", "t")
     with pytest.raises(PictureError, match=r"no place on Earth.*--crs"):
-        measured(PixelGrid(10, 10, wkt, (1e9, 0, 1e12, 0, -1e9, 1e12)), "t.tif")
+        measure_grid(PixelGrid(10, 10, wkt, (1e9, 0, 1e12, 0, -1e9, 1e12)), "t.tif")
 
 
 @pytest.mark.slow

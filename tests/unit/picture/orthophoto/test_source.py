@@ -17,8 +17,7 @@ from rasterio.control import GroundControlPoint
 from rasterio.enums import ColorInterp
 from rasterio.transform import Affine
 
-from hawk.picture.orthophoto.source import open_orthophoto
-from hawk.picture.orthophoto.vrt import parts_of
+from hawk.picture.orthophoto.source import open_orthophoto, parts_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import UTM, blank, lot_picture, placed, rgb, write
 

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.picture.city.results import Results
-from hawk.picture.nadir import Eye
 from hawk.picture.orthophoto.source import Orthophoto
-from hawk.picture.orthophoto.steps import InMemory, Started, Store, looked, settle, start
+from hawk.picture.orthophoto.steps import MappingPlan, map_tasks, merge_results, start
+from hawk.picture.orthophoto.tile_detector import TileDetector
+from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.orthophoto.windows import Window, WindowStalls, map_window
 from hawk.picture.values import PictureError
 from hawk.picture.work_folder import WINDOWS as FOLDER
@@ -19,7 +19,7 @@ from tests.unit.picture.city.fakes import CORE_M, WINDOWS, city, load_fake, look
 from tests.unit.picture.orthophoto.drawn import write
 
 
-def started(folder: Path, path: Path) -> Started:
+def started(folder: Path, path: Path) -> MappingPlan:
     return start(path, outline=None, crs=None, load=lambda: load_fake(folder / "model", "opencv"), core_m=CORE_M)
 
 
@@ -29,30 +29,32 @@ def on_disk(folder: Path) -> Results:
     return results
 
 
-def fill(picture: Started, store: Store) -> dict[str, str]:
-    return {task.name: reason for task, reason in looked(picture.missing(store), picture.source, picture.eye, store)}
+def fill(picture: MappingPlan, store: Results) -> dict[str, str]:
+    return {
+        task.name: reason for task, reason in map_tasks(picture.missing(store), picture.source, picture.detector, store)
+    }
 
 
-def test_results_in_memory_and_on_disk_make_one_survey(tmp_path: Path) -> None:
-    picture = started(tmp_path, city(tmp_path))
-    memory, disk = InMemory(), on_disk(tmp_path)
-    failures = [fill(picture, store) for store in (memory, disk)]
-    assert failures == [dict.fromkeys((task.name for task in picture.tasks), "")] * 2
-    one, other = (settle(picture, store, {}) for store in (memory, disk))
+def test_results_of_one_run_are_those_of_the_next(tmp_path: Path) -> None:
+    picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
+    assert fill(picture, disk) == dict.fromkeys((task.name for task in picture.tasks), "")
+    one, other = (merge_results(picture, disk, {}) for _ in range(2))
     assert len(one.survey.stalls) > 4
-    assert (one.survey, one.area_m2, one.scores, one.notes) == (other.survey, other.area_m2, other.scores, other.notes)
-    assert (fill(picture, memory), looks(tmp_path)) == ({}, 2 * WINDOWS)
+    assert (one.survey, one.area_m2, one.notes) == (other.survey, other.area_m2, other.notes)
+    assert (fill(picture, disk), looks(tmp_path)) == ({}, WINDOWS)
 
 
-def test_a_result_that_is_gone_when_all_is_settled_is_named(tmp_path: Path) -> None:
+def test_a_result_that_is_gone_when_all_are_merged_is_named(tmp_path: Path) -> None:
     picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
     fill(picture, disk)
     (tmp_path / "out" / FOLDER / f"{picture.tasks[3].name}.json").unlink()
-    mapped = settle(picture, disk, {})
+    mapped = merge_results(picture, disk, {})
     name = picture.tasks[3].window.name(picture.source.grid)
     assert [(each.name, each.reason) for each in mapped.left_out] == [(name, "its result is gone; go on by --resume")]
     with pytest.raises(PictureError, match="it is gone"):
-        settle(picture, InMemory(), dict.fromkeys((task.name for task in picture.tasks), "it is gone"))
+        merge_results(
+            picture, Results(tmp_path / "none"), dict.fromkeys((task.name for task in picture.tasks), "it is gone")
+        )
 
 
 @pytest.mark.parametrize(
@@ -78,29 +80,28 @@ def test_a_window_that_the_memory_does_not_hold_is_left_out(
 ) -> None:
     picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
 
-    def short(source: Orthophoto, window: Window, eye: Eye) -> WindowStalls:
+    def short(source: Orthophoto, window: Window, detector: TileDetector) -> WindowStalls:
         if window == picture.tasks[1].window:
             raise error
-        return map_window(source, window, eye)
+        return map_window(source, window, detector)
 
     monkeypatch.setattr("hawk.picture.orthophoto.steps.map_window", short)
     failures = fill(picture, disk)
     reasons = [failures[task.name] for task in picture.tasks]
     assert "memory" in reasons[1]
     assert not any(reasons[:1] + reasons[2:])
-    mapped = settle(picture, disk, failures)
+    mapped = merge_results(picture, disk, failures)
     assert [each.reason for each in mapped.left_out] == [reasons[1]]
     assert any(reasons[1] in path.read_text() for path in (tmp_path / "out" / "failures").iterdir())
 
 
-@pytest.mark.parametrize("is_kept", [False, True])
-def test_a_picture_without_ground_leaves_no_result(tmp_path: Path, is_kept: bool) -> None:
+def test_a_picture_without_ground_leaves_no_result(tmp_path: Path) -> None:
     picture = started(tmp_path, write(tmp_path / "black.tif", np.zeros((3, 300, 300), np.uint8)))
-    store = on_disk(tmp_path) if is_kept else InMemory()
+    store = on_disk(tmp_path)
     fill(picture, store)
     assert picture.missing(store) == ()
     with pytest.raises(PictureError, match="shows no ground"):
-        settle(picture, store, {})
+        merge_results(picture, store, {})
     assert picture.missing(store) == picture.tasks
 
 
@@ -109,7 +110,7 @@ def test_the_reason_of_a_window_without_memory_has_the_remedy(tmp_path: Path, mo
         raise cv2.error("(-4:Insufficient memory)\n> Failed to allocate 9 bytes\n")
 
     monkeypatch.setattr("hawk.picture.orthophoto.steps.map_window", short)
-    reasons = set(fill(started(tmp_path, city(tmp_path)), InMemory()).values())
+    reasons = set(fill(started(tmp_path, city(tmp_path)), on_disk(tmp_path)).values())
     assert reasons == {
         "memory may be short (error (-4:Insufficient memory) > Failed to allocate 9 bytes); close other programs, or "
         "start fewer --workers"

@@ -14,12 +14,11 @@ from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN
 from hawk.lots.registration.georeference import about, ground_about
 from hawk.lots.survey.source import Limit, SourceKind
-from hawk.picture.limits import source_of
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.survey import to_survey
 from hawk.picture.orthophoto.windows import Window, WindowStalls, windows_of
-from hawk.picture.values import LeftOut
+from hawk.picture.values import LeftOut, Provenance
 from tests.unit.picture.orthophoto.drawn import HERE, UTM, opened_blank, placed
 
 COLUMNS, ROWS = 600, 400
@@ -57,7 +56,7 @@ def test_stalls_are_on_earth_with_their_size_and_direction(tmp_path: Path, turn:
     assert [stall.state for stall in survey.stalls] == ["taken", "free"]
     assert [stall.id for stall in survey.stalls] == ["1", "2"]
     assert (survey.lot, survey.software.endswith("network ffffffff")) == ("blank", True)
-    assert (mapped.crs, mapped.scores) == (UTM, (0.8, 0.8))
+    assert (mapped.crs, [stall.score for stall in survey.stalls]) == (UTM, [0.8, 0.8])
     assert (survey.began, survey.time_is_sure) == (1_700_000_000, False)
     assert mapped.notes == ("Cars stand where no stall is marked: 1 places are not counted.",)
 
@@ -94,7 +93,9 @@ def test_an_outline_limits_stalls_and_area(tmp_path: Path) -> None:
     part[:50] = True  # down to 20 m
     half = to_survey(source, [replace(findings[0], seen=part)], outline=outline)
     assert half.area_m2 == pytest.approx(25 * 10 - 2.5 * 2, abs=3.0)  # by cells of .4 m
-    whole, limited = (source_of(SourceKind.ORTHOPHOTO, source.path.name, limits) for limits in ((), (Limit.PARTLY,)))
+    whole, limited = (
+        Provenance(source.path.name, SourceKind.ORTHOPHOTO).source(limits) for limits in ((), (Limit.PARTLY,))
+    )
     assert (mapped.survey.pictures, half.survey.pictures) == (whole, limited)
     assert lot_shape(mapped.survey.outline).area == pytest.approx(lot.area, rel=1e-6)
     assert mapped.ground is not None

@@ -22,7 +22,17 @@ from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.windows import Window, WindowStalls, map_window, task_name, windows_of
 from hawk.picture.values import PictureError
-from tests.unit.picture.orthophoto.drawn import UTM, blank, eye, lot_file, lot_picture, opened_blank, placed, rgb, write
+from tests.unit.picture.orthophoto.drawn import (
+    UTM,
+    blank,
+    detector,
+    lot_file,
+    lot_picture,
+    opened_blank,
+    placed,
+    rgb,
+    write,
+)
 
 WKT, _ = system(UTM, "t")
 
@@ -100,24 +110,24 @@ def test_a_result_is_named_by_everything_that_makes_it(tmp_path: Path) -> None:
 def test_a_window_gives_the_same_bytes_and_they_hold_all_of_it(tmp_path: Path) -> None:
     source = open_orthophoto(lot_file(tmp_path))
     (window,) = windows_of(source)
-    found = map_window(source, window, eye())
+    found = map_window(source, window, detector())
     assert len(found.score) > 30
     data = found.to_bytes()
-    assert map_window(open_orthophoto(source.path), window, eye()).to_bytes() == data
+    assert map_window(open_orthophoto(source.path), window, detector()).to_bytes() == data
     assert len(data) < 20_000
     again = WindowStalls.from_bytes(data)
     assert again.window == window
     for name in ("corners", "taken", "score", "suggested", "lot", "seen"):
         assert np.array_equal(getattr(again, name), getattr(found, name)), name
     assert again.to_bytes() == data
-    direct = eye().look(lot_picture(), source.grid.metres)
+    direct = detector().detect(lot_picture(), source.grid.metres)
     assert np.abs(found.corners - direct.stalls / source.grid.metres).max() <= 0.0051
 
 
 def test_a_window_without_ground_finds_nothing(tmp_path: Path) -> None:
     source = open_orthophoto(write(tmp_path / "none.tif", np.zeros((3, 40, 60), np.uint8), nodata=0))
     (window,) = windows_of(source)
-    found = map_window(source, window, eye())
+    found = map_window(source, window, detector())
     assert (len(found.score), len(found.suggested), bool(found.seen.any())) == (0, 0, False)
     assert WindowStalls.from_bytes(found.to_bytes()).to_bytes() == found.to_bytes()
 
@@ -140,7 +150,7 @@ import json, re, sys
 from pathlib import Path
 import cv2, shapely
 cv2.setNumThreads(1)
-from hawk.picture.orthophoto.app import map_orthophoto
+from hawk.picture.city.run import map_orthophoto
 from hawk.picture.orthophoto.outline import read_outline
 mapped = map_orthophoto(Path(sys.argv[1]), outline=Path(sys.argv[2]))
 # not getrusage: a new process begins with the peak of the one that started it

@@ -170,6 +170,7 @@ def test_what_a_person_must_know_is_noted(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_3000_photographs_with_20_broken_ones_take_little_time_and_memory(tmp_path: Path) -> None:
     for path in flight(tmp_path, 3000, size=(16, 12))[::150]:
         path.write_bytes(path.read_bytes()[:-10])

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from hawk.model.pictures import CameraModel
 from hawk.picture.photographs.lenses import Lenses
-from hawk.picture.photographs.photograph import UnusableError, check_whole, read_photograph
-from tests.unit.jpegs import jpeg, scene, without
+from hawk.picture.photographs.photograph import UnusableError, read_photograph
+from tests.unit.jpegs import jpeg
 from tests.unit.picture.photographs.photos import DJI, exif, photo, xmp
 
 LENSES = Lenses()
@@ -117,17 +117,3 @@ def test_xmp_that_is_no_xml_is_refused(tmp_path: Path) -> None:
     path = photo(tmp_path / "a.jpg", exif(), xmp(DJI).replace(b"</rdf:RDF>", b""))
     with pytest.raises(UnusableError, match="its XMP cannot be read"):
         read_photograph(path, LENSES)
-
-
-def test_a_whole_picture_is_whole_and_one_that_lost_bytes_is_left_out(tmp_path: Path) -> None:
-    path = tmp_path / "a.jpg"
-    path.write_bytes(jpeg(scene(640, 480)))
-    assert check_whole(path) is None
-    path.write_bytes(jpeg(scene(640, 480))[:-500])
-    left = check_whole(path)
-    assert left is not None
-    assert left.name == "a.jpg"
-    assert "copy it again" in left.reason
-    path.write_bytes(without(jpeg(scene(640, 480), restarts=4), 0.5, 40))
-    assert check_whole(path) is not None
-    assert check_whole(tmp_path / "none.jpg") is not None

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from hawk.picture.photographs.folder import Folder, read_folder
-from hawk.picture.values import PictureError
+from hawk.picture.photographs.folder import read_folder
+from hawk.picture.values import PictureError, ShotSet
 from tests.unit.picture.photographs.photos import DJI, exif, flight, photo, xmp
 
 CANADA, KAZAKHSTAN = (43.26, -79.92), (43.26, 79.92)
@@ -27,7 +27,7 @@ def _one(
     photo(folder / f"{k}.jpg", exif(place, **changes), xmp(tags))
 
 
-def _longitudes(read: Folder) -> list[float]:
+def _longitudes(read: ShotSet) -> list[float]:
     return [round(shot.longitude, 2) for shot in read.shots]
 
 

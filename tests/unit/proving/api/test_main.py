@@ -12,6 +12,7 @@ from proving.api.served import RECORDING, Served, filled
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_nothing_is_found_in_some_seconds() -> None:
     assert main(["--seconds", "10", "--examples", "2", "--seed", "1"]) == 0
 

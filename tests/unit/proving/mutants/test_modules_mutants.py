@@ -9,9 +9,19 @@ import sys
 import pytest
 
 from proving.mutants.__main__ import groups_below, main, table
-from proving.mutants.modules import ALL_MODULES, GROUPS, LEFT_OUT, ROOT, WITHOUT_EVERY_BRANCH, own_files
+from proving.mutants.modules import (
+    ALL_MODULES,
+    ARCHIVE,
+    GROUPS,
+    LEFT_OUT,
+    ROOT,
+    SAFETY_MODULES,
+    WITHOUT_EVERY_BRANCH,
+    folders_of_tests,
+    own_files,
+)
 from proving.mutants.reach import ENOUGH_TESTS_S, ReachMap
-from proving.mutants.runs import InOrder, Verdict
+from proving.mutants.runs import IMPORTED_ONCE, InOrder, Verdict
 from proving.mutants.sampling import Mutant, difference, function_lines, mutants_of, mutated, sample
 
 SOURCE = '''
@@ -68,13 +78,29 @@ def test_a_mutant_that_is_not_there_is_an_error() -> None:
 
 
 @pytest.mark.slow
-def test_every_module_is_there_and_has_mutants() -> None:
-    for module in ALL_MODULES:
+def test_every_module_is_there_and_has_a_line_that_a_fault_can_change() -> None:
+    bare = [module for module in SAFETY_MODULES if not function_lines(ast.parse((ROOT / module).read_text("utf-8")))]
+    assert bare == []
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_every_module_has_mutants() -> None:
+    for module in SAFETY_MODULES:
         assert len(mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))) > 0, module
 
 
 def test_the_own_test_files_of_a_module_are_there() -> None:
-    assert all(own_files(module) for module in ALL_MODULES), [m for m in ALL_MODULES if not own_files(m)]
+    assert all(own_files(module) for module in SAFETY_MODULES), [m for m in SAFETY_MODULES if not own_files(m)]
+
+
+def test_rooms_that_keep_surveys_are_listed_whole_and_only_tests_that_reach_them_are_mapped() -> None:
+    assert {str(path.relative_to(ROOT)) for path in (ROOT / "hawk/stats").glob("[!_]*.py")} == set(ARCHIVE["stats"])
+    assert not {module for modules in ARCHIVE.values() for module in modules} & set(SAFETY_MODULES)
+    assert folders_of_tests(ARCHIVE["picture"]) == ("tests/unit/picture",)
+    assert set(folders_of_tests(SAFETY_MODULES)) >= {"tests/unit/ddc", "tests/unit/comm"}
+    assert "tests/unit/lots" not in folders_of_tests(SAFETY_MODULES)
+    assert all((ROOT / folder).is_dir() for folder in folders_of_tests(ALL_MODULES))
 
 
 def test_every_module_of_the_drones_side_is_listed_or_left_out_for_a_reason() -> None:
@@ -101,6 +127,13 @@ def test_tests_of_the_line_run_a_module_s_own_first_then_quick_ones_within_the_l
     assert function_lines(ast.parse(SOURCE)) == {6, 7}
 
 
+@pytest.mark.slow
+def test_what_is_imported_before_every_run_loads_no_module_under_test() -> None:
+    code = f"import sys; [__import__(name) for name in {IMPORTED_ONCE}]; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert not {module.removesuffix(".py").replace("/", ".") for module in ALL_MODULES} & set(loaded.split())
+
+
 class Item:
     def __init__(self, nodeid: str) -> None:
         self.nodeid = nodeid
@@ -123,19 +156,22 @@ def test_a_group_below_nine_of_ten_fails_the_run() -> None:
     (judge, *_), (guard,) = GROUPS["judge"], GROUPS["guard"]
     found = verdicts(judge, 9, 1) + verdicts(guard, 8, 1)
     assert groups_below(found) == ["guard"]
+    assert groups_below(verdicts(ARCHIVE["lots"][0], 6, 1)) == [], "86 %: such a room needs 85"
+    assert groups_below(verdicts(ARCHIVE["lots"][0], 5, 1)) == ["lots"]
     shown = table(found)
     assert f"| `{judge}` | 10 | 9 | 1 | 90% |" in shown
     assert "| **guard** | 9 | 8 | 1 | 89% |" in shown
     assert "| **all** | 19 | 17 | 2 | 89% |" in shown
 
 
+@pytest.mark.slow
 def test_the_modules_are_printed_as_coverage_takes_them() -> None:
     printed = subprocess.run(
         [sys.executable, "-m", "proving.mutants", "--list"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     listed = printed.stdout.strip().split(",")
-    assert set(ALL_MODULES) >= WITHOUT_EVERY_BRANCH
-    assert listed == [module for module in ALL_MODULES if module not in WITHOUT_EVERY_BRANCH]
+    assert set(SAFETY_MODULES) >= WITHOUT_EVERY_BRANCH
+    assert listed == [module for module in SAFETY_MODULES if module not in WITHOUT_EVERY_BRANCH]
 
 
 def test_words_of_no_module_are_refused_before_any_test_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,8 @@ from pydantic import SecretStr
 
 from hawk.cli import EXIT_USAGE, main
 from hawk.comm.protocol.authority import Role
-from hawk.config.sections import ConfigError, WebSettings, load_config
+from hawk.config.loader import load_config
+from hawk.config.sections import ConfigError, WebSettings
 from hawk.web.access.tokens import TOKEN_FILE, Tokens, TokensError, cookie_secret, read_tokens, rotate, with_configured
 from hawk.web.security import InsecureBindingError, check_binding
 

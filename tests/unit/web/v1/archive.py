@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import aiohttp
@@ -85,6 +86,16 @@ class Archive:
         found = await response.json(content_type=None)
         assert found["status"] == response.status
         return response.status, found
+
+
+@dataclass(frozen=True)
+class Filled:
+    """A store's file, and what `fill` says of it."""
+
+    file: Path
+    lot: str
+    far: str
+    surveys: list[str]
 
 
 async def fill(store: LotStore) -> tuple[str, str, list[str]]:

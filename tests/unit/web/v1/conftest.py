@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import asyncio
+import shutil
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -10,17 +12,30 @@ from hawk.lots.store import LotStore
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
-from tests.unit.web.v1.archive import Archive, fill
+from tests.unit.web.v1.archive import Archive, Filled, fill
+
+
+@pytest.fixture(scope="session")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Filled:
+    """Three surveys of a lot of 40 stalls, and one survey of a lot that is far away; no test changes the file."""
+    file = tmp_path_factory.mktemp("archive") / "lots.db"
+
+    async def made() -> Filled:
+        store = LotStore(file, by_place)
+        found = await fill(store)
+        await store.close()
+        return Filled(file, *found)
+
+    return asyncio.run(made())
 
 
 @pytest.fixture
-async def archive(tmp_path: Path, rig: Rig) -> AsyncIterator[Archive]:
-    """Three surveys of a lot of 40 stalls, and one survey of a lot that is far away."""
-    store = rig.lots = LotStore(tmp_path / "lots.db", by_place)
+async def archive(tmp_path: Path, rig: Rig, filled: Filled) -> AsyncIterator[Archive]:
+    """A copy of `filled` behind a server."""
+    store = rig.lots = LotStore(Path(shutil.copy(filled.file, tmp_path / "lots.db")), by_place)
     stand, rig.folder = Stand(rig, tmp_path), tmp_path
     await rig.start()
-    lot, far, surveys = await fill(store)
     viewer, operator = await stand.tool(Role.VIEWER), await stand.tool(Role.OPERATOR)
-    yield Archive(stand, store, viewer, operator, lot, far, surveys)
+    yield Archive(stand, store, viewer, operator, filled.lot, filled.far, filled.surveys)
     await stand.close()
     await store.close()

@@ -32,6 +32,7 @@ async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive)
     assert again.headers["Cache-Control"] == first.headers["Cache-Control"] == "private, no-cache"
 
 
+@pytest.mark.slow
 async def test_what_is_not_there_is_never_said_to_be_unchanged(archive: Archive) -> None:
     tag = (await archive.ask("/lots")).headers["ETag"]
     there = (await archive.ask(f"/lots/{archive.lot}/stalls")).headers["ETag"]
@@ -94,6 +95,7 @@ def test_gzip_is_used_where_it_is_taken(given: str, accepts: bool) -> None:
     assert accepts_gzip(make_mocked_request("GET", "/", headers={"Accept-Encoding": given})) is accepts
 
 
+@pytest.mark.slow
 async def test_a_store_that_does_not_answer_is_given_up(archive: Archive, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(answering, "ANSWER_S", 0.05)
     release = asyncio.Event()

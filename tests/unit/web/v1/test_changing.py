@@ -17,6 +17,7 @@ from hawk.store.recordings import Recordings
 from hawk.web.v1 import bodies, models
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
+from tests.sweep import sweep
 from tests.unit.lots.plan_import.imports import drawn, geojson
 from tests.unit.lots.repaints import extra, flown
 from tests.unit.lots.surveys import later, survey
@@ -47,7 +48,8 @@ async def recordings(rig: Rig, tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("operation", CHANGES, ids=lambda each: each.name)
+@pytest.mark.slow
+@sweep("operation", CHANGES)
 async def test_a_viewer_a_stranger_and_another_origin_change_nothing(archive: Archive, operation: Operation) -> None:
     path = path_of(operation, archive)
     tag = (await archive.ask("/lots")).headers["ETag"]
@@ -61,6 +63,7 @@ async def test_a_viewer_a_stranger_and_another_origin_change_nothing(archive: Ar
     assert (await archive.ask("/lots", If_None_Match=tag)).status == 304
 
 
+@pytest.mark.slow
 async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive: Archive) -> None:
     before = await archive.get("/lots")
     path = f"/lots/{archive.lot}"
@@ -89,6 +92,7 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
     assert (status, problem["field"]) == (409, "seq")
 
 
+@pytest.mark.slow
 async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
     moved = await archive.done(f"/surveys/{archive.surveys[1]}/move", lot=None, name="Alone")
     bodies.Done.model_validate(moved)
@@ -107,6 +111,7 @@ async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
     assert (await archive.get(f"/surveys/{saved.survey}"))["placed"] == "registered"
 
 
+@pytest.mark.slow
 async def test_a_deleted_survey_is_listed_only_when_it_is_asked_for_and_comes_back(archive: Archive) -> None:
     before, gone = await archive.get("/surveys"), archive.surveys[1]
     deleted = await archive.done(f"/surveys/{gone}/delete")
@@ -119,6 +124,7 @@ async def test_a_deleted_survey_is_listed_only_when_it_is_asked_for_and_comes_ba
     assert await archive.get("/surveys") == before
 
 
+@pytest.mark.slow
 async def test_proposals_are_taken_over_or_dropped(archive: Archive) -> None:
     for number in (5, 6):
         given = extra(replace(flown(number), stalls=flown(number).stalls[:40]))
@@ -135,6 +141,7 @@ async def test_proposals_are_taken_over_or_dropped(archive: Archive) -> None:
     assert len(await archive.items(f"{path}/stalls")) == 41
 
 
+@pytest.mark.slow
 async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -> None:
     path = f"/lots/{archive.lot}"
     opened = await archive.done(f"{path}/edit", who="Ann")
@@ -158,7 +165,8 @@ async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -
     assert await archive.items(f"{path}/stalls?kind=staff") == []
 
 
-@pytest.mark.parametrize(
+@pytest.mark.slow
+@sweep(
     ("path", "body", "field", "words"),
     [
         ("/lots/LOT/name", {}, "name", "is missing: write it"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import shutil
 import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -17,10 +18,11 @@ import shapely
 from hawk.lots.store import LotStore
 from hawk.web.v1 import features, shapes
 from hawk.web.v1.features_asked import box_of, period_of
+from tests.sweep import sweep
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.stand import Stand
-from tests.unit.web.v1.archive import NOWHERE, Archive, fill
+from tests.unit.web.v1.archive import NOWHERE, Archive, Filled
 
 ITEMS = "/features/collections/{}/items"
 COUNTS = {"lots": 2, "stalls": 60, "surveys": 4}
@@ -30,6 +32,7 @@ def links_of(found: dict[str, Any]) -> dict[str, str]:
     return {each["rel"]: each["href"] for each in found["links"]}
 
 
+@pytest.mark.slow
 async def test_every_link_from_the_landing_page_leads_on(archive: Archive) -> None:
     landing = await archive.shown("/features", shapes.Landing)
     links = links_of(landing)
@@ -54,7 +57,8 @@ async def test_every_link_from_the_landing_page_leads_on(archive: Archive) -> No
             assert len((await archive.get(archive.path_of(links["alternate"])))["items"]) == found.number_matched
 
 
-@pytest.mark.parametrize("name", COUNTS)
+@pytest.mark.slow
+@sweep("name", COUNTS)
 async def test_parts_follow_each_other_in_both_directions(archive: Archive, name: str) -> None:
     path = f"{ITEMS.format(name)}?limit=7"
     whole = [each["id"] for each in (await archive.get(ITEMS.format(name)))["features"]]
@@ -88,7 +92,8 @@ async def test_more_features_than_an_answer_holds_are_no_error(
     assert links_of(part)["next"].endswith("limit=25&offset=25")
 
 
-@pytest.mark.parametrize("name", COUNTS)
+@pytest.mark.slow
+@sweep("name", COUNTS)
 async def test_a_feature_is_found_by_its_id(archive: Archive, name: str) -> None:
     first = (await archive.get(f"{ITEMS.format(name)}?limit=1"))["features"][0]
     alone = await archive.shown(f"{ITEMS.format(name)}/{first['id']}", shapes.LinkedFeature)
@@ -141,7 +146,7 @@ async def test_features_are_chosen_by_place_and_time(archive: Archive, name: str
     assert found["numberMatched"] == count
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("asked", "field"),
     [
         ("limit=0", "limit"), ("limit=many", "limit"), ("bbox=1,2,3", "bbox"), ("bbox=1,2,3,x", "bbox"),
@@ -189,13 +194,13 @@ found = {"label": list(named["label"]), "state": list(named["state"]), "shapes":
 
 
 @pytest.fixture
-async def opened(tmp_path: Path, rig: Rig) -> AsyncIterator[Archive]:
+async def opened(tmp_path: Path, rig: Rig, filled: Filled) -> AsyncIterator[Archive]:
     """The store of `archive` behind a server that asks for no token."""
-    store = rig.lots = LotStore(tmp_path / "lots.db", by_place)
+    store = rig.lots = LotStore(Path(shutil.copy(filled.file, tmp_path / "lots.db")), by_place)
     await rig.start()
-    lot, far, surveys = await fill(store)
     async with browser() as session:
-        yield Archive(cast("Stand", SimpleNamespace(rig=rig)), store, session, session, lot, far, surveys)
+        stand = cast("Stand", SimpleNamespace(rig=rig))
+        yield Archive(stand, store, session, session, filled.lot, filled.far, filled.surveys)
     await store.close()
 
 

@@ -12,6 +12,7 @@ from openapi_pydantic import OpenAPI
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
+from tests.sweep import sweep
 from tests.unit.web.v1.archive import Archive
 
 
@@ -22,6 +23,7 @@ async def defined(archive: Archive) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 async def test_every_address_is_defined_with_its_server(archive: Archive) -> None:
     found = await defined(archive)
     OpenAPI.model_validate(found)
@@ -41,12 +43,14 @@ async def test_every_address_is_defined_with_its_server(archive: Archive) -> Non
     assert len(ids) == len(set(ids))
 
 
+@pytest.mark.slow
 async def test_the_definition_is_sent_once(archive: Archive) -> None:
     tag = (await archive.ask("/openapi.json")).headers["ETag"]
     assert (await archive.ask("/openapi.json", If_None_Match=tag)).status == 304
     assert (await archive.refused("/openapi.json?colour=red"))[0] == 422
 
 
+@pytest.mark.slow
 def test_the_schemas_are_valid_and_every_reference_leads_somewhere() -> None:
     from hawk.web.v1.openapi import document
 
@@ -59,7 +63,8 @@ def test_the_schemas_are_valid_and_every_reference_leads_somewhere() -> None:
         assert part.partition('"')[0] in schemas
 
 
-@pytest.mark.parametrize("operation", OPERATIONS, ids=lambda each: each.name)
+@pytest.mark.slow
+@sweep("operation", OPERATIONS)
 def test_every_address_says_what_it_takes_and_answers(operation: Operation) -> None:
     from hawk.web.v1.openapi import document
 

@@ -12,6 +12,7 @@ from hawk.lots.schema import LOOKS
 from hawk.web.v1 import figures, models, shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
+from tests.sweep import sweep
 from tests.unit.web.v1.archive import NOWHERE, Archive
 
 
@@ -32,6 +33,7 @@ async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -
     assert (await archive.shown(f"/lots/{archive.lot}", models.Lot))["edit"]["who"] == "Ann"
 
 
+@pytest.mark.slow
 async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
     stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", models.StallList))["items"]
     old = await archive.get(f"/api/lots/{archive.lot}.json")
@@ -136,6 +138,7 @@ async def test_statistics_are_those_of_the_command(archive: Archive, by: str | N
     assert (found["surveys"], found["by"]) == (3, by)
 
 
+@pytest.mark.slow
 async def test_statistics_of_a_period_use_the_surveys_with_looks_of_it_alone(archive: Archive) -> None:
     """All looks of the archive are of 2 February; two of its surveys ended on the days after it."""
     looked, ended = "from=2026-02-02&to=2026-02-02&time_zone=UTC", "from=2026-02-03&to=2026-02-04&time_zone=UTC"
@@ -161,7 +164,7 @@ async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_quest
     assert await archive.store.read(kept) == 0
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("path", "field", "words"),
     [
         ("/lots?limit=0", "limit", "must be a whole number, 1 to 1000"),
@@ -189,7 +192,7 @@ async def test_a_parameter_that_cannot_be_used_is_named_with_the_remedy(
     models.Problem.model_validate(problem)
 
 
-@pytest.mark.parametrize(
+@sweep(
     "path",
     [
         "/lots/ID", "/lots/ID/layouts", "/lots/ID/layouts/1/stalls", "/lots/ID/stalls", "/stalls/ID", "/lots/ID/zones",
@@ -221,7 +224,7 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
     assert problem["detail"].endswith("of this lot with this id; GET /api/v1/lots/{id}/surveys lists them")
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("method", "path", "field", "words"),
     [
         ("GET", "/lots/ID", "id", "there is no lot with this id; GET /api/v1/lots lists them"),
@@ -238,7 +241,7 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
         ("GET", "/features/collections/lots/items/ID", "id", "there is no feature with this id; GET /api/v1/features/"),
     ],
 )
-@pytest.mark.parametrize("given", [NOWHERE, "nix"])
+@sweep("given", [NOWHERE, "nix"])
 async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
     archive: Archive, method: str, path: str, field: str, words: str, given: str
 ) -> None:
@@ -254,7 +257,7 @@ async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
     models.Problem.model_validate(problem)
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("path", "field"),
     [
         ("/features/collections/cars", "collection"), ("/features/collections/cars/items/1", "collection"),
@@ -271,7 +274,7 @@ async def test_another_method_of_an_address_stays_refused_as_such(archive: Archi
     assert (await archive.refused("/lots/import"))[0] == 405
 
 
-@pytest.mark.parametrize("method", ["GET", "POST"])
+@sweep("method", ["GET", "POST"])
 async def test_another_address_is_refused_with_the_list_of_all(archive: Archive, method: str) -> None:
     status, problem = await archive.refused("/nothing", method=method, operator=True)
     assert (status, problem["field"], problem["detail"]) == (404, "", NOTHING)

@@ -50,7 +50,7 @@ export interface RowSketch {
   double: boolean;
 }
 
-/** What the drone's store is asked to do with the plan: docs/how-to/your-lot.md. */
+/** What the drone's store is asked to do with the plan: docs/how-to/correct-the-plan.md. */
 export type Operation =
   | ({ do: "remove" | "confirm" } & Chosen)
   | ({ do: "move"; north: number; east: number } & Chosen)

@@ -1,1 +1,0 @@
-"""Live pictures to many viewers: hawk's server beside µStreamer."""

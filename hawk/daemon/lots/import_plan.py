@@ -1,0 +1,158 @@
+"""The command ``hawk-drone import-plan``: an owner's plan from a file into a lot of the store, or into a new one.
+
+It works while the daemon runs, as `hawk-drone backup` does. Nothing is written by ``--dry-run``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import sys
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+from hawk.config import options as values
+from hawk.config.loader import config_of
+from hawk.config.sections import ConfigError
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the others
+    from sqlalchemy import Connection
+
+    from hawk.daemon.lots import keeper
+    from hawk.lots import names
+    from hawk.lots import store as lots
+    from hawk.lots import values as errors
+    from hawk.lots.plan import edits
+    from hawk.lots.plan_files import child, formats
+    from hawk.lots.plan_import import choices, previews, transfer
+    from hawk.lots.plan_import.choices import ImportAsked
+    from hawk.lots.plan_import.previews import Preview
+    from hawk.lots.store import LotStore
+else:
+    lot_keeper = late("hawk.daemon.lots.keeper")
+    names = late("hawk.lots.names")
+    lots = late("hawk.lots.store")
+    errors = late("hawk.lots.values")
+    edits = late("hawk.lots.plan.edits")
+    child = late("hawk.lots.plan_files.child")
+    formats = late("hawk.lots.plan_files.formats")
+    choices = late("hawk.lots.plan_import.choices")
+    previews = late("hawk.lots.plan_import.previews")
+    transfer = late("hawk.lots.plan_import.transfer")
+
+COMMAND: Final = "import-plan"
+_FAILED: Final = 1
+_SHOWN: Final = 20
+"""Features that are named in each list of the output."""
+_TEXTS: Final = ("layer", "units", "label", "crs")
+
+
+def add_import_command(commands: Any) -> None:
+    """Add the command to the subparsers of the command line."""
+    parser = commands.add_parser(
+        COMMAND, help="import an owner's plan (GeoJSON, GeoPackage, KML, DXF, OpenStreetMap's XML) into a lot"
+    )
+    parser.add_argument("file", type=values.file, metavar="FILE", help="the file with the plan")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--lot", type=values.some, metavar="LOT", help="id or name of the lot")
+    where.add_argument("--new", type=values.some, metavar="NAME", help="make a new lot of it, with this name")
+    parser.add_argument("--layer", type=values.some, metavar="NAME", help="read this layer alone")
+    parser.add_argument("--units", type=values.some, metavar="UNIT", help="of a drawing: m, cm, mm, dm, ft, in")
+    parser.add_argument("--label", type=values.some, metavar="NAME", help="property that has the labels")
+    parser.add_argument("--crs", type=values.some, metavar="NAME", help="system of the coordinates, as EPSG:25832")
+    parser.add_argument(
+        "--pin",
+        action="append",
+        default=[],
+        metavar="X,Y,LAT,LON",
+        help="a point of the drawing and its place on Earth; twice, for a plan without coordinates",
+    )
+    parser.add_argument("--replace", action="store_true", help="end stalls on its ground that the plan has not")
+    parser.add_argument("--rename", action="store_true", help="put a number behind labels that another stall had")
+    parser.add_argument("--uncertain", action="store_true", help="take it where its place is not certain, too")
+    parser.add_argument("--who", type=values.some, default="hawk-drone", metavar="NAME", help="the one who imports")
+    parser.add_argument("--dry-run", action="store_true", help="show what would change, write nothing")
+    values.add_settings(parser)
+    parser.set_defaults(action=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    config = config_of(options)
+    store = lots.LotStore(lots.lots_file(config.store.directory, config.store.lots), keeper.find_stalls)
+    try:
+        asyncio.run(_import(store, options))
+    except errors.LotInputError as error:
+        if error.field in (*_TEXTS, "pin"):
+            raise ConfigError(f"--{error.field}: {error.reason}") from None
+        print(f"hawk-drone: {options.file}: {error}", file=sys.stderr)
+        return _FAILED
+    except (errors.LotStoreError, OSError) as error:
+        print(f"hawk-drone: {error}", file=sys.stderr)
+        return _FAILED
+    return 0
+
+
+async def _import(store: LotStore, options: argparse.Namespace) -> None:
+    given = {name: getattr(options, name) for name in _TEXTS if getattr(options, name) is not None}
+    given |= {name: "1" for name in ("replace", "rename") if getattr(options, name)}
+    asked = choices.asked_of({"name": options.file.name, **given}, options.pin)
+    formats.check_size(options.file.stat().st_size)
+    try:
+        log = options.file.with_name(f"{options.file.name}-wal")
+        packed = await child.read_apart(options.file.read_bytes(), asked.file, log=log if log.is_file() else None)
+        if options.dry_run:
+            preview = await store.read(lambda c: _previewed(c, packed, asked, options, store), lots.FILE_S)
+            _shown(preview)
+        else:
+            print(await store.write(lambda connection: _taken(connection, packed, asked, options, store)))
+    finally:
+        await store.close()
+
+
+def _previewed(
+    connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
+) -> Preview:
+    lot = None if options.lot is None else names.lot_named(connection, options.lot)
+    return previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
+
+
+def _taken(
+    connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
+) -> str:
+    """Import the plan in one transaction, and return words about it."""
+    now = time.time()
+    found = _previewed(connection, packed, asked, options, store)
+    _shown(found)
+    if found.lot is None:
+        made = transfer.begin(connection, found, {"name": options.new}, options.who, now)
+        return f"{options.new} is made, with {made['stalls']} stalls: lot {made['lot']}, change {made['seq']}"
+    edit = edits.open_edit(connection, found.lot, {"who": options.who}, now)["edit"]
+    transfer.take(connection, found, {"edit": edit, "uncertain": options.uncertain}, now)
+    why = f"imported from {asked.name}"[:80]
+    closed = edits.close(connection, found.lot, {"edit": edit, "why": why}, now)
+    if closed["layout"] is None:
+        return "nothing is changed: the lot has this plan already"
+    return f"the plan is version {closed['layout']} of the layout, change {closed['seq']}"
+
+
+def _shown(found: Preview) -> None:
+    """Print what an import would change."""
+    shown = previews.preview_json(found, "")
+    place = shown["placed"]
+    print(f"{shown['file']}: {len(found.plan.stalls)} stalls ({shown['format']}), placed by {place['by']}")
+    if place["doubt"]:
+        print(f"  not certain where it lies on the lot: {place['doubt']}; --uncertain takes it as it lies")
+    elif place["on"]:
+        words = f"moved {place['north']} m north, {place['east']} m east, turned {place['turn']}°"
+        print(f"  {words}: as the {'stalls of the lot' if place['on'] == 'stalls' else 'newest survey'}")
+    counts = {name: len(shown[name]) for name in ("begin", "stay", "end")}
+    print(f"  {counts['begin']} begin, {counts['stay']} stay and change, {shown['same']} are so already, ", end="")
+    print(f"{counts['end']} end")
+    for title, name, count in (("left out", "left_out", "left_out_count"), ("label", "clashes", "clash_count")):
+        for each in shown[name][:_SHOWN]:
+            print(f"  {title}: {each['name']}: {each['reason']}")
+        if shown[count] > _SHOWN:
+            print(f"  {title}: {shown[count] - min(_SHOWN, len(shown[name]))} more")
+    for layer in shown["layers"]:
+        print(f"  layer {layer['name']}: {layer['outlines']} outlines")

@@ -1,0 +1,168 @@
+"""Saves each survey in the lots' store once the drone has landed, and says on the page where it went.
+
+The flight waits for none of it. A save that fails is a message with its remedy and is tried again, while the drone is
+on the ground; the map and its exports do not depend on it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+from hawk.lots.store import LotStore
+from hawk.lots.survey.landing import LandingFacts
+from hawk.lots.values import Doubtful, KnownGround, LotStoreError, MappedGround, Placed, Registration, Saved
+from hawk.model.operation import Level
+from hawk.model.sentences import say
+
+_LOG = logging.getLogger(__name__)
+
+SETTLE_S: Final = 1.0
+"""Real seconds after a landing in which the last pictures come into the map."""
+RETRY_S: Final = 60.0
+"""Real seconds between two tries of a save."""
+
+
+def find_stalls(known: KnownGround, found: MappedGround) -> Registration | Doubtful:
+    """Return which stalls of a lot a survey found, or the doubt. Loads scipy, on the store's thread."""
+    from hawk.daemon.lots.registration import registration
+
+    return registration(known, found)
+
+
+@dataclass(frozen=True, slots=True)
+class KeeperTimes:
+    """Real seconds: `SETTLE_S` and `RETRY_S`."""
+
+    settle_s: float = SETTLE_S
+    retry_s: float = RETRY_S
+
+
+class LotKeeper:
+    """`note` and `run` belong to the loop."""
+
+    def __init__(
+        self,
+        store: LotStore,
+        landed: Callable[[], LandingFacts | None],
+        add_message: Callable[[Level, str, str], object],
+        times: KeeperTimes | None = None,
+        *,
+        is_restored: bool = False,
+    ) -> None:
+        """Take the parts; nothing runs before `run`.
+
+        Args:
+            store: The lots' store.
+            landed: Returns the survey as it is now; None before there is a map with a place on Earth.
+            add_message: Adds a message for the operator: level, text, details.
+            times: Intervals.
+            is_restored: The map of an earlier run comes back: it is saved once it is there.
+        """
+        self._store = store
+        self._landed = landed
+        self._add_message = add_message
+        self._times = times or KeeperTimes()
+        self._is_awaited = is_restored
+        self._armed: bool | None = None
+        self._armed_at: float | None = None
+        self._due = asyncio.Event()
+        self._kept: tuple[str, int] | None = None
+        self._failure = ""
+        self._lock = asyncio.Lock()
+        self._flying: set[asyncio.Task[None]] = set()
+
+    @property
+    def is_armed(self) -> bool:
+        """True while the motors are on, as far as known."""
+        return bool(self._armed)
+
+    def note(self, *, armed: bool) -> None:
+        """Note whether the motors are on: each landing is a save, and no backup is restored in flight."""
+        if armed is self._armed:
+            return
+        if armed:
+            self._armed_at = time.monotonic()
+        if armed or self._armed:
+            task = asyncio.create_task(self._store.fly(is_flown=armed), name="lots-flight")
+            self._flying.add(task)
+            task.add_done_callback(self._flying.discard)
+        self._armed = armed
+        if not armed:
+            self._due.set()  # at the first word too: an earlier run may have ended in the air
+
+    async def run(self) -> None:
+        """Open the store, and save each survey that has landed, until cancelled."""
+        if self._armed:
+            await self._due.wait()  # loading SQLAlchemy delays a tick by tens of milliseconds: not in flight
+        await self._open()
+        while True:
+            await self._due.wait()
+            self._due.clear()
+            await asyncio.sleep(self._times.settle_s)
+            while not await self.keep() and not self._armed:
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(self._times.retry_s):
+                        await self._due.wait()
+                        self._due.clear()  # one that stays set would never let another task run
+
+    async def keep(self) -> bool:
+        """Save the survey as it is now, unless it was saved or is flown; return False when that failed."""
+        async with self._lock:
+            landed = self._landed()
+            if landed is None or self._armed:
+                return bool(self._armed) or not self._is_awaited
+            self._is_awaited = False
+            state = (landed.name, landed.current.version)
+            if state == self._kept:
+                return True
+            try:
+                saved = await self._store.save(replace(landed, flown_s=self._flown_s()))
+            except LotStoreError as error:
+                self._fail(str(error))
+                return False
+            self._kept, self._failure = state, ""
+            self._report(saved)
+            return True
+
+    def _flown_s(self) -> float:
+        """Return the real seconds since the last take-off that this run has seen."""
+        return 0.0 if self._armed_at is None else time.monotonic() - self._armed_at
+
+    async def _open(self) -> None:
+        try:
+            if notice := await self._store.open():
+                self._add_message("warning", say("The store of lots."), notice)
+        except LotStoreError as error:
+            self._fail(str(error))
+
+    def _fail(self, words: str) -> None:
+        if words == self._failure:
+            return
+        self._failure = words
+        _LOG.error("the store of lots: %s", words)
+        self._add_message("error", say("The survey is not in the store of lots; its map and files are whole."), words)
+
+    def _report(self, saved: Saved) -> None:
+        if saved.placed is Placed.UNDECIDED:
+            self._add_message(
+                "warning",
+                say("Which lot is it? The survey is stored without one."),
+                say("{count} lots may be meant: choose one under Lots.", count=len(saved.candidates)),
+            )
+        elif saved.placed is Placed.FIRST:
+            self._add_message("info", say("The survey is stored as the first one of {name}.", name=saved.lot_name), "")
+        elif saved.placed is Placed.REGISTERED:
+            count = say("{known} of {stalls} stalls are known ones.", known=saved.known, stalls=saved.stalls)
+            self._add_message("info", say("The survey is stored as one of {name}.", name=saved.lot_name), count)
+        elif saved.doubt:
+            words = say("Not certain where it lies on {name}: {doubt}.", name=saved.lot_name, doubt=saved.doubt)
+            stored = say("The survey is stored as one of {name}.", name=saved.lot_name)
+            self._add_message("warning", stored, words)
+        elif saved.placed is not Placed.NOTHING:
+            self._add_message("info", say("The survey is stored as one of {name}.", name=saved.lot_name), "")

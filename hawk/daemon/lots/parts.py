@@ -1,0 +1,107 @@
+"""The parts that keep lots: their store, the saving of surveys, and the plan that a flight knows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.cameras.drone_camera import DroneCamera
+from hawk.config.sections import Config, FenceSettings
+from hawk.daemon.lots.keeper import LotKeeper, find_stalls
+from hawk.daemon.lots.known_lot import KnownLotFollower
+from hawk.daemon.lots.schedule import Schedule
+from hawk.daemon.lots.tour import Surroundings, TourKeeper
+from hawk.ddc.fence.geometry import FenceError
+from hawk.ddc.operations_manager import OperationsManager
+from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.lots.store import LotStore, lots_file
+from hawk.lots.survey.landing import LandingFacts
+from hawk.model.operation import Level, StateName
+from hawk.model.plans import Fence
+from hawk.model.poses import GlobalPose
+from hawk.webhooks.sender import WebhookSender
+
+
+@dataclass(frozen=True, slots=True)
+class LotParts:
+    """They share the store; none calls another."""
+
+    store: LotStore
+    keeper: LotKeeper
+    known: KnownLotFollower
+    tours: TourKeeper
+    webhooks: WebhookSender
+    schedule: Schedule
+
+    @classmethod
+    def create(
+        cls,
+        config: Config,
+        landed: Callable[[], LandingFacts | None],
+        datum: Callable[[], GlobalPose | None],
+        survey: Callable[[], str],
+        add_message: Callable[[Level, str, str], object],
+        around: Surroundings,
+        *,
+        is_restored: bool,
+    ) -> Self:
+        """Make them; arguments as those of `LotKeeper`, `KnownLotFollower` and `TourKeeper`."""
+        store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
+        keeper = LotKeeper(store, landed, add_message, is_restored=is_restored)
+        tours = TourKeeper(around)
+        known = KnownLotFollower(store, datum, survey, add_message, tours=tours)
+        webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
+        schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)
+        return cls(store, keeper, known, tours, webhooks, schedule)
+
+    def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
+        """Return what runs until the end, by its name."""
+        keeping = (("lot-keeper", self.keeper.run), ("known-lot", self.known.run))
+        return (*keeping, ("webhooks", self.webhooks.run), ("schedule", self.schedule.run))
+
+    async def close(self) -> None:
+        """End the store and the planning of tours."""
+        self.tours.close()
+        await self.store.close()
+
+
+def surroundings(
+    autopilot: MavsdkAutopilot, camera: DroneCamera, inputs: DdcInputs, topics: DdcTopicInterface,
+    manager: OperationsManager, settings: FenceSettings,
+) -> Surroundings:  # fmt: skip
+    """Return what the flight over a lot that is surveyed again depends on."""
+
+    def here() -> GlobalPose | None:
+        pose = topics.get_pose()
+        return None if pose is None else pose.global_
+
+    def fence(datum: GlobalPose, place: GlobalPose) -> Fence | None:
+        if autopilot.datum is not None and topics.fence_pub.value is not None:
+            return topics.fence_pub.value
+        try:
+            return manager.fences.plan.around(datum, place, settings)
+        except FenceError:
+            return None
+
+    return Surroundings(
+        asked=lambda: "" if (outline := manager.outlines.outline) is None else outline.again,
+        here=here,
+        camera=lambda: camera.model,
+        heights=topics.get_heights,
+        fence=fence,
+        state=lambda: topics.curr_state_pub.value or StateName.IDLE,
+        publish=inputs.lots.publish,
+        is_flying=topics.may_fly,
+        taken=lambda: topics.taken_plan_pub.value or "",
+    )
+
+
+def program_name(model: Path | None) -> str:
+    """Return version and network of a survey. There is a map by then: the algorithms' libraries are loaded."""
+    from hawk.daemon import algorithms
+
+    return algorithms.program_name(model)

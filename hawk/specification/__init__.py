@@ -1,0 +1,1 @@
+"""Programs of the interface specification that the product itself does not use; `docs/specification.md` lists them."""

@@ -1,0 +1,1 @@
+"""The look of a drawn lot: canvas, light, materials, the things on it, and how they are drawn."""

@@ -1,0 +1,151 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hawk.config.loader import load_config
+from hawk.config.sections import DAYS, ConfigError, ScheduledSurvey
+from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, is_flown, moment_due
+from hawk.lots.ingest import save
+from hawk.lots.store import LotStore
+from hawk.lots.survey.source import PictureSource, SourceKind
+from tests.unit.lots.surveys import BEGAN, survey
+
+ENDED = BEGAN + 900
+"""End of the lot's only survey."""
+NOW = datetime.fromtimestamp(ENDED, UTC)
+AT = f"{NOW - timedelta(minutes=15):%H:%M}"
+
+
+def entry(**values: object) -> ScheduledSurvey:
+    return ScheduledSurvey.model_validate({"lot": "Lot 1", "at": AT, "time_zone": "UTC", **values})
+
+
+class Page:
+    """A schedule over a store with one survey, and what it said."""
+
+    def __init__(self, store: LotStore, *entries: ScheduledSurvey) -> None:
+        self.now = NOW
+        self.is_armed = False
+        self.said: list[tuple[str, str, str]] = []
+        self.schedule = Schedule(
+            store, entries, lambda: self.now.timestamp(), lambda: self.is_armed,
+            lambda level, text, details: self.said.append((level, text, details)),
+        )  # fmt: skip
+
+    async def at(self, moment: datetime) -> list[str]:
+        self.now = moment
+        await self.schedule.look()
+        return [text for _, text, _ in self.said]
+
+
+@pytest.fixture
+async def store(tmp_path: Path) -> AsyncIterator[LotStore]:
+    made = LotStore(tmp_path / "lots.db")
+    await made.write(partial(save, survey=survey()))
+    yield made
+    await made.close()
+
+
+async def test_a_survey_that_was_flown_is_not_due_and_the_next_day_s_is_once(store: LotStore) -> None:
+    page = Page(store, entry())
+    assert await page.at(NOW) == []
+    tomorrow = NOW + timedelta(days=1)
+    for later in (timedelta(0), timedelta(minutes=5), timedelta(hours=2)):
+        said = await page.at(tomorrow + later)
+    assert said == [f"A survey of Lot 1 is due since {AT}."]
+    assert "nothing flies by itself" in page.said[0][2]
+
+
+@pytest.mark.parametrize(
+    ("ended", "is_sure"), [(2_916_000_000.0, True), (2_916_000_000.0, False), (ENDED + 86_400, False)]
+)
+async def test_pictures_whose_time_is_not_sure_are_no_survey_that_was_due(
+    store: LotStore, ended: float, *, is_sure: bool
+) -> None:
+    source = PictureSource(SourceKind.ORTHOPHOTO, "town.tif")
+    wrong = replace(survey(), name="x", began=ended, ended=ended, time_is_sure=is_sure, pictures=source)
+    await store.write(partial(save, survey=wrong))
+    assert await Page(store, entry()).at(NOW + timedelta(days=1)) == [f"A survey of Lot 1 is due since {AT}."]
+
+
+async def test_a_lot_that_is_not_known_is_named_with_the_remedy(store: LotStore) -> None:
+    page = Page(store, entry(lot="Nowhere"))
+    assert await page.at(NOW) == ["A survey is due whose lot is not known."]
+    assert page.said[0][2] == "schedule: there is no lot called Nowhere: write its name or id."
+
+
+async def test_nothing_is_asked_while_the_motors_are_on_and_no_entry_needs_no_store(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "none.db")
+    flown = Page(store, entry())
+    flown.is_armed = True
+    for page in (flown, Page(store)):
+        task = asyncio.create_task(page.schedule.run())
+        await asyncio.sleep(0.05)
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        assert page.said == []
+    assert not store.is_open
+    await store.close()
+
+
+@given(st.integers(1_767_000_000, 1_800_000_000), st.sampled_from(DAYS), st.integers(0, 23))
+def test_a_moment_is_on_its_day_and_not_over(seconds: int, day: str, hour: int) -> None:
+    now = datetime.fromtimestamp(seconds, ZoneInfo("Europe/Amsterdam"))
+    found = moment_due(entry(days=[day], at=f"{hour:02d}:15"), now)
+    if found is not None:
+        assert DAYS[found.weekday()] == day
+        assert (found.hour, found.minute) == (hour, 15)
+        assert found <= now < found + LATE
+
+
+def test_a_survey_of_late_evening_is_due_after_midnight() -> None:
+    late = entry(days=["mon"], at="23:00")
+    found = moment_due(late, datetime(2026, 5, 5, 2, 0, tzinfo=UTC))
+    assert found == datetime(2026, 5, 4, 23, 0, tzinfo=UTC)
+    assert moment_due(late, datetime(2026, 5, 5, 5, 1, tzinfo=UTC)) is None
+
+
+def test_a_survey_a_little_before_its_time_counts() -> None:
+    assert is_flown((NOW - EARLY).timestamp(), NOW)
+    assert not is_flown((NOW - EARLY).timestamp() - 1, NOW)
+    assert not is_flown(None, NOW)
+
+
+GOOD = '[[schedule]]\nlot = "North"\nat = "10:30"\n\n[[schedule]]\nlot = "South"\nat = "18:00"\ndays = ["sat"]\n'
+
+
+def test_the_settings_hold_a_block_for_each(tmp_path: Path) -> None:
+    (tmp_path / "config.toml").write_text(GOOD)
+    found = load_config(tmp_path / "config.toml", {}).schedule
+    assert [(each.lot, each.at, each.days) for each in found] == [
+        ("North", "10:30", DAYS),
+        ("South", "18:00", ("sat",)),
+    ]
+    assert found[0].clock() is not None
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong", "words"),
+    [
+        (7, 'at = "25:00"', "schedule.1.at: "), (8, 'days = ["monday"]', "schedule.1.days.0: "),
+        (8, 'time_zone = "Mars"', "schedule.1.time_zone: must be a name of the time zone database"),
+        (8, "hour = 5", "schedule.1.hour: is not a setting"),
+    ],
+)  # fmt: skip
+def test_a_wrong_entry_is_named_with_its_line(tmp_path: Path, line: int, wrong: str, words: str) -> None:
+    lines = GOOD.splitlines()
+    lines[line - 1] = wrong
+    (tmp_path / "config.toml").write_text("\n".join(lines))
+    with pytest.raises(ConfigError) as caught:
+        load_config(tmp_path / "config.toml", {})
+    assert f"line {line}: {words}" in str(caught.value)

@@ -1,0 +1,372 @@
+"""The tour over a lot that is surveyed again, planned beside the flight from what the store knows."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.cameras.drone_camera import DroneCamera
+from hawk.comm.protocol.commands import Land
+from hawk.config.sections import FenceSettings
+from hawk.daemon.lots.known_lot import KnownLotFollower
+from hawk.daemon.lots.parts import surroundings
+from hawk.daemon.lots.tour import Surroundings, TourKeeper
+from hawk.ddc.fence.geometry import polygon_fence, to_map
+from hawk.lots import commands
+from hawk.lots.ingest import save
+from hawk.lots.plan import edits
+from hawk.lots.store import LotStore
+from hawk.model.known_lot import KnownLot, LotsAhead, LotTour, PlanOffer
+from hawk.model.operation import StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.plans import Fence, HeightParameters
+from hawk.model.poses import GlobalPose, Ring
+from tests.unit.algo.synthetic import CAMERA
+from tests.unit.ddc.fakes import Rig
+from tests.unit.lots.surveys import BEGAN, DATUM, box, survey
+
+RING: Ring = ((-150.0, -150.0), (150.0, -150.0), (150.0, 150.0), (-150.0, 150.0))
+FAR = replace(DATUM, latitude=DATUM.latitude + 1e-2)
+FENCE = polygon_fence(RING, 5.0, 60.0, 3.0)
+
+
+@dataclass
+class Drone:
+    path: Path
+    asked: str = ""
+    here: GlobalPose | None = DATUM
+    datum: GlobalPose | None = None
+    camera: CameraModel | None = CAMERA
+    fence: Fence | None = FENCE
+    state: StateName = StateName.IDLE
+    flies: bool = False
+    taken: str = ""
+    minutes: int = 0
+    said: list[LotsAhead] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.store = LotStore(self.path)
+        self.tours = TourKeeper(
+            Surroundings(
+                asked=lambda: self.asked,
+                here=lambda: self.here,
+                camera=lambda: self.camera,
+                heights=lambda: HeightParameters(15.0, 35.0, 60.0),
+                fence=lambda _datum, _place: self.fence,
+                state=lambda: self.state,
+                publish=self.said.append,
+                is_flying=lambda: self.flies,
+                taken=lambda: self.taken,
+            )
+        )
+        self.follower = KnownLotFollower(
+            self.store,
+            lambda: self.datum,
+            lambda: "another",
+            lambda _level, text, _details: self.messages.append(text),
+            tours=self.tours,
+        )
+
+    async def store_survey(self) -> str:
+        saved = await self.store.write(lambda c: save(c, survey(), None))
+        assert saved.lot is not None
+        return saved.lot
+
+
+@pytest.fixture
+async def drone(tmp_path: Path) -> AsyncIterator[Drone]:
+    made = Drone(tmp_path / "lots.db")
+    yield made
+    made.tours.close()
+    await made.store.close()
+
+
+async def test_the_lots_about_the_drone_are_known_before_it_is_armed(drone: Drone) -> None:
+    lot = await drone.store_survey()
+    await drone.follower.look()
+    (ahead,) = drone.said[-1].lots
+    assert (ahead.id, ahead.name, ahead.stalls) == (lot, "Lot 1", 40)
+    assert ahead.away_m < 100.0
+    assert len(ahead.outline.polygons) > 0
+    assert drone.said[-1].tour_m is None
+
+
+async def test_a_lot_that_is_far_away_has_its_distance_and_no_outline(drone: Drone) -> None:
+    await drone.store_survey()
+    drone.here = GlobalPose(DATUM.latitude + 0.01, DATUM.longitude, 0.0)
+    await drone.follower.look()
+    (ahead,) = drone.said[-1].lots
+    assert ahead.away_m > 900.0
+    assert ahead.outline.polygons == ()
+
+
+async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its_length_said(drone: Drone) -> None:
+    drone.asked = await drone.store_survey()
+    await drone.follower.look()
+    tour = drone.tours.current
+    assert tour is not None
+    assert tour.lot == drone.asked
+    assert drone.said[-1].tour_m == round(tour.distance_m, 1) > 0.0
+    await drone.follower.look()
+    assert drone.tours.current is tour
+
+
+async def test_a_drone_elsewhere_gets_another_tour_unless_it_flies_it(drone: Drone) -> None:
+    drone.asked = await drone.store_survey()
+    drone.datum = DATUM
+    await drone.follower.look()
+    before = drone.tours.current
+    drone.here, drone.state = GlobalPose(DATUM.latitude + 5e-4, DATUM.longitude, 0.0), StateName.AUTONOMOUS_EXPLORE
+    await drone.follower.look()
+    assert drone.tours.current is before
+    drone.state = StateName.HOVER
+    await drone.follower.look()
+    after = drone.tours.current
+    assert after is not None
+    assert after is not before
+    assert after.points[0].north == pytest.approx(to_map(DATUM, drone.here.latitude, drone.here.longitude).north)
+
+
+async def test_without_a_camera_or_a_place_no_tour_is_planned(drone: Drone) -> None:
+    drone.asked, drone.camera = await drone.store_survey(), None
+    await drone.follower.look()
+    assert drone.tours.current is None
+    drone.camera, drone.datum, drone.here = CAMERA, DATUM, None
+    await drone.follower.look()
+    assert drone.tours.current is None
+
+
+async def test_a_tour_ends_when_the_lot_is_no_longer_asked_for(drone: Drone) -> None:
+    drone.asked = await drone.store_survey()
+    await drone.follower.look()
+    drone.asked = ""
+    await drone.follower.look()
+    assert drone.tours.current is None
+    assert drone.said[-1].tour_m is None
+
+
+async def test_a_store_that_cannot_be_read_is_said_and_the_tour_stays(drone: Drone) -> None:
+    drone.asked = await drone.store_survey()
+    await drone.follower.look()
+    tour = drone.tours.current
+    drone.tours.fail("lots.db: is damaged")
+    assert drone.said[-1].problem == "lots.db: is damaged"
+    assert drone.tours.current is tour
+    assert replace(drone.said[-1], problem="") == drone.said[0]
+
+
+# -- in flight --------------------------------------------------------------------------------------------------------
+
+
+async def in_flight(drone: Drone) -> tuple[KnownLot, LotTour]:
+    """Fly Survey again; return the plan and tour that the flight began with."""
+    drone.asked, drone.datum = await drone.store_survey(), DATUM
+    await drone.follower.look()
+    drone.flies, drone.state = True, StateName.AUTONOMOUS_EXPLORE
+    await drone.follower.look()
+    known, tour = drone.follower.current, drone.tours.current
+    assert known is not None
+    assert tour is not None
+    return known, tour
+
+
+def offered(drone: Drone) -> PlanOffer | None:
+    return drone.said[-1].offer
+
+
+async def second_lot(drone: Drone) -> str:
+    """Store a lot 1.1 km north of the first one."""
+    found = survey("000002-20260505T103000Z")
+    outline, seen = box(-30, -3, 30, 40, FAR), box(-40, -15, 60, 60, FAR)
+    there = replace(found, datum=FAR, outline=outline, seen=seen)
+    saved = await drone.store.write(lambda c: save(c, there, None))
+    assert saved.lot is not None
+    return saved.lot
+
+
+async def add_row(drone: Drone, who: str = "Operator 2") -> None:
+    """Draw a row 60 m beside the lot, as a client without control does over HTTP."""
+    row = {"do": "add_row", "front": [[90.0, -20.0], [90.0, 5.0]], "far": [95.0, 0.0], "count": 10}
+    await edited(drone, row, who)
+
+
+async def edited(drone: Drone, operation: dict[str, object], who: str) -> None:
+    lot = drone.asked
+    opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": who, "take_over": True}, BEGAN))
+    asked = {"edit": opened["edit"], "operation": operation}
+    drone.minutes += 1
+    await drone.store.write(lambda c: edits.do(c, lot, asked, BEGAN + 60.0 * drone.minutes))
+
+
+async def pinned(drone: Drone) -> None:
+    points = [{"from": [DATUM.latitude, DATUM.longitude], "to": [DATUM.latitude + 2e-4, DATUM.longitude]}]
+    await drone.store.write(lambda c: commands.pin(c, drone.asked, {"points": points}, "operator", BEGAN + 2.0))
+
+
+async def split(drone: Drone) -> None:
+    half = [
+        [DATUM.latitude + a * 1e-3, DATUM.longitude + b * 1e-3] for a, b in ((-9, -9), (9, -9), (9, 0.1), (-9, 0.1))
+    ]
+    asked = {"outline": half, "name": "Half"}
+    await drone.store.write(lambda c: commands.split(c, drone.asked, asked, "operator", BEGAN + 2.0))
+
+
+async def ended(drone: Drone) -> None:
+    await edited(drone, {"do": "remove", "all": True}, "Operator 2")
+
+
+async def merged(drone: Drone) -> None:
+    other = await second_lot(drone)
+    await drone.store.write(lambda c: commands.merge(c, other, drone.asked, "operator", BEGAN + 2.0))
+
+
+CHANGES = [add_row, pinned, split, ended, merged]
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
+async def test_who_changes_the_store_in_flight_steers_nothing(
+    drone: Drone, change: Callable[[Drone], Awaitable[None]]
+) -> None:
+    known, tour = await in_flight(drone)
+    await change(drone)
+    for _ in range(2):
+        await drone.follower.look()
+        assert drone.follower.current is known
+        assert drone.tours.current is tour
+    assert drone.said[-1].tour_m == round(tour.distance_m, 1)
+    assert len([text for text in drone.messages if "changed" in text]) == 1
+
+
+async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_taken(drone: Drone) -> None:
+    known, tour = await in_flight(drone)
+    assert offered(drone) is None
+    await add_row(drone)
+    await drone.follower.look()
+    offer = offered(drone)
+    assert offer is not None
+    assert replace(offer, id="") == PlanOffer("", "Lot 1", "Operator 2", 50, 40)
+    assert drone.messages[-1] == "The plan of Lot 1 was changed, signed as Operator 2."
+    drone.taken = "another one"
+    await drone.follower.look()
+    assert drone.follower.current is known
+    drone.taken = offer.id
+    await drone.follower.look()
+    taken, longer = drone.follower.current, drone.tours.current
+    assert taken is not None
+    assert longer is not None
+    assert len(taken.stalls) == 50
+    assert longer.distance_m > tour.distance_m + 40.0
+    assert offered(drone) is None
+
+
+async def test_what_was_looked_at_is_flown_and_a_later_change_is_offered_next(drone: Drone) -> None:
+    await in_flight(drone)
+    await add_row(drone)
+    await drone.follower.look()
+    offer = offered(drone)
+    assert offer is not None
+    await edited(drone, {"do": "remove", "row": "A"}, "Ann")
+    drone.taken = offer.id
+    await drone.follower.look()
+    assert drone.follower.current is not None
+    assert len(drone.follower.current.stalls) == 50
+    later = offered(drone)
+    assert later is not None
+    assert (later.by, later.before) == ("Ann", 50)
+    assert later.stalls < 50
+
+
+async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Drone) -> None:
+    known, _ = await in_flight(drone)
+    await add_row(drone)
+    await drone.follower.look()
+    opened = await drone.store.write(lambda c: edits.open_edit(c, drone.asked, {"who": "Operator 2"}, BEGAN))
+    await drone.store.write(lambda c: edits.undo(c, drone.asked, {"edit": opened["edit"]}, BEGAN))
+    await drone.follower.look()
+    assert offered(drone) is None
+    assert drone.follower.current is known
+
+
+async def test_after_the_flight_the_newest_plan_is_there(drone: Drone) -> None:
+    await in_flight(drone)
+    await add_row(drone)
+    await drone.follower.look()
+    drone.flies, drone.state = False, StateName.IDLE
+    await drone.follower.look()
+    assert drone.follower.current is not None
+    assert len(drone.follower.current.stalls) == 50
+    assert offered(drone) is None
+
+
+async def test_another_lot_that_who_has_control_chooses_in_flight_is_flown_as_it_is(drone: Drone) -> None:
+    known, _ = await in_flight(drone)
+    drone.asked = other = await second_lot(drone)
+    await drone.follower.look()
+    assert drone.follower.current is not None
+    assert drone.follower.current.id == other != known.id
+    assert offered(drone) is None
+
+
+async def test_a_lot_that_is_made_under_a_drone_in_flight_waits_for_who_has_control(drone: Drone) -> None:
+    await drone.store.open()
+    drone.datum, drone.flies = DATUM, True
+    await drone.follower.look()
+    await drone.store_survey()
+    await drone.follower.look()
+    assert drone.follower.current is None
+    offer = offered(drone)
+    assert offer is not None
+    assert (offer.before, offer.stalls) == (0, 40)
+    drone.taken = offer.id
+    await drone.follower.look()
+    assert drone.follower.current is not None
+
+
+async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot_changes(drone: Drone) -> None:
+    """Clear Outline, Set Outline and Survey Again in flight take no plan that somebody else changed."""
+    known, tour = await in_flight(drone)
+    lot = drone.asked
+    await add_row(drone)
+    await drone.follower.look()
+    drone.asked = ""  # Clear Outline, or Set Outline
+    for _ in range(2):
+        await drone.follower.look()
+        assert drone.follower.current is known
+        assert offered(drone) is not None
+    drone.asked = lot  # Survey Again
+    for _ in range(2):
+        await drone.follower.look()
+        assert drone.follower.current is known
+    again, offer = drone.tours.current, offered(drone)
+    assert again is not None
+    assert again.distance_m == pytest.approx(tour.distance_m)
+    assert offer is not None
+    drone.taken = offer.id
+    await drone.follower.look()
+    assert drone.follower.current is not None
+    assert len(drone.follower.current.stalls) == 50
+
+
+async def test_one_late_disarmed_thaws_no_plan(tmp_path: Path) -> None:
+    flying = Rig(tmp_path)
+    await flying.enter(StateName.HOVER)
+    around = surroundings(
+        cast(MavsdkAutopilot, flying.autopilot), cast(DroneCamera, None), flying.inputs, flying.topics,
+        flying.manager, FenceSettings(),
+    )  # fmt: skip
+    assert around.is_flying()
+    said = flying.topics.get_state()
+    flying.topics.vehicle.state.publish(replace(said, armed=False))
+    assert around.is_flying()
+    await flying.tick()
+    assert around.is_flying()
+    flying.order(Land())
+    await flying.until(StateName.IDLE)
+    assert not around.is_flying()
+    await flying.close()
