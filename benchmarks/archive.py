@@ -35,11 +35,11 @@ from benchmarks.archive_files import PACKED
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.frames import Move
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.registration.frames import Move
+from hawk.lots.schema import OBSERVATION, STALL
 from hawk.lots.store import LotStore
-from hawk.lots.tables import OBSERVATION, STALL
-from hawk.lots.values import FinishedSurvey, Placed, Saved, SurveyStall
+from hawk.lots.values import Detection, FinishedSurvey, Placed, Saved
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -97,7 +97,7 @@ def flight(number: int, centres: NDArray[np.float64], move: Move, rng: np.random
     places = move.of(centres[kept]) + rng.normal(0, ERROR_M, (len(kept), 2))
     began = _BEGAN + number * _DAY_S
     stalls = tuple(
-        SurveyStall(
+        Detection(
             id=int(k) + 1, north=north, east=east, angle=move.turn % math.pi, width=_PITCH_M, length=_DEEP_M,
             taken=float(rng.random()), state=StallState(rng.choice(["free", "taken"])), score=float(rng.random()),
             seen=int(rng.integers(1, 200)), looked=began + float(rng.uniform(0, 900)),

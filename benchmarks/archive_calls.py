@@ -17,15 +17,16 @@ import numpy as np
 from sqlalchemy import Connection, insert, select, update
 
 from benchmarks.archive_files import FileTimes, measure_files
-from hawk.lots.database import Database
-from hawk.lots.looks import keep_looks, missing_looks
-from hawk.lots.saving import save
-from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.ingest import save
+from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.storage.database import Database
+from hawk.lots.survey.observations import keep_looks, missing_looks
 from hawk.lots.values import FinishedSurvey
-from hawk.stats.answering import ALL_BY, changes, statistics
-from hawk.stats.listing import surveys_json
-from hawk.stats.reading import Period
+from hawk.stats.panel import Period
+from hawk.stats.partition import PARTITIONS
+from hawk.stats.queries import changes, statistics
 from hawk.stats.stalls import heat_json
+from hawk.stats.surveys import surveys_json
 from hawk.web.v1 import features, reads
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import Read, encoded
@@ -150,7 +151,7 @@ def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
     periods = {"all": (None, None), "month": (30, 60), "day": (30, 31)}
     for name, (begin, end) in periods.items():
         period = Period(_moment(begin), _moment(end), UTC, "UTC")
-        for by in (None, *ALL_BY):
+        for by in (None, *PARTITIONS):
             yield f"{by or 'lot'}, {name}", lambda c, p=period, b=by: statistics(c, lot, p, b)  # type: ignore[misc]
     before, after = (f"{number:08d}-0000-4000-8000-000000000000" for number in (100, 103))
     day = Period(_moment(25), _moment(26), UTC, "UTC")

@@ -22,11 +22,11 @@ from sqlalchemy import insert
 
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
-from hawk.lots.database import Database
-from hawk.lots.plan import editing
-from hawk.lots.plan.reading import all_stalls
+from hawk.lots.plan import edits
+from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import PlanStall
-from hawk.lots.tables import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.text import json_text
 from hawk.results.row_labels import letters
 
@@ -88,15 +88,15 @@ def measure(folder: Path, count: int) -> dict[str, tuple[float, float]]:
         return (time.perf_counter() - began) * 1e3
 
     with store.writing() as connection:
-        edit = editing.open_edit(connection, lot, {"who": "Ann"}, 0.0)["edit"]
+        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 0.0)["edit"]
         stalls = all_stalls(connection, lot)
     found: dict[str, tuple[float, float]] = {}
     for name, asked in operations(stalls).items():
         done: list[float] = []
         again: list[float] = []
         for number in range(ROUNDS + 1):
-            done.append(timed(editing.do, {"edit": edit, "operation": asked(number)}))
-            again.append(max(timed(act, {"edit": edit}) for act in (editing.undo, editing.redo)))
+            done.append(timed(edits.do, {"edit": edit, "operation": asked(number)}))
+            again.append(max(timed(act, {"edit": edit}) for act in (edits.undo, edits.redo)))
         found[name] = (statistics.median(done[1:]), statistics.median(again[1:]))
     store.close()
     return found

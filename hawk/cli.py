@@ -23,12 +23,12 @@ from hawk.config.sections import ConfigError
 from hawk.daemon.lots.import_plan import COMMAND as IMPORT_PLAN
 from hawk.daemon.lots.import_plan import add_import_command
 from hawk.daemon.options import DaemonOptions
-from hawk.erasing.commands import COMMAND as ERASE
-from hawk.erasing.commands import add_erase_command
+from hawk.erasure.commands import COMMAND as ERASE
+from hawk.erasure.commands import add_erase_command
 from hawk.exports.commands import COMMAND as EXPORT
 from hawk.exports.commands import add_export_command
 from hawk.formats.box import COMMAND_TOO_MUCH, enter_command
-from hawk.lots.commands import LOT_COMMANDS, add_lot_commands
+from hawk.lots.storage.commands import LOT_COMMANDS, add_lot_commands
 from hawk.picture.commands import COMMAND as MAP
 from hawk.picture.commands import add_map_command
 from hawk.replay.commands import COMMAND as REPLAY

@@ -58,10 +58,10 @@ from hawk.comm.protocol.heartbeat import (
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
-from hawk.lots.database import Database
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
 from hawk.lots.store import LotStore
-from hawk.lots.values import FinishedSurvey, SurveyStall
+from hawk.lots.values import Detection, FinishedSurvey
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
@@ -172,7 +172,7 @@ NO_OUTLINE = OutlineSetup(source="none", polygons=[], holes=[], area=0.0)
 def store_with(path: Path, stalls: list[FakeStall]) -> LotStore:
     """Return the store in a file; a file that is not there yet is made, with a survey of the lot."""
     if not path.exists():
-        seen = tuple(SurveyStall.of(each.stall, BEGAN) for each in stalls)
+        seen = tuple(Detection.of(each.stall, BEGAN) for each in stalls)
         corners = np.concatenate([each.stall.corners() for each in stalls])
         (south, west), (north, east) = corners.min(axis=0) - 10, corners.max(axis=0) + 10
         places = np.array([(south, west), (north, west), (north, east), (south, east)])

@@ -28,9 +28,9 @@ from benchmarks.lots.looks import GNSS_M, datum_of, flown_look
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
 from hawk.algo.frame import outcome
 from hawk.algo.path_plan.known_tour import lot_tour
-from hawk.lots.database import Database
-from hawk.lots.known import known_lot, lot_near
-from hawk.lots.tables import OBSERVATION, STALL
+from hawk.lots.known_lot import known_lot, lot_near
+from hawk.lots.schema import OBSERVATION, STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.values import PLACED, Saved
 from hawk.model.known_lot import KnownLot, LotTour
 from hawk.survey.truth import parse_truth

@@ -14,11 +14,11 @@ from sqlalchemy import Connection, select
 from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import DrawnLot, PictureLot, Visit
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.database import Database
-from hawk.lots.proposing import proposals
-from hawk.lots.saving import save
-from hawk.lots.tables import OBSERVATION, STALL
-from hawk.lots.taking import take_over
+from hawk.lots.change_detection.proposals import proposals
+from hawk.lots.change_detection.takeover import take_over
+from hawk.lots.ingest import save
+from hawk.lots.schema import OBSERVATION, STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.values import PLACED, Placed, Saved
 from hawk.survey.accuracy import match
 from hawk.worlds.world import World

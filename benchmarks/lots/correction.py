@@ -15,9 +15,9 @@ from sqlalchemy import Connection
 
 from benchmarks.perception.boxes import Boxes, Floats
 from benchmarks.world_lots import north_east
-from hawk.lots.frames import Move
-from hawk.lots.plan import editing
-from hawk.lots.plan.reading import all_stalls
+from hawk.lots.plan import edits
+from hawk.lots.plan.queries import all_stalls
+from hawk.lots.registration.frames import Move
 from hawk.lots.values import LotInputError
 from hawk.worlds.world import World
 
@@ -40,9 +40,9 @@ class Corrected:
 @contextlib.contextmanager
 def edited(connection: Connection, lot: str, at: float = 0.0) -> Iterator[Do]:
     """Open a lot's plan to a person; gives what does an operation."""
-    edit = editing.open_edit(connection, lot, {"who": WHO}, at)["edit"]
-    yield lambda **operation: editing.do(connection, lot, {"edit": edit, "operation": operation}, at)
-    editing.close(connection, lot, {"edit": edit, "why": "corrected"}, at)
+    edit = edits.open_edit(connection, lot, {"who": WHO}, at)["edit"]
+    yield lambda **operation: edits.do(connection, lot, {"edit": edit, "operation": operation}, at)
+    edits.close(connection, lot, {"edit": edit, "why": "corrected"}, at)
 
 
 def correct(

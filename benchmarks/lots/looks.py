@@ -23,9 +23,9 @@ from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import decode
 from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork
-from hawk.lots.finished import LandedSurvey, finished
-from hawk.lots.frames import Move
-from hawk.lots.values import FinishedSurvey, SurveyStall
+from hawk.lots.registration.frames import Move
+from hawk.lots.survey.landing import LandingFacts, finished
+from hawk.lots.values import Detection, FinishedSurvey
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -83,7 +83,7 @@ class StillEye:
         datum, move = datum_of(world, visit), _turned_about_middle(world, visit.compass)
         ended = visit.at.timestamp()
         stalls = tuple(
-            SurveyStall(
+            Detection(
                 id=k, north=n, east=e, angle=a, width=w, length=le, taken=t,
                 state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, seen=1, looked=ended,
             )
@@ -195,7 +195,7 @@ def flown_look(flown: Flown, world: World, visit: Visit) -> Look:
     """Return a flight as the survey that the daemon would store, with the truth."""
     ended = visit.at.timestamp()
     survey = finished(
-        LandedSurvey(
+        LandingFacts(
             name=f"{visit.number:06d}-flown", datum=datum_of(world, visit), current=flown.output.occupancy_map,
             outline=None, seconds=flown.seconds, utc=ended, time_is_sure=True, program="benchmark",
             flown_s=flown.seconds, simulated=True,

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.figures import Figure, Limit, Reference, share
-from hawk.lots.source import SourceKind
+from hawk.lots.survey.source import SourceKind
 from hawk.model.pictures import CameraModel
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import PhotoSurvey, survey_shots

@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.figures import Figure, Limit, share
 from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
-from hawk.lots.source import SourceKind
+from hawk.lots.survey.source import SourceKind
 from hawk.picture.checkpoints import Checkpoints
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.shot_detections import Files, ShotReader

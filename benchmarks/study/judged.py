@@ -9,12 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from hawk.stats.between import changes_between
-from hawk.stats.counting import count
+from hawk.stats.changes import changes_between
+from hawk.stats.counts import count
 from hawk.stats.figures import figures
 from hawk.stats.flow import Flow, Moves
-from hawk.stats.grouping import BY, groups_of, whole
+from hawk.stats.groups import groups_of, whole
 from hawk.stats.hours import Hours, flown_hours
+from hawk.stats.partition import PARTITIONS
 from hawk.stats.turnover import least, longest_gap, most
 from hawk.stats.values import UNSEEN, Bools, Floats, Group, Panel
 from hawk.worlds.stays import LotStays
@@ -92,7 +93,7 @@ class History:
 def judged(name: str, panel: Panel, stays: LotStays, true: Mapping[str, int], doubts: Sequence[str] = ()) -> Judged:
     """Compare the figures of a lot with its history."""
     history = History(stays, true, panel)
-    groups = [*whole(panel), *(group for by in BY for group in groups_of(panel, by))]
+    groups = [*whole(panel), *(group for by in PARTITIONS for group in groups_of(panel, by))]
     counted, moves = count(panel, groups), Moves.of(panel, groups)
     hours = flown_hours(panel, counted, Flow.of(moves, counted))
     at_surveys = np.array([history.taken(survey.at) for survey in panel.surveys])

@@ -15,11 +15,11 @@ from benchmarks.lots.looks import Look, StillEye
 from benchmarks.lots.visits import Visit
 from benchmarks.study.visits import CLOCK, DAY, StudyLot
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.database import Database
-from hawk.lots.saving import save
-from hawk.lots.tables import STALL
+from hawk.lots.ingest import save
+from hawk.lots.schema import STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.values import Placed, Saved
-from hawk.stats.reading import Period, read_panel
+from hawk.stats.panel import Period, read_panel
 from hawk.stats.values import Panel
 from hawk.worlds.world import World
 

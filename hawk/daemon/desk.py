@@ -26,11 +26,11 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, serve
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.daemon.start_checks import check_background
-from hawk.lots.comparing import placed_surveys
-from hawk.lots.pictures import SurveyPictures, pictures_of
-from hawk.lots.saving import lot_places
+from hawk.lots.change_detection.comparison import placed_surveys
+from hawk.lots.ingest import lot_places
+from hawk.lots.names import lot_named
 from hawk.lots.store import LotStore, lots_file
-from hawk.lots.teaching import lot_named
+from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.lot_map import EncodedTile, OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
@@ -59,7 +59,7 @@ class Under:
     mosaic: OccupancyMap
 
 
-def ground_under(connection: Connection, pictures: SurveyPictures, lot: str | None) -> Under | None:
+def ground_under(connection: Connection, pictures: PictureFolder, lot: str | None) -> Under | None:
     """Return the newest placed survey with a picture, of one lot or of any; None without one.
 
     ``lot``: id or name. Raises NotFoundError for a lot that is not there, LotStoreError for a broken picture.

@@ -50,7 +50,7 @@ from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.rules.follower import RestartRule, flight_goes_on
 from hawk.ddc.settings import DdcSettings, ManagerSetup, SurveyMemory
-from hawk.lots.finished import LandedSurvey, at_landing
+from hawk.lots.survey.landing import LandingFacts, at_landing
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.moment import is_wall_clock_kept, this_moment
 from hawk.model.plans import PathPlan
@@ -422,14 +422,14 @@ class Daemon:
 
     # -- between the parts -------------------------------------------------------------------------------------------
 
-    def _landed_survey(self) -> LandedSurvey | None:
+    def _landed_survey(self) -> LandingFacts | None:
         """Return the survey as it is now; None before there is a map with a place on Earth."""
         current, datum = self.inputs.occupancy_map.value, self.autopilot.datum
         if current is None or datum is None or not (current.tiles or current.stalls):
             return None
         heard = self.autopilot.telemetry.utc_at(self.clock())
         moment = at_landing(heard, time.time(), is_kept=is_wall_clock_kept(), is_simulated=self._options.is_simulation)
-        return LandedSurvey(
+        return LandingFacts(
             name=self._journal.survey_id,
             datum=datum,
             current=current,

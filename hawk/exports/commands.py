@@ -7,14 +7,33 @@ import sys
 import time
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.exports.feed_table import FEEDS, VALID_S, Wanted
+from hawk.exports.formats import WRITTEN
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
+    from hawk.exports import feeds, files, records
+    from hawk.lots import names, training_set
+    from hawk.lots import store as lots
+    from hawk.lots import values as errors
+    from hawk.lots.storage import database
+    from hawk.lots.survey import pictures
+else:
+    feeds = late("hawk.exports.feeds")
+    files = late("hawk.exports.files")
+    records = late("hawk.exports.records")
+    database = late("hawk.lots.storage.database")
+    names = late("hawk.lots.names")
+    pictures = late("hawk.lots.survey.pictures")
+    training_set = late("hawk.lots.training_set")
+    lots = late("hawk.lots.store")
+    errors = late("hawk.lots.values")
 
 COMMAND: Final = "export"
-_ENDS: Final = (".csv", ".geojson", ".gpkg", ".kmz", ".png", ".tif")
 _ALL: Final = "all"
 _FAILED: Final = 1
 
@@ -25,7 +44,7 @@ def add_export_command(commands: Any) -> None:
     export.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
     what = export.add_mutually_exclusive_group(required=True)
     what.add_argument(
-        "--out", type=values.new(*_ENDS), metavar="FILE",
+        "--out", type=values.new(*WRITTEN), metavar="FILE",
         help="the file to write: .csv, .geojson, .gpkg, .kmz, .png (the lot's picture), .tif (the mosaic as Cloud "
         "Optimised GeoTIFF, with NAME-occupancy.tif and the STAC item NAME.json)",
     )  # fmt: skip
@@ -55,9 +74,6 @@ def add_export_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.lots.store import check_there, lots_file  # loads numpy: not for the other commands
-    from hawk.lots.values import LotStoreError
-
     config = config_of(options)
     if options.training is not None and options.survey is not None:
         print("hawk-drone: --survey: only together with --out or --feed: --training takes all", file=sys.stderr)
@@ -68,10 +84,10 @@ def _run(options: argparse.Namespace) -> int:
         return 2
     work = _feed if options.feed is not None else _export if options.training is None else _teach
     try:
-        store = lots_file(config.store.directory, config.store.lots)
-        check_there(store)
+        store = lots.lots_file(config.store.directory, config.store.lots)
+        lots.check_there(store)
         print(work(store, options))
-    except LotStoreError as error:
+    except errors.LotStoreError as error:
         print(f"hawk-drone: {error}", file=sys.stderr)
         return _FAILED
     except OSError as error:
@@ -87,51 +103,34 @@ def _of_feeds(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _feed(store: Path, options: argparse.Namespace) -> str:
-    from hawk.exports.feeds import feed_text
-    from hawk.lots.database import Database
-    from hawk.lots.store import show_damage
-    from hawk.lots.teaching import lot_named
-
-    with closing(Database(store)) as database, database.reading() as connection:
-        show_damage(database.damage)
-        lot = lot_named(connection, options.lot)
+    with closing(database.Database(store)) as opened, opened.reading() as connection:
+        lots.show_damage(opened.damage)
+        lot = names.lot_named(connection, options.lot)
         wanted = Wanted(lot, options.survey, *_of_feeds(options).values())
-        return feed_text(connection, options.feed, wanted, time.time()).rstrip("\n")
+        return feeds.feed_text(connection, options.feed, wanted, time.time()).rstrip("\n")
 
 
 def _export(store: Path, options: argparse.Namespace) -> str:
-    from hawk.exports.files import export, export_all
-    from hawk.exports.reading import NEWEST, survey_of, surveys_of
-    from hawk.lots.database import Database
-    from hawk.lots.pictures import pictures_of
-    from hawk.lots.store import show_damage
-    from hawk.lots.teaching import lot_named
-
-    with closing(Database(store)) as database, database.reading() as connection:
-        show_damage(database.damage)
-        lot = lot_named(connection, options.lot)
+    with closing(database.Database(store)) as opened, opened.reading() as connection:
+        lots.show_damage(opened.damage)
+        lot = names.lot_named(connection, options.lot)
         if options.survey == _ALL:
-            surveys = surveys_of(connection, lot)
-            written, shown = export_all(connection, surveys, options.out), f"surveys: {len(surveys)}"
+            surveys = records.surveys_of(connection, lot)
+            written, shown = files.export_all(connection, surveys, options.out), f"surveys: {len(surveys)}"
         else:
-            survey = survey_of(connection, lot, options.survey or NEWEST)
-            written, shown = export(connection, survey, pictures_of(store), options.out), f"survey {survey}"
+            survey = records.survey_of(connection, lot, options.survey or records.NEWEST)
+            written = files.export(connection, survey, pictures.pictures_of(store), options.out)
+            shown = f"survey {survey}"
     sizes = (f"{path}: {path.stat().st_size / 1e6:.2f} MB" for path in written)
     return "\n".join([shown, *sizes])
 
 
 def _teach(store: Path, options: argparse.Namespace) -> str:
-    from hawk.exports.files import written_to
-    from hawk.lots.database import Database
-    from hawk.lots.pictures import pictures_of
-    from hawk.lots.store import show_damage
-    from hawk.lots.teaching import lot_named, read_lesson, write_lesson
-
-    with closing(Database(store)) as database, database.reading() as connection:
-        show_damage(database.damage)
-        lesson = read_lesson(connection, lot_named(connection, options.lot))
-    with written_to(options.training, "--training"):
-        taught = write_lesson(lesson, pictures_of(store), options.training)
+    with closing(database.Database(store)) as opened, opened.reading() as connection:
+        lots.show_damage(opened.damage)
+        lesson = training_set.read_lesson(connection, names.lot_named(connection, options.lot))
+    with files.written_to(options.training, "--training"):
+        taught = training_set.write_lesson(lesson, pictures.pictures_of(store), options.training)
     return "\n".join(
         [
             f"{options.training}: pictures with labels: {len(taught.pictures)}",

@@ -6,7 +6,6 @@ Stalls are those of the present plans, each with its last look. Places are WGS-8
 from __future__ import annotations
 
 import json
-import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -18,15 +17,14 @@ from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
 from hawk.exports.shapes import lot_shape
-from hawk.lots.counts import counts_of
-from hawk.lots.newest import has_been, is_sure, last_of, newest_look
-from hawk.lots.plan import geometry
-from hawk.lots.registering import datum_of
-from hawk.lots.source import SOURCE_COLUMNS, source_json
-from hawk.lots.tables import LOT, OBSERVATION, STALL, SURVEY
-from hawk.lots.values import Placed, outline_of_rings, utc
-from hawk.model.poses import GlobalPose
-from hawk.results.survey_map import to_global
+from hawk.lots.outlines import Rings, outline_of_rings, rings_of
+from hawk.lots.registration.georeference import corners_on_earth
+from hawk.lots.registration.survey_place import datum_of
+from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.order import has_been, is_last_look, is_sure, last_of
+from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
+from hawk.lots.values import Placed, utc
 
 _DEGREES: Final = 8
 """Decimals: a millimetre."""
@@ -35,10 +33,6 @@ _AROUND: Final = 0.0005
 _FEATURE: Final = "Feature"
 _IS_THERE: Final = SURVEY.c.placed != Placed.DELETED.value
 Feature = dict[str, Any]
-_Rings = dict[str, Any]
-"""Outline as `hawk.lots.values.outline_json` writes it."""
-_NO_RINGS: Final[_Rings] = {"polygons": [], "holes": []}
-_LOG = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
 
 
@@ -103,7 +97,7 @@ def extent(connection: Connection) -> Extent:
     is_alone = SURVEY.c.lot.is_(None) & _IS_THERE
     texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
-    boxes = np.array([box for text in texts if (box := _box_of(_read_rings(text))) is not None]).reshape(-1, 4)
+    boxes = np.array([box for text in texts if (box := _box_of(rings_of(text))) is not None]).reshape(-1, 4)
     span = select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE, has_been())
     begin, end = connection.execute(span).one()
     if not len(boxes):
@@ -113,7 +107,7 @@ def extent(connection: Connection) -> Extent:
     return Extent(Box(west, south, east, north), begin, end)
 
 
-def _box_of(outline: _Rings) -> tuple[float, float, float, float] | None:
+def _box_of(outline: Rings) -> tuple[float, float, float, float] | None:
     """Return west, south, east and north of an outline; None for one without corners."""
     corners = [corner for ring in outline["polygons"] for corner in ring]
     if not corners:
@@ -172,10 +166,10 @@ def _outlined(
     if choice.box is None:
         matched = connection.execute(select(func.count()).select_from(rows.order_by(None).subquery())).scalar_one()
         part = connection.execute(rows.limit(choice.limit).offset(choice.offset)).all()
-        outlines = [_read_rings(row.outline) for row in part]
+        outlines = [rings_of(row.outline) for row in part]
     else:
         found = connection.execute(rows).all()
-        drawn = [_read_rings(row.outline) for row in found]
+        drawn = [rings_of(row.outline) for row in found]
         boxes = np.array([_box_of(outline) or (np.nan,) * 4 for outline in drawn], np.float64).reshape(-1, 4)
         within = np.flatnonzero(choice.box.meets(boxes)).tolist()
         chosen = within[choice.offset : choice.offset + choice.limit]
@@ -191,19 +185,7 @@ def _outlined(
     )
 
 
-def _read_rings(text: str) -> _Rings:
-    """Return the rings of an outline; none for a damaged text, so that the other features are given."""
-    try:
-        found = json.loads(text)
-        if all(isinstance(found[name], list) for name in _NO_RINGS):
-            return dict(found)
-    except (ValueError, KeyError, TypeError):
-        pass
-    _LOG.warning("an outline in the store of lots is damaged: %.40r", text)
-    return _NO_RINGS
-
-
-def _grounds(outlines: Sequence[_Rings]) -> list[dict[str, Any] | None]:
+def _grounds(outlines: Sequence[Rings]) -> list[dict[str, Any] | None]:
     """Return outlines as MultiPolygons, None without ground: those of one whole ring all at once."""
     rings = [_ring_of(outline) for outline in outlines]
     whole = {number: ring for number, ring in enumerate(rings) if ring is not None}
@@ -219,7 +201,7 @@ def _grounds(outlines: Sequence[_Rings]) -> list[dict[str, Any] | None]:
     return [found.get(number) or _mended(outline) for number, outline in enumerate(outlines)]
 
 
-def _ring_of(outline: _Rings) -> list[list[float]] | None:
+def _ring_of(outline: Rings) -> list[list[float]] | None:
     """Return the closed ring of an outline of one polygon without a hole; None for another one."""
     if len(outline["polygons"]) != 1 or outline["holes"] or len(outline["polygons"][0]) < 3:
         return None
@@ -227,7 +209,7 @@ def _ring_of(outline: _Rings) -> list[list[float]] | None:
     return ring if ring[0] == ring[-1] else [*ring, ring[0]]
 
 
-def _mended(outline: _Rings) -> dict[str, Any] | None:
+def _mended(outline: Rings) -> dict[str, Any] | None:
     shape = shapely.transform(lot_shape(outline_of_rings(outline)), lambda places: np.round(places, _DEGREES))
     return None if shape.is_empty else dict(json.loads(shapely.to_geojson(shape)))
 
@@ -251,7 +233,7 @@ def stalls(connection: Connection, choice: Choice) -> Found:
 
 
 def _around(outline: str) -> Floats:
-    box = _box_of(json.loads(outline))
+    box = _box_of(rings_of(outline))
     wide = np.array([-_AROUND / 0.05, -_AROUND, _AROUND / 0.05, _AROUND])  # a meridian is near at 87 degrees
     return np.array([(-180.0, -90.0, 180.0, 90.0)]) if box is None else np.array([box]) + wide
 
@@ -261,8 +243,7 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
     is_in = [STALL.c.lot == lot, STALL.c.ends.is_(None), *_among(STALL.c.id, choice)]
     keys = select(STALL.c.key).where(*is_in).order_by(STALL.c.key)
     if choice.begin is not None or choice.end is not None:
-        is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == newest_look(connection, STALL.c.key))
-        keys = keys.select_from(STALL.join(OBSERVATION, is_last)).where(
+        keys = keys.select_from(STALL.join(OBSERVATION, is_last_look(connection))).where(
             *choice.during(OBSERVATION.c.looked, OBSERVATION.c.looked)
         )
     if choice.box is None:
@@ -284,8 +265,7 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
 
 def _with_looks(connection: Connection, keys: Select[Any]) -> Sequence[Row[Any]]:
     chosen = keys.subquery()
-    is_last = (OBSERVATION.c.stall == STALL.c.key) & (OBSERVATION.c.survey == newest_look(connection, STALL.c.key))
-    joined = STALL.join(chosen, chosen.c.key == STALL.c.key).outerjoin(OBSERVATION, is_last)
+    joined = STALL.join(chosen, chosen.c.key == STALL.c.key).outerjoin(OBSERVATION, is_last_look(connection))
     columns = (*(STALL.c[name] for name in _STALL), OBSERVATION.c.state, OBSERVATION.c.taken, OBSERVATION.c.looked)
     return connection.execute(select(*columns).select_from(joined).order_by(STALL.c.key)).all()
 
@@ -293,9 +273,8 @@ def _with_looks(connection: Connection, keys: Select[Any]) -> Sequence[Row[Any]]
 def _rings(datum: tuple[float, float], rows: Sequence[Row[Any]]) -> Floats:
     """Return the corners of stalls as (N, 5, 2) of (longitude, latitude), closed, counter-clockwise from above."""
     shapes = np.array([(row.north, row.east, row.angle, row.width, row.length) for row in rows])
-    rings = shapely.get_coordinates(geometry.polygons(shapes)).reshape(-1, 5, 2)
-    places = to_global(GlobalPose(*datum, 0.0), rings.reshape(-1, 2))[:, ::-1].reshape(-1, 5, 2)
-    return np.round(places, _DEGREES)
+    places = np.round(corners_on_earth(datum, shapes)[..., ::-1], _DEGREES)
+    return np.concatenate([places, places[:, :1]], axis=1)
 
 
 def _stall(row: Row[Any], ring: Floats) -> Feature:

@@ -19,7 +19,7 @@ class Span(StrEnum):
     """Ground of a feed in time."""
 
     SURVEY = "survey"
-    """A survey: the maker takes an `ExportedSurvey`, whose old states are unknown, and returns JSON values."""
+    """A survey: the maker takes an `ExportRecord`, whose old states are unknown, and returns JSON values."""
     PERIOD = "period"
     """A period: the maker takes a `Panel` of the period's surveys, and returns text."""
 
@@ -61,7 +61,7 @@ class Wanted:
 
     ``survey``: id of the survey, or its beginning; None: the last one that is registered. ``valid_s``: seconds up to
     which a state is given, None for `VALID_S`. ``begin``, ``end``, ``time_zone``: a period as
-    `hawk.stats.asked.period_of` takes it.
+    `hawk.stats.period.period_of` takes it.
     """
 
     lot: str

@@ -15,15 +15,15 @@ import shapely
 from sqlalchemy import Connection
 
 from hawk.exports.feed_table import FEEDS, VALID_S, Span, Wanted
-from hawk.exports.reading import NEWEST, read_survey, survey_of
+from hawk.exports.records import NEWEST, read_survey, survey_of
 from hawk.exports.shapes import lot_shape, stall_shape
-from hawk.exports.values import UNSEEN, ExportedStall, ExportedSurvey
+from hawk.exports.values import UNSEEN, ExportRecord, Observation
 from hawk.lots.labels import parts_of
-from hawk.lots.moments import has_been
+from hawk.lots.survey.moments import has_been
 from hawk.lots.text import json_text
 from hawk.lots.values import LotInputError, utc
-from hawk.stats.asked import period_of
-from hawk.stats.reading import read_panel
+from hawk.stats.panel import read_panel
+from hawk.stats.period import period_of
 
 _NGSI_STATES: Final = {"free": "free", "taken": "occupied"}
 _NGSI_CONTEXT: Final = (
@@ -65,7 +65,7 @@ def _check(name: str, wanted: Wanted) -> None:
             raise LotInputError(field, f"is not used by {name}, a feed over a {FEEDS[name].span}: leave it out")
 
 
-def valid_at(survey: ExportedSurvey, now: float, valid_s: float) -> ExportedSurvey:
+def valid_at(survey: ExportRecord, now: float, valid_s: float) -> ExportRecord:
     """Return the survey without the states whose looks are older than ``valid_s`` at ``now``, or later (Unix seconds).
 
     A survey whose time is not sure has no state, and no look: it may be of any day.
@@ -76,12 +76,12 @@ def valid_at(survey: ExportedSurvey, now: float, valid_s: float) -> ExportedSurv
     return replace(survey, stalls=tuple(_valid(stall, now, valid_s) for stall in survey.stalls))
 
 
-def _valid(stall: ExportedStall, now: float, valid_s: float) -> ExportedStall:
+def _valid(stall: Observation, now: float, valid_s: float) -> Observation:
     is_valid = stall.looked is not None and now - stall.looked <= valid_s and has_been(stall.looked, now)
     return stall if is_valid else replace(stall, state=UNSEEN, taken=None)
 
 
-def ngsi_entities(survey: ExportedSurvey) -> list[dict[str, Any]]:
+def ngsi_entities(survey: ExportRecord) -> list[dict[str, Any]]:
     """Return OffStreetParking, a ParkingGroup a row, and a ParkingSpot a stall, as key-values (NGSI-LD 1.6).
 
     Spots refer to their group and site, groups to their site; in the other direction the models allow one value only.
@@ -98,14 +98,14 @@ def ngsi_entities(survey: ExportedSurvey) -> list[dict[str, Any]]:
     ]
 
 
-def _rows(survey: ExportedSurvey) -> dict[str, list[ExportedStall]]:
+def _rows(survey: ExportRecord) -> dict[str, list[Observation]]:
     """Return the stalls by the letters of their rows; those with an owner's own label are in none."""
     lettered = [(parts[0], stall) for stall in survey.stalls if (parts := parts_of(stall.label)) is not None]
     ordered = sorted(lettered, key=lambda each: (len(each[0]), each[0]))
     return {name: [stall for _, stall in each] for name, each in groupby(ordered, key=lambda each: each[0])}
 
 
-def _ngsi_site(survey: ExportedSurvey, site: str) -> dict[str, Any]:
+def _ngsi_site(survey: ExportRecord, site: str) -> dict[str, Any]:
     shape = lot_shape(survey.outline)
     if shape.is_empty:
         shape = shapely.MultiPoint([stall.place[::-1] for stall in survey.stalls])
@@ -126,7 +126,7 @@ def _ngsi_site(survey: ExportedSurvey, site: str) -> dict[str, Any]:
     }
 
 
-def _ngsi_counts(stalls: tuple[ExportedStall, ...] | list[ExportedStall]) -> dict[str, int]:
+def _ngsi_counts(stalls: tuple[Observation, ...] | list[Observation]) -> dict[str, int]:
     """Return the counts where every state is known: a part of a lot is not its free spots."""
     states = [stall.state for stall in stalls]
     if UNSEEN in states or not states:
@@ -134,7 +134,7 @@ def _ngsi_counts(stalls: tuple[ExportedStall, ...] | list[ExportedStall]) -> dic
     return {"availableSpotNumber": states.count("free"), "occupiedSpotNumber": states.count("taken")}
 
 
-def _ngsi_group(group: str, name: str, stalls: list[ExportedStall], site: str) -> dict[str, Any]:
+def _ngsi_group(group: str, name: str, stalls: list[Observation], site: str) -> dict[str, Any]:
     shape = shapely.MultiPoint([stall.place[::-1] for stall in stalls]).convex_hull
     known = _ngsi_counts(stalls)
     known.pop("occupiedSpotNumber", None)  # the model of a group has none
@@ -152,7 +152,7 @@ def _ngsi_group(group: str, name: str, stalls: list[ExportedStall], site: str) -
     }
 
 
-def _ngsi_spot(stall: ExportedStall, site: str, group: str | None) -> dict[str, Any]:
+def _ngsi_spot(stall: Observation, site: str, group: str | None) -> dict[str, Any]:
     return {
         "@context": list(_NGSI_CONTEXT),
         "id": f"urn:ngsi-ld:ParkingSpot:{stall.id}",
@@ -169,7 +169,7 @@ def _ngsi_spot(stall: ExportedStall, site: str, group: str | None) -> dict[str, 
     }
 
 
-def cds_spaces(survey: ExportedSurvey) -> dict[str, Any]:
+def cds_spaces(survey: ExportRecord) -> dict[str, Any]:
     """Return the stalls as CDS curb spaces of one curb zone, the lot; times are milliseconds of Unix."""
     ended = round(survey.ended * 1000)
     spaces = [_cds_space(number, stall, survey.lot_id, ended) for number, stall in enumerate(survey.stalls, 1)]
@@ -183,7 +183,7 @@ def cds_spaces(survey: ExportedSurvey) -> dict[str, Any]:
     }
 
 
-def _cds_space(number: int, stall: ExportedStall, zone: str, ended: int) -> dict[str, Any]:
+def _cds_space(number: int, stall: Observation, zone: str, ended: int) -> dict[str, Any]:
     looked = {} if stall.looked is None else {"availability_time": round(stall.looked * 1000)}
     known = {"available": stall.state == "free", **looked} if stall.state != UNSEEN else {}
     return {
@@ -200,13 +200,13 @@ def _cds_space(number: int, stall: ExportedStall, zone: str, ended: int) -> dict
     }
 
 
-def parkapi(survey: ExportedSurvey) -> dict[str, Any]:
+def parkapi(survey: ExportRecord) -> dict[str, Any]:
     """Return the lot as a parking site and the stalls as parking spots of ParkAPI (its model is DATEX II Parking's)."""
     spots = [_parkapi_spot(stall, survey) for stall in survey.stalls]
     return {"parking_sites": [_parkapi_site(survey)], "parking_spots": spots}
 
 
-def _parkapi_site(survey: ExportedSurvey) -> dict[str, Any]:
+def _parkapi_site(survey: ExportRecord) -> dict[str, Any]:
     places = shapely.MultiPoint([stall.place[::-1] for stall in survey.stalls]) if survey.stalls else None
     middle = shapely.Point(survey.origin[::-1]) if places is None else places.centroid
     kinds = {name: [s for s in survey.stalls if s.kind == kind] for kind, name in _PARKAPI_CAPACITY.items()}
@@ -227,7 +227,7 @@ def _parkapi_site(survey: ExportedSurvey) -> dict[str, Any]:
     }
 
 
-def _realtime(survey: ExportedSurvey, free: int | None) -> dict[str, Any]:
+def _realtime(survey: ExportRecord, free: int | None) -> dict[str, Any]:
     return {
         "has_realtime_data": True,
         "realtime_data_updated_at": _offset(survey.ended),
@@ -237,7 +237,7 @@ def _realtime(survey: ExportedSurvey, free: int | None) -> dict[str, Any]:
     }
 
 
-def _parkapi_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, Any]:
+def _parkapi_spot(stall: Observation, survey: ExportRecord) -> dict[str, Any]:
     audience = _PARKAPI_AUDIENCE.get(stall.kind)
     return {
         "uid": stall.id,
@@ -253,7 +253,7 @@ def _parkapi_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, Any
     }
 
 
-def _realtime_spot(stall: ExportedStall, survey: ExportedSurvey) -> dict[str, Any]:
+def _realtime_spot(stall: Observation, survey: ExportRecord) -> dict[str, Any]:
     return {
         "has_realtime_data": True,
         "realtime_data_updated_at": _offset(survey.ended if stall.looked is None else stall.looked),

@@ -15,33 +15,30 @@ from typing import Final
 import cv2
 from sqlalchemy import Connection, select
 
+from hawk.exports.formats import ARCHIVE, CONTENT_TYPES, DATABASE, PICTURE, RASTER, WRITTEN
 from hawk.exports.geopackage import surveys_gpkg
 from hawk.exports.ground import Ground, ground_of, lot_picture
 from hawk.exports.kmz import survey_kmz
 from hawk.exports.rasters import write_rasters
-from hawk.exports.reading import read_survey, read_surveys
+from hawk.exports.records import read_survey, read_surveys
 from hawk.exports.text_files import survey_csv, survey_geojson
-from hawk.exports.values import ExportedSurvey
-from hawk.lots.frames import Move
-from hawk.lots.pictures import SurveyPictures
-from hawk.lots.tables import SURVEY
+from hawk.exports.values import ExportRecord
+from hawk.lots.registration.frames import Move
+from hawk.lots.schema import SURVEY
+from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import LotInputError, LotStoreError
 from hawk.runtime.files import replace_whole
 
-TABLES: Final[Mapping[str, tuple[str, Callable[[ExportedSurvey], bytes]]]] = {
-    ".csv": ("text/csv; charset=utf-8", survey_csv),
-    ".geojson": ("application/geo+json", survey_geojson),
-    ".gpkg": ("application/geopackage+sqlite3", lambda survey: surveys_gpkg([survey])),
-    ".kmz": ("application/vnd.google-earth.kmz", survey_kmz),
+TABLES: Final[Mapping[str, Callable[[ExportRecord], bytes]]] = {
+    ".csv": survey_csv,
+    ".geojson": survey_geojson,
+    DATABASE: lambda survey: surveys_gpkg([survey]),
+    ".kmz": survey_kmz,
 }
-"""Ends of names with the type of such a file, and its maker, which takes a survey alone."""
-PICTURE: Final = ".png"
-RASTER: Final = ".tif"
-ARCHIVE: Final = ".zip"
-SUFFIXES: Final = (*TABLES, PICTURE, RASTER)
+"""Kinds of files, with the maker of those that need a survey alone."""
 
 
-def shown_ground(connection: Connection, survey: ExportedSurvey, pictures: SurveyPictures) -> Ground:
+def shown_ground(connection: Connection, survey: ExportRecord, pictures: PictureFolder) -> Ground:
     """Return a survey's ground in the frame of its lot. Raises LotStoreError."""
     asked = select(SURVEY.c.north, SURVEY.c.east, SURVEY.c.turn).where(SURVEY.c.id == survey.survey)
     row = connection.execute(asked).one()
@@ -49,14 +46,14 @@ def shown_ground(connection: Connection, survey: ExportedSurvey, pictures: Surve
     return ground_of(survey, pictures.read(survey.survey), move)
 
 
-def made(connection: Connection, survey_id: str, pictures: SurveyPictures, suffix: str) -> tuple[str, bytes]:
+def made(connection: Connection, survey_id: str, pictures: PictureFolder, suffix: str) -> tuple[str, bytes]:
     """Return a survey as a file, the type of its content first; the rasters come in one archive.
 
     Args:
         connection: The store.
         survey_id: Id of the survey.
         pictures: Pictures of the store's surveys.
-        suffix: One of `TABLES`, `PICTURE`, or `ARCHIVE`.
+        suffix: One of `CONTENT_TYPES`.
 
     Raises:
         NotFoundError: There is no such survey.
@@ -64,24 +61,23 @@ def made(connection: Connection, survey_id: str, pictures: SurveyPictures, suffi
     """
     survey = read_survey(connection, survey_id)
     if suffix in TABLES:
-        content_type, make = TABLES[suffix]
-        return content_type, make(survey)
+        return CONTENT_TYPES[suffix], TABLES[suffix](survey)
     ground = shown_ground(connection, survey, pictures)
     if suffix == PICTURE:
         _, data = cv2.imencode(PICTURE, lot_picture(survey, ground))
-        return "image/png", data.tobytes()
+        return CONTENT_TYPES[PICTURE], data.tobytes()
     if suffix != ARCHIVE:
-        raise LotStoreError(f"kind: {suffix} is none of {', '.join(SUFFIXES)}")
+        raise LotStoreError(f"kind: {suffix} is none of {', '.join(WRITTEN)}")
     with tempfile.TemporaryDirectory(prefix="hawk-export-") as folder:
         written = write_rasters(survey, ground, Path(folder) / f"survey-{survey.survey[:8]}{RASTER}")
         out = io.BytesIO()
         with zipfile.ZipFile(out, "w") as archive:  # the rasters are compressed already
             for path in written:
                 archive.write(path, path.name)
-        return "application/zip", out.getvalue()
+        return CONTENT_TYPES[ARCHIVE], out.getvalue()
 
 
-def export(connection: Connection, survey_id: str, pictures: SurveyPictures, path: Path) -> tuple[Path, ...]:
+def export(connection: Connection, survey_id: str, pictures: PictureFolder, path: Path) -> tuple[Path, ...]:
     """Write a survey as the file that the end of a name says; return the paths of all files written.
 
     A file that is there is replaced as a whole, or stays. Raises as `made`, and LotInputError where it cannot be
@@ -107,8 +103,8 @@ def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tu
     A file that is there is replaced as a whole, or stays. Raises NotFoundError, LotStoreError, and LotInputError where
     it cannot be written.
     """
-    if path.suffix.lower() != ".gpkg":
-        raise LotStoreError(f"--out: {path.name} holds one survey; several go into a .gpkg")
+    if path.suffix.lower() != DATABASE:
+        raise LotStoreError(f"--out: {path.name} holds one survey; several go into a {DATABASE}")
     data = surveys_gpkg(read_surveys(connection, surveys))
     with written_to(path):
         return (replace_whole(path, data),)

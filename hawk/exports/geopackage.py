@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hawk.exports.shapes import lot_shape, stall_shapes
 from hawk.exports.text_files import about_survey
-from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.exports.values import ExportRecord, Observation
 from hawk.lots.values import utc
 
 _WGS84: Final = 4326
@@ -54,7 +54,7 @@ _LOT_COLUMNS: Final = {"lot_id": "TEXT", "name": "TEXT"}
 _SURVEY_TYPES: Final = {bool: "BOOLEAN", int: "INTEGER", float: "REAL"}
 
 
-def surveys_gpkg(surveys: Sequence[ExportedSurvey]) -> bytes:
+def surveys_gpkg(surveys: Sequence[ExportRecord]) -> bytes:
     """Return surveys as one GeoPackage: the layers ``lots`` and ``stalls``, and the table ``surveys``.
 
     The stalls of all surveys are in one layer, distinguished by ``survey_id``; a lot is there once.
@@ -70,7 +70,7 @@ def surveys_gpkg(surveys: Sequence[ExportedSurvey]) -> bytes:
         return path.read_bytes()
 
 
-def _write(connection: sqlite3.Connection, surveys: Sequence[ExportedSurvey]) -> None:
+def _write(connection: sqlite3.Connection, surveys: Sequence[ExportRecord]) -> None:
     connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
     connection.execute(f"PRAGMA user_version = {_VERSION}")
     for statement in _SCHEMA.split(";"):
@@ -91,7 +91,7 @@ def _write(connection: sqlite3.Connection, surveys: Sequence[ExportedSurvey]) ->
     _table(connection, [about_survey(survey) for survey in surveys], changed)
 
 
-def _row(survey: ExportedSurvey, stall: ExportedStall) -> list[Any]:
+def _row(survey: ExportRecord, stall: Observation) -> list[Any]:
     looked = None if stall.looked is None else utc(stall.looked).replace("Z", ".000Z")
     return [
         stall.id, survey.lot_id, survey.survey, stall.label, stall.kind or "normal", stall.state, stall.taken, looked,

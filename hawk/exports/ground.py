@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.exports.values import ExportedSurvey
-from hawk.lots.frames import Move
-from hawk.lots.pictures import drawn, extent
-from hawk.lots.place import about
-from hawk.lots.source import SourceKind
+from hawk.exports.values import ExportRecord
+from hawk.lots.registration.frames import Move
+from hawk.lots.registration.georeference import about
+from hawk.lots.survey.pictures import drawn, extent
+from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import CELL_M, StallState, TileKey
 from hawk.results.map_picture import Caption, draw_stall, sheet
@@ -50,7 +50,7 @@ class Ground:
         return np.column_stack([(places[:, 1] - self.east) / self.metres, (self.north - places[:, 0]) / self.metres])
 
 
-def ground_of(survey: ExportedSurvey, tiles: Mapping[TileKey, bytes], move: Move) -> Ground:
+def ground_of(survey: ExportRecord, tiles: Mapping[TileKey, bytes], move: Move) -> Ground:
     """Return the mosaic of a survey in the lot's frame; empty ground about the stalls where there is none.
 
     Args:
@@ -97,7 +97,7 @@ def _cropped(ground: Ground, stalls: NDArray[np.float64]) -> Ground:
     return Ground(ground.image[part], ground.seen[part], north, east, ground.metres)
 
 
-def _empty(survey: ExportedSurvey) -> Ground:
+def _empty(survey: ExportRecord) -> Ground:
     places = _corners(survey).reshape(-1, 2)
     if not len(places):
         raise LotStoreError(f"survey {survey.survey} has neither a picture nor a stall: there is nothing to draw")
@@ -113,13 +113,13 @@ def _size(high_m: float, wide_m: float) -> tuple[float, tuple[int, int]]:
     return metres, (math.ceil(wide_m / metres), math.ceil(high_m / metres))
 
 
-def _corners(survey: ExportedSurvey) -> NDArray[np.float64]:
+def _corners(survey: ExportRecord) -> NDArray[np.float64]:
     """Return the corners of the stalls (N, 4, 2) as (north, east), metres about the survey's origin."""
     corners = np.array([stall.corners for stall in survey.stalls], np.float64).reshape(-1, 2)
     return about(survey.origin, corners)[:, :2].reshape(-1, 4, 2)
 
 
-def lot_picture(survey: ExportedSurvey, ground: Ground) -> NDArray[np.uint8]:
+def lot_picture(survey: ExportRecord, ground: Ground) -> NDArray[np.uint8]:
     """Return the sheet of a survey: its ground fades to paper at the edge, the stalls over it, words below."""
     sigma = _FEATHER_M / ground.metres / 2
     soft = cv2.GaussianBlur(cv2.erode(ground.seen, _disc(sigma)), (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
@@ -133,7 +133,7 @@ def lot_picture(survey: ExportedSurvey, ground: Ground) -> NDArray[np.uint8]:
     return sheet(picture, ground.metres, Caption(f"{survey.lot}{doubt}", (time_words(survey), known), counts))
 
 
-def time_words(survey: ExportedSurvey) -> str:
+def time_words(survey: ExportRecord) -> str:
     """Return when a survey was taken, what is not sure of that, and the pictures that it was made of.
 
     An orthophoto without a sure time has that of its file, which is no time of its pictures: it is not shown.
@@ -152,7 +152,7 @@ def _disc(sigma: float) -> NDArray[np.uint8]:
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
 
 
-def occupancy(survey: ExportedSurvey, ground: Ground) -> NDArray[np.uint8]:
+def occupancy(survey: ExportRecord, ground: Ground) -> NDArray[np.uint8]:
     """Return the stalls as a raster (H, W) of the values of `OCCUPANCY` over the ground."""
     raster = np.zeros(ground.seen.shape, np.uint8)
     for stall, corners in zip(survey.stalls, _corners(survey), strict=True):

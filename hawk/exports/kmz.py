@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from hawk.exports.shapes import stall_shape
 from hawk.exports.text_files import about_survey
-from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.exports.values import ExportRecord, Observation
 from hawk.lots.values import utc
 
 _COLOURS: Final = {"free": "ffff8f2f", "taken": "ff1a7aff", "unknown": "ff1c1610"}
@@ -19,7 +19,7 @@ _MADE: Final = (1980, 1, 1, 0, 0, 0)
 """Time of the file in the archive: equal surveys are equal bytes."""
 
 
-def survey_kmz(survey: ExportedSurvey) -> bytes:
+def survey_kmz(survey: ExportRecord) -> bytes:
     """Return a survey as a KMZ with one document."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
@@ -28,7 +28,7 @@ def survey_kmz(survey: ExportedSurvey) -> bytes:
     return out.getvalue()
 
 
-def _document(survey: ExportedSurvey) -> bytes:
+def _document(survey: ExportRecord) -> bytes:
     root = Element("kml", xmlns="http://www.opengis.net/kml/2.2")
     document = SubElement(root, "Document")
     _text(document, "name", f"{survey.lot}, {utc(survey.ended)}")
@@ -46,7 +46,7 @@ def _document(survey: ExportedSurvey) -> bytes:
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _place(document: Element, stall: ExportedStall) -> None:
+def _place(document: Element, stall: Observation) -> None:
     place = SubElement(document, "Placemark", id=f"stall-{stall.id}")
     _text(place, "name", stall.label or stall.id)
     _text(place, "styleUrl", f"#{stall.state}")

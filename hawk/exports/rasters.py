@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hawk.exports.ground import OCCUPANCY, Ground, occupancy, thinned
 from hawk.exports.shapes import lot_shape
 from hawk.exports.text_files import about_survey
-from hawk.exports.values import ExportedSurvey
+from hawk.exports.values import ExportRecord
 from hawk.lots.values import LotStoreError, utc
 from hawk.runtime.programs import remedy
 
@@ -27,7 +27,7 @@ _BLOCK: Final = 512
 STAC_VERSION: Final = "1.0.0"
 
 
-def write_rasters(survey: ExportedSurvey, ground: Ground, mosaic: Path) -> tuple[Path, ...]:
+def write_rasters(survey: ExportRecord, ground: Ground, mosaic: Path) -> tuple[Path, ...]:
     """Write ``NAME.tif``, ``NAME-occupancy.tif`` and the STAC item ``NAME.json``; return their paths.
 
     Raises LotStoreError without rasterio, and OSError.
@@ -55,13 +55,13 @@ def _rasterio() -> Any:
     return rasterio
 
 
-def plane_of(survey: ExportedSurvey) -> str:
+def plane_of(survey: ExportRecord) -> str:
     """Return the plane of a survey's rasters as PROJ writes it."""
     latitude, longitude = survey.origin
     return f"+proj=aeqd +lat_0={latitude:.9f} +lon_0={longitude:.9f} +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
 
 
-def _profile(rasterio: Any, survey: ExportedSurvey, ground: Ground) -> dict[str, Any]:
+def _profile(rasterio: Any, survey: ExportRecord, ground: Ground) -> dict[str, Any]:
     return {
         "driver": "COG",
         "dtype": "uint8",
@@ -87,7 +87,7 @@ def _write(rasterio: Any, path: Path, bands: NDArray[np.uint8], profile: dict[st
             file.write_colormap(1, _COLOURS)
 
 
-def stac_item(survey: ExportedSurvey, ground: Ground, mosaic: str, states: str) -> dict[str, Any]:
+def stac_item(survey: ExportRecord, ground: Ground, mosaic: str, states: str) -> dict[str, Any]:
     """Return the STAC item (with the extension "projection") of a survey's two rasters."""
     shape = lot_shape(survey.outline)
     if shape.is_empty:

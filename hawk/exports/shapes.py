@@ -9,16 +9,16 @@ import shapely
 from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 
-from hawk.exports.values import ExportedStall, LatLon
+from hawk.exports.values import LatLon, Observation
 from hawk.model.plans import Outline
 
 
-def stall_shape(stall: ExportedStall) -> Polygon:
+def stall_shape(stall: Observation) -> Polygon:
     """Return a stall; its ring runs counter-clockwise."""
     return Polygon(_swapped(stall.corners))
 
 
-def stall_shapes(stalls: Sequence[ExportedStall]) -> NDArray[np.object_]:
+def stall_shapes(stalls: Sequence[Observation]) -> NDArray[np.object_]:
     """Return many stalls, as `stall_shape` returns one."""
     corners = np.array([stall.corners for stall in stalls], np.float64).reshape(-1, 4, 2)
     found: NDArray[np.object_] = shapely.polygons(corners[..., ::-1])

@@ -8,24 +8,24 @@ import numpy as np
 import shapely
 
 from hawk.exports.shapes import lot_shape
-from hawk.exports.values import ExportedStall, ExportedSurvey
-from hawk.lots.source import SurveyKind
+from hawk.exports.values import ExportRecord, Observation
+from hawk.lots.survey.source import SurveyKind
 from hawk.lots.values import utc
 from hawk.results.stall_files import DEGREES, Ring, stalls_csv, stalls_geojson
 
 
-def survey_csv(survey: ExportedSurvey) -> bytes:
+def survey_csv(survey: ExportRecord) -> bytes:
     """Return the table of stalls (RFC 4180, UTF-8), a line each."""
     return stalls_csv(map(_values, survey.stalls), about_survey(survey))
 
 
-def survey_geojson(survey: ExportedSurvey) -> bytes:
+def survey_geojson(survey: ExportRecord) -> bytes:
     """Return lot and stalls as a FeatureCollection (RFC 7946) with OpenStreetMap's tags; the survey is under "hawk"."""
     rings = map(_ring, survey.stalls)
     return stalls_geojson(map(_values, survey.stalls), rings, about_survey(survey), _lot(survey))
 
 
-def about_survey(survey: ExportedSurvey) -> dict[str, Any]:
+def about_survey(survey: ExportRecord) -> dict[str, Any]:
     """Return what a reader must know of a survey, by the names of the table's columns; None: not known."""
     pictures = survey.pictures
     return {
@@ -53,7 +53,7 @@ def about_survey(survey: ExportedSurvey) -> dict[str, Any]:
     }
 
 
-def _values(stall: ExportedStall) -> dict[str, Any]:
+def _values(stall: Observation) -> dict[str, Any]:
     latitude, longitude = stall.place
     return {
         "stall_id": stall.id,
@@ -73,13 +73,13 @@ def _values(stall: ExportedStall) -> dict[str, Any]:
     }
 
 
-def _ring(stall: ExportedStall) -> Ring:
+def _ring(stall: Observation) -> Ring:
     """Return a stall's ring, closed, as `hawk.exports.shapes.stall_shape` has it: a thousand are listed at once."""
     corners = (*stall.corners, stall.corners[0])
     return [(round(longitude, DEGREES), round(latitude, DEGREES)) for latitude, longitude in corners]
 
 
-def _lot(survey: ExportedSurvey) -> dict[str, Any]:
+def _lot(survey: ExportRecord) -> dict[str, Any]:
     kinds = sorted({stall.kind for stall in survey.stalls if stall.kind})
     capacity = {f"capacity:{kind}": sum(stall.kind == kind for stall in survey.stalls) for kind in kinds}
     ground = shapely.transform(lot_shape(survey.outline), lambda places: np.round(places, DEGREES))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.lots.source import PictureSource
+from hawk.lots.survey.source import PictureSource
 from hawk.model.plans import Outline
 
 LatLon = tuple[float, float]
@@ -15,7 +15,7 @@ UNSEEN: Final = "unknown"
 
 
 @dataclass(frozen=True, slots=True)
-class ExportedStall:
+class Observation:
     """A stall of the layout with the survey's look at it.
 
     ``corners`` (4) run counter-clockwise as seen from above; ``place`` is their middle. ``taken``: probability that a
@@ -42,7 +42,7 @@ class ExportedStall:
 
 
 @dataclass(frozen=True, slots=True)
-class ExportedSurvey:
+class ExportRecord:
     """One survey of a lot.
 
     ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time server nor GNSS had set the
@@ -66,7 +66,7 @@ class ExportedSurvey:
     is_pinned: bool
     origin: LatLon
     outline: Outline = field(repr=False)
-    stalls: tuple[ExportedStall, ...] = field(repr=False)
+    stalls: tuple[Observation, ...] = field(repr=False)
     doubt: str = ""
     blurred: int | None = None
     pictures: PictureSource | None = None

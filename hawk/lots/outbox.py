@@ -12,7 +12,7 @@ from typing import Final
 from sqlalchemy import Connection, and_, delete, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
-from hawk.lots.tables import DELIVERY, OUTBOX
+from hawk.lots.schema import DELIVERY, OUTBOX
 
 DAY_S: Final = 86_400.0
 TRIED_S: Final = 7 * DAY_S

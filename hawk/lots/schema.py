@@ -1,82 +1,328 @@
-"""The schema of a store compared with that of a fresh one: tables, columns, indices and triggers, and nothing else.
+"""Tables and triggers of the lots' store.
 
-A file from elsewhere may hold a view in the place of a table, or a trigger that undoes what is written. So its schema
-is read, as text, before a row is.
+Times are UTC, Unix seconds. Places in a lot or survey are metres north and east of its datum.
 """
 
 from __future__ import annotations
 
-import hashlib
-import re
-import sqlite3
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Final
 
-_STATISTICS: Final = re.compile(r"sqlite_stat\d")
-"""SQLite's own tables about its indices, which only somebody with another program makes."""
-_MOST: Final = 3
-"""Differences that are named."""
+from sqlalchemy import (
+    Boolean,
+    Column,
+    Connection,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
 
-Schema = Mapping[str, frozenset[str]]
-"""Kind and name of each object -> the parts of its definition, in no order."""
+APPLICATION_ID: Final = 0x4841574B
+"""SQLite's application_id of this store: "HAWK"."""
+VERSION: Final = 1
+"""Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
+SCHEMA: Final = "dc12db22497e2962629d14178120943a"
+"""`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
+
+METADATA: Final = MetaData()
+
+LOT: Final = Table(
+    "lot",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("latitude", Float, nullable=False),
+    Column("longitude", Float, nullable=False),
+    Column("datum_is_pinned", Boolean, nullable=False),
+    Column("merged_into", ForeignKey("lot.id")),
+    Column("made", Float, nullable=False),
+)
+LAYOUT: Final = Table(
+    "layout",
+    METADATA,
+    Column("lot", ForeignKey("lot.id"), primary_key=True),
+    Column("version", Integer, primary_key=True, autoincrement=False),
+    Column("valid_from", Float, nullable=False),
+    Column("why", Text, nullable=False),
+    Column("who", Text, nullable=False),
+)
+SURVEY: Final = Table(
+    "survey",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("id", String(36), nullable=False, unique=True),
+    Column("origin", Text, nullable=False, unique=True),
+    Column("lot", ForeignKey("lot.id"), index=True),
+    Column("layout", Integer),
+    Column("placed", String(12), nullable=False),
+    Column("candidates", Text, nullable=False),
+    Column("began", Float, nullable=False),
+    Column("ended", Float, nullable=False),
+    Column("time_is_sure", Boolean, nullable=False),
+    Column("latitude", Float, nullable=False),
+    Column("longitude", Float, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("north", Float),
+    Column("east", Float),
+    Column("turn", Float),
+    Column("free", Integer, nullable=False),
+    Column("taken", Integer, nullable=False),
+    Column("unknown", Integer, nullable=False),
+    Column("stalls", LargeBinary, nullable=False),
+    Column("program", Text, nullable=False),
+    Column("simulated", Boolean, nullable=False),
+    Column("seen", LargeBinary),
+    Column("doubt", Text),
+    Column("accuracy", Float),
+    Column("blurred", Integer),
+    Column("kind", String(8), nullable=False),
+    Column("source", String(12), nullable=False),
+    Column("source_name", Text, nullable=False),
+    Column("limits", Text, nullable=False),
+    sqlite_autoincrement=True,
+)
+"""Order: `hawk.lots.survey.order`. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen``: `pack_outline` of the
+ground that was seen, with the holes in it; NULL without any: such a survey is registered nowhere, since a row that the
+edge of the flight cuts is a shorter row. ``doubt``: JSON of `hawk.lots.registration.survey_place.Doubt`, of a survey
+whose place was not certain; the place that a person chose stays with a survey that goes on after a battery swap.
+``accuracy``: metres, the receiver's own estimate at the landing. ``blurred``: stalls that only blurred pictures showed;
+NULL: not measured. ``kind`` to ``limits``: `hawk.lots.survey.source`."""
+STALL: Final = Table(
+    "stall",
+    METADATA,
+    Column("key", Integer, primary_key=True),
+    Column("id", String(36), nullable=False, unique=True),
+    Column("lot", ForeignKey("lot.id"), nullable=False, index=True),
+    Column("label", Text, nullable=False),
+    Column("north", Float, nullable=False),
+    Column("east", Float, nullable=False),
+    Column("angle", Float, nullable=False),
+    Column("width", Float, nullable=False),
+    Column("length", Float, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("is_confirmed", Boolean, nullable=False),
+    Column("begins", Integer, nullable=False),
+    Column("ends", Integer),
+    Column("first_survey", ForeignKey("survey.seq")),
+    Column("first_id", Integer),
+    Index("ix_stall_place", "lot", "north"),
+    sqlite_autoincrement=True,
+)
+"""``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and
+``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`."""
+FORMER: Final = Table(
+    "former",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("stall", ForeignKey("stall.key"), primary_key=True),
+    Column("ends", Integer, primary_key=True, autoincrement=False),
+    Column("label", Text, nullable=False),
+    *(Column(name, Float, nullable=False) for name in ("north", "east", "angle", "width", "length")),
+    Column("kind", Text, nullable=False),
+    Column("is_confirmed", Boolean, nullable=False),
+    Index("ix_former_stall", "stall"),
+    sqlite_with_rowid=False,
+)
+"""Stalls as they were in the layout versions before ``ends``, back to the row of the next smaller ``ends``."""
+LABEL: Final = Table(
+    "label",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("label", Text, primary_key=True),
+    Column("stall", String(36), nullable=False),
+)
+"""Every label that a lot ever gave, and whose it was. Rows are never removed."""
+ZONE: Final = Table(
+    "zone",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", ForeignKey("lot.id"), nullable=False, index=True),
+    Column("name", Text, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("begins", Integer, nullable=False),
+    Column("ends", Integer),
+)
+"""``outline``: JSON, a ring of [north, east], metres in the lot's frame, not closed. ``kind``:
+`hawk.lots.plan.values.NO_STALLS`, or one of `hawk.lots.plan.kinds` of a zone that statistics count by itself."""
+OBSERVATION: Final = Table(
+    "observation",
+    METADATA,
+    Column("survey", ForeignKey("survey.seq"), primary_key=True),
+    Column("stall", ForeignKey("stall.key"), primary_key=True),
+    Column("looked", Float, nullable=False),
+    Column("taken", Float, nullable=False),
+    Column("state", String(8), nullable=False),
+    Column("seen", Integer, nullable=False),
+    Index("ix_observation_stall", "stall"),
+    sqlite_with_rowid=False,
+)
+LOOKS: Final = Table(
+    "looks",
+    METADATA,
+    Column("survey", ForeignKey("survey.seq", ondelete="CASCADE"), primary_key=True),
+    Column("at", Float, nullable=False),
+    Column("stalls", LargeBinary, nullable=False),
+)
+"""Observations of a survey in one piece (`hawk.lots.survey.observations`), which triggers remove when an observation
+changes. ``at``: mean moment of the looks."""
+OUTBOX: Final = Table(
+    "outbox",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("body", Text, nullable=False),
+    Column("made", Float, nullable=False),
+    Column("sent", Float),
+    sqlite_autoincrement=True,
+)
+"""Messages to others, written in the transaction that they report."""
+DELIVERY: Final = Table(
+    "delivery",
+    METADATA,
+    Column("message", ForeignKey("outbox.seq", ondelete="CASCADE"), primary_key=True),
+    Column("target", String(16), primary_key=True),
+    Column("tries", Integer, nullable=False),
+    Column("first", Float, nullable=False),
+    Column("next", Float, nullable=False),
+    Column("sent", Float),
+    Column("given_up", Float),
+)
+"""Deliveries of the outbox's messages (`hawk.lots.outbox`)."""
+CHANGE: Final = Table(
+    "change",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("lot", String(36), nullable=False, index=True),
+    Column("who", Text, nullable=False),
+    Column("made", Float, nullable=False),
+    Column("body", Text, nullable=False),
+    Column("state", String(8), nullable=False),
+    Column("undone", Float),
+    Column("edit", ForeignKey("edit.id"), index=True),
+    Column("revision", Integer),
+    sqlite_autoincrement=True,
+)
+"""Changes by persons (`hawk.lots.change_log`). ``lot``: the one that it is about. ``body``: columns as they were and as
+they are since. ``edit``: the edit of a plan whose step it is; NULL for a change by itself. ``revision``: of the plan
+when the step was last done, undone or done again."""
+DROPPED: Final = Table(
+    "dropped",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", String(36), nullable=False, index=True),
+    Column("survey", ForeignKey("survey.seq"), nullable=False),
+    Column("does", String(5), nullable=False),
+    Column("stall", String(36)),
+    *(Column(name, Float) for name in ("north", "east", "angle", "width", "length")),
+)
+"""Proposals of a survey that persons dropped (`hawk.lots.change_detection.proposals`): ``begin`` with a shape in the
+lot's frame, ``end`` with the id of a stall."""
+SHARE: Final = Table(
+    "share",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", String(36), nullable=False, index=True),
+    Column("digest", String(64), nullable=False, unique=True),
+    Column("made", Float, nullable=False),
+    Column("ends", Float, nullable=False),
+    Column("taken_back", Float),
+)
+"""Links by which others read a lot (`hawk.lots.shares`). ``digest``: SHA-256 of the token."""
+PIN: Final = Table(
+    "pin",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("turn", Float, nullable=False),
+)
+"""Radians clockwise by which pins have turned a lot's frame."""
+PLAN: Final = Table(
+    "plan",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("revision", Integer, nullable=False),
+    Column("whole", Integer, nullable=False),
+)
+"""``revision`` rises with every change of a lot's stalls and zones. ``whole``: the last one that no step of an edit
+made; who knows an earlier one reads the plan again. Rows are never removed: revisions never fall."""
+EDIT: Final = Table(
+    "edit",
+    METADATA,
+    Column("id", String(36), primary_key=True),
+    Column("lot", String(36), nullable=False),
+    Column("version", Integer, nullable=False),
+    Column("who", Text, nullable=False),
+    Column("began", Float, nullable=False),
+    Column("touched", Float, nullable=False),
+    Column("closed", Float),
+    Column("change", Integer),
+)
+"""Edits of plans by persons. ``version``: of the layout that it makes. ``change``: number of the change that its end
+made; NULL while it is open, or where it changed nothing. Its steps are changes, too."""
+Index("ix_edit_open", EDIT.c.lot, unique=True, sqlite_where=EDIT.c.closed.is_(None))
+DIGEST: Final = Table(
+    "digest",
+    METADATA,
+    Column("part", String(8), primary_key=True),
+    Column("key", String(36), primary_key=True),
+    Column("digest", LargeBinary),
+    sqlite_with_rowid=False,
+)
+"""Digests of the parts of the store (`hawk.lots.storage.digests`)."""
+Index("ix_digest_changed", DIGEST.c.part, DIGEST.c.key, sqlite_where=DIGEST.c.digest.is_(None))
+ERASED: Final = Table("erased", METADATA, Column("id", String(64), primary_key=True))
+"""SHA-256 of the ids of lots and surveys that were erased: a backup that is restored does not bring them back."""
+
+_LOT_TABLES: Final = ("layout", "stall", "former", "label", "zone", "share", "pin", "plan", "edit")
+PARTS: Final[Mapping[str, Mapping[str, str]]] = {
+    "survey": {"survey": "seq", "observation": "survey", "looks": "survey", "dropped": "survey"},
+    "lot": {"lot": "id", **dict.fromkeys(_LOT_TABLES, "lot")},
+    "change": {"change": "seq"},
+    "outbox": {"outbox": "seq", "delivery": "message"},
+}
+"""Kind of a part of the store, which has one digest -> its tables, with the column that is its key."""
 
 
-def schema_of(store: sqlite3.Connection) -> Schema:
-    """Return the schema of an open file. Raises sqlite3.Error."""
-    columns = ", ".join(f"CAST({name} AS BLOB)" for name in ("type", "name", "tbl_name", "sql"))
-    found: dict[str, frozenset[str]] = {}
-    for row in store.execute(f"SELECT {columns} FROM sqlite_master"):  # noqa: S608 - our own words
-        kind, name, table, sql = (bytes(each or b"").decode(errors="replace") for each in row)
-        if not sql or _STATISTICS.fullmatch(name):
-            continue  # an index that a key of a table makes
-        named = f"{kind} {name}"
-        again = " again" * (named in found)
-        found[f"{named}{again}"] = frozenset({f"of {table}", *_parts(" ".join(sql.replace('"', "").split()))})
-    return found
+def create(connection: Connection) -> None:
+    """Make the tables and triggers of an empty store, of `VERSION`."""
+    METADATA.create_all(connection)
+    for trigger in (*_looks_triggers(), _LAYOUT_TRIGGER, *_digest_triggers()):
+        connection.exec_driver_sql(trigger)
+    connection.exec_driver_sql(f"PRAGMA user_version = {VERSION}")
 
 
-def digest_of_schema(schema: Schema) -> str:
-    """Return a digest by which a schema is recognised."""
-    text = repr(sorted((name, sorted(parts)) for name, parts in schema.items()))
-    return hashlib.blake2b(text.encode(errors="replace"), digest_size=16).hexdigest()
+def _looks_triggers() -> Iterator[str]:
+    """Yield the triggers that remove the piece of a survey whose observations change."""
+    for event, row in (("INSERT", "NEW"), ("UPDATE", "NEW"), ("DELETE", "OLD")):
+        does = f"DELETE FROM looks WHERE survey = {row}.survey"  # noqa: S608 - no value from outside is in it
+        yield f"CREATE TRIGGER looks_{event.lower()} AFTER {event} ON observation BEGIN {does}; END"
 
 
-def difference(found: Schema, known: str, fresh: Callable[[], Schema]) -> str:
-    """Return in words how a schema differs from that of a fresh store; "" where it does not.
-
-    Args:
-        found: The schema.
-        known: `digest_of_schema` of a fresh one; "": not known.
-        fresh: Makes a fresh one; asked only where ``known`` is another one.
-    """
-    if digest_of_schema(found) == known:
-        return ""
-    ours = fresh()
-    strange = [f"{_shown(name)} is not one of this program" for name in sorted(found.keys() - ours.keys())]
-    missing = [f"{name} is missing" for name in sorted(ours.keys() - found.keys())]
-    changed = [
-        f"{name} is another one ({_shown(', '.join(sorted(found[name] ^ ours[name])))})"
-        for name in sorted(found.keys() & ours.keys())
-        if found[name] != ours[name]
-    ]
-    every = [*missing, *strange, *changed]
-    return "; ".join(every[:_MOST]) + (f"; and {len(every) - _MOST} more" if len(every) > _MOST else "")
+# SQLite's JSON functions are refused in triggers of a file that is not trusted; a lot's id needs no escape
+_LAYOUT_BODY: Final = """'{"lot":"' || NEW.lot || '","version":' || NEW.version || '}'"""
+_LAYOUT_TRIGGER: Final = (
+    "CREATE TRIGGER outbox_layout AFTER INSERT ON layout BEGIN INSERT INTO outbox (kind, body, made) "  # noqa: S608
+    f"VALUES ('layout', {_LAYOUT_BODY}, NEW.valid_from); END"
+)
+"""A version of a layout is a message to others, too."""
 
 
-def _parts(sql: str) -> list[str]:
-    """Return a table's definition cut at the commas of its first level: a column that was added stands behind."""
-    if not sql.upper().startswith("CREATE TABLE"):
-        return [sql]
-    found, depth = [""], 0
-    for each in sql:
-        depth += (each == "(") - (each == ")")
-        if (each == "," and depth == 1) or (each == "(" and depth == 1) or (each == ")" and depth == 0):
-            found.append("")
-        else:
-            found[-1] += each
-    return [part.strip() for part in found if part.strip()]
-
-
-def _shown(text: str) -> str:
-    """Return a text of a strange file, cut, without what cannot be shown."""
-    return "".join(each if each.isprintable() else "?" for each in text[:80])
+def _digest_triggers() -> Iterator[str]:
+    """Yield the triggers that note the parts which a transaction changes."""
+    for part, tables in PARTS.items():
+        for table, key in tables.items():
+            for event, rows in (("INSERT", ("NEW",)), ("UPDATE", ("OLD", "NEW")), ("DELETE", ("OLD",))):
+                does = " ".join(
+                    f"INSERT INTO digest (part, key) VALUES ('{part}', CAST({row}.{key} AS TEXT)) "  # noqa: S608
+                    "ON CONFLICT (part, key) DO UPDATE SET digest = NULL WHERE digest IS NOT NULL;"
+                    for row in rows
+                )
+                yield f"CREATE TRIGGER digest_{table}_{event.lower()} AFTER {event} ON {table} BEGIN {does} END"

@@ -22,13 +22,24 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from hawk.lots.values import LotStoreError, Register, Saved, StoreBusyError
 from hawk.model.lot_map import EncodedTile, TileKey
+from hawk.runtime.late import late
 
-if TYPE_CHECKING:  # loaded on the store's thread
+if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
 
-    from hawk.lots.backup import FlightLock
-    from hawk.lots.database import Database
-    from hawk.lots.finished import LandedSurvey
+    from hawk.lots import ingest, outbox
+    from hawk.lots.storage import backup, database
+    from hawk.lots.storage.backup import FlightLock
+    from hawk.lots.storage.database import Database
+    from hawk.lots.survey import landing, pictures
+    from hawk.lots.survey.landing import LandingFacts
+else:
+    backup = late("hawk.lots.storage.backup")
+    database = late("hawk.lots.storage.database")
+    landing = late("hawk.lots.survey.landing")
+    outbox = late("hawk.lots.outbox")
+    pictures = late("hawk.lots.survey.pictures")
+    ingest = late("hawk.lots.ingest")
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -89,18 +100,14 @@ class LotStore:
             return self._database.notice  # a read waits for no save
         return await self._run(lambda: self._opened().notice)
 
-    async def save(self, landed: LandedSurvey) -> Saved:
+    async def save(self, landed: LandingFacts) -> Saved:
         """Save a survey in one transaction. Raises LotStoreError; nothing is written then."""
 
         def work() -> Saved:
-            from hawk.lots import outbox
-            from hawk.lots.finished import finished
-            from hawk.lots.saving import save
-
-            survey = finished(landed)
+            survey = landing.finished(landed)
             with self._opened().writing() as connection:
                 before = outbox.last(connection)
-                saved = save(connection, survey, self.register)
+                saved = ingest.save(connection, survey, self.register)
                 outbox.date(connection, before, self._wall())
             self._keep_picture(saved.survey, landed.current.mosaic)
             return saved
@@ -109,15 +116,13 @@ class LotStore:
 
     def _keep_picture(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
         """Write the picture of a survey that is stored. An error is logged: nothing that is counted needs it."""
-        from hawk.lots.pictures import pictures_of, worth_keeping
-
         try:
-            pictures = pictures_of(self.path)
-            pictures.write(survey, mosaic)
-            database = self._opened()
-            if not database.damaged:  # a backup may bring back surveys that are passed over
-                with database.reading() as connection:
-                    pictures.keep(worth_keeping(connection))
+            folder = pictures.pictures_of(self.path)
+            folder.write(survey, mosaic)
+            opened = self._opened()
+            if not opened.damaged:  # a backup may bring back surveys that are passed over
+                with opened.reading() as connection:
+                    folder.keep(pictures.worth_keeping(connection))
         except (OSError, LotStoreError) as error:
             _LOG.warning("the picture of the survey is not kept: %s", error)
 
@@ -167,9 +172,7 @@ class LotStore:
         """Keep restores away while a survey is flown. A lock that cannot be taken is logged and stops nothing."""
 
         def work() -> None:
-            from hawk.lots.backup import FlightLock
-
-            self._lock = self._lock or FlightLock(self.path)
+            self._lock = self._lock or backup.FlightLock(self.path)
             try:
                 (self._lock.hold if is_flown else self._lock.release)()
             except OSError as error:
@@ -206,16 +209,16 @@ class LotStore:
 
     def _for_reading(self) -> Database:
         """Return the open store, on a thread that reads: the one that writes opens it."""
-        database = self._database
-        if database is None or database.is_replaced:
+        opened = self._database
+        if opened is None or opened.is_replaced:
             return self._executor.submit(self._guarded, self._opened).result()
-        return database
+        return opened
 
     def _end_read(self, _: object) -> None:
         """Make room for the next read; move into the file what a save had to leave in the WAL for this one."""
         self._room.release()
-        database = self._database
-        if database is not None and database.has_left_wal:
+        opened = self._database
+        if opened is not None and opened.has_left_wal:
             with contextlib.suppress(RuntimeError):  # the store is closed: SQLite does it then
                 self._executor.submit(self._tidy)
 
@@ -224,12 +227,10 @@ class LotStore:
             self._database.put_into_file()
 
     def _opened(self) -> Database:
-        from hawk.lots.database import Database
-
         if self._database is not None and self._database.is_replaced:
             self._drop()
         if self._database is None:
-            self._database = Database(self.path, self._pragmas, self._wall)
+            self._database = database.Database(self.path, self._pragmas, self._wall)
         return self._database
 
     def _drop(self) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import logging
 import math
+import uuid
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -12,16 +12,14 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
-from hawk.lots.source import PictureSource, SurveyKind
+from hawk.lots.plan.values import PlanStall
+from hawk.lots.survey.source import PictureSource, SurveyKind
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
-
-_LOG = logging.getLogger(__name__)
-
 
 LONGEST_NAME: Final = 80
 """Characters of a name of a lot or a person."""
@@ -57,6 +55,11 @@ class BeingEditedError(LotStoreError):
         self.since = since
 
 
+def new_id() -> str:
+    """Return a UUID that nothing else has."""
+    return str(uuid.uuid4())
+
+
 def utc(seconds: float) -> str:
     """Return a time, Unix seconds, as ISO 8601 text in UTC."""
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
@@ -66,6 +69,38 @@ def fitting_name(text: str) -> str:
     """Return a text as the name of a lot: without what cannot be shown, and cut; "" where nothing is left."""
     shown = "".join(each if each.isprintable() else " " for each in text)
     return " ".join(shown.split())[:LONGEST_NAME].rstrip()
+
+
+def checked_name(name: object, field: str = "name") -> str:
+    """Return a name without space around it. Any text is one; nothing of it is read. Raises LotInputError."""
+    if not isinstance(name, str):
+        raise LotInputError(field, "must be text")
+    tidy = " ".join(name.split())
+    if not tidy:
+        raise LotInputError(field, "is empty: write one or more letters")
+    if len(tidy) > LONGEST_NAME:
+        raise LotInputError(field, f"has {len(tidy)} characters: write {LONGEST_NAME} or fewer")
+    if not tidy.isprintable():
+        raise LotInputError(field, "holds characters that cannot be shown: write it without")
+    return tidy
+
+
+def check_fields(asked: Mapping[str, Any], known: Sequence[str]) -> None:
+    """Refuse fields of a request that it has not. Raises LotInputError."""
+    for name in asked:
+        if name not in known:
+            raise LotInputError(str(name)[:20], f"is no field of this request: it takes {', '.join(known)}")
+
+
+def checked_degrees(given: object, field: str) -> tuple[float, float]:
+    """Return a place on Earth from JSON values: [latitude, longitude], degrees. Raises LotInputError."""
+    pair = given if isinstance(given, list) and len(given) == 2 else []
+    if not pair or not all(type(each) in (int, float) and math.isfinite(each) for each in pair):
+        raise LotInputError(field, "must be [latitude, longitude], two finite numbers of degrees")
+    latitude, longitude = map(float, pair)
+    if abs(latitude) > 90 or abs(longitude) > 180:
+        raise LotInputError(field, "must be degrees: latitude -90 to 90, longitude -180 to 180")
+    return latitude, longitude
 
 
 class Placed(StrEnum):
@@ -92,7 +127,7 @@ WITNESS_SCORE: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class SurveyStall:
+class Detection:
     """A stall as a survey saw it: `Stall`, with the time of the last look in place of the daemon's clock.
 
     ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: the UUID of
@@ -117,6 +152,11 @@ class SurveyStall:
     is_blurred: bool | None = None
 
     @property
+    def shape(self) -> tuple[float, float, float, float, float]:
+        """North, east, angle, width, length."""
+        return self.north, self.east, self.angle, self.width, self.length
+
+    @property
     def is_witness(self) -> bool:
         """True when the pictures show it, whatever the plan says."""
         return not self.known or self.score >= WITNESS_SCORE
@@ -129,7 +169,7 @@ class SurveyStall:
                 raise LotInputError(f"stalls[{self.id}].{each.name}", f"must be a finite number, not {value}")
 
     @classmethod
-    def of(cls, stall: Stall, looked: float) -> SurveyStall:
+    def of(cls, stall: Stall, looked: float) -> Detection:
         """Return a stall of the map with the time of its last look (UTC, Unix seconds)."""
         return cls(
             id=stall.id,
@@ -174,7 +214,7 @@ class FinishedSurvey:
     ended: float
     time_is_sure: bool
     outline: Outline
-    stalls: tuple[SurveyStall, ...]
+    stalls: tuple[Detection, ...]
     program: str
     simulated: bool = False
     seen: Outline = field(default=Outline(), repr=False)
@@ -207,24 +247,6 @@ class FinishedSurvey:
 
 
 @dataclass(frozen=True, slots=True)
-class StoredStall:
-    """A stall of a lot's layout; ``id`` (UUID) and ``label`` are never another stall's.
-
-    ``north``, ``east``: centre in the lot's frame, metres; ``angle`` as in `Stall`; ``kind`` of `hawk.lots.plan.kinds`.
-    """
-
-    id: str
-    label: str
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    kind: str = ""
-    is_confirmed: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class Registration:
     """Place of a survey among a lot's stalls: a rigid move of the survey's frame, and the stalls that are the same.
 
@@ -239,18 +261,18 @@ class Registration:
 
 
 @dataclass(frozen=True, slots=True)
-class KnownStalls:
+class KnownGround:
     """A lot's stalls, and the ground on which it would know every stall; metres (north, east) in the lot's frame."""
 
-    stalls: tuple[StoredStall, ...] = field(repr=False)
+    stalls: tuple[PlanStall, ...] = field(repr=False)
     seen: BaseGeometry = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class FoundStalls:
+class MappedGround:
     """A survey's stalls, and the ground that it saw; metres (north, east) in the lot's frame as GNSS places it."""
 
-    stalls: tuple[SurveyStall, ...] = field(repr=False)
+    stalls: tuple[Detection, ...] = field(repr=False)
     seen: BaseGeometry = field(repr=False)
 
 
@@ -272,7 +294,7 @@ class Doubtful:
     places: tuple[PossiblePlace, ...] = ()
 
 
-Register = Callable[[KnownStalls, FoundStalls], Registration | Doubtful]
+Register = Callable[[KnownGround, MappedGround], Registration | Doubtful]
 """Finds a survey's stalls among those of a lot, by where they are. States must be no argument."""
 
 
@@ -296,10 +318,10 @@ class Saved:
 
 _SCALES: Final = {"north": 100, "east": 100, "angle": 1e4, "width": 100, "length": 100, "taken": 1000, "score": 1000}
 """Whole steps of a unit in a packed snapshot: centimetres, 0.1 mrad, thousandths."""
-_COLUMNS: Final = tuple(each.name for each in fields(SurveyStall))
+_COLUMNS: Final = tuple(each.name for each in fields(Detection))
 
 
-def pack_stalls(stalls: Sequence[SurveyStall]) -> bytes:
+def pack_stalls(stalls: Sequence[Detection]) -> bytes:
     """Return the stalls as a compressed table by columns: about 25 bytes a stall."""
     table: dict[str, list[Any]] = {}
     for name in _COLUMNS:
@@ -310,7 +332,7 @@ def pack_stalls(stalls: Sequence[SurveyStall]) -> bytes:
     return zlib.compress(json.dumps(table, allow_nan=False, separators=(",", ":")).encode(), 9)
 
 
-def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
+def unpack_stalls(data: bytes) -> tuple[Detection, ...]:
     """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
     try:
         table = json.loads(zlib.decompress(data))
@@ -318,53 +340,6 @@ def unpack_stalls(data: bytes) -> tuple[SurveyStall, ...]:
             table.setdefault(name, [none] * len(table["id"]))
         columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
         rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
-        return tuple(SurveyStall(**{**row, "state": StallState(row["state"])}) for row in rows)
+        return tuple(Detection(**{**row, "state": StallState(row["state"])}) for row in rows)
     except (zlib.error, ValueError, KeyError, TypeError) as error:
         raise LotStoreError(f"the stalls of a survey cannot be read: {error}") from error
-
-
-def pack_outline(outline: Outline) -> bytes:
-    """Return an outline as compressed JSON."""
-    return zlib.compress(outline_json(outline).encode(), 9)
-
-
-def unpack_outline(data: bytes | None) -> Outline:
-    """Return the outline of `pack_outline`; one without polygons for None. Raises LotStoreError."""
-    if data is None:
-        return Outline()
-    try:
-        return outline_of(zlib.decompress(data).decode())
-    except (zlib.error, ValueError, KeyError, TypeError) as error:
-        raise LotStoreError(f"the ground that a survey saw cannot be read: {error}") from error
-
-
-def outline_json(outline: Outline) -> str:
-    """Return an outline as JSON: rings of [latitude, longitude], degrees."""
-    rounded = {
-        name: [[[round(a, 8), round(b, 8)] for a, b in ring] for ring in rings]
-        for name, rings in (("polygons", outline.polygons), ("holes", outline.holes))
-    }
-    return json.dumps(rounded, allow_nan=False, separators=(",", ":"))
-
-
-def outline_of(text: str) -> Outline:
-    """Return the outline of `outline_json`."""
-    return outline_of_rings(json.loads(text))
-
-
-def outline_or_none(text: str) -> Outline:
-    """Return the outline of `outline_json`; one without ground for a damaged text: other lots are used without it."""
-    try:
-        return outline_of(text)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        _LOG.warning("an outline in the store of lots is damaged: %s", error)
-        return Outline()
-
-
-def outline_of_rings(found: Mapping[str, Any]) -> Outline:
-    """Return the outline of `outline_json` whose text was read already."""
-    rings = [tuple(tuple((float(a), float(b)) for a, b in ring) for ring in found[name]) for name in _RINGS]
-    return Outline(rings[0], rings[1])
-
-
-_RINGS: Final = ("polygons", "holes")

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore, lots_file
+from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import PLACED, LotStoreError, Placed, Saved, fitting_name
 from hawk.picture.values import NO_STALLS, PictureError, PictureSurvey
 
@@ -40,7 +40,7 @@ class StoredSurvey:
         return replace(mapped, survey=replace(mapped.survey, doubt=doubt))
 
 
-def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) -> StoredSurvey:
+def store_survey(landed: LandingFacts, folder: Path, name: str | None = None) -> StoredSurvey:
     """Store a survey among the lots of a folder. Raises PictureError.
 
     ``name``: that a person gave its lot, None without one. A lot that is there keeps its own, and the words say so.
@@ -61,7 +61,7 @@ def store_survey(landed: LandedSurvey, folder: Path, name: str | None = None) ->
     return StoredSurvey(f"Stored in {folder} as {words}{kept}", saved.lot, saved.survey, doubt)
 
 
-async def _save(landed: LandedSurvey, folder: Path) -> Saved:
+async def _save(landed: LandingFacts, folder: Path) -> Saved:
     store = LotStore(lots_file(folder), find_stalls)
     try:
         return await store.save(landed)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from hawk.lots.place import ground_about
-from hawk.lots.source import Limit
+from hawk.lots.registration.georeference import ground_about
+from hawk.lots.survey.source import Limit
 from hawk.lots.values import FinishedSurvey
 from hawk.picture.values import COARSE_M, Shot
 

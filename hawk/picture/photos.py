@@ -17,10 +17,10 @@ from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.network_file import VisionModelError, network_name
 from hawk.exports.ground import ground_of
-from hawk.exports.reading import found_stalls
-from hawk.lots.finished import LandedSurvey, finished
-from hawk.lots.frames import Move
-from hawk.lots.source import SourceKind
+from hawk.exports.records import found_stalls
+from hawk.lots.registration.frames import Move
+from hawk.lots.survey.landing import LandingFacts, finished
+from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import FinishedSurvey
 from hawk.model.lot_map import CELL_M, Cell, OccupancyMap, StallState
 from hawk.model.pictures import CameraModel
@@ -166,10 +166,10 @@ def _pixel_notes(metres: float) -> Iterator[str]:
 
 def _landed(
     provenance: Provenance, shots: Sequence[Shot], datum: GlobalPose, current: OccupancyMap, network: str
-) -> LandedSurvey:
+) -> LandingFacts:
     times = [shot.time for shot in shots if shot.time is not None] or [shot.path.stat().st_mtime for shot in shots]
     ended, is_sure = provenance.moment(max(times))
-    return LandedSurvey(
+    return LandingFacts(
         name=f"{provenance.kind.value} {hashlib.sha256(_identity(shots).encode()).hexdigest()[:16]}",
         datum=datum,
         current=current,
@@ -200,7 +200,7 @@ def _identity(shots: Sequence[Shot]) -> str:
 def _mapped(
     provenance: Provenance,
     shots: Sequence[Shot],
-    landed: LandedSurvey,
+    landed: LandingFacts,
     finished_survey: FinishedSurvey,
     left_out: tuple[LeftOut, ...],
     notes: tuple[str, ...],

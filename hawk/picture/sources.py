@@ -16,9 +16,9 @@ from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats import gdal
 from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
-from hawk.lots.moments import MomentSource, SurveyMoment, has_been
-from hawk.lots.source import SourceKind
-from hawk.lots.values import LotInputError, fitting_name, utc
+from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
+from hawk.lots.survey.source import SourceKind
+from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
 from hawk.model.pictures import CameraModel
 from hawk.picture import webodm
 from hawk.picture.city.scheduler import Scheduler
@@ -83,8 +83,6 @@ def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
 
 def _lot_name(text: str) -> str:
     """Return a name that a lot may have. Raises PictureError."""
-    from hawk.lots.changes import checked_name  # loads the database's library
-
     try:
         return checked_name(text, "--name")
     except LotInputError as error:
@@ -218,10 +216,10 @@ def _check_times(asked: MapRequest, shots: Sequence[Shot], source: MomentSource)
     if not times:
         times, source = [shot.path.stat().st_mtime for shot in shots], MomentSource.FILE
     if times:
-        _check_moment(asked, SurveyMoment.said(max(times), source, asked.now))
+        _check_moment(asked, CaptureTime.said(max(times), source, asked.now))
 
 
-def _check_moment(asked: MapRequest, moment: SurveyMoment) -> None:
+def _check_moment(asked: MapRequest, moment: CaptureTime) -> None:
     """Refuse a moment that has not been, unless a person says another one, and that one where the files are sure.
 
     Raises PictureError.

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Final
 
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportedStall, ExportedSurvey
-from hawk.lots.finished import LandedSurvey
-from hawk.lots.source import Limit, PictureSource, SourceKind
+from hawk.exports.values import ExportRecord, Observation
+from hawk.lots.survey.landing import LandingFacts
+from hawk.lots.survey.source import Limit, PictureSource, SourceKind
 from hawk.lots.values import fitting_name
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Outline
@@ -167,8 +167,8 @@ class PictureSurvey:
     what a reader must know, such as a coarse scale. Its source with what limits it is ``survey.pictures``.
     """
 
-    survey: ExportedSurvey
-    landed: LandedSurvey = field(repr=False)
+    survey: ExportRecord
+    landed: LandingFacts = field(repr=False)
     ground: Ground | None = field(repr=False)
     area_m2: float
     crs: str = ""
@@ -182,10 +182,10 @@ def id_of(place: str) -> str:
 
 
 def export_survey(
-    landed: LandedSurvey, ids: tuple[str, str], outline: Outline, stalls: tuple[ExportedStall, ...]
-) -> ExportedSurvey:
+    landed: LandingFacts, ids: tuple[str, str], outline: Outline, stalls: tuple[Observation, ...]
+) -> ExportRecord:
     """Return a survey as files have it: ``ids`` of its lot and its own, ``outline`` of the lot, its ``stalls``."""
-    return ExportedSurvey(
+    return ExportRecord(
         lot=landed.title,
         lot_id=ids[0] if stalls else "",
         survey=ids[1],

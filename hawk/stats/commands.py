@@ -7,14 +7,32 @@ import json
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import ConfigError
+from hawk.runtime.late import late
+from hawk.stats.partition import PARTITIONS
+
+if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
+    from hawk.lots import names
+    from hawk.lots import store as lots
+    from hawk.lots import values as errors
+    from hawk.lots.storage import database
+    from hawk.lots.survey import observations
+    from hawk.stats import period, queries, serialize
+else:
+    database = late("hawk.lots.storage.database")
+    observations = late("hawk.lots.survey.observations")
+    names = late("hawk.lots.names")
+    lots = late("hawk.lots.store")
+    errors = late("hawk.lots.values")
+    queries = late("hawk.stats.queries")
+    period = late("hawk.stats.period")
+    serialize = late("hawk.stats.serialize")
 
 COMMAND: Final = "stats"
-BY: Final = ("hour", "row", "zone", "kind")
 _FAILED: Final = 1
 
 
@@ -26,7 +44,9 @@ def add_stats_command(commands: Any) -> None:
     parser.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
     parser.add_argument("--from", type=values.some, dest="begin", metavar="DATE", help="first day, as 2026-05-04")
     parser.add_argument("--to", type=values.some, dest="end", metavar="DATE", help="last day, as 2026-05-10")
-    parser.add_argument("--by", choices=BY, help="parts to print: hours of the day, or rows, zones, kinds of stalls")
+    parser.add_argument(
+        "--by", choices=PARTITIONS, help="parts to print: hours of the day, or rows, zones, kinds of stalls"
+    )
     parser.add_argument(
         "--time-zone", type=values.some, metavar="NAME",
         help="the lot's time zone, as Europe/Amsterdam; without it this computer's",
@@ -39,41 +59,30 @@ def add_stats_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.lots.store import lots_file  # loads numpy: not for the other commands
-    from hawk.lots.values import LotInputError, LotStoreError
-
     config = config_of(options)
     try:
-        print(_answer(lots_file(config.store.directory, config.store.lots), options))
-    except LotInputError as error:
+        print(_answer(lots.lots_file(config.store.directory, config.store.lots), options))
+    except errors.LotInputError as error:
         raise ConfigError(f"--{error.field.replace('_', '-')}: {error.reason}") from None
-    except LotStoreError as error:
+    except errors.LotStoreError as error:
         print(f"hawk-drone: {error}", file=sys.stderr)
         return _FAILED
     return 0
 
 
 def _answer(store: Path, options: argparse.Namespace) -> str:
-    from hawk.lots.database import Database
-    from hawk.lots.looks import keep_looks, missing_looks
-    from hawk.lots.store import check_there, show_damage
-    from hawk.lots.teaching import lot_named
-    from hawk.stats.answering import statistics
-    from hawk.stats.asked import period_of
-    from hawk.stats.shown import figures_csv, figures_json, figures_text
-
-    period = period_of(options.begin, options.end, options.time_zone)
-    check_there(store)
-    with closing(Database(store)) as database:
-        show_damage(database.damage)
-        with database.reading() as connection:
-            lot = lot_named(connection, options.lot)
-            missing = missing_looks(connection, lot)
-        if missing and not database.is_read_only:
-            with database.writing() as connection:
-                keep_looks(connection, missing)
-        with database.reading() as connection:
-            found = statistics(connection, lot, period, options.by)
+    during = period.period_of(options.begin, options.end, options.time_zone)
+    lots.check_there(store)
+    with closing(database.Database(store)) as opened:
+        lots.show_damage(opened.damage)
+        with opened.reading() as connection:
+            lot = names.lot_named(connection, options.lot)
+            missing = observations.missing_looks(connection, lot)
+        if missing and not opened.is_read_only:
+            with opened.writing() as connection:
+                observations.keep_looks(connection, missing)
+        with opened.reading() as connection:
+            found = queries.statistics(connection, lot, during, options.by)
     if options.json:
-        return json.dumps(figures_json(found), indent=1)
-    return figures_csv(found).rstrip("\n") if options.csv else figures_text(found)
+        return json.dumps(serialize.figures_json(found), indent=1)
+    return serialize.figures_csv(found).rstrip("\n") if options.csv else serialize.figures_text(found)

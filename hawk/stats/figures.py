@@ -13,10 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from hawk.stats.between import Steady, steady
-from hawk.stats.counting import count
+from hawk.stats.changes import Steady, steady
+from hawk.stats.counts import count
 from hawk.stats.flow import Flow, Moves
-from hawk.stats.grouping import BY, groups_of, whole
+from hawk.stats.groups import groups_of, whole
 from hawk.stats.hours import Hours, around, flown_hours
 from hawk.stats.turnover import Turnover, longest_gap, turnover
 from hawk.stats.values import NOTHING, Estimate, Floats, Group, LeftOut, Panel
@@ -110,8 +110,8 @@ class Figures:
 
 
 def figures(panel: Panel, by: str = "") -> Figures:
-    """Return the figures of a panel. ``by``: one of `hawk.stats.grouping.BY` parts the lot; others do not."""
-    groups = [*whole(panel), *(groups_of(panel, by) if by in BY else [])]
+    """Return the figures of a panel. ``by``: a `Partition`; "" for none."""
+    groups = [*whole(panel), *groups_of(panel, by)]
     hours, moves = _flown(panel, groups)
     total, *parts = _uses(panel, groups, hours, moves)
     at = panel.local_times

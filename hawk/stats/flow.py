@@ -13,7 +13,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from hawk.stats.counting import Counted
+from hawk.stats.counts import Counted
 from hawk.stats.values import FREE, TAKEN, Bools, Floats, Group, Ints, Panel, capacity_of, summed
 
 LONGEST_GAP_H: Final = 6.0

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from hawk.stats.counting import Counted
+from hawk.stats.counts import Counted
 from hawk.stats.flow import Flow
 from hawk.stats.values import DEVIATIONS, NOTHING, Estimate, Floats, Ints, Panel
 

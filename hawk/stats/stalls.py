@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from hawk.stats.reading import Period, read_panel
+from hawk.stats.panel import Period, read_panel
 from hawk.stats.values import DEVIATIONS, LEVEL, TAKEN, UNSEEN, Floats
 
 

@@ -30,7 +30,7 @@ UNSEEN: Final = -1
 
 
 @dataclass(frozen=True, slots=True)
-class CountedStall:
+class PanelColumn:
     """A stall: ``row`` is the letter of its label, ``kind`` OSM's value, ``zones`` the names of those it lies in."""
 
     id: str
@@ -41,7 +41,7 @@ class CountedStall:
 
 
 @dataclass(frozen=True, slots=True)
-class CountedSurvey:
+class PanelRow:
     """A survey whose stalls are known. ``at``: mean moment of its looks, UTC, Unix seconds."""
 
     id: str
@@ -70,8 +70,8 @@ class Panel:
     name: str
     clock: tzinfo
     clock_name: str
-    stalls: tuple[CountedStall, ...] = field(repr=False)
-    surveys: tuple[CountedSurvey, ...] = field(repr=False)
+    stalls: tuple[PanelColumn, ...] = field(repr=False)
+    surveys: tuple[PanelRow, ...] = field(repr=False)
     left_out: tuple[LeftOut, ...]
     taken: Floats32 = field(repr=False)
     state: States = field(repr=False)

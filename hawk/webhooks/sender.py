@@ -22,10 +22,18 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
 from hawk.model.operation import Level
 from hawk.model.sentences import say
+from hawk.runtime.late import late
 from hawk.webhooks.network import PublicResolver, check_literal
 
-if TYPE_CHECKING:  # loads SQLAlchemy
+if TYPE_CHECKING:
     from hawk.lots.outbox import Message
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from hawk.lots import outbox
+    from hawk.webhooks import signature
+else:
+    outbox = late("hawk.lots.outbox")
+    signature = late("hawk.webhooks.signature")
 
 _LOG = logging.getLogger(__name__)
 WARNED_AT: Final = 6
@@ -93,20 +101,17 @@ class WebhookSender:
     async def send_one(self, session: aiohttp.ClientSession, url: SecretUrl) -> bool:
         """Try the next message that is due for a receiver; return False when there was none. Raises LotStoreError."""
         await self._store.open()
-        from hawk.lots import outbox
-        from hawk.webhooks import signing
-
         target, now = target_of(url), self._wall()
         message = await self._store.read(lambda c: outbox.due(c, target, now))
         if message is None:
             return False
         try:
-            body = signing.body_of(message)
+            body = signature.body_of(message)
         except (ValueError, OverflowError, OSError) as error:  # a damaged row must not hold up what follows
             await self._store.write(lambda c: outbox.give_up(c, message, target, now))
             self._report_damaged(url, message, str(error))
             return True
-        headers = signing.headers_of(message, body, signing.key_of(self._key()), now)
+        headers = signature.headers_of(message, body, signature.key_of(self._key()), now)
         problem = await self._tried(session, url, body, headers)
         now = self._wall()
         if not problem:

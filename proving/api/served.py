@@ -15,11 +15,11 @@ from benchmarks.archive import drawn_lot, flight
 from hawk.comm.clock import Clock
 from hawk.comm.topic import Topic
 from hawk.config.sections import OperatorSettings, StoreSettings, WebSettings
-from hawk.lots.frames import Move, same_stalls
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.registration.frames import Move, same_stalls
+from hawk.lots.schema import STALL, SURVEY
 from hawk.lots.store import LotStore
-from hawk.lots.tables import STALL, SURVEY
-from hawk.lots.values import FoundStalls, KnownStalls, Registration
+from hawk.lots.values import KnownGround, MappedGround, Registration
 from hawk.runtime.performance import LagSummary
 from hawk.store.recordings import Recordings
 from hawk.web.app import Page, WebServer
@@ -36,7 +36,7 @@ def _ids(connection: Connection) -> tuple[str, str, str]:
     return lot, str(connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq.desc())).scalar()), stall
 
 
-def _by_place(known: KnownStalls, found: FoundStalls) -> Registration:
+def _by_place(known: KnownGround, found: MappedGround) -> Registration:
     return Registration(0.0, 0.0, 0.0, same_stalls(known.stalls, found.stalls))
 
 

@@ -200,7 +200,7 @@ def projects(folder: Path) -> Iterator[Base]:
 
 def stores(folder: Path) -> Iterator[Base]:
     """Yield a store of lots."""
-    from hawk.lots.database import make
+    from hawk.lots.storage.database import make
 
     path = folder / "lots.sqlite"
     make(path)

@@ -27,7 +27,7 @@ Prepared = tuple[Callable[[Path], object], tuple[type[Exception], ...]]
 
 
 def _plan() -> Prepared:
-    from hawk.lots.plan_files.reading import read_plan
+    from hawk.lots.plan_files.formats import read_plan
     from hawk.lots.plan_files.values import Asked
     from hawk.lots.values import LotInputError
 
@@ -183,7 +183,7 @@ def _project() -> Prepared:
 
 
 def _store() -> Prepared:
-    from hawk.lots.backup import restore
+    from hawk.lots.storage.backup import restore
     from hawk.lots.values import LotStoreError
 
     return lambda path: restore(path.parent / "store" / "lots.sqlite", path), (LotStoreError,)

@@ -14,16 +14,16 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, expect
 
-from hawk.lots.database import Database
-from hawk.lots.pictures import pictures_of
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
+from hawk.lots.survey.pictures import pictures_of
 from tests.e2e.hands import button, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, chosen, done
 from tests.e2e.watching import watch
 from tests.unit.lots.surveys import survey
-from tests.unit.lots.test_teaching import mosaic
+from tests.unit.lots.test_training_set import mosaic
 from tests.unit.replay.recordings import flight, write
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]

@@ -13,15 +13,15 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
-from hawk.lots.database import Database
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.lot_map import StallState
 from tests.e2e.hands import press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, done
 from tests.e2e.watching import watch
-from tests.unit.stats.test_reading import register, seen
+from tests.unit.stats.test_panel import register, seen
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 

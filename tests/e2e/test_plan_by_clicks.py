@@ -14,8 +14,8 @@ import aiohttp
 import pytest
 from playwright.async_api import Browser, FileChooser, Locator, Page, expect
 
-from hawk.lots.database import Database
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.poses import GlobalPose
 from tests.e2e.hands import button, is_within, press, shows

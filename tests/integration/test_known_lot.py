@@ -16,9 +16,9 @@ from sqlalchemy import insert
 
 from benchmarks.perception.boxes import Boxes
 from hawk.comm.protocol.commands import AutonomousExplore
-from hawk.lots.database import Database
-from hawk.lots.tables import LABEL, LAYOUT, LOT, STALL
-from hawk.lots.values import outline_json
+from hawk.lots.outlines import outline_json
+from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.storage.database import Database
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import StateName
 from hawk.model.plans import Outline

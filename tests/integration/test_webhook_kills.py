@@ -20,8 +20,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.lots.database import Database
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.sim.launch import free_udp_port
 from tests.integration.sim_support import free_tcp_port

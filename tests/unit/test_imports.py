@@ -6,7 +6,7 @@ import sys
 import pytest
 
 LOADED = "import sys, hawk.{module}; print(*sys.modules)"
-STORE = {"sqlalchemy", "alembic", "hawk.lots.database", "hawk.lots.saving"}
+STORE = {"sqlalchemy", "alembic", "hawk.lots.storage.database", "hawk.lots.ingest"}
 LATER = {"scipy", "hawk.algo.manager", "hawk.algo.vision.app", "hawk.algo.mapper.app", "hawk.algo.path_plan.app"}
 
 

@@ -14,13 +14,32 @@ from typing import TYPE_CHECKING, Any, Final
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import ConfigError
+from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the others
     from sqlalchemy import Connection
 
-    from hawk.lots.importing.asking import ImportAsked
-    from hawk.lots.importing.previews import Preview
+    from hawk.daemon.lots import keeper
+    from hawk.lots import names
+    from hawk.lots import store as lots
+    from hawk.lots import values as errors
+    from hawk.lots.plan import edits
+    from hawk.lots.plan_files import child, formats
+    from hawk.lots.plan_import import choices, previews, transfer
+    from hawk.lots.plan_import.choices import ImportAsked
+    from hawk.lots.plan_import.previews import Preview
     from hawk.lots.store import LotStore
+else:
+    lot_keeper = late("hawk.daemon.lots.keeper")
+    names = late("hawk.lots.names")
+    lots = late("hawk.lots.store")
+    errors = late("hawk.lots.values")
+    edits = late("hawk.lots.plan.edits")
+    child = late("hawk.lots.plan_files.child")
+    formats = late("hawk.lots.plan_files.formats")
+    choices = late("hawk.lots.plan_import.choices")
+    previews = late("hawk.lots.plan_import.previews")
+    transfer = late("hawk.lots.plan_import.transfer")
 
 COMMAND: Final = "import-plan"
 _FAILED: Final = 1
@@ -59,40 +78,32 @@ def add_import_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.daemon.lots.keeper import find_stalls
-    from hawk.lots.store import LotStore, lots_file
-    from hawk.lots.values import LotInputError, LotStoreError
-
     config = config_of(options)
-    store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
+    store = lots.LotStore(lots.lots_file(config.store.directory, config.store.lots), keeper.find_stalls)
     try:
         asyncio.run(_import(store, options))
-    except LotInputError as error:
+    except errors.LotInputError as error:
         if error.field in (*_TEXTS, "pin"):
             raise ConfigError(f"--{error.field}: {error.reason}") from None
         print(f"hawk-drone: {options.file}: {error}", file=sys.stderr)
         return _FAILED
-    except (LotStoreError, OSError) as error:
+    except (errors.LotStoreError, OSError) as error:
         print(f"hawk-drone: {error}", file=sys.stderr)
         return _FAILED
     return 0
 
 
 async def _import(store: LotStore, options: argparse.Namespace) -> None:
-    from hawk.lots.importing.asking import asked_of
-    from hawk.lots.plan_files.child import read_apart
-    from hawk.lots.plan_files.reading import check_size
-    from hawk.lots.store import FILE_S
-
     given = {name: getattr(options, name) for name in _TEXTS if getattr(options, name) is not None}
     given |= {name: "1" for name in ("replace", "rename") if getattr(options, name)}
-    asked = asked_of({"name": options.file.name, **given}, options.pin)
-    check_size(options.file.stat().st_size)
+    asked = choices.asked_of({"name": options.file.name, **given}, options.pin)
+    formats.check_size(options.file.stat().st_size)
     try:
         log = options.file.with_name(f"{options.file.name}-wal")
-        packed = await read_apart(options.file.read_bytes(), asked.file, log=log if log.is_file() else None)
+        packed = await child.read_apart(options.file.read_bytes(), asked.file, log=log if log.is_file() else None)
         if options.dry_run:
-            await store.read(lambda connection: _shown(_previewed(connection, packed, asked, options, store)), FILE_S)
+            preview = await store.read(lambda c: _previewed(c, packed, asked, options, store), lots.FILE_S)
+            _shown(preview)
         else:
             print(await store.write(lambda connection: _taken(connection, packed, asked, options, store)))
     finally:
@@ -102,31 +113,24 @@ async def _import(store: LotStore, options: argparse.Namespace) -> None:
 def _previewed(
     connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
 ) -> Preview:
-    from hawk.lots.importing.previews import preview
-    from hawk.lots.plan_files.child import unpacked
-    from hawk.lots.teaching import lot_named
-
-    lot = None if options.lot is None else lot_named(connection, options.lot)
-    return preview(connection, lot, unpacked(packed), asked, store.register)
+    lot = None if options.lot is None else names.lot_named(connection, options.lot)
+    return previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
 
 
 def _taken(
     connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
 ) -> str:
     """Import the plan in one transaction, and return words about it."""
-    from hawk.lots.importing import taking
-    from hawk.lots.plan import editing
-
     now = time.time()
     found = _previewed(connection, packed, asked, options, store)
     _shown(found)
     if found.lot is None:
-        made = taking.begin(connection, found, {"name": options.new}, options.who, now)
+        made = transfer.begin(connection, found, {"name": options.new}, options.who, now)
         return f"{options.new} is made, with {made['stalls']} stalls: lot {made['lot']}, change {made['seq']}"
-    edit = editing.open_edit(connection, found.lot, {"who": options.who}, now)["edit"]
-    taking.take(connection, found, {"edit": edit, "uncertain": options.uncertain}, now)
+    edit = edits.open_edit(connection, found.lot, {"who": options.who}, now)["edit"]
+    transfer.take(connection, found, {"edit": edit, "uncertain": options.uncertain}, now)
     why = f"imported from {asked.name}"[:80]
-    closed = editing.close(connection, found.lot, {"edit": edit, "why": why}, now)
+    closed = edits.close(connection, found.lot, {"edit": edit, "why": why}, now)
     if closed["layout"] is None:
         return "nothing is changed: the lot has this plan already"
     return f"the plan is version {closed['layout']} of the layout, change {closed['seq']}"
@@ -134,9 +138,7 @@ def _taken(
 
 def _shown(found: Preview) -> None:
     """Print what an import would change."""
-    from hawk.lots.importing.previews import preview_json
-
-    shown = preview_json(found, "")
+    shown = previews.preview_json(found, "")
     place = shown["placed"]
     print(f"{shown['file']}: {len(found.plan.stalls)} stalls ({shown['format']}), placed by {place['by']}")
     if place["doubt"]:

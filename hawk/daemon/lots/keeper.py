@@ -14,9 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
-from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore
-from hawk.lots.values import Doubtful, FoundStalls, KnownStalls, LotStoreError, Placed, Registration, Saved
+from hawk.lots.survey.landing import LandingFacts
+from hawk.lots.values import Doubtful, KnownGround, LotStoreError, MappedGround, Placed, Registration, Saved
 from hawk.model.operation import Level
 from hawk.model.sentences import say
 
@@ -28,7 +28,7 @@ RETRY_S: Final = 60.0
 """Real seconds between two tries of a save."""
 
 
-def find_stalls(known: KnownStalls, found: FoundStalls) -> Registration | Doubtful:
+def find_stalls(known: KnownGround, found: MappedGround) -> Registration | Doubtful:
     """Return which stalls of a lot a survey found, or the doubt. Loads scipy, on the store's thread."""
     from hawk.daemon.lots.registration import registration
 
@@ -49,7 +49,7 @@ class LotKeeper:
     def __init__(
         self,
         store: LotStore,
-        landed: Callable[[], LandedSurvey | None],
+        landed: Callable[[], LandingFacts | None],
         add_message: Callable[[Level, str, str], object],
         times: KeeperTimes | None = None,
         *,

@@ -20,9 +20,14 @@ from hawk.model.known_lot import KnownLot, LotAhead, PlanOffer
 from hawk.model.operation import Level
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
+from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
+
+    from hawk.lots import known_lot as queries
+else:
+    queries = late("hawk.lots.known_lot")
 
 _LOG = logging.getLogger(__name__)
 
@@ -110,9 +115,7 @@ class KnownLotFollower:
         has_tours = self._tours is not None
 
         def read(connection: Connection) -> tuple[_Found, tuple[LotAhead, ...]]:
-            from hawk.lots.known import lots_ahead
-
-            return _found(connection, asked, known), lots_ahead(connection, asked.place) if has_tours else ()
+            return _found(connection, asked, known), queries.lots_ahead(connection, asked.place) if has_tours else ()
 
         try:
             found, ahead = await self._store.read(read)
@@ -185,16 +188,14 @@ class KnownLotFollower:
 
 def _found(connection: Connection, asked: _Asked, known: _Found) -> _Found:
     """Return what the store has; ``known`` again where that did not change."""
-    from hawk.lots.known import known_lot, last_author, lot_near
-
-    near = lot_near(connection, asked.place, asked.again)
+    near = queries.lot_near(connection, asked.place, asked.again)
     if near is None:
         return _Found()
     stamp, name = near
     if stamp == known.stamp:
         return replace(known, name=name)
-    lot = known_lot(connection, stamp[0], asked.place, asked.survey)
-    return _Found(stamp, name, lot if lot.stalls else None, last_author(connection, stamp[0]))
+    lot = queries.known_lot(connection, stamp[0], asked.place, asked.survey)
+    return _Found(stamp, name, lot if lot.stalls else None, queries.last_author(connection, stamp[0]))
 
 
 def _is_place_of(asked: _Asked, before: _Asked | None) -> bool:

@@ -18,8 +18,8 @@ from hawk.daemon.lots.tour import Surroundings, TourKeeper
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.lots.finished import LandedSurvey
 from hawk.lots.store import LotStore, lots_file
+from hawk.lots.survey.landing import LandingFacts
 from hawk.model.operation import Level, StateName
 from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
@@ -41,7 +41,7 @@ class LotParts:
     def create(
         cls,
         config: Config,
-        landed: Callable[[], LandedSurvey | None],
+        landed: Callable[[], LandingFacts | None],
         datum: Callable[[], GlobalPose | None],
         survey: Callable[[], str],
         add_message: Callable[[Level, str, str], object],

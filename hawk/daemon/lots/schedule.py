@@ -14,9 +14,12 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
 from hawk.model.operation import Level
 from hawk.model.sentences import say
+from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded on the store's thread
-    from sqlalchemy import Connection
+    from hawk.lots import known_lot as queries
+else:
+    queries = late("hawk.lots.known_lot")
 
 _LOG = logging.getLogger(__name__)
 LOOK_S: Final = 30.0
@@ -114,19 +117,5 @@ class Schedule:
 
     async def _flown(self, lot: str) -> Flown | None:
         await self._store.open()
-
-        def read(connection: Connection) -> Flown | None:
-            from sqlalchemy import func, select
-
-            from hawk.lots.newest import is_ordered
-            from hawk.lots.tables import LOT, SURVEY
-
-            named = (LOT.c.id == lot) | (LOT.c.name == lot)
-            row = connection.execute(select(LOT.c.id, LOT.c.name).where(named, LOT.c.merged_into.is_(None))).first()
-            if row is None:
-                return None
-            ended = select(func.max(SURVEY.c.ended)).where(SURVEY.c.lot == row.id, is_ordered())
-            last = connection.execute(ended).scalar()
-            return Flown(str(row.name), last)
-
-        return await self._store.read(read)
+        found = await self._store.read(lambda connection: queries.newest_survey(connection, lot))
+        return None if found is None else Flown(*found)

@@ -13,7 +13,7 @@ import numpy as np
 
 from hawk.lots.labels import lasting_labels
 from hawk.lots.plan import geometry
-from hawk.lots.plan.asked import FARTHEST_M
+from hawk.lots.plan.operations import FARTHEST_M
 from hawk.lots.plan.values import NEW, Draft, PlanStall, Zone, shapes_of
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import Stall, StallState

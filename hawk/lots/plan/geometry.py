@@ -110,13 +110,18 @@ def parts(shape: Floats, count: int) -> Floats:
     return np.column_stack([middles, np.tile((angle, width / count, length), (count, 1))])
 
 
-def polygons(shapes: Floats) -> Floats:
-    """Return the rectangles of shapes as an array (N,) of polygons in (north, east)."""
+def corners(shapes: Floats) -> Floats:
+    """Return the corners of shapes, (N, 4, 2) of (north, east), counter-clockwise as seen from above."""
     along = np.column_stack([np.cos(shapes[:, 2]), np.sin(shapes[:, 2])]) * shapes[:, 4:5] / 2
     across = np.column_stack([-np.sin(shapes[:, 2]), np.cos(shapes[:, 2])]) * shapes[:, 3:4] / 2
     middle = shapes[:, :2]
-    corners = [middle - along - across, middle - along + across, middle + along + across, middle + along - across]
-    return shapely.polygons(np.stack(corners, axis=1))  # type: ignore[no-any-return]
+    around = (middle - along - across, middle - along + across, middle + along + across, middle + along - across)
+    return np.stack(around, axis=1)
+
+
+def polygons(shapes: Floats) -> Floats:
+    """Return the rectangles of shapes as an array (N,) of polygons in (north, east)."""
+    return shapely.polygons(corners(shapes))  # type: ignore[no-any-return]
 
 
 def overlaps(moved: Floats, kept: Floats, most: float) -> list[tuple[int, int, float]]:
@@ -152,14 +157,14 @@ def overlaps_between(shapes: Floats, others: Floats, most: float) -> list[tuple[
     return [(int(first[n]), int(second[n]), float(shares[n])) for n in np.flatnonzero(shares > most)]
 
 
-def checked_ring(corners: list[Point]) -> list[Point]:
+def checked_ring(ring: list[Point]) -> list[Point]:
     """Return the corners of an area that does not cross itself. Raises ShapeError."""
-    ring = shapely.Polygon(corners)
-    if not ring.is_valid:
+    area = shapely.Polygon(ring)
+    if not area.is_valid:
         raise ShapeError("outline", "crosses or touches itself: place the corners in their order around the area")
-    if ring.area < 1.0:
-        raise ShapeError("outline", f"has {ring.area:.2f} m²: draw an area of 1 m² or more")
-    return corners
+    if area.area < 1.0:
+        raise ShapeError("outline", f"has {area.area:.2f} m²: draw an area of 1 m² or more")
+    return ring
 
 
 def within(ring: tuple[Point, ...], places: Floats) -> list[bool]:

@@ -1,4 +1,4 @@
-"""Steps of an edit: the columns of stalls and zones that an operation changes, as they were and as they are.
+"""Drafts of a plan written into the store, as one step of an edit each (`hawk.lots.change_log`).
 
 A step is done, undone and done again by writing columns: an added stall or zone is a row that is no more part of the
 plan after an undo (``ends`` is its first version), and never deleted. Ids, labels and observations stay valid so.
@@ -7,73 +7,15 @@ plan after an undo (``ends`` is its first version), and never deleted. Ids, labe
 from __future__ import annotations
 
 import json
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import StrEnum
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, bindparam, func, insert, select, text, update
+from sqlalchemy import Connection, bindparam, insert, select, text
 
+from hawk.lots.change_log import Group, apply, grouped
 from hawk.lots.plan.values import LASTING, Draft, PlanStall
-from hawk.lots.tables import FORMER, LABEL, METADATA, STALL, ZONE
-
-Key = int | str
-
-
-class State(StrEnum):
-    """State of a step."""
-
-    DONE = "done"
-    UNDONE = "undone"
-    """It can be done again."""
-    DROPPED = "dropped"
-    """It was undone, and another operation followed."""
-
-
-@dataclass(frozen=True, slots=True)
-class Group:
-    """Rows of a table whose columns change alike: ``before`` and ``after`` are the columns that change."""
-
-    table: str
-    keys: tuple[Key, ...] = field(repr=False)
-    before: Mapping[str, Any]
-    after: Mapping[str, Any]
-
-    def back(self) -> Group:
-        """Return the change that takes this one back."""
-        return Group(self.table, self.keys, self.after, self.before)
-
-
-def step_json(groups: Sequence[Group]) -> str:
-    """Return the groups of a step as the store keeps them."""
-    rows = [{"table": each.table, "keys": each.keys, "before": each.before, "after": each.after} for each in groups]
-    return json.dumps(rows, allow_nan=False, separators=(",", ":"))
-
-
-def step_of(body: str) -> tuple[Group, ...]:
-    """Return the groups of `step_json`."""
-    return tuple(Group(each["table"], tuple(each["keys"]), each["before"], each["after"]) for each in json.loads(body))
-
-
-def net(steps: Iterable[Sequence[Group]]) -> tuple[Group, ...]:
-    """Return several steps in their order as one: the first values before and the last ones after."""
-    before: dict[tuple[str, Key], dict[str, Any]] = defaultdict(dict)
-    after: dict[tuple[str, Key], dict[str, Any]] = defaultdict(dict)
-    for groups in steps:
-        for group in groups:
-            for key in group.keys:
-                row = (group.table, key)
-                before[row] = {**group.before, **before[row]}
-                after[row].update(group.after)
-    return _grouped([(table, key, before[table, key], after[table, key]) for table, key in before])
-
-
-def _grouped(rows: Iterable[tuple[str, Key, Mapping[str, Any], Mapping[str, Any]]]) -> tuple[Group, ...]:
-    alike: dict[Any, list[Key]] = defaultdict(list)
-    for table, key, before, after in rows:
-        alike[table, tuple(sorted(before.items())), tuple(sorted(after.items()))].append(key)
-    return tuple(Group(table, tuple(keys), dict(old), dict(new)) for (table, old, new), keys in alike.items())
+from hawk.lots.rows import is_among
+from hawk.lots.schema import FORMER, LABEL, STALL, ZONE
 
 
 def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple[Group, ...]:
@@ -96,7 +38,7 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
         connection.execute(insert(LABEL).prefix_with("OR IGNORE"), rows)
     in_plan, out_of_plan = {"ends": None}, {"ends": version}
     groups = (
-        *_grouped(("stall", old.key, *_differing(old, new)) for old, new in draft.changed),
+        *grouped(("stall", (old.key,), *_differing(old, new)) for old, new in draft.changed),
         *_together("stall", keys, out_of_plan, in_plan),
         *_together("stall", [stall.key for stall in draft.ended], in_plan, out_of_plan),
         *_together("zone", [zone.id for zone in draft.begun_zones], out_of_plan, in_plan),
@@ -107,8 +49,8 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
     return groups
 
 
-def _together(table: str, keys: Sequence[Key], before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Group]:
-    return [Group(table, tuple(keys), before, after)] if keys else []
+def _together(table: str, keys: Sequence[object], before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Group]:
+    return [Group(table, tuple((key,) for key in keys), before, after)] if keys else []
 
 
 def _differing(old: PlanStall, new: PlanStall) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -147,39 +89,9 @@ def _keep_former(connection: Connection, version: int, keys: Sequence[int]) -> N
     connection.execute(_FORMER, {"version": version, "among": json.dumps(keys)})
 
 
-def is_among(column: Any) -> Any:
-    """Return the condition that a column is one of any number of values: those in ``among``, a JSON list."""
-    found = func.json_each(bindparam("among")).table_valued("value")
-    return column.in_(select(found.c.value))
-
-
 _FORMER: Final = insert(FORMER).prefix_with("OR IGNORE").from_select(
     ["lot", "stall", "ends", *LASTING],
     select(STALL.c.lot, STALL.c.key, bindparam("version", type_=FORMER.c.ends.type).label("ends"))
     .add_columns(*(STALL.c[name] for name in LASTING))
     .where(STALL.c.begins < bindparam("version"), is_among(STALL.c.key)),
 )  # fmt: skip
-
-
-def apply(connection: Connection, groups: Sequence[Group]) -> None:
-    """Write the columns of groups: many rows that change alike at once, the others one after the other."""
-    single: dict[tuple[str, tuple[str, ...]], list[dict[str, Any]]] = defaultdict(list)
-    for group in groups:
-        table = METADATA.tables[group.table]
-        (key,) = table.primary_key
-        if len(group.keys) > 1:
-            changed = update(table).where(is_among(key)).values(**group.after)
-            connection.execute(changed, {"among": json.dumps(group.keys)})
-        else:
-            names = tuple(sorted(group.after))
-            single[group.table, names].append({"row": group.keys[0], **{f"new_{n}": group.after[n] for n in names}})
-    for (name, names), rows in single.items():
-        table = METADATA.tables[name]
-        (key,) = table.primary_key
-        values: dict[str, Any] = {each: bindparam(f"new_{each}") for each in names}
-        connection.execute(update(table).where(key == bindparam("row")).values(**values), rows)
-
-
-def rows_touched(groups: Iterable[Group], table: str) -> list[Key]:
-    """Return the keys of a table's rows that groups change, each once."""
-    return list(dict.fromkeys(key for group in groups if group.table == table for key in group.keys))

@@ -4,27 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-from hawk.lots.tables import NO_STALLS
 
 Floats = NDArray[np.float64]
 
 SHAPE: Final = ("north", "east", "angle", "width", "length")
 LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed")
 """Columns of a stall that each layout version may have otherwise."""
+NO_STALLS: Final = "no_stalls"
+"""Kind of a zone that has no stall."""
 NEW: Final = 0
 """Key of a stall that is not in the store yet."""
 
 
+class Shaped(Protocol):
+    """A rectangle on the ground."""
+
+    @property
+    def shape(self) -> tuple[float, float, float, float, float]:
+        """North, east (its middle), angle of its length, width, length; metres, radians."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlanStall:
-    """A stall of the plan: middle (north, east), metres in the lot's frame; ``angle`` of its length, radians."""
+    """A stall of the plan; ``id`` (UUID) and ``label`` are never another stall's.
 
-    key: int
+    ``north``, ``east``: middle, metres in the lot's frame; ``angle`` of its length, radians; ``kind`` of
+    `hawk.lots.plan.kinds`. ``key``: in the store; ``begins``: first version of the layout that has it.
+    """
+
     id: str
     label: str
     north: float
@@ -34,6 +45,7 @@ class PlanStall:
     length: float
     kind: str = ""
     is_confirmed: bool = False
+    key: int = 0
     begins: int = 1
 
     @property
@@ -105,6 +117,6 @@ class Draft:
         return (*added, *(new for old, new in self.changed if old.label != new.label))
 
 
-def shapes_of(stalls: Sequence[PlanStall]) -> Floats:
-    """Return the shapes of stalls, (N, 5)."""
+def shapes_of(stalls: Sequence[Shaped]) -> Floats:
+    """Return the shapes of stalls, (N, 5): north, east, angle, width, length."""
     return np.array([stall.shape for stall in stalls], np.float64).reshape(-1, 5)

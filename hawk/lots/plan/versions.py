@@ -7,7 +7,7 @@ from typing import Final
 
 from sqlalchemy import Connection, bindparam, func, select
 
-from hawk.lots.tables import EDIT, LAYOUT
+from hawk.lots.schema import EDIT, LAYOUT
 from hawk.lots.values import BeingEditedError, utc
 
 

@@ -8,12 +8,18 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.formats.box import PLANS, Limits, RefusedError
 from hawk.formats.box import read_apart as apart
-from hawk.lots.plan_files.values import Asked, FileStall, LeftOut, PlanFile
+from hawk.lots.plan_files.values import Asked, FileFeature, LeftOut, PlanFile
 from hawk.lots.values import LotInputError
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:  # half of the start of the process that reads
+    from hawk.lots.plan_files import formats
+else:
+    formats = late("hawk.lots.plan_files.formats")
 
 READER: Final = "hawk.lots.plan_files.child:read"
 
@@ -31,10 +37,8 @@ async def read_apart(data: bytes, asked: Asked, limits: Limits = PLANS, *, log: 
 
 def read(data: bytes, asked: dict[str, Any]) -> bytes:
     """Return the stalls of a file, in the box. Raises LotInputError, OSError."""
-    from hawk.lots.plan_files.reading import read_plan  # half of the process's start
-
     log = b"" if asked["log"] is None else Path(asked["log"]).read_bytes()
-    return packed(read_plan(data, Asked(**asked["asked"]), log))
+    return packed(formats.read_plan(data, Asked(**asked["asked"]), log))
 
 
 def packed(plan: PlanFile) -> bytes:
@@ -53,7 +57,7 @@ def unpacked(data: bytes) -> PlanFile:
     """Return the plan of `packed`. Line by line: one call for all of them would hold the interpreter."""
     first, *lines = data.split(b"\n")
     facts: dict[str, Any] = json.loads(first)
-    stalls = tuple(FileStall(*json.loads(line)) for line in lines)
+    stalls = tuple(FileFeature(*json.loads(line)) for line in lines)
     pairs = {name: tuple(facts[name]) for name in ("origin",)}
     datum = facts["datum"]
     return PlanFile(

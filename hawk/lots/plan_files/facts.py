@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from hawk.lots.plan.asked import LONGEST_LABEL
 from hawk.lots.plan.kinds import KINDS, MEANT
+from hawk.lots.plan.operations import LONGEST_LABEL
 from hawk.lots.plan_files.values import Facts, Notes
 
 LABEL_KEYS: Final = ("label", "ref", "number", "nummer", "nr", "no", "numero", "name")

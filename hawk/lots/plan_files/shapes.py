@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from hawk.formats.area_file import open_ring
 from hawk.lots.plan import geometry
-from hawk.lots.plan.asked import FARTHEST_M, LENGTHS_M, WIDTHS_M
 from hawk.lots.plan.checks import MOST_OVERLAP
+from hawk.lots.plan.operations import FARTHEST_M, LENGTHS_M, WIDTHS_M
 from hawk.lots.plan_files.crs import to_wgs_84
 from hawk.lots.plan_files.dxf import UNITS
 from hawk.lots.plan_files.geojson import FORMAT as GEOJSON
 from hawk.lots.plan_files.geojson import WGS_84, crs_name
-from hawk.lots.plan_files.values import MOST_STALLS, Asked, Drawing, Drawn, FileStall, Floats, Notes, PlanFile
+from hawk.lots.plan_files.values import MOST_STALLS, Asked, Drawing, Drawn, FileFeature, Floats, Notes, PlanFile
 from hawk.lots.values import LotInputError
 
 USUAL_M2: Final = (7.0, 30.0)
@@ -104,7 +104,7 @@ def _nothing(notes: Notes, remedy: str) -> str:
     return f"holds no stall, {notes.count} features are none. The first, {first.name}: {first.reason}"
 
 
-def _fitting(drawn: Sequence[Drawn], rings: Sequence[Floats], notes: Notes) -> list[FileStall]:
+def _fitting(drawn: Sequence[Drawn], rings: Sequence[Floats], notes: Notes) -> list[FileFeature]:
     """Return the outlines that are stalls; their ``rings`` are corners (north, east), metres."""
     rings = [np.array(open_ring(ring.tolist(), _SAME_M), np.float64).reshape(-1, 2) for ring in rings]
     is_ring = np.array([len(ring) >= 3 for ring in rings])
@@ -125,7 +125,7 @@ def _fitting(drawn: Sequence[Drawn], rings: Sequence[Floats], notes: Notes) -> l
         if reason:
             notes.add(each.name, reason)
             continue
-        found.append(FileStall(each.name, each.label, each.kind, *final[k].tolist()))
+        found.append(FileFeature(each.name, each.label, each.kind, *final[k].tolist()))
     return found
 
 
@@ -166,7 +166,7 @@ def _reason(is_valid: bool, ring: Floats, shape: Floats, cover: float) -> str:
     return ""
 
 
-def _without_overlaps(stalls: Sequence[FileStall], notes: Notes) -> list[FileStall]:
+def _without_overlaps(stalls: Sequence[FileFeature], notes: Notes) -> list[FileFeature]:
     """Return the stalls without those that overlap an earlier one by more than stalls of a plan may."""
     shapes = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in stalls], np.float64).reshape(-1, 5)
     pairs = geometry.overlaps(shapes, np.empty((0, 5)), MOST_OVERLAP - _ROUNDING)

@@ -86,7 +86,7 @@ class Drawing:
 
 
 @dataclass(frozen=True, slots=True)
-class FileStall:
+class FileFeature:
     """A stall of a file: ``name``, ``label`` and ``kind`` as in `Drawn`; the shape as in `hawk.lots.plan.values`."""
 
     name: str
@@ -109,7 +109,7 @@ class PlanFile:
     """
 
     format: str
-    stalls: tuple[FileStall, ...] = field(repr=False)
+    stalls: tuple[FileFeature, ...] = field(repr=False)
     crs: str = ""
     datum: tuple[float, float] | None = None
     origin: tuple[float, float] = (0.0, 0.0)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hawk.algo.vision.network import EngineChoice
-from hawk.lots.source import SourceKind
+from hawk.lots.survey.source import SourceKind
 from hawk.picture.city.job import Job, LoadDetector
 from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.orthophoto.grid import PixelGrid

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.exports.ground import Ground
-from hawk.lots.place import about
+from hawk.lots.registration.georeference import about
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, EncodedTile, TileKey
 from hawk.model.plans import Outline
 from hawk.model.tile_picture import encode_picture

@@ -23,10 +23,10 @@ from hawk.formats.box import RefusedError, read_and_wait
 from hawk.formats.kind import HEAD_BYTES, Kind, kind_of, kind_of_file
 from hawk.formats.text import features_of, json_of
 from hawk.lots.plan_files.crs import to_wgs_84
+from hawk.lots.plan_files.formats import ENDS, unpacked
 from hawk.lots.plan_files.geojson import WGS_84, crs_name
 from hawk.lots.plan_files.layers import AREAS
 from hawk.lots.plan_files.osm import OUTLINE, parts_of, place_of, root_of
-from hawk.lots.plan_files.reading import ENDS, unpacked
 from hawk.lots.plan_files.text import text_of
 from hawk.lots.values import LotInputError
 from hawk.model.plans import Outline

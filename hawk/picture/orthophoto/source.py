@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from hawk.formats import gdal
-from hawk.lots.moments import MomentSource, SurveyMoment
+from hawk.lots.survey.moments import CaptureTime, MomentSource
 from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
 from hawk.picture.orthophoto.grid import Box, PixelGrid, measure_grid, system
@@ -63,7 +63,7 @@ class Orthophoto:
     bands: Bands
     crs: str
     identity: str = field(repr=False)
-    taken: SurveyMoment
+    taken: CaptureTime
     has_overviews: bool = False
     notes: tuple[str, ...] = ()
 
@@ -235,13 +235,13 @@ def _level_notes(bands: Bands) -> list[str]:
     return [f"The picture has 16 bits: brightness {low:.0f} is shown as black and {high:.0f} as white."]
 
 
-def _time_of(dataset: Any, path: Path) -> SurveyMoment:
+def _time_of(dataset: Any, path: Path) -> CaptureTime:
     """Return when a picture was taken: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's."""
     with contextlib.suppress(ValueError):
         said = f"{dataset.tags().get('TIFFTAG_DATETIME', '')} +0000"
         moment = datetime.strptime(said, "%Y:%m:%d %H:%M:%S %z")
-        return SurveyMoment(moment.timestamp(), MomentSource.TAG, is_sure=False)
-    return SurveyMoment(path.stat().st_mtime, MomentSource.FILE, is_sure=False)
+        return CaptureTime(moment.timestamp(), MomentSource.TAG, is_sure=False)
+    return CaptureTime(path.stat().st_mtime, MomentSource.FILE, is_sure=False)
 
 
 def _identity(files: Iterable[str]) -> str:

@@ -12,10 +12,10 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
-from hawk.exports.values import UNSEEN, ExportedStall, LatLon
-from hawk.lots.finished import JOIN_M, LEAST_M2, OFF_M, LandedSurvey
-from hawk.lots.place import about
-from hawk.lots.source import Limit, SourceKind
+from hawk.exports.values import UNSEEN, LatLon, Observation
+from hawk.lots.registration.georeference import about
+from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M, LandingFacts
+from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -116,10 +116,10 @@ def to_survey(
 
 def _landed(
     source: Orthophoto, provenance: Provenance, origin: LatLon, current: OccupancyMap, program: str
-) -> LandedSurvey:
+) -> LandingFacts:
     """Return a survey as one after a landing."""
     ended, is_sure = provenance.moment(source.taken.value)
-    return LandedSurvey(
+    return LandingFacts(
         name=f"orthophoto {current.map_id}",
         datum=GlobalPose(*origin, 0.0),
         current=current,
@@ -196,11 +196,11 @@ def _on_earth_of(stalls: Stalls, grid: PixelGrid, origin: LatLon) -> _OnEarth:
     )
 
 
-def _exported(stalls: Stalls, on_earth: _OnEarth, looked: float) -> tuple[ExportedStall, ...]:
+def _exported(stalls: Stalls, on_earth: _OnEarth, looked: float) -> tuple[Observation, ...]:
     states = states_of(stalls.taken)
     turn = np.degrees(on_earth.angle)
     return tuple(
-        ExportedStall(
+        Observation(
             id=str(k + 1),
             label="",
             kind="",

@@ -38,9 +38,9 @@ from hawk.web.v1.unknown import NOTHING, ROOT, Wrong, not_there, wrong_form
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-    from hawk.lots import database
+    from hawk.lots.storage import database
 else:
-    database = StoreDoor("hawk.lots.database")
+    database = StoreDoor("hawk.lots.storage.database")
 
 _LOG = logging.getLogger(__name__)
 

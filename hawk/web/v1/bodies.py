@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hawk.lots.plan.asked import Operation
+from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME
 from hawk.web.v1.models import Count, Degrees, EditedStall, EditedZone, Shown, Utc
 from hawk.web.v1.parameters import Id

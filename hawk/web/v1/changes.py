@@ -15,7 +15,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.plan.asked import NAMES
+from hawk.lots.plan.operations import NAMES
 from hawk.lots.values import LotInputError, Register
 from hawk.web.access.access import ACCESS
 from hawk.web.v1.answers import JSON, answered, in_time, now_of, opened, text_of

@@ -7,93 +7,93 @@ from __future__ import annotations
 
 from sqlalchemy import Connection
 
-from hawk.lots import reading, sharing
-from hawk.lots.plan import editing
+from hawk.lots import commands, shares
+from hawk.lots.plan import edits
 from hawk.web.v1.bodies import Undone
 from hawk.web.v1.changes import Command
 
 
 def rename(connection: Connection, command: Command) -> object:
     """Name a lot."""
-    return reading.rename(connection, command.id, command.body["name"], command.who, command.now)
+    return commands.rename(connection, command.id, command.body["name"], command.who, command.now)
 
 
 def merge(connection: Connection, command: Command) -> object:
     """Merge another lot into this one."""
-    return reading.merge(connection, command.id, command.body["with"], command.who, command.now)
+    return commands.merge(connection, command.id, command.body["with"], command.who, command.now)
 
 
 def split(connection: Connection, command: Command) -> object:
     """Split stalls off as a lot of their own."""
-    return reading.split(connection, command.id, command.body, command.who, command.now)
+    return commands.split(connection, command.id, command.body, command.who, command.now)
 
 
 def pin(connection: Connection, command: Command) -> object:
     """Pin a lot to its place on Earth."""
-    return reading.pin(connection, command.id, command.body, command.who, command.now)
+    return commands.pin(connection, command.id, command.body, command.who, command.now)
 
 
 def take_over(connection: Connection, command: Command) -> object:
     """Take proposals of a survey over."""
-    return reading.take_over(connection, command.id, command.body, command.who, command.now)
+    return commands.take_over(connection, command.id, command.body, command.who, command.now)
 
 
 def drop(connection: Connection, command: Command) -> object:
     """Drop proposals of a survey: the same evidence does not propose them again."""
-    return reading.drop(connection, command.id, command.body, command.who, command.now)
+    return commands.drop(connection, command.id, command.body, command.who, command.now)
 
 
 def move(connection: Connection, command: Command) -> object:
     """Move a survey to another lot."""
-    return reading.move(connection, command.id, command.body, command.who, command.now, command.register)
+    return commands.move(connection, command.id, command.body, command.who, command.now, command.register)
 
 
 def delete(connection: Connection, command: Command) -> object:
     """Delete a survey of a lot."""
-    return reading.delete(connection, command.id, command.who, command.now)
+    return commands.delete(connection, command.id, command.who, command.now)
 
 
 def choose(connection: Connection, command: Command) -> object:
     """Register a survey at one of the places where it may lie."""
-    return reading.choose(connection, command.id, command.body, command.who, command.now)
+    return commands.choose(connection, command.id, command.body, command.who, command.now)
 
 
 def undo(connection: Connection, command: Command) -> object:
     """Undo a change, once."""
     seq = int(command.path["seq"])
-    return Undone(seq=seq, kind=reading.undo(connection, seq, command.now))
+    return Undone(seq=seq, kind=commands.undo(connection, seq, command.now))
 
 
 def open_edit(connection: Connection, command: Command) -> object:
     """Open an edit of a plan, or go on with it."""
-    return editing.open_edit(connection, command.id, command.body, command.now)
+    return edits.open_edit(connection, command.id, command.body, command.now)
 
 
 def close_edit(connection: Connection, command: Command) -> object:
     """Close an edit."""
-    return editing.close(connection, command.id, command.body, command.now)
+    return edits.close(connection, command.id, command.body, command.now)
 
 
 def edit_plan(connection: Connection, command: Command) -> object:
     """Do an operation within an edit."""
-    return editing.do(connection, command.id, command.body, command.now)
+    return edits.do(connection, command.id, command.body, command.now)
 
 
 def undo_step(connection: Connection, command: Command) -> object:
     """Undo the newest operation of an edit."""
-    return editing.undo(connection, command.id, command.body, command.now)
+    return edits.undo(connection, command.id, command.body, command.now)
 
 
 def redo_step(connection: Connection, command: Command) -> object:
     """Do the operation of an edit again that was undone last."""
-    return editing.redo(connection, command.id, command.body, command.now)
+    return edits.redo(connection, command.id, command.body, command.now)
 
 
 def share(connection: Connection, command: Command) -> object:
     """Make a link to a lot; the answer alone holds its token."""
-    return sharing.share(connection, command.id, command.body, command.now)
+    return shares.share(connection, command.id, command.body, command.now)
 
 
 def take_back(connection: Connection, command: Command) -> object:
     """Let a link open nothing from now on."""
-    return sharing.take_back(connection, command.id, command.now)
+    return shares.take_back(connection, command.id, command.now)

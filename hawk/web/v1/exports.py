@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from hawk.exports import feeds, files
-    from hawk.lots import pictures
+    from hawk.lots.survey import pictures
 else:
-    feeds, files, pictures = map(StoreDoor, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.pictures"))
+    feeds, files, pictures = map(StoreDoor, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures"))
 
 
 @answered

@@ -1,4 +1,4 @@
-"""Figures of a lot's use as pydantic models, with the keys of `hawk.stats.shown.figures_json` (docs/statistics.md)."""
+"""Figures of a lot's use as pydantic models, with the keys of `hawk.stats.serialize` (docs/statistics.md)."""
 
 from __future__ import annotations
 

@@ -23,9 +23,9 @@ from hawk.web.v1.store_door import StoreDoor
 from hawk.web.v1.unknown import ROOT
 
 if TYPE_CHECKING:
-    from hawk.lots import sharing
+    from hawk.lots import shares
 else:
-    sharing = StoreDoor("hawk.lots.sharing")
+    shares = StoreDoor("hawk.lots.shares")
 
 LINK_LOG = web.AppKey("link_log", PacedLog)
 """Log of wrong links."""
@@ -52,7 +52,7 @@ async def lot_of(store: LotStore, request: web.Request) -> str:
             text=f"Too many wrong links came from your address: wait {math.ceil(wait)} s.",
             headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
         )
-    lot, was_one = await store.read(lambda c: (sharing.lot_of(c, token, now), sharing.was_link(c, token)))
+    lot, was_one = await store.read(lambda c: (shares.lot_of(c, token, now), shares.was_link(c, token)))
     if lot is None:
         if not was_one:
             number = guesses.wrong(address, token)
@@ -68,5 +68,5 @@ async def listed(request: web.Request) -> web.StreamResponse:
     query_of(request, Query)
     lot, now = request.match_info["id"], now_of(request)
     async with in_time(BUSY):
-        found = await (await opened(request)).read(lambda connection: sharing.shares(connection, lot, now))
+        found = await (await opened(request)).read(lambda connection: shares.shares(connection, lot, now))
     return await made(request, lambda: Answer(found))

@@ -11,9 +11,9 @@ from hawk.web.v1.parameters import Request
 from hawk.web.v1.store_door import StoreDoor
 
 if TYPE_CHECKING:
-    from hawk.lots import looks
+    from hawk.lots.survey import observations
 else:
-    looks = StoreDoor("hawk.lots.looks")
+    observations = StoreDoor("hawk.lots.survey.observations")
 
 _AT_ONCE: Final = 20
 """Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""
@@ -24,8 +24,8 @@ async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:
 
     A store of a newer version is only read: each question then takes longer.
     """
-    found = await store.read(lambda connection: looks.missing_looks(connection, asked.id))
+    found = await store.read(lambda connection: observations.missing_looks(connection, asked.id))
     with contextlib.suppress(LotStoreError):
         for first in range(0, len(found), _AT_ONCE):
             some = found[first : first + _AT_ONCE]
-            await store.write(lambda connection, some=some: looks.keep_looks(connection, some))  # type: ignore[misc]
+            await store.write(lambda connection, some=some: observations.keep_looks(connection, some))  # type: ignore[misc]

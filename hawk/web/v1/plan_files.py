@@ -27,14 +27,16 @@ from hawk.web.v1.store_door import StoreDoor
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-    from hawk.lots.importing import asking, previews, taking
-    from hawk.lots.importing.asking import ImportAsked
-    from hawk.lots.importing.previews import Preview, Previews
-    from hawk.lots.plan import editing
+    from hawk.lots.plan import edits
     from hawk.lots.plan_files import child
+    from hawk.lots.plan_import import choices, previews, transfer
+    from hawk.lots.plan_import.choices import ImportAsked
+    from hawk.lots.plan_import.previews import Preview, Previews
 else:
-    asking, previews, taking = (StoreDoor(f"hawk.lots.importing.{name}") for name in ("asking", "previews", "taking"))
-    editing, child = StoreDoor("hawk.lots.plan.editing"), StoreDoor("hawk.lots.plan_files.child")
+    choices, previews, transfer = (
+        StoreDoor(f"hawk.lots.plan_import.{name}") for name in ("choices", "previews", "transfer")
+    )
+    edits, child = StoreDoor("hawk.lots.plan.edits"), StoreDoor("hawk.lots.plan_files.child")
 
 READ_S: Final = 120.0
 """Real seconds in which the file must be there."""
@@ -44,7 +46,7 @@ Switch = Literal["0", "1"]
 
 
 class ImportChoices(Query):
-    """Choices about a file with a plan, for the definition: `hawk.lots.importing.asking` reads and checks them."""
+    """Choices about a file with a plan, for the definition: `hawk.lots.plan_import.choices` reads and checks them."""
 
     name: Annotated[_Text | None, Field(description="name of the file, as it is shown")] = None
     layer: Annotated[_Text | None, Field(description="layer of the drawing that has the stalls")] = None
@@ -101,7 +103,7 @@ async def _preview(store: LotStore, request: web.Request) -> str:
 
 def _asked(request: web.Request) -> ImportAsked:
     pins = request.query.getall("pin", [])
-    return asking.asked_of({key: value for key, value in request.query.items() if key != "pin"}, pins)
+    return choices.asked_of({key: value for key, value in request.query.items() if key != "pin"}, pins)
 
 
 def _previewed(
@@ -109,7 +111,7 @@ def _previewed(
 ) -> tuple[Preview, str]:
     """Return the preview and its answer, on a thread of the store."""
     if lot is not None:
-        editing.check_lot(connection, lot)
+        edits.check_lot(connection, lot)
     made = previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
     return made, json_text(previews.preview_json(made, token))
 
@@ -117,13 +119,13 @@ def _previewed(
 async def take(request: web.Request, body: Body) -> object:
     """Take a previewed plan within the ``edit``: one operation, which is undone and done again as others are."""
     lot, now = request.match_info["id"], now_of(request)
-    return await _take(request, lot, lambda connection, found: taking.take(connection, found, body, now))
+    return await _take(request, lot, lambda connection, found: transfer.take(connection, found, body, now))
 
 
 async def begin(request: web.Request, body: Body) -> object:
     """Make a lot called ``name`` of a previewed plan."""
     who, now = role_of(request), now_of(request)
-    return await _take(request, None, lambda connection, found: taking.begin(connection, found, body, who, now))
+    return await _take(request, None, lambda connection, found: transfer.begin(connection, found, body, who, now))
 
 
 async def _take(

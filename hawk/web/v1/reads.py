@@ -10,20 +10,20 @@ from dataclasses import replace
 
 from sqlalchemy import ColumnElement, Connection
 
-from hawk.exports.reading import read_survey, survey_of
+from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson
-from hawk.lots import paged, reading
-from hawk.lots.comparing import newest_registered
-from hawk.lots.paged import Asked, Part
-from hawk.lots.registering import datum_of
-from hawk.lots.tables import SURVEY
+from hawk.lots import lists, queries
+from hawk.lots.change_detection.comparison import newest_registered
+from hawk.lots.lists import Asked, Part
+from hawk.lots.registration.survey_place import datum_of
+from hawk.lots.schema import SURVEY
 from hawk.lots.values import Placed
-from hawk.stats import answering
-from hawk.stats.asked import period_of
-from hawk.stats.listing import surveys_json
-from hawk.stats.reading import Period
-from hawk.stats.shown import changes_json, figures_json
+from hawk.stats import queries as uses
+from hawk.stats.panel import Period
+from hawk.stats.period import period_of
+from hawk.stats.serialize import changes_json, figures_json
 from hawk.stats.stalls import heat_json
+from hawk.stats.surveys import surveys_json
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import GEOJSON, Answer
 from hawk.web.v1.models import Comparison
@@ -53,34 +53,34 @@ def _period(query: forms.Period) -> Period:
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
-    return _listed(paged.lots(connection, _part(asked.query)))
+    return _listed(lists.lots(connection, _part(asked.query)))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a lot."""
-    return Answer(paged.lot(connection, asked.id))
+    return Answer(lists.lot(connection, asked.id))
 
 
 def layouts(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the versions of a lot's layout."""
-    return _listed(paged.layouts(connection, asked.id, _part(asked.query)))
+    return _listed(lists.layouts(connection, asked.id, _part(asked.query)))
 
 
 def stalls_of_layout(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the stalls of a version of a lot's layout."""
     version = int(asked.path["version"])
-    return _listed(paged.stalls_of_layout(connection, asked.id, version, _part(asked.query)))
+    return _listed(lists.stalls_of_layout(connection, asked.id, version, _part(asked.query)))
 
 
 def zones(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the zones of a lot."""
-    return _listed(paged.zones(connection, asked.id, _part(asked.query)))
+    return _listed(lists.zones(connection, asked.id, _part(asked.query)))
 
 
 def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
     """Return the stalls of a lot."""
     query = asked.query
-    part = paged.stalls(
+    part = lists.stalls(
         connection, asked.id, _part(query), row=query.row, kind=query.kind, state=query.state
     )  # fmt: skip
     return _listed(part)
@@ -88,7 +88,7 @@ def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:
 
 def stall(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a stall."""
-    return Answer(paged.stall(connection, asked.id))
+    return Answer(lists.stall(connection, asked.id))
 
 
 def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
@@ -97,59 +97,59 @@ def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
     is_asked = SURVEY.c.placed != Placed.DELETED.value if query.placed is None else SURVEY.c.placed == query.placed
     conditions = [*_during(query), is_asked]
     part = replace(_part(query), newest_first=query.order == "newest", of=conditions)
-    return _listed(paged.surveys(connection, part, asked.path.get("id")))
+    return _listed(lists.surveys(connection, part, asked.path.get("id")))
 
 
 def survey(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a survey."""
-    return Answer(paged.survey(connection, asked.id))
+    return Answer(lists.survey(connection, asked.id))
 
 
 def observations(connection: Connection, asked: Request[forms.Observations]) -> Answer:
     """Return the looks at the stalls of a lot."""
     query = asked.query
     part = replace(_part(query), newest_first=query.order == "newest", of=_during(query))
-    found = paged.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
+    found = lists.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
     return _listed(found)
 
 
 def observations_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the looks of a survey."""
-    return _listed(paged.observations(connection, _part(asked.query), survey_id=asked.id))
+    return _listed(lists.observations(connection, _part(asked.query), survey_id=asked.id))
 
 
 def changes(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the changes that persons made."""
-    return _listed(paged.changes(connection, _part(asked.query)))
+    return _listed(lists.changes(connection, _part(asked.query)))
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:
     """Return what the newest surveys of a lot propose to change of its layout."""
-    return Answer(reading.proposed(connection, asked.id))
+    return Answer(queries.proposed(connection, asked.id))
 
 
 def plan(connection: Connection, asked: Request[forms.PlanPart]) -> Answer:
     """Return the plan of a lot."""
-    found = reading.plan(connection, asked.id, asked.query.since, asked.query.layout)
+    found = queries.plan(connection, asked.id, asked.query.since, asked.query.layout)
     usual: dict[str, object] = {"layout": None, "revision": None, "edit": None, "whole": True, "gone": []}
     return Answer({"datum": list(datum_of(connection, asked.id))} | usual | found)
 
 
 def comparison(connection: Connection, asked: Request[Query]) -> Answer:
     """Return how the newest registered survey of a lot differs from its layout."""
-    reading.lot_row(connection, asked.id)
+    queries.lot_row(connection, asked.id)
     found = newest_registered(connection, asked.id)
     return Answer(Comparison(survey=None, found=[], missed=[]) if found is None else found)
 
 
 def places(connection: Connection, asked: Request[Query]) -> Answer:
     """Return the places where a survey may lie."""
-    return Answer(reading.places(connection, asked.id))
+    return Answer(queries.places(connection, asked.id))
 
 
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
-    return Answer(figures_json(answering.statistics(connection, asked.id, _period(asked.query), asked.query.by)))
+    return Answer(figures_json(uses.statistics(connection, asked.id, _period(asked.query), asked.query.by)))
 
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
@@ -165,7 +165,7 @@ def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
     query = asked.query
-    return Answer(changes_json(answering.changes(connection, asked.id, query.before, query.after, _period(query))))
+    return Answer(changes_json(uses.changes(connection, asked.id, query.before, query.after, _period(query))))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:

@@ -117,7 +117,7 @@ async def _lots(request: web.Request) -> Mapping[str, Mapping[str, str]]:
         return {}
     try:
         await store.open()
-        from hawk.lots.reading import lots_of_surveys
+        from hawk.lots.queries import lots_of_surveys
 
         return await store.read(lots_of_surveys)
     except LotStoreError:

@@ -10,10 +10,10 @@ import pytest
 from benchmarks.archive import BIAS, FLIGHTS, Measured, drawn_lot, figures, flight, measure, wrong_ids
 from benchmarks.archive_calls import Calls, measure_calls
 from benchmarks.archive_files import FileTimes
-from hawk.lots.frames import Move
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.registration.frames import Move
 from hawk.lots.store import LotStore
-from hawk.lots.values import FoundStalls, KnownStalls, Registration
+from hawk.lots.values import KnownGround, MappedGround, Registration
 from hawk.runtime.performance import LoopLag
 
 CALLS = Calls({"lot": [10.0], "row": [40.0] * 9}, FileTimes(2.0, 1.0))
@@ -57,7 +57,7 @@ async def test_a_look_at_another_stall_is_counted(tmp_path: Path) -> None:
     store = LotStore(tmp_path / "lots.db")
     await store.write(lambda connection: save(connection, flight(1, centres, Move(), rng)))
 
-    def swapped(known: KnownStalls, _: FoundStalls) -> Registration:
+    def swapped(known: KnownGround, _: MappedGround) -> Registration:
         return Registration(0.0, 0.0, 0.0, {1: known.stalls[1].id, 2: known.stalls[0].id, 3: known.stalls[2].id})
 
     flown = flight(2, centres, BIAS, np.random.default_rng(5))

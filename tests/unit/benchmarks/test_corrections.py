@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.corrections import LIMITS_MS, figures, measure
-from hawk.lots.plan.asked import NAMES
+from hawk.lots.plan.operations import NAMES
 
 
 @pytest.mark.slow

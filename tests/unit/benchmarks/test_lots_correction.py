@@ -17,9 +17,9 @@ from benchmarks.lots.correction import correct, edited, fitted, shapes_of
 from benchmarks.lots.looks import StillEye
 from benchmarks.lots.visits import DrawnLot
 from hawk.algo.vision.network import StallNetwork
-from hawk.lots.database import Database
-from hawk.lots.frames import Move
-from hawk.lots.plan.reading import all_stalls
+from hawk.lots.plan.queries import all_stalls
+from hawk.lots.registration.frames import Move
+from hawk.lots.storage.database import Database
 from hawk.worlds.world import TrueStall, World
 
 PLACES = np.array([(0.0, 0.0), (30.0, 2.0), (-7.0, 21.0), (11.0, 40.0)])

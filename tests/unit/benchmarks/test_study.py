@@ -13,7 +13,7 @@ from benchmarks.study.__main__ import figures, line, studied
 from benchmarks.study.judged import History, Judged, judged
 from benchmarks.study.visits import CLOCK, DAY, HOURS, StudyLot, moments
 from hawk.algo.vision.network import StallNetwork
-from hawk.stats.values import CountedStall, CountedSurvey, Panel
+from hawk.stats.values import Panel, PanelColumn, PanelRow
 from hawk.worlds.stays import Demand, LotStays
 
 STALLS = 40
@@ -26,8 +26,8 @@ def perfect() -> Panel:
     """Return the surveys of the study by an eye that errs in nothing."""
     at = [moment.timestamp() for moment in moments()]
     taken = np.array([[k in there for k in range(STALLS)] for there in map(STAYS.at, moments())])
-    stalls = tuple(CountedStall(f"id {k}", f"A {k}", "AB"[k % 2], "") for k in range(STALLS))
-    surveys = tuple(CountedSurvey(str(k), each) for k, each in enumerate(at))
+    stalls = tuple(PanelColumn(f"id {k}", f"A {k}", "AB"[k % 2], "") for k in range(STALLS))
+    surveys = tuple(PanelRow(str(k), each) for k, each in enumerate(at))
     chance = np.where(taken, 0.999, 0.001).astype(np.float32)
     everywhere = np.ones(taken.shape, np.bool_)
     return Panel("lot", "Lot", CLOCK, "UTC-5", stalls, surveys, (), chance, taken.astype(np.int8), everywhere)

@@ -32,10 +32,10 @@ from hawk.config.reference import reference_text, settings
 from hawk.config.secrets import HIDDEN, SecretUrl, is_secret, secrets_of, shown_address, without
 from hawk.config.sections import Config, ConfigError
 from hawk.daemon.recording_parts import make_recording
-from hawk.lots import sharing
-from hawk.lots.saving import save
+from hawk.lots import shares
+from hawk.lots.ingest import save
+from hawk.lots.schema import SURVEY
 from hawk.lots.store import LotStore
-from hawk.lots.tables import SURVEY
 from hawk.store.recordings import Recordings
 from hawk.store.replay import read_metadata
 from hawk.web.access.tokens import TOKEN_FILE, rotate
@@ -220,7 +220,7 @@ async def serving(config: Config, folder: Path) -> AsyncIterator[tuple[TestServe
 
 def _ids(connection: Connection) -> dict[str, str]:
     lot, survey = connection.execute(select(SURVEY.c.lot, SURVEY.c.id)).first() or ("", "")
-    token = str(sharing.share(connection, lot, {"days": 1}, 1.8e9)["token"])
+    token = str(shares.share(connection, lot, {"days": 1}, 1.8e9)["token"])
     numbers = dict.fromkeys(("seq", "row", "column", "zoom", "x", "y"), "1")
     names = {"kind": "geojson", "path": "index.html", "feed": "cds", "collection": "stalls"}
     return {"lot": lot, "id": lot, "survey": survey, "token": token, **names, **numbers}

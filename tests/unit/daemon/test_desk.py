@@ -11,13 +11,13 @@ from hawk.cli import main
 from hawk.comm.protocol.commands import Ack, Arm
 from hawk.comm.protocol.heartbeat import ClientId
 from hawk.daemon.desk import Under, ground_under, refuse
-from hawk.lots.pictures import SurveyPictures, pictures_of
 from hawk.lots.store import FILE
+from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.store.store_lock import held_store
 from tests.unit.lots.repaints import Archive, flown
+from tests.unit.lots.survey.test_pictures import MOSAIC
 from tests.unit.lots.surveys import DATUM
-from tests.unit.lots.test_pictures import MOSAIC
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def archive(tmp_path: Path) -> Iterator[Archive]:
     made.store.close()
 
 
-def under(archive: Archive, pictures: SurveyPictures, lot: str | None = None) -> Under | None:
+def under(archive: Archive, pictures: PictureFolder, lot: str | None = None) -> Under | None:
     with archive.store.reading() as connection:
         return ground_under(connection, pictures, lot)
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hawk.exports.reading import read_survey
-from hawk.exports.values import ExportedSurvey
-from hawk.lots.pictures import SurveyPictures
+from hawk.exports.records import read_survey
+from hawk.exports.values import ExportRecord
+from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import Saved
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, TileKey
 from hawk.model.tile_picture import encode_picture
@@ -23,12 +23,12 @@ class Stored(Archive):
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder / "lots.db")
-        self.pictures = SurveyPictures(folder / "lots-pictures")
+        self.pictures = PictureFolder(folder / "lots-pictures")
         self.first: Saved = self.add(flown(1))
         self.pictures.write(self.first.survey, mosaic())
         self.edit({"do": "set_kind", "row": "B", "kind": "disabled"})
 
-    def read(self, survey: str = "") -> ExportedSurvey:  # type: ignore[override]
+    def read(self, survey: str = "") -> ExportRecord:  # type: ignore[override]
         with self.store.reading() as connection:
             return read_survey(connection, survey or self.first.survey)
 

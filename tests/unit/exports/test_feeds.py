@@ -14,7 +14,7 @@ from referencing.jsonschema import DRAFT202012
 
 from hawk.exports.feed_table import FEEDS, VALID_S, Span
 from hawk.exports.feeds import cds_spaces, ngsi_entities, parkapi, valid_at
-from hawk.exports.values import ExportedSurvey
+from hawk.exports.values import ExportRecord
 from hawk.model.plans import Outline
 from tests.unit.exports.stored import Stored
 
@@ -37,7 +37,7 @@ def validator(models: dict[str, Draft202012Validator], kind: str) -> Draft202012
     return found
 
 
-def fresh(survey: ExportedSurvey) -> ExportedSurvey:
+def fresh(survey: ExportRecord) -> ExportRecord:
     return valid_at(survey, max(stall.looked or 0.0 for stall in survey.stalls), VALID_S)
 
 

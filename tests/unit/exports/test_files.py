@@ -12,8 +12,9 @@ import pyogrio
 import pytest
 import shapely
 
-from hawk.exports.files import SUFFIXES, TABLES, export, made
-from hawk.lots.place import about
+from hawk.exports.files import TABLES, export, made
+from hawk.exports.formats import WRITTEN
+from hawk.lots.registration.georeference import about
 from hawk.lots.values import LotInputError, LotStoreError
 from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import Stored
@@ -24,7 +25,7 @@ BEGINNINGS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", WRITTEN)
 def test_the_end_of_the_name_says_what_is_written(stored: Stored, tmp_path: Path, suffix: str) -> None:
     with stored.store.reading() as connection:
         written = export(connection, stored.first.survey, stored.pictures, tmp_path / f"lot{suffix.upper()}")

@@ -11,8 +11,8 @@ import pytest
 import shapely
 
 from hawk.exports.geopackage import surveys_gpkg
-from hawk.exports.reading import read_surveys
-from hawk.exports.values import ExportedStall
+from hawk.exports.records import read_surveys
+from hawk.exports.values import Observation
 from hawk.model.plans import Outline
 from tests.unit.exports.stored import NAME, Stored
 from tests.unit.lots.repaints import flown
@@ -74,7 +74,7 @@ def test_stalls_of_surveys_that_share_a_layout_lie_where_each_survey_has_them(st
         assert shapely.from_wkb(blob[8:]).exterior.coords[0][::-1] == pytest.approx(stall.corners[0], abs=1e-12)
 
 
-def _north(stall: ExportedStall) -> ExportedStall:
+def _north(stall: Observation) -> Observation:
     return replace(stall, corners=tuple((latitude + 0.001, longitude) for latitude, longitude in stall.corners))
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from hawk.exports import ground as ground_module
 from hawk.exports.ground import OCCUPANCY, ground_of, lot_picture, occupancy
-from hawk.lots.frames import Move
-from hawk.lots.place import about
-from hawk.lots.source import PictureSource, SourceKind
+from hawk.lots.registration.frames import Move
+from hawk.lots.registration.georeference import about
+from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import TILE_CELLS, TILE_M
 from hawk.model.tile_picture import encode_picture

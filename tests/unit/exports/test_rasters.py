@@ -14,7 +14,7 @@ from rio_cogeo.cogeo import cog_validate
 
 from hawk.exports.ground import OCCUPANCY, ground_of
 from hawk.exports.rasters import plane_of, write_rasters
-from hawk.lots.frames import Move
+from hawk.lots.registration.frames import Move
 from hawk.lots.values import LotStoreError
 from tests.unit.exports.stored import Stored, mosaic
 

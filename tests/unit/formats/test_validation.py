@@ -14,7 +14,7 @@ from hawk.comm.cameras import calibration
 from hawk.config import addresses
 from hawk.config.sections import Config
 from hawk.formats.validation import BOUNDED, PLAIN, wrong_values
-from hawk.lots.plan.asked import NAMES, OPERATIONS
+from hawk.lots.plan.operations import NAMES, OPERATIONS
 from hawk.picture import webodm
 from hawk.picture.photographs import lenses
 from hawk.sim import camera_server

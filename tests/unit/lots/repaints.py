@@ -7,13 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hawk.lots import proposing, reading
-from hawk.lots.changes import Done
-from hawk.lots.database import Database
-from hawk.lots.frames import same_stalls
-from hawk.lots.plan import editing
-from hawk.lots.saving import save
-from hawk.lots.values import FinishedSurvey, FoundStalls, KnownStalls, Register, Registration, Saved, SurveyStall
+from hawk.lots import commands, queries
+from hawk.lots.change_detection import proposals
+from hawk.lots.change_log import Done
+from hawk.lots.ingest import save
+from hawk.lots.plan import edits
+from hawk.lots.registration.frames import same_stalls
+from hawk.lots.storage.database import Database
+from hawk.lots.values import Detection, FinishedSurvey, KnownGround, MappedGround, Register, Registration, Saved
 from tests.unit.lots.surveys import A_ROW, later, survey
 
 NOW = 1_770_900_000.0
@@ -21,12 +22,12 @@ WIDER_M, WIDER = 2.5 * 20 / 18, 18
 """Pitch and count of the middle row when it is painted again."""
 
 
-def by_place(known: KnownStalls, found: FoundStalls) -> Registration:
+def by_place(known: KnownGround, found: MappedGround) -> Registration:
     """Find the stalls of surveys whose receivers do not err."""
     return Registration(0.0, 0.0, 0.0, same_stalls(known.stalls, found.stalls))
 
 
-def flown(number: int, stalls: Iterable[SurveyStall] | None = None) -> FinishedSurvey:
+def flown(number: int, stalls: Iterable[Detection] | None = None) -> FinishedSurvey:
     """Return survey ``number`` of the lot, with its own small errors; ``stalls`` in place of its own."""
     made = later(survey(stalls=60, seed=number), number, hours=24.0 * number)
     return made if stalls is None else replace(made, stalls=tuple(stalls))
@@ -66,7 +67,7 @@ class Archive:
 
     def changes(self) -> list[dict[str, Any]]:
         with self.store.reading() as connection:
-            found: list[dict[str, Any]] = proposing.changes_json(connection, self.lot)["surveys"]
+            found: list[dict[str, Any]] = proposals.changes_json(connection, self.lot)["surveys"]
         return found
 
     def newest(self) -> tuple[set[int], set[str]]:
@@ -78,19 +79,19 @@ class Archive:
 
     def take_over(self, survey: str, who: str = "operator", **asked: object) -> Done:
         with self.store.writing() as connection:
-            return reading.take_over(connection, self.lot, {"survey": survey, **asked}, who, NOW)
+            return commands.take_over(connection, self.lot, {"survey": survey, **asked}, who, NOW)
 
     def drop(self, survey: str, **asked: object) -> Done:
         with self.store.writing() as connection:
-            return reading.drop(connection, self.lot, {"survey": survey, **asked}, "operator", NOW)
+            return commands.drop(connection, self.lot, {"survey": survey, **asked}, "operator", NOW)
 
     def undo(self, done: Done) -> str:
         with self.store.writing() as connection:
-            return reading.undo(connection, done.seq, NOW)
+            return commands.undo(connection, done.seq, NOW)
 
     def read(self) -> dict[str, Any]:
         with self.store.reading() as connection:
-            return {**reading.lot(connection, self.lot), "revision": 0}
+            return {**queries.lot(connection, self.lot), "revision": 0}
 
     def stalls(self) -> dict[str, str]:
         """Return the ids of the stalls by label."""
@@ -99,7 +100,7 @@ class Archive:
     def edit(self, *operations: Mapping[str, object]) -> int:
         """Do operations on the plan as one edit; return the number of the change."""
         with self.store.writing() as connection:
-            edit = editing.open_edit(connection, self.lot, {"who": "Ann"}, NOW)["edit"]
+            edit = edits.open_edit(connection, self.lot, {"who": "Ann"}, NOW)["edit"]
             for operation in operations:
-                editing.do(connection, self.lot, {"edit": edit, "operation": operation}, NOW)
-            return int(editing.close(connection, self.lot, {"edit": edit}, NOW)["seq"])
+                edits.do(connection, self.lot, {"edit": edit, "operation": operation}, NOW)
+            return int(edits.close(connection, self.lot, {"edit": edit}, NOW)["seq"])

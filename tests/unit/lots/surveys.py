@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hawk.lots.values import FinishedSurvey, SurveyStall
+from hawk.lots.values import Detection, FinishedSurvey
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -19,11 +19,11 @@ PITCH, DEEP, A_ROW = 2.5, 5.0, 20
 BEGAN = 1_770_000_000.0
 
 
-def stall(number: int, seed: int = 0, north: float = 0.0) -> SurveyStall:
+def stall(number: int, seed: int = 0, north: float = 0.0) -> Detection:
     """Return a stall of rows of 20, 9 m apart, with drawn errors and a drawn state."""
     drawn = random.Random(f"{seed} {number}")
     row, along = divmod(number - 1, A_ROW)
-    return SurveyStall(
+    return Detection(
         id=number,
         north=north - row * 9.0 + drawn.gauss(0, 0.1),
         east=along * PITCH + drawn.gauss(0, 0.1),

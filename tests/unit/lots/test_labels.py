@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.lots.labels import lasting_labels, parts_of
-from hawk.lots.values import SurveyStall
+from hawk.lots.values import Detection
 from hawk.model.lot_map import Stall
 from tests.unit.lots.surveys import stall
 
 
-def on_map(found: SurveyStall) -> Stall:
+def on_map(found: Detection) -> Stall:
     names = ("id", "north", "east", "angle", "width", "length", "taken", "state", "score", "seen")
     return Stall(**{name: getattr(found, name) for name in names}, last_seen=0.0, version=0)
 

@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 from sqlalchemy import Connection, select, text
 
-from hawk.lots.backup import restore
-from hawk.lots.finished import LandedSurvey
-from hawk.lots.pictures import pictures_of
+from hawk.lots.schema import OUTBOX, SURVEY
+from hawk.lots.storage.backup import restore
 from hawk.lots.store import MOST_READS, READS, LotStore, lots_file
-from hawk.lots.tables import OUTBOX, SURVEY
+from hawk.lots.survey.landing import LandingFacts
+from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import LotStoreError, Placed, StoreBusyError
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap
 from hawk.model.tile_picture import encode_picture
 from tests.unit.comm.waiting import until
-from tests.unit.lots.test_finished import STALL, landed, lot_map
+from tests.unit.lots.survey.test_landing import STALL, landed, lot_map
 
 
-def a_survey() -> LandedSurvey:
+def a_survey() -> LandingFacts:
     return landed(lot_map({1: STALL}))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hawk.exports.ground import Ground
-from hawk.exports.values import ExportedStall, ExportedSurvey
-from hawk.lots.finished import LandedSurvey
+from hawk.exports.values import ExportRecord, Observation
+from hawk.lots.survey.landing import LandingFacts
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
@@ -22,11 +22,11 @@ def _earth(north: float, east: float) -> tuple[float, float]:
     return latitude, longitude
 
 
-def stall(number: int, state: str, taken: float | None, score: float | None = 0.95) -> ExportedStall:
+def stall(number: int, state: str, taken: float | None, score: float | None = 0.95) -> Observation:
     """Return a stall of a row to the east, 2.5 m x 5 m, long side to the north."""
     east = 2.5 * number
     corners = tuple(_earth(n, east + e) for n, e in ((2.5, 1.25), (2.5, -1.25), (-2.5, -1.25), (-2.5, 1.25)))
-    return ExportedStall(
+    return Observation(
         str(number), "", "", state, taken, 1e9, 2, _earth(0.0, east), corners, 2.5, 5.0, 0.0, is_confirmed=False,
         score=score,
     )  # fmt: skip
@@ -37,7 +37,7 @@ def mapped(*, crs: str = "", left_out: tuple[LeftOut, ...] = (), with_scores: bo
     states = [("free", 0.05)] * 5 + [("taken", 0.97)] * 2 + [("unknown", 0.5)]
     stalls = tuple(stall(k, state, taken, 0.95 if with_scores else None) for k, (state, taken) in enumerate(states))
     ring = tuple(_earth(n, e) for n, e in ((-10, -10), (10, -10), (10, 28), (-10, 28)))
-    survey = ExportedSurvey(
+    survey = ExportRecord(
         "yard", "lot-1", "0123456789abcdef", 1e9, 1e9 + 60, False, None, "hawk-drone 1.0, network 12345678", False,
         2.0, False, ORIGIN, Outline((ring,)), stalls,
     )  # fmt: skip
@@ -49,7 +49,7 @@ def mapped(*, crs: str = "", left_out: tuple[LeftOut, ...] = (), with_scores: bo
     }
     tiles, mosaic = tiles_of(ground, survey.outline, ORIGIN)
     current = OccupancyMap(tiles=tiles, mosaic=mosaic, stalls=on_map, version=1, map_id=survey.survey)
-    landed = LandedSurvey(
+    landed = LandingFacts(
         "orthophoto yard", GlobalPose(*ORIGIN, 0.0), current, survey.outline, 0.0, survey.ended, False,
         "1.0, network 12345678", title="yard",
     )  # fmt: skip

@@ -12,8 +12,8 @@ from sqlalchemy import select
 
 from hawk.cli import main
 from hawk.config.sections import Config
-from hawk.lots.database import Database
-from hawk.lots.tables import SURVEY
+from hawk.lots.schema import SURVEY
+from hawk.lots.storage.database import Database
 from hawk.worlds.generate import generate_world
 from tests.unit.picture.orthophoto.drawn import lot_picture, write
 

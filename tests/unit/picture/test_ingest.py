@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
-from hawk.lots.database import Database
-from hawk.lots.finished import finished, seen_ground
-from hawk.lots.pictures import pictures_of
+from hawk.lots.schema import STALL, SURVEY
+from hawk.lots.storage.database import Database
 from hawk.lots.store import lots_file
-from hawk.lots.tables import STALL, SURVEY
+from hawk.lots.survey.landing import finished, seen_ground
+from hawk.lots.survey.pictures import pictures_of
 from hawk.picture.ingest import store_survey
 from hawk.picture.values import PictureError
 from hawk.results.survey_map import SurveyMap

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hawk.lots.source import Limit, SourceKind
+from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Outline
 from hawk.picture.limits import limits_of, stretch, unseen_share

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hawk.lots.source import Limit, SourceKind
+from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.poses import GlobalPose
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import map_photos, survey_shots

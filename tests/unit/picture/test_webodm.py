@@ -14,7 +14,7 @@ import pytest
 import rasterio
 from rasterio.transform import from_origin
 
-from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.exports.values import ExportRecord, Observation
 from hawk.model.plans import Outline
 from hawk.picture.files import stalls_in_system
 from hawk.picture.reconstruction.camera_pose import CameraPose
@@ -191,10 +191,10 @@ def test_a_project_without_poses_or_with_a_fisheye_is_refused(tmp_path: Path) ->
 
 def _survey() -> PictureSurvey:
     corners = ((46.8424, -91.9937), (46.8424, -91.99367), (46.84245, -91.99367), (46.84245, -91.9937))
-    stall = ExportedStall(
+    stall = Observation(
         "a1", "1", "", "free", 0.02, 1.7e9, 3, (46.84242, -91.99368), corners, 2.5, 5.0, 10.0, True
     )  # fmt: skip
-    survey = ExportedSurvey(
+    survey = ExportRecord(
         "lot", "l", "s", 1.7e9, 1.7e9, True, None, "hawk", False, 1.0, False, CENTRE, Outline(), (stall,)
     )  # fmt: skip
     return PictureSurvey(survey, mapped().landed, None, 100.0)

@@ -13,7 +13,7 @@ import pytest
 from shapely.geometry import shape
 
 from hawk.exports.text_files import survey_csv, survey_geojson
-from hawk.exports.values import ExportedStall, ExportedSurvey
+from hawk.exports.values import ExportRecord, Observation
 from hawk.model.plans import Outline
 from hawk.results.map_picture import map_picture
 from hawk.results.stall_files import CSV_COLUMNS, map_csv, map_geojson
@@ -75,10 +75,10 @@ def test_an_empty_survey_has_files_too() -> None:
 
 
 def test_a_live_map_and_a_stored_survey_have_the_same_columns_and_keys(survey: SurveyMap) -> None:
-    looked = ExportedStall(
+    looked = Observation(
         "a", "B 12", "", "free", 0.1, 1e9, 3, (43.26, -79.92), ((43.26, -79.92),) * 4, 2.5, 5.0, 30.0, False
     )
-    stored = ExportedSurvey(
+    stored = ExportRecord(
         "lot", "1", "2", 1e9, 1e9, True, 1, "hawk-drone", False, 2.0, False, (43.26, -79.92), Outline(), (looked,)
     )
     tables = [csv.reader(io.StringIO(data.decode())) for data in (map_csv(survey, MADE), survey_csv(stored))]

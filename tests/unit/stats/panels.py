@@ -8,7 +8,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.stats.values import TAKEN, UNSEEN, CountedStall, CountedSurvey, Group, Panel
+from hawk.stats.values import TAKEN, UNSEEN, Group, Panel, PanelColumn, PanelRow
 
 MONDAY = datetime(2026, 5, 4, tzinfo=UTC)
 
@@ -23,10 +23,10 @@ def panel(moments: Sequence[float], states: Sequence[Sequence[int]], sure: float
     state: NDArray[np.int8] = np.array(states, np.int8).reshape(len(moments), len(states[0]) if states else 0)
     taken = np.where(state == TAKEN, sure, 1 - sure)
     stalls = tuple(
-        CountedStall(f"{k:036d}", f"{chr(65 + k // a_row)} {k % a_row + 1}", chr(65 + k // a_row), "")
+        PanelColumn(f"{k:036d}", f"{chr(65 + k // a_row)} {k % a_row + 1}", chr(65 + k // a_row), "")
         for k in range(state.shape[1])
     )
-    surveys = tuple(CountedSurvey(f"{k:036d}", moment) for k, moment in enumerate(moments))
+    surveys = tuple(PanelRow(f"{k:036d}", moment) for k, moment in enumerate(moments))
     taken = np.where(state == UNSEEN, np.nan, taken).astype(np.float32)
     return Panel("lot", "Lot 1", UTC, "UTC", stalls, surveys, (), taken, state, np.ones(state.shape, np.bool_))
 

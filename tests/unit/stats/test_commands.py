@@ -12,12 +12,12 @@ import pytest
 from sqlalchemy import delete, select
 
 from hawk.cli import main
-from hawk.lots.database import Database
-from hawk.lots.saving import save
-from hawk.lots.tables import LOOKS
-from hawk.stats.shown import NONE, bracket
+from hawk.lots.ingest import save
+from hawk.lots.schema import LOOKS
+from hawk.lots.storage.database import Database
+from hawk.stats.serialize import NONE, bracket
 from hawk.stats.turnover import Bracket
-from tests.unit.stats.test_reading import later, register, seen
+from tests.unit.stats.test_panel import later, register, seen
 
 Run = Callable[..., tuple[int, str, str]]
 

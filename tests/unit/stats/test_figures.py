@@ -7,9 +7,9 @@ from zoneinfo import ZoneInfo
 import numpy as np
 import pytest
 
-from hawk.stats.between import steady
+from hawk.stats.changes import steady
 from hawk.stats.figures import by_hour, figures
-from hawk.stats.grouping import groups_of
+from hawk.stats.groups import groups_of
 from hawk.stats.values import DEVIATIONS, FREE, TAKEN, UNSEEN, Estimate, Panel
 from tests.unit.stats.panels import at, everything, panel
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.stats.counting import count
+from hawk.stats.counts import count
 from hawk.stats.flow import Flow
 from hawk.stats.hours import Hours, flown_hours
 from hawk.stats.values import FREE, TAKEN, UNSEEN, Panel

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from hawk.lots.database import Database
+from hawk.lots.storage.database import Database
 from hawk.model.lot_map import StallState
 from hawk.stats.stalls import heat_json, share_bounds
-from tests.unit.stats.test_reading import EVER, later, lot_of, seen
+from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.stats.counting import count
+from hawk.stats.counts import count
 from hawk.stats.flow import LONGEST_GAP_H, USUAL_CHANGES, Flow, Moves, arrivals, rates
 from hawk.stats.turnover import least, longest_gap, most, turnover
 from hawk.stats.values import FREE, TAKEN, UNSEEN, Panel

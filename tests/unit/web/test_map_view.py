@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.comm.protocol.heartbeat import MapUpdate
-from hawk.lots.plan.asked import LONGEST_LABEL
+from hawk.lots.plan.operations import LONGEST_LABEL
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.poses import MapPoint
 from hawk.model.shards import Sharded

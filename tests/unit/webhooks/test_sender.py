@@ -13,9 +13,9 @@ from sqlalchemy import func, select, update
 
 from hawk.config.secrets import SecretUrl
 from hawk.config.sections import WebhooksSettings
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
+from hawk.lots.schema import DELIVERY, OUTBOX
 from hawk.lots.store import LotStore
-from hawk.lots.tables import DELIVERY, OUTBOX
 from hawk.webhooks.sender import WARNED_AT, SenderTimes, WebhookSender, target_of
 from tests.unit.comm.waiting import until
 from tests.unit.lots.surveys import BEGAN, later, survey

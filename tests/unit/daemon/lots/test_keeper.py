@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import asyncio
+import sqlite3
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,15 +12,16 @@ import pytest
 from sqlalchemy import Connection, select
 
 from hawk.daemon.lots.keeper import KeeperTimes, LotKeeper, find_stalls
-from hawk.lots.backup import restore
-from hawk.lots.finished import LandedSurvey
+from hawk.lots.schema import SURVEY, VERSION
+from hawk.lots.storage.backup import restore
+from hawk.lots.storage.database import Database
 from hawk.lots.store import LotStore
-from hawk.lots.tables import SURVEY
+from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import LotStoreError
 from hawk.model.plans import Outline
 from tests.unit.comm.waiting import until
+from tests.unit.lots.survey.test_landing import STALL, landed, lot_map
 from tests.unit.lots.surveys import box
-from tests.unit.lots.test_finished import STALL, landed, lot_map
 
 ROWS = ((4.0, 7), (9.0, 4), (4.0, 5))
 """East of the first stall of each row, metres, and how many there are."""
@@ -30,13 +32,13 @@ class Flown:
     """A drone's survey, its store and its messages."""
 
     def __init__(self, path: Path, *, is_restored: bool = False) -> None:
-        self.survey: LandedSurvey | None = landed(lot_map({1: STALL}))
+        self.survey: LandingFacts | None = landed(lot_map({1: STALL}))
         self.messages: list[tuple[str, str, str]] = []
         self.store = LotStore(path)
         self.asked = 0
         self.keeper = LotKeeper(self.store, self.landed, self.add, TIMES, is_restored=is_restored)
 
-    def landed(self) -> LandedSurvey | None:
+    def landed(self) -> LandingFacts | None:
         self.asked += 1
         return self.survey
 
@@ -196,11 +198,11 @@ async def test_a_start_in_the_air_opens_the_store_after_the_landing(tmp_path: Pa
         assert await drone.stored() == ["000001-x"]
 
 
-async def test_a_store_of_an_earlier_version_is_said_at_the_start(tmp_path: Path) -> None:
-    from hawk.lots.database import migrate_file
-
-    migrate_file(tmp_path / "lots.db", "0001")
+async def test_a_store_of_a_newer_version_is_said_at_the_start(tmp_path: Path) -> None:
+    Database(tmp_path / "lots.db").close()
+    with closing(sqlite3.connect(tmp_path / "lots.db")) as newer:
+        newer.execute(f"PRAGMA user_version = {VERSION + 1}")
     async with flown(tmp_path / "lots.db") as drone:
         await until(lambda: len(drone.messages) == 1)
     assert drone.messages[0][:2] == ("warning", "The store of lots.")
-    assert "was of version 1" in drone.messages[0][2]
+    assert f"is of version {VERSION + 1}, of a newer hawk-drone" in drone.messages[0][2]

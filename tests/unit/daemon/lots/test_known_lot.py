@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from hawk.daemon.lots.known_lot import KnownLotFollower
-from hawk.lots import reading
-from hawk.lots.plan import editing
-from hawk.lots.saving import save
+from hawk.lots import queries
+from hawk.lots.ingest import save
+from hawk.lots.plan import edits
 from hawk.lots.store import LotStore
 from hawk.model.poses import GlobalPose
 from tests.unit.comm.waiting import until
@@ -35,9 +35,9 @@ class Drone:
         return saved.lot
 
     async def confirm_all(self, lot: str) -> None:
-        opened = await self.store.write(lambda c: editing.open_edit(c, lot, {"who": "Ann"}, BEGAN))
+        opened = await self.store.write(lambda c: edits.open_edit(c, lot, {"who": "Ann"}, BEGAN))
         asked = {"edit": opened["edit"], "operation": {"do": "confirm", "all": True}}
-        await self.store.write(lambda c: editing.do(c, lot, asked, BEGAN))
+        await self.store.write(lambda c: edits.do(c, lot, asked, BEGAN))
 
 
 @pytest.fixture
@@ -130,7 +130,7 @@ async def test_the_plan_lies_where_the_receiver_places_it(drone: Drone) -> None:
     drone.datum = GlobalPose(DATUM.latitude + 10 / 111_200, DATUM.longitude, 0.0)
     await drone.follower.look()
     assert drone.follower.current is not None
-    shown = await drone.store.read(lambda c: reading.lot(c, drone.follower.current.id))  # type: ignore[union-attr]
+    shown = await drone.store.read(lambda c: queries.lot(c, drone.follower.current.id))  # type: ignore[union-attr]
     off = [
         known.north - stall["north"]
         for known, stall in zip(drone.follower.current.stalls, shown["stalls"], strict=True)

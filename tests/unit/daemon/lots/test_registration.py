@@ -15,13 +15,14 @@ from sqlalchemy import select, update
 
 from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.daemon.lots.registration import registration
-from hawk.lots import changes, reading
-from hawk.lots.database import Database
-from hawk.lots.frames import Move, frame_of
-from hawk.lots.saving import save
-from hawk.lots.tables import LOT as LOT_TABLE
-from hawk.lots.tables import OBSERVATION, STALL, SURVEY
+from hawk.lots import change_log, commands, queries
+from hawk.lots.ingest import save
+from hawk.lots.registration.frames import Move, frame_of
+from hawk.lots.schema import LOT as LOT_TABLE
+from hawk.lots.schema import OBSERVATION, STALL, SURVEY
+from hawk.lots.storage.database import Database
 from hawk.lots.values import (
+    Detection,
     Doubtful,
     FinishedSurvey,
     LotInputError,
@@ -29,7 +30,6 @@ from hawk.lots.values import (
     Placed,
     PossiblePlace,
     Saved,
-    SurveyStall,
 )
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
@@ -60,7 +60,7 @@ def survey_of(number: int, found: StallMap, datum: GlobalPose = DATUM) -> Finish
     """Return a survey with a map's stalls about a datum, each free or taken by chance; ids from 1."""
     drawn = np.random.default_rng(number)
     stalls = tuple(
-        SurveyStall(
+        Detection(
             id=k + 1,
             north=float(found.stalls.centres[k, 0]),
             east=float(found.stalls.centres[k, 1]),
@@ -101,7 +101,7 @@ def row_of(store: Database, seq: int) -> dict[str, Any]:
 
 def shown(store: Database, lot: str | None) -> dict[str, Any]:
     with store.reading() as connection:
-        return reading.lot(connection, str(lot))
+        return queries.lot(connection, str(lot))
 
 
 def about_middle(turn_deg: float, shift: tuple[float, float], known: StallMap = LOT) -> Placement:
@@ -182,7 +182,7 @@ def test_an_id_never_goes_to_a_neighbour_or_to_what_lies_between_two(
         with store.writing() as connection:
             doubt = Doubtful("two places fit alike", (PossiblePlace(0.0, 0.0, 0.0, 1.0),))
             second = save(connection, flown, lambda *_: doubt)
-            reading.choose(connection, second.survey, {"place": 0}, "somebody", BEGAN)
+            commands.choose(connection, second.survey, {"place": 0}, "somebody", BEGAN)
     elif saved(store, flown).placed is not Placed.REGISTERED:  # no id at all: a whole row is off the others
         assert len(shifts) == len(ROW)
         assert looks(store, 2) == {}
@@ -265,15 +265,15 @@ def test_a_row_without_an_end_in_view_waits_for_a_person_who_chooses_a_place_and
     assert best["score"] >= other["score"]
     before = row_of(store, 2)
     with store.writing() as connection:
-        done = reading.choose(connection, second.survey, {"place": 1}, "operator", BEGAN)
+        done = commands.choose(connection, second.survey, {"place": 1}, "operator", BEGAN)
     placed = shown(store, first.lot)["surveys"][1]
     assert (placed["placed"], placed["doubt"]["chosen"]) == ("registered", 1)
     assert placed["place"] == {name: other[name] for name in ("north", "east", "turn")}
     assert len(looks(store, 2)) >= 26
     with store.writing() as connection, pytest.raises(LotStoreError, match="waits for no place"):
-        reading.choose(connection, second.survey, {"place": 0}, "operator", BEGAN)
+        commands.choose(connection, second.survey, {"place": 0}, "operator", BEGAN)
     with store.writing() as connection:
-        assert changes.undo(connection, done.seq, BEGAN) == "place"
+        assert change_log.undo(connection, done.seq, BEGAN) == "place"
     assert row_of(store, 2) == before
     assert looks(store, 2) == {}
 
@@ -281,7 +281,7 @@ def test_a_row_without_an_end_in_view_waits_for_a_person_who_chooses_a_place_and
 def test_a_place_that_a_person_chose_stays_when_the_survey_goes_on(store: Database) -> None:
     _, second = endless(store)
     with store.writing() as connection:
-        reading.choose(connection, second.survey, {"place": 1}, "operator", BEGAN)
+        commands.choose(connection, second.survey, {"place": 1}, "operator", BEGAN)
     before, looked = row_of(store, 2), looks(store, 2)
     _, again = endless(store)
     assert (again.seq, again.placed) == (2, Placed.REGISTERED)
@@ -293,7 +293,7 @@ def test_a_place_that_a_person_chose_stays_when_the_survey_goes_on(store: Databa
 def test_a_place_that_is_none_of_them_is_refused_with_its_remedy(store: Database, place: object) -> None:
     _, second = endless(store)
     with store.writing() as connection, pytest.raises(LotInputError) as refused:
-        reading.choose(connection, second.survey, {"place": place}, "operator", BEGAN)
+        commands.choose(connection, second.survey, {"place": place}, "operator", BEGAN)
     assert (refused.value.field, refused.value.reason) == ("place", "must be the number of one of the places: 0 to 1")
 
 
@@ -349,9 +349,9 @@ def test_a_survey_that_is_moved_to_its_lot_by_a_person_is_registered_there(store
     asked = saved(store, replace(flown, outline=beside))
     assert asked.placed is Placed.UNDECIDED
     with store.writing() as connection:
-        done = reading.move(connection, asked.survey, {"lot": first.lot}, "operator", BEGAN, registration)
+        done = commands.move(connection, asked.survey, {"lot": first.lot}, "operator", BEGAN, registration)
     assert row_of(store, 2)["placed"] == Placed.REGISTERED
     assert is_right(looks(store, 2), flown, which)
     with store.writing() as connection:
-        changes.undo(connection, done.seq, BEGAN)
+        change_log.undo(connection, done.seq, BEGAN)
     assert (row_of(store, 2)["placed"], looks(store, 2)) == (Placed.UNDECIDED, {})

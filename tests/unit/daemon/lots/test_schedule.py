@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from hawk.config.loader import load_config
 from hawk.config.sections import DAYS, ConfigError, ScheduledSurvey
 from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, is_flown, moment_due
-from hawk.lots.saving import save
-from hawk.lots.source import PictureSource, SourceKind
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
+from hawk.lots.survey.source import PictureSource, SourceKind
 from tests.unit.lots.surveys import BEGAN, survey
 
 ENDED = BEGAN + 900

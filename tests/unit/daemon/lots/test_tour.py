@@ -17,9 +17,9 @@ from hawk.daemon.lots.known_lot import KnownLotFollower
 from hawk.daemon.lots.parts import surroundings
 from hawk.daemon.lots.tour import Surroundings, TourKeeper
 from hawk.ddc.fence.geometry import polygon_fence, to_map
-from hawk.lots import reading
-from hawk.lots.plan import editing
-from hawk.lots.saving import save
+from hawk.lots import commands
+from hawk.lots.ingest import save
+from hawk.lots.plan import edits
 from hawk.lots.store import LotStore
 from hawk.model.known_lot import KnownLot, LotsAhead, LotTour, PlanOffer
 from hawk.model.operation import StateName
@@ -198,15 +198,15 @@ async def add_row(drone: Drone, who: str = "Operator 2") -> None:
 
 async def edited(drone: Drone, operation: dict[str, object], who: str) -> None:
     lot = drone.asked
-    opened = await drone.store.write(lambda c: editing.open_edit(c, lot, {"who": who, "take_over": True}, BEGAN))
+    opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": who, "take_over": True}, BEGAN))
     asked = {"edit": opened["edit"], "operation": operation}
     drone.minutes += 1
-    await drone.store.write(lambda c: editing.do(c, lot, asked, BEGAN + 60.0 * drone.minutes))
+    await drone.store.write(lambda c: edits.do(c, lot, asked, BEGAN + 60.0 * drone.minutes))
 
 
 async def pinned(drone: Drone) -> None:
     points = [{"from": [DATUM.latitude, DATUM.longitude], "to": [DATUM.latitude + 2e-4, DATUM.longitude]}]
-    await drone.store.write(lambda c: reading.pin(c, drone.asked, {"points": points}, "operator", BEGAN + 2.0))
+    await drone.store.write(lambda c: commands.pin(c, drone.asked, {"points": points}, "operator", BEGAN + 2.0))
 
 
 async def split(drone: Drone) -> None:
@@ -214,7 +214,7 @@ async def split(drone: Drone) -> None:
         [DATUM.latitude + a * 1e-3, DATUM.longitude + b * 1e-3] for a, b in ((-9, -9), (9, -9), (9, 0.1), (-9, 0.1))
     ]
     asked = {"outline": half, "name": "Half"}
-    await drone.store.write(lambda c: reading.split(c, drone.asked, asked, "operator", BEGAN + 2.0))
+    await drone.store.write(lambda c: commands.split(c, drone.asked, asked, "operator", BEGAN + 2.0))
 
 
 async def ended(drone: Drone) -> None:
@@ -223,7 +223,7 @@ async def ended(drone: Drone) -> None:
 
 async def merged(drone: Drone) -> None:
     other = await second_lot(drone)
-    await drone.store.write(lambda c: reading.merge(c, other, drone.asked, "operator", BEGAN + 2.0))
+    await drone.store.write(lambda c: commands.merge(c, other, drone.asked, "operator", BEGAN + 2.0))
 
 
 CHANGES = [add_row, pinned, split, ended, merged]
@@ -286,8 +286,8 @@ async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Dr
     known, _ = await in_flight(drone)
     await add_row(drone)
     await drone.follower.look()
-    opened = await drone.store.write(lambda c: editing.open_edit(c, drone.asked, {"who": "Operator 2"}, BEGAN))
-    await drone.store.write(lambda c: editing.undo(c, drone.asked, {"edit": opened["edit"]}, BEGAN))
+    opened = await drone.store.write(lambda c: edits.open_edit(c, drone.asked, {"who": "Operator 2"}, BEGAN))
+    await drone.store.write(lambda c: edits.undo(c, drone.asked, {"edit": opened["edit"]}, BEGAN))
     await drone.follower.look()
     assert offered(drone) is None
     assert drone.follower.current is known

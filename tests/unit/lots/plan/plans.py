@@ -11,10 +11,10 @@ from typing import Any
 
 from sqlalchemy import Connection, insert
 
-from hawk.lots import reading
-from hawk.lots.database import Database
-from hawk.lots.plan import editing
-from hawk.lots.tables import LABEL, LAYOUT, LOT, STALL
+from hawk.lots import commands, queries
+from hawk.lots.plan import edits
+from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.storage.database import Database
 from hawk.lots.text import json_text
 from hawk.results.row_labels import letters
 
@@ -65,7 +65,7 @@ class Person:
         return answer
 
     def open(self, who: str = "Ann", **asked: object) -> Json:
-        found = self.ask(editing.open_edit, {"who": who, **asked})
+        found = self.ask(edits.open_edit, {"who": who, **asked})
         self.edit = found["edit"]
         return found
 
@@ -73,24 +73,24 @@ class Person:
         return self.operate({"do": do, **operation})
 
     def operate(self, operation: object) -> Json:
-        return self.ask(editing.do, {"edit": self.edit, "operation": operation})
+        return self.ask(edits.do, {"edit": self.edit, "operation": operation})
 
     def undo(self) -> Json:
-        return self.ask(editing.undo, {"edit": self.edit})
+        return self.ask(edits.undo, {"edit": self.edit})
 
     def redo(self) -> Json:
-        return self.ask(editing.redo, {"edit": self.edit})
+        return self.ask(edits.redo, {"edit": self.edit})
 
     def close(self, **asked: object) -> Json:
-        return self.ask(editing.close, {"edit": self.edit, **asked})
+        return self.ask(edits.close, {"edit": self.edit, **asked})
 
     def undo_change(self, seq: int) -> str:
         with self.store.writing() as connection:
-            return reading.undo(connection, seq, self.now)
+            return commands.undo(connection, seq, self.now)
 
     def plan(self, since: int | None = None, layout: int | None = None) -> Json:
         with self.store.reading() as connection:
-            found: Json = json.loads(json_text(reading.plan(connection, self.lot, since, layout)))
+            found: Json = json.loads(json_text(queries.plan(connection, self.lot, since, layout)))
         return found
 
     def stalls(self, layout: int | None = None) -> dict[str, Json]:

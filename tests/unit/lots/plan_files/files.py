@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 
 from hawk.lots.plan import geometry
-from hawk.lots.plan_files.reading import read_plan
+from hawk.lots.plan_files.formats import read_plan
 from hawk.lots.plan_files.values import Asked, PlanFile
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global

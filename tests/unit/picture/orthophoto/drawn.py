@@ -13,7 +13,7 @@ import rasterio
 from numpy.typing import NDArray
 from rasterio.transform import Affine
 
-from hawk.lots.place import about
+from hawk.lots.registration.georeference import about
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.tile_detector import TileDetector
 from hawk.picture.values import PictureSurvey

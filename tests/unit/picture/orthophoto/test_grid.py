@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.lots.place import about
+from hawk.lots.registration.georeference import about
 from hawk.picture.orthophoto.grid import PixelGrid, measure_grid, system
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import HERE, placed

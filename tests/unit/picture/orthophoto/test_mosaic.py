@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hawk.lots.place import about
+from hawk.lots.registration.georeference import about
 from hawk.picture.orthophoto.mosaic import ground_of_box
 from hawk.picture.orthophoto.source import open_orthophoto
 from tests.unit.picture.orthophoto.drawn import HERE, UTM, placed, write

@@ -12,8 +12,8 @@ import shapely
 from hawk.algo.vision import quads
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN
-from hawk.lots.place import about, ground_about
-from hawk.lots.source import Limit, SourceKind
+from hawk.lots.registration.georeference import about, ground_about
+from hawk.lots.survey.source import Limit, SourceKind
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.survey import to_survey

@@ -15,7 +15,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.lots.moments import MomentSource, SurveyMoment
+from hawk.lots.survey.moments import CaptureTime, MomentSource
 from hawk.picture.orthophoto.bands import Bands
 from hawk.picture.orthophoto.grid import PixelGrid, system
 from hawk.picture.orthophoto.outline import LotOutline
@@ -40,7 +40,7 @@ WKT, _ = system(UTM, "t")
 def described(columns: int, rows: int, metres: tuple[float, float] = (0.1, 0.1)) -> Orthophoto:
     """Return a picture that no file holds."""
     grid = PixelGrid(columns, rows, WKT, (0.1, 0.0, 500_000.0, 0.0, -0.1, 5_770_000.0), metres=metres)
-    return Orthophoto(Path("none.tif"), grid, Bands((1, 2, 3)), UTM, "[]", SurveyMoment(0.0, MomentSource.FILE, False))
+    return Orthophoto(Path("none.tif"), grid, Bands((1, 2, 3)), UTM, "[]", CaptureTime(0.0, MomentSource.FILE, False))
 
 
 @settings(max_examples=25, deadline=None)

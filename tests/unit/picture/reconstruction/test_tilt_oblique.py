@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.lots.source import SourceKind
+from hawk.lots.survey.source import SourceKind
 from hawk.picture.photos import survey_shots
 from hawk.picture.shot_detections import Files
 from hawk.picture.values import PictureError, Provenance, Shot, ShotSet

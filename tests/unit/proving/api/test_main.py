@@ -26,10 +26,10 @@ def test_the_rules_name_what_the_store_has() -> None:
 
 
 async def test_the_store_has_surveys_of_one_lot_and_one_whose_time_is_not_sure(tmp_path: Path) -> None:
-    from hawk.lots import reading
+    from hawk.lots import queries
 
     store = await filled(tmp_path)
-    found = await store.read(reading.lots)
+    found = await store.read(queries.lots)
     await store.close()
     (lot,) = found["lots"]
     assert (lot["stalls"], lot["survey_count"], lot["last_survey"]["time_is_sure"]) == (40, 4, False)

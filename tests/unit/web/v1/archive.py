@@ -10,7 +10,7 @@ from typing import Any
 import aiohttp
 from pydantic import BaseModel
 
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.values import Saved
 from tests.unit.lots.surveys import DATUM, box, later, survey

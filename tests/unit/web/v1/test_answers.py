@@ -14,8 +14,8 @@ import pytest
 from aiohttp.test_utils import make_mocked_request
 from sqlalchemy import text
 
-from hawk.lots.database import TOO_LONG, Database
-from hawk.lots.reading import rename
+from hawk.lots.commands import rename
+from hawk.lots.storage.database import TOO_LONG, Database
 from hawk.lots.store import READS, LotStore
 from hawk.web.v1 import answers
 from hawk.web.v1.answers import accepts_gzip, is_known
@@ -118,7 +118,7 @@ async def test_a_read_without_end_is_ended_and_refused_in_words(
     archive: Archive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     endless = text("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n")
-    monkeypatch.setattr("hawk.lots.paged.lots", lambda connection, _: connection.execute(endless).scalar())
+    monkeypatch.setattr("hawk.lots.lists.lots", lambda connection, _: connection.execute(endless).scalar())
     monkeypatch.setattr(LotStore.read, "__defaults__", (0.1,))
     status, problem = await archive.refused("/lots")
     assert (status, problem["detail"]) == (503, TOO_LONG)
@@ -149,7 +149,7 @@ async def test_an_error_of_the_program_is_logged_and_answered_in_the_same_form(
     def broken(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("hawk.lots.paged.lots", broken)
+    monkeypatch.setattr("hawk.lots.lists.lots", broken)
     status, problem = await archive.refused("/lots")
     assert (status, problem["title"]) == (500, "Internal Server Error")
     assert "ZeroDivisionError" in caplog.text
@@ -163,7 +163,7 @@ async def test_an_error_behind_a_link_is_logged_without_its_token(
     def broken(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("hawk.lots.paged.observations", broken)
+    monkeypatch.setattr("hawk.lots.lists.observations", broken)
     assert (await archive.ask(f"/shared/{token}/observations")).status == 500
     assert "/api/v1/shared/{token}/observations failed" in caplog.text
     assert token not in caplog.text

@@ -11,14 +11,14 @@ import pytest
 
 from hawk.comm.protocol.heartbeat import DroneStatus, VehicleStatus
 from hawk.config.sections import StoreSettings
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.values import Doubtful, PossiblePlace
 from hawk.store.recordings import Recordings
 from hawk.web.v1 import bodies, models
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
 from tests.sweep import sweep
-from tests.unit.lots.importing.imports import drawn, geojson
+from tests.unit.lots.plan_import.imports import drawn, geojson
 from tests.unit.lots.repaints import extra, flown
 from tests.unit.lots.surveys import later, survey
 from tests.unit.web.rig import Rig, browser

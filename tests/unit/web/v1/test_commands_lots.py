@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.values import Doubtful, FinishedSurvey, PossiblePlace, Saved
 from tests.unit.lots.repaints import by_place, extra, flown, repainted

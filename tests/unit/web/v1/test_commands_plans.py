@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.surveys import DATUM, box, later, survey

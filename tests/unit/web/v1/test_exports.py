@@ -10,9 +10,9 @@ import aiohttp
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.pictures import pictures_of
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
+from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import Saved
 from tests.unit.exports.stored import mosaic
 from tests.unit.lots.surveys import survey

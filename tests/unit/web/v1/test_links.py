@@ -9,11 +9,11 @@ import aiohttp
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.model.lot_map import StallState
 from hawk.web.access.guesses import FREE_GUESSES
-from tests.unit.stats.test_reading import later, register, seen
+from tests.unit.stats.test_panel import later, register, seen
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
 

@@ -12,8 +12,8 @@ import pytest
 from hawk.comm.protocol.authority import Role
 from hawk.lots.plan_files import values
 from hawk.lots.store import LotStore
-from tests.unit.lots.importing.imports import drawn, geojson
 from tests.unit.lots.plan.plans import drawn_lot
+from tests.unit.lots.plan_import.imports import drawn, geojson
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
 from tests.unit.web.v1.plans import Answer, Plans

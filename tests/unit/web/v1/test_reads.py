@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from sqlalchemy import delete
 
-from hawk.lots.tables import LOOKS
+from hawk.lots.schema import LOOKS
 from hawk.web.v1 import figures, models, shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
@@ -129,9 +129,9 @@ async def test_statistics_are_those_of_the_command(archive: Archive, by: str | N
     found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Figures)
 
     def printed(connection: Any) -> Any:
-        from hawk.stats.answering import statistics
-        from hawk.stats.asked import period_of
-        from hawk.stats.shown import figures_json
+        from hawk.stats.period import period_of
+        from hawk.stats.queries import statistics
+        from hawk.stats.serialize import figures_json
 
         return figures_json(statistics(connection, archive.lot, period_of(None, None, "UTC"), by))
 
@@ -154,7 +154,7 @@ async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_quest
         connection.execute(delete(LOOKS))
 
     def kept(connection: Any) -> int:
-        from hawk.lots.looks import missing_looks
+        from hawk.lots.survey.observations import missing_looks
 
         return len(missing_looks(connection, archive.lot))
 

@@ -15,7 +15,7 @@ import pytest
 from hawk.comm.protocol.authority import Role
 from hawk.comm.protocol.heartbeat import DroneStatus, VehicleStatus
 from hawk.config.sections import StoreSettings
-from hawk.lots.saving import save
+from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.recordings import Recordings, Stored

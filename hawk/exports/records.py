@@ -1,0 +1,214 @@
+"""A survey of the store as an export: the layout's stalls with that survey's looks, in WGS-84."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+from sqlalchemy import Connection, RowMapping, select
+
+from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation
+from hawk.lots.names import chosen_survey
+from hawk.lots.outlines import outline_of
+from hawk.lots.plan.queries import stalls_in
+from hawk.lots.plan.values import PlanStall, shapes_of
+from hawk.lots.registration.georeference import corners_on_earth, on_earth
+from hawk.lots.registration.survey_place import datum_accuracy, datum_of
+from hawk.lots.schema import LOT, OBSERVATION, SURVEY
+from hawk.lots.storage.database import version_of
+from hawk.lots.storage.digests import check_whole
+from hawk.lots.survey.order import is_sure, oldest_first
+from hawk.lots.survey.source import PictureSource
+from hawk.lots.values import PLACED, Detection, NotFoundError, unpack_stalls
+from hawk.model.lot_map import StallState
+from hawk.model.plans import Outline
+
+NEWEST: Final = "newest"
+
+
+def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
+    """Return the id of a lot's survey by its id, or by the beginning of it; `NEWEST`: of the last that is registered.
+
+    Raises NotFoundError.
+    """
+    asked = select(SURVEY.c.id, SURVEY.c.placed, SURVEY.c.ended).where(SURVEY.c.lot == lot).order_by(*oldest_first())
+    rows = connection.execute(asked).all()
+    if given == NEWEST:
+        placed = [row.id for row in rows if row.placed in PLACED]
+        if not placed:
+            raise NotFoundError(f"--survey: none of the lot's {len(rows)} surveys is registered; give the id of one")
+        return str(placed[-1])
+    return chosen_survey([(str(row.id), float(row.ended)) for row in rows], given, "of this lot")
+
+
+def surveys_of(connection: Connection, lot: str) -> list[str]:
+    """Return the ids of a lot's registered surveys, in their order. Raises NotFoundError without any."""
+    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, SURVEY.c.placed.in_(PLACED)).order_by(*oldest_first())
+    found = [str(each) for each in connection.execute(asked).scalars()]
+    if not found:
+        raise NotFoundError("--survey: none of the lot's surveys is registered; give the id of one")
+    return found
+
+
+def read_survey(connection: Connection, survey: str) -> ExportRecord:
+    """Return a survey by its id.
+
+    A registered one has the stalls of its layout, each with the look of that survey; another one has those that it
+    found, where it found them. Raises NotFoundError.
+    """
+    return read_surveys(connection, [survey])[0]
+
+
+def read_surveys(connection: Connection, surveys: Sequence[str]) -> list[ExportRecord]:
+    """Return surveys as `read_survey` returns one; surveys of a layout share its stalls. Raises NotFoundError."""
+    layouts = _Layouts(connection)
+    return [_read(connection, layouts, survey) for survey in surveys]
+
+
+def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecord:
+    asked = select(SURVEY, is_sure().label("is_sure")).where(SURVEY.c.id == survey)
+    row = connection.execute(asked).mappings().one_or_none()
+    if row is None or row["lot"] is None:
+        raise NotFoundError(f"survey: there is no survey {survey} of a lot")
+    check_whole(connection, "survey", row["seq"], "survey", version_of(connection))
+    lot = layouts.lot(str(row["lot"]))
+    is_placed = row["placed"] in PLACED
+    datum = lot.datum if is_placed else (float(row["latitude"]), float(row["longitude"]))
+    return ExportRecord(
+        lot=lot.name,
+        lot_id=str(row["lot"]),
+        survey=str(row["id"]),
+        began=float(row["began"]),
+        ended=float(row["ended"]),
+        time_is_sure=bool(row["is_sure"]),
+        layout=row["layout"] if is_placed else None,
+        software=f"hawk-drone {row['program']}",
+        is_simulated=bool(row["simulated"]),
+        accuracy=lot.accuracy if is_placed else None if row["accuracy"] is None else float(row["accuracy"]),
+        is_pinned=is_placed and lot.is_pinned,
+        origin=datum,
+        outline=lot.outline,
+        stalls=_registered(connection, layouts, row) if is_placed else _found(row, datum),
+        doubt="" if is_placed else f"{row['placed']}: its place among the lot's stalls is not certain",
+        blurred=row["blurred"],
+        pictures=PictureSource.read(row),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Lot:
+    name: str
+    outline: Outline
+    datum: LatLon
+    is_pinned: bool
+    accuracy: float | None
+
+
+@dataclass(slots=True)
+class _Layouts:
+    """Lots, and the stalls of their layouts on Earth, each read once."""
+
+    connection: Connection
+    lots: dict[str, _Lot] = field(default_factory=dict)
+    stalls: dict[tuple[str, int], list[_Placed]] = field(default_factory=dict)
+
+    def lot(self, lot: str) -> _Lot:
+        """Return a lot by its id."""
+        if lot not in self.lots:
+            row = self.connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
+            is_pinned = bool(row["datum_is_pinned"])
+            accuracy = None if is_pinned else datum_accuracy(self.connection, lot)
+            datum = datum_of(self.connection, lot)
+            self.lots[lot] = _Lot(str(row["name"]), outline_of(row["outline"]), datum, is_pinned, accuracy)
+        return self.lots[lot]
+
+    def placed(self, lot: str, version: int) -> list[_Placed]:
+        """Return the stalls of a version of a lot's layout."""
+        key = lot, version
+        if key not in self.stalls:
+            stalls = stalls_in(self.connection, lot, version)
+            self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
+        return self.stalls[key]
+
+
+_LOOK: Final = tuple(OBSERVATION.c[name] for name in ("stall", "state", "taken", "looked", "seen"))
+
+
+def _registered(connection: Connection, layouts: _Layouts, survey: RowMapping) -> tuple[Observation, ...]:
+    rows = connection.execute(select(*_LOOK).where(OBSERVATION.c.survey == survey["seq"]))
+    looks = {key: _Look(*look) for key, *look in rows}
+    placed = layouts.placed(str(survey["lot"]), int(survey["layout"]))
+    return tuple(_exported(each, looks.get(each.stall.key)) for each in placed)
+
+
+def _found(survey: RowMapping, datum: LatLon) -> tuple[Observation, ...]:
+    """Return the stalls as the survey found them, in its own frame, with its own numbers."""
+    return found_stalls([stall for stall in unpack_stalls(survey["stalls"]) if not stall.is_extra], datum)
+
+
+def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation, ...]:
+    """Return the stalls that a survey found, about its own datum (latitude, longitude), with its own numbers."""
+    placed = _on_earth(datum, [_alone(stall) for stall in found])
+    looks = (_Look(stall.state.value, stall.taken, stall.looked, stall.seen, stall.score) for stall in found)
+    return tuple(_exported(each, look) for each, look in zip(placed, looks, strict=True))
+
+
+def _alone(stall: Detection) -> PlanStall:
+    return PlanStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length)
+
+
+class _Look(NamedTuple):
+    state: str
+    taken: float
+    looked: float
+    seen: int
+    score: float | None = None
+
+
+class _Placed(NamedTuple):
+    """A stall with its middle and corners on Earth, and the direction of its long side, degrees."""
+
+    stall: PlanStall
+    place: LatLon
+    corners: tuple[LatLon, ...]
+    direction: float
+
+
+def _exported(placed: _Placed, look: _Look | None) -> Observation:
+    stall = placed.stall
+    state = UNSEEN if look is None or look.state not in _SEEN else look.state
+    return Observation(
+        id=stall.id,
+        label=stall.label,
+        kind=stall.kind,
+        state=state,
+        taken=None if look is None else look.taken,
+        looked=None if look is None else look.looked,
+        seen=0 if look is None else look.seen,
+        place=placed.place,
+        corners=placed.corners,
+        width=stall.width,
+        length=stall.length,
+        direction=placed.direction,
+        is_confirmed=stall.is_confirmed,
+        score=None if look is None else look.score,
+    )
+
+
+_SEEN: Final = (StallState.FREE.value, StallState.TAKEN.value)
+
+
+def _on_earth(datum: LatLon, stalls: Sequence[PlanStall]) -> list[_Placed]:
+    """Return stalls with their middles and corners, counter-clockwise as seen from above."""
+    if not stalls:
+        return []
+    shapes = shapes_of(stalls)
+    middles = on_earth(datum, shapes[:, :2]).tolist()
+    around = np.roll(corners_on_earth(datum, shapes), 2, axis=1).tolist()
+    return [
+        _Placed(stall, (m[0], m[1]), tuple((a, b) for a, b in corners), math.degrees(stall.angle) % 180.0)
+        for stall, m, corners in zip(stalls, middles, around, strict=True)
+    ]

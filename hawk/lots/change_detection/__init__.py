@@ -1,0 +1,1 @@
+"""Differences between surveys and a layout, proposed to persons, and their adoption."""

@@ -1,0 +1,131 @@
+"""The lot about a place as the store knows it, for the map of a flight."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+from sqlalchemy import Connection, func, select
+
+from hawk.lots.outlines import outline_of
+from hawk.lots.plan.edits import KIND as OF_AN_EDIT
+from hawk.lots.plan.queries import all_stalls, in_plan
+from hawk.lots.plan.revisions import revision_of
+from hawk.lots.plan.versions import newest_layout
+from hawk.lots.registration.frames import frame_of
+from hawk.lots.registration.georeference import ground_about
+from hawk.lots.registration.survey_place import datum_of, known_ground
+from hawk.lots.schema import CHANGE, EDIT, LOT, STALL, SURVEY
+from hawk.lots.survey.order import is_ordered
+from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
+from hawk.model.plans import Outline
+
+NEAR_M: Final = 60.0
+"""A drone that stands nearer than this to a lot is about to fly over it."""
+
+AGAIN_M: Final = 300.0
+"""Distance of the drone from a lot up to which it may survey it again."""
+
+Stamp = tuple[str, int, int]
+"""Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""
+
+
+def lot_near(connection: Connection, place: tuple[float, float], again: str = "") -> tuple[Stamp, str] | None:
+    """Return stamp and name of the lot at a place (latitude, longitude), or of the nearest one within `NEAR_M`; of the
+    lot with the id ``again`` instead where it is there.
+    """
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    here, nearest = shapely.Point(0.0, 0.0), None
+    for row in rows:
+        away = ground_about(place, outline_of(row["outline"])).distance(here)
+        if row["id"] == again:
+            nearest = -1.0, row
+        elif away <= NEAR_M and (nearest is None or away < nearest[0]):
+            nearest = away, row
+    if nearest is None:
+        return None
+    lot_id, name = str(nearest[1]["id"]), str(nearest[1]["name"])
+    return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
+
+
+def newest_survey(connection: Connection, lot: str) -> tuple[str, float | None] | None:
+    """Return the name of the lot with an id or name, and the end of its newest survey, Unix seconds; None: no such lot.
+
+    Pictures whose time is not sure count as no survey.
+    """
+    is_named = ((LOT.c.id == lot) | (LOT.c.name == lot)) & LOT.c.merged_into.is_(None)
+    row = connection.execute(select(LOT.c.id, LOT.c.name).where(is_named)).first()
+    if row is None:
+        return None
+    ended = select(func.max(SURVEY.c.ended)).where(SURVEY.c.lot == row.id, is_ordered())
+    return str(row.name), connection.execute(ended).scalar()
+
+
+def last_author(connection: Connection, lot: str) -> str:
+    """Return the name of the person whose edit of a lot's plan is the newest change of the store; "" where another
+    change is: of its maker the store keeps a role.
+    """
+    edits = select(EDIT.c.who, EDIT.c.touched).where(EDIT.c.lot == lot).order_by(EDIT.c.touched.desc())
+    newest = connection.execute(edits).first()
+    is_other = CHANGE.c.edit.is_(None) & ((CHANGE.c.kind != OF_AN_EDIT) | CHANGE.c.undone.is_not(None))
+    moment = func.max(func.coalesce(CHANGE.c.undone, CHANGE.c.made))
+    other = connection.execute(select(moment).where(is_other)).scalar()
+    return "" if newest is None or (other is not None and other > newest.touched) else str(newest.who)
+
+
+def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotAhead, ...]:
+    """Return all lots with ground, with their distances from a place (latitude, longitude)."""
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    here, found = shapely.Point(0.0, 0.0), []
+    for row in rows:
+        outline = outline_of(row["outline"])
+        if not outline.polygons:
+            continue
+        away = float(ground_about(place, outline).distance(here))
+        count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
+        shown = outline if away <= AGAIN_M else Outline()
+        found.append(LotAhead(str(row["id"]), str(row["name"]), int(count), away, shown))
+    return tuple(found)
+
+
+def known_lot(connection: Connection, lot: str, datum: tuple[float, float], survey: str = "") -> KnownLot:
+    """Return the plan of a lot in the frame about a datum (latitude, longitude), as a receiver would place it.
+
+    Stalls that nobody confirmed and that only the survey of this name (that of its journal) has found are left out: it
+    is no witness of itself.
+    """
+    frame = frame_of(datum, datum_of(connection, lot))
+    own = _found_by(connection, lot, survey)
+    stalls = [stall for stall in all_stalls(connection, lot) if stall.is_confirmed or stall.key not in own]
+    places = frame.of(np.array([(stall.north, stall.east) for stall in stalls]).reshape(-1, 2)).tolist()
+    return KnownLot(
+        lot,
+        tuple(
+            KnownStall(
+                stall.id, north, east, (stall.angle + frame.turn) % np.pi, stall.width, stall.length,
+                stall.is_confirmed, stall.label,
+            )
+            for stall, (north, east) in zip(stalls, places, strict=True)
+        ),
+        _pieces(frame.ground(known_ground(connection, lot))),
+    )  # fmt: skip
+
+
+def _found_by(connection: Connection, lot: str, survey: str) -> set[int]:
+    """Return the keys of a lot's stalls that the survey of this name has found first."""
+    if not survey:
+        return set()
+    named = select(SURVEY.c.seq).where(SURVEY.c.lot == lot, SURVEY.c.origin.startswith(f"{survey} ", autoescape=True))
+    mine = select(STALL.c.key).where(STALL.c.lot == lot, STALL.c.first_survey.in_(named))
+    return set(connection.execute(mine).scalars())
+
+
+def _pieces(ground: BaseGeometry) -> tuple[tuple[tuple[tuple[float, float], ...], ...], ...]:
+    parts = [part for part in shapely.get_parts(ground) if isinstance(part, Polygon) and not part.is_empty]
+    return tuple(
+        tuple(tuple((float(a), float(b)) for a, b in ring.coords[:-1]) for ring in (part.exterior, *part.interiors))
+        for part in parts
+    )

@@ -1,0 +1,330 @@
+"""Parts of long lists, with the keys of ``/api/v1``: lots, layouts, stalls, zones, surveys and observations.
+
+Each list has an order that lasts, and a part begins behind the last item of the one before: neither a long archive nor
+an item that was added meanwhile makes a part slow or wrong.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+from sqlalchemy import ColumnElement, Connection, Row, Select, and_, select, true, tuple_
+
+from hawk.lots.labels import parts_of
+from hawk.lots.outlines import ring_of
+from hawk.lots.plan.queries import in_plan
+from hawk.lots.plan.serialize import layout_json
+from hawk.lots.plan.values import LASTING, NO_STALLS
+from hawk.lots.queries import (
+    CHANGE_SHOWN,
+    SURVEY_SHOWN,
+    change_json,
+    lot_json,
+    lot_place_json,
+    lot_row,
+    survey_row,
+    surveys_json,
+)
+from hawk.lots.registration.georeference import on_earth
+from hawk.lots.registration.survey_place import datum_of
+from hawk.lots.rows import is_among
+from hawk.lots.schema import CHANGE, FORMER, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.survey.order import is_last_look
+from hawk.lots.values import LotInputError, NotFoundError, utc
+
+_DEGREES: Final = 8
+"""Decimals: a millimetre."""
+_LONGEST_NUMBER: Final = 15
+Found = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """The part of a list that is asked for: ``limit`` items at most, behind the place ``after``; None: from the first.
+
+    ``newest_first`` turns the order of surveys and observations round. ``of``: conditions that surveys must meet.
+    """
+
+    limit: int = 100
+    after: str | None = None
+    newest_first: bool = False
+    of: Sequence[ColumnElement[bool]] = field(default=(), repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Items of a list as JSON values. ``next``: the place behind the last one, None at the end of the list."""
+
+    items: list[Found]
+    next: str | None
+
+
+def lots(connection: Connection, asked: Asked) -> Part:
+    """Return lots that were not merged into another one, the oldest first. Raises LotInputError for the place."""
+    is_behind: ColumnElement[bool] = true()
+    if asked.after is not None:
+        last = select(LOT.c.made, LOT.c.id).where(LOT.c.id == asked.after)
+        row = connection.execute(last).one_or_none()
+        if row is None:
+            raise _no_place()
+        is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
+    rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
+    return _part(connection, rows, asked, lambda row: lot_json(connection, row._mapping), lambda row: str(row.id))
+
+
+def lot(connection: Connection, lot_id: str) -> Found:
+    """Return a lot with its place on Earth, and who edits its plan. Raises NotFoundError."""
+    row = lot_row(connection, lot_id).values
+    assert row is not None  # noqa: S101 - it is there
+    return {**lot_json(connection, row), **lot_place_json(connection, row)}
+
+
+def layouts(connection: Connection, lot_id: str, asked: Asked) -> Part:
+    """Return the versions of a lot's layout, the first one first. Raises NotFoundError, LotInputError."""
+    lot_row(connection, lot_id)
+    rows = select(LAYOUT).where(LAYOUT.c.lot == lot_id, *_behind(LAYOUT.c.version, asked)).order_by(LAYOUT.c.version)
+    return _part(connection, rows, asked, layout_json, lambda row: str(row.version))
+
+
+def zones(connection: Connection, lot_id: str, asked: Asked) -> Part:
+    """Return the zones of a lot's plan, those without stalls too, by their ids. Raises NotFoundError, LotInputError."""
+    lot_row(connection, lot_id)
+    is_behind = true() if asked.after is None else ZONE.c.id > asked.after
+    rows = select(ZONE).where(in_plan(ZONE.c, lot_id), is_behind).order_by(ZONE.c.id)
+    datum = datum_of(connection, lot_id)
+
+    def shown(row: Row[Any]) -> Found:
+        corners = [list(corner) for corner in ring_of(row.outline)]
+        kind = "" if row.kind == NO_STALLS else row.kind
+        return {
+            "id": row.id, "name": row.name, "kind": kind, "has_stalls": row.kind != NO_STALLS, "outline": corners,
+            "ground": _on_earth(datum, corners),
+        }  # fmt: skip
+
+    return _part(connection, rows, asked, shown, lambda row: str(row.id))
+
+
+def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> Part:
+    """Return surveys in the order in which they were stored; None: those of every lot, and of none.
+
+    Raises NotFoundError, LotInputError.
+    """
+    if lot_id is not None:
+        lot_row(connection, lot_id)
+    is_of = true() if lot_id is None else SURVEY.c.lot == lot_id
+    rows = select(*SURVEY_SHOWN).where(is_of, *asked.of, *_behind(SURVEY.c.seq, asked))
+    in_order = rows.order_by(SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq)
+    found = _rows(connection, in_order, asked)
+    return _cut(_surveys_shown(connection, found[: asked.limit]), found, asked, lambda row: str(row.seq))
+
+
+def survey(connection: Connection, survey_id: str) -> Found:
+    """Return a survey by its id. Raises NotFoundError."""
+    seq = survey_row(connection, survey_id).key[0]
+    shown = select(*SURVEY_SHOWN).where(SURVEY.c.seq == seq)
+    return _surveys_shown(connection, connection.execute(shown).all())[0]
+
+
+def _surveys_shown(connection: Connection, rows: Sequence[Row[Any]]) -> list[Found]:
+    shown = surveys_json(connection, [row._mapping for row in rows])
+    return [{**survey, "candidates": json.loads(row.candidates)} for row, survey in zip(rows, shown, strict=True)]
+
+
+_LOOK: Final = (
+    OBSERVATION.c.state, OBSERVATION.c.taken.label("taken_probability"), OBSERVATION.c.looked, OBSERVATION.c.seen,
+)  # fmt: skip
+
+
+def changes(connection: Connection, asked: Asked) -> Part:
+    """Return the changes that persons made, the newest first. Raises LotInputError for the place."""
+    rows = select(*CHANGE_SHOWN)
+    is_asked = (CHANGE.c.edit.is_(None), *_behind(CHANGE.c.seq, replace(asked, newest_first=True)))
+    in_order = rows.where(*is_asked).order_by(CHANGE.c.seq.desc())
+    return _part(connection, in_order, asked, change_json, lambda row: str(row.seq))
+
+
+def stalls(
+    connection: Connection, lot_id: str, asked: Asked, *, row: str | None = None, kind: str | None = None,
+    state: str | None = None,
+) -> Part:  # fmt: skip
+    """Return the stalls of a lot's plan with the last look at each, in the order of the store.
+
+    Args:
+        connection: The store.
+        lot_id: The lot.
+        asked: Which part.
+        row: Letter of a row.
+        kind: Kind of the stalls, "" for normal ones.
+        state: State at the last look.
+
+    Raises:
+        NotFoundError: There is no such lot.
+        LotInputError: The place is none of this list.
+    """
+    lot_row(connection, lot_id)
+    conditions = [in_plan(STALL.c, lot_id), *_behind(STALL.c.key, asked)]
+    if row is not None:
+        conditions.append(STALL.c.label.startswith(f"{row} ", autoescape=True))
+    if kind is not None:
+        conditions.append(STALL.c.kind == kind)
+    if state is not None:
+        conditions.append(OBSERVATION.c.state == state)
+    rows = _with_look(connection, *conditions).order_by(STALL.c.key)
+    found = _rows(connection, rows, asked)
+    items = [shown | _look_of(each) for shown, each in zip(_placed(connection, lot_id, found), found, strict=True)]
+    return _cut(items, found, asked, _key_of)
+
+
+def stall(connection: Connection, stall_id: str) -> Found:
+    """Return a stall by its id, of any layout. Raises NotFoundError."""
+    found = connection.execute(_with_look(connection, STALL.c.id == stall_id)).one_or_none()
+    if found is None:
+        raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
+    (shown,) = _placed(connection, found.lot, [found])
+    return {"lot": found.lot, "begins": found.begins, "ends": found.ends, **shown, **_look_of(found)}
+
+
+def _with_look(connection: Connection, *conditions: ColumnElement[bool]) -> Select[Any]:
+    columns = (*(STALL.c[name] for name in ("key", "id", "lot", "begins", "ends", *LASTING)), SURVEY.c.id.label("by"))
+    joined = STALL.outerjoin(OBSERVATION, is_last_look(connection)).outerjoin(
+        SURVEY, SURVEY.c.seq == OBSERVATION.c.survey
+    )
+    return select(*columns, *_LOOK).select_from(joined).where(*conditions)
+
+
+def _look_of(row: Row[Any]) -> Found:
+    return {
+        "state": row.state,
+        "taken_probability": row.taken_probability,
+        "observed": None if row.looked is None else utc(row.looked),
+        "survey": row.by,
+    }
+
+
+def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: Asked) -> Part:
+    """Return the stalls of a version of a lot's layout as they were in it. Raises NotFoundError, LotInputError."""
+    lot_row(connection, lot_id)
+    is_there = select(LAYOUT.c.version).where(LAYOUT.c.lot == lot_id, LAYOUT.c.version == version)
+    if connection.execute(is_there).scalar() is None:
+        raise NotFoundError(f"layout: there is no version {version}; read the list of the layouts again")
+    columns = (STALL.c[name] for name in ("key", "id", *LASTING))
+    rows = select(*columns).where(in_plan(STALL.c, lot_id, version), *_behind(STALL.c.key, asked))
+    found = _rows(connection, rows.order_by(STALL.c.key), asked)
+    among = {"among": json.dumps([row.key for row in found])}
+    is_former = and_(FORMER.c.lot == lot_id, FORMER.c.ends > version, is_among(FORMER.c.stall))
+    former = connection.execute(select(FORMER).where(is_former).order_by(FORMER.c.ends.desc()), among)
+    were = {row.stall: row for row in former}  # that of the smallest `ends` is last
+    items = _placed(connection, lot_id, [were.get(row.key, row) for row in found])
+    named = [shown | {"id": row.id} for shown, row in zip(items, found, strict=True)]
+    return _cut(named, found, asked, _key_of)
+
+
+def _placed(connection: Connection, lot_id: str, rows: Sequence[Row[Any]]) -> list[Found]:
+    """Return stalls with their places on Earth; a former one has its key for an id."""
+    if not rows:
+        return []
+    places = _on_earth(datum_of(connection, lot_id), [(row.north, row.east) for row in rows])
+    return [
+        {
+            "id": getattr(row, "id", None),
+            **{name: getattr(row, name) for name in LASTING},
+            "row": None if (parts := parts_of(row.label)) is None else parts[0],
+            "latitude": latitude,
+            "longitude": longitude,
+        }
+        for row, (latitude, longitude) in zip(rows, places, strict=True)
+    ]
+
+
+def _on_earth(datum: tuple[float, float], places: Sequence[Sequence[float]]) -> list[list[float]]:
+    """Return places (north, east) of a lot's frame as [latitude, longitude]."""
+    found: list[list[float]] = np.round(on_earth(datum, np.array(places, np.float64).reshape(-1, 2)), _DEGREES).tolist()
+    return found
+
+
+def observations(
+    connection: Connection, asked: Asked, *, lot_id: str | None = None, survey_id: str | None = None,
+    stall_id: str | None = None,
+) -> Part:  # fmt: skip
+    """Return the looks of surveys at stalls, survey by survey: of a lot, of a survey, of a stall, or of two of these.
+
+    Raises NotFoundError, LotInputError.
+    """
+    conditions = list(asked.of)
+    if lot_id is not None:
+        lot_row(connection, lot_id)
+        conditions.append(SURVEY.c.lot == lot_id)
+    if survey_id is not None:
+        conditions.append(SURVEY.c.seq == survey_row(connection, survey_id).key[0])
+    if stall_id is not None:
+        key = connection.execute(select(STALL.c.key).where(STALL.c.id == stall_id)).scalar()
+        if key is None:
+            raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
+        conditions.append(OBSERVATION.c.stall == key)
+    if asked.after is not None:
+        conditions.append(_behind_look(asked))
+    joined = SURVEY.join(OBSERVATION, OBSERVATION.c.survey == SURVEY.c.seq).join(
+        STALL, STALL.c.key == OBSERVATION.c.stall
+    )
+    columns = (SURVEY.c.seq, SURVEY.c.id.label("by"), STALL.c.key, STALL.c.id, STALL.c.label, *_LOOK)
+    survey_order = SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq
+    rows = select(*columns).select_from(joined).where(*conditions).order_by(survey_order, OBSERVATION.c.stall)
+
+    def shown(row: Row[Any]) -> Found:
+        return {
+            "survey": row.by, "stall": row.id, "label": row.label, "state": row.state,
+            "taken_probability": row.taken_probability, "observed": utc(row.looked), "picture_count": row.seen,
+        }  # fmt: skip
+
+    return _part(connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")
+
+
+def _behind_look(asked: Asked) -> ColumnElement[bool]:
+    seq, key = _numbers(asked.after or "", 2)
+    is_later = SURVEY.c.seq < seq if asked.newest_first else SURVEY.c.seq > seq
+    is_from = SURVEY.c.seq <= seq if asked.newest_first else SURVEY.c.seq >= seq  # the index knows where to begin
+    return and_(is_from, is_later | (OBSERVATION.c.stall > key))
+
+
+def _behind(column: ColumnElement[int], asked: Asked) -> list[ColumnElement[bool]]:
+    if asked.after is None:
+        return []
+    (number,) = _numbers(asked.after, 1)
+    return [column < number if asked.newest_first else column > number]
+
+
+def _numbers(text: str, count: int) -> list[int]:
+    parts = text.split(".")
+    if len(parts) != count or not all(p.isascii() and p.isdecimal() and len(p) <= _LONGEST_NUMBER for p in parts):
+        raise _no_place()
+    return [int(part) for part in parts]
+
+
+def _no_place() -> LotInputError:
+    return LotInputError("after", "is no place in this list: write `next` of the part before, or leave it out")
+
+
+def _rows(connection: Connection, rows: Select[Any], asked: Asked) -> Sequence[Row[Any]]:
+    """Return the rows of a part, and one more where another part follows."""
+    return connection.execute(rows.limit(asked.limit + 1)).all()
+
+
+def _part(
+    connection: Connection, rows: Select[Any], asked: Asked, shown: Callable[[Row[Any]], Found],
+    place: Callable[[Row[Any]], str],
+) -> Part:  # fmt: skip
+    found = _rows(connection, rows, asked)
+    return _cut([shown(row) for row in found[: asked.limit]], found, asked, place)
+
+
+def _cut(items: list[Found], rows: Sequence[Row[Any]], asked: Asked, place: Callable[[Row[Any]], str]) -> Part:
+    """Return the items that were asked for, with the place behind the last one where another follows."""
+    return Part(items[: asked.limit], place(rows[asked.limit - 1]) if len(rows) > asked.limit else None)
+
+
+def _key_of(row: Row[Any]) -> str:
+    return str(row.key)

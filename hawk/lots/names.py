@@ -1,0 +1,54 @@
+"""Lots by their name or id, and surveys by their id or its beginning, as a person writes them in a command."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from sqlalchemy import Connection, select
+
+from hawk.lots.schema import LOT
+from hawk.lots.values import NotFoundError, utc
+
+SHOWN: Final = 10
+"""Surveys that an error lists, the newest ones."""
+_BEGINNING: Final = 8
+"""Characters of an id that an error shows: enough to choose one by."""
+
+
+def lot_named(connection: Connection, given: str) -> str:
+    """Return the id of the lot with this id, or this name where no other lot has it. Raises NotFoundError."""
+    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(LOT.c.merged_into.is_(None))).all()
+    found = [row.id for row in rows if given in (row.id, row.name)]
+    if len(found) == 1:
+        return str(found[0])
+    if found:
+        raise NotFoundError(f"LOT: {len(found)} lots are called {given!r}; give the id of one: {', '.join(found)}")
+    names = ", ".join(sorted(repr(row.name) for row in rows)) or "none"
+    raise NotFoundError(f"LOT: no lot is called {given!r}; there are {names}")
+
+
+def chosen_survey(surveys: Sequence[tuple[str, float]], given: str, of: str = "") -> str:
+    """Return the id of the only survey whose id begins with a text. Raises NotFoundError, which lists surveys.
+
+    Args:
+        surveys: Id and end (UTC, Unix seconds) of each, the oldest first.
+        given: The id, or its beginning.
+        of: Words for what has the surveys, as "of this lot".
+    """
+    found = [each for each in surveys if each[0].startswith(given)]
+    if len(found) == 1:
+        return found[0][0]
+    of = f" {of}" if of else ""
+    if found:
+        words = f"{len(found)} surveys{of} begin with {given!r}: write more of the id; they are"
+        raise NotFoundError(f"--survey: {words} {_listed(found, len(given) + _BEGINNING)}")
+    raise NotFoundError(f"--survey: there is no survey {given!r}{of}; {_words(len(surveys))} {_listed(surveys)}")
+
+
+def _words(number: int) -> str:
+    return "there are" if number <= SHOWN else f"the last {SHOWN} of {number} are"
+
+
+def _listed(surveys: Sequence[tuple[str, float]], length: int = _BEGINNING) -> str:
+    return ", ".join(f"{survey[:length]} of {utc(ended)}" for survey, ended in surveys[: -SHOWN - 1 : -1]) or "none"

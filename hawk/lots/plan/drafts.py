@@ -1,0 +1,205 @@
+"""Operations on a plan as pure functions: the stalls that are meant -> the draft of a change.
+
+A draft may still overlap other stalls, stand where none may be, or use another stall's label: `hawk.lots.plan.checks`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hawk.lots.labels import parts_of
+from hawk.lots.plan import geometry
+from hawk.lots.plan.operations import (
+    LENGTHS_M,
+    MOST_STALLS,
+    WIDTHS_M,
+    AddRow,
+    AddStall,
+    Allow,
+    Confirm,
+    DrawZone,
+    EraseZone,
+    Forbid,
+    Move,
+    Operation,
+    Remove,
+    Renumber,
+    SetKind,
+    Split,
+    Turn,
+    Widen,
+)
+from hawk.lots.plan.values import Draft, Floats, PlanStall, Zone, shapes_of
+from hawk.lots.values import LotInputError
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """The facts that drafts need besides the stalls: ``width`` and ``length`` are the lot's usual ones, metres.
+
+    ``zones``: the areas without stalls; ``named``: zones with a name. ``new_id`` returns a UUID that is new.
+    """
+
+    width: float
+    length: float
+    zones: Sequence[Zone]
+    new_id: Callable[[], str]
+    named: Sequence[Zone] = ()
+
+
+def drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) -> Draft:
+    """Return the draft of an operation.
+
+    ``stalls`` are those that it selects; those whose middle is in the box around the outline for `Forbid`. Raises
+    LotInputError.
+    """
+    try:
+        return _drafted(asked, stalls, context)
+    except geometry.ShapeError as error:
+        raise LotInputError(error.field, str(error)) from None
+
+
+def _drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) -> Draft:
+    match asked:
+        case AddStall():
+            shape = geometry.normal(np.array([[asked.north, asked.east, asked.angle, asked.width, asked.length]]))
+            (stall,) = _new(shape, asked.kind, context)
+            return Draft(added=(replace(stall, label=asked.label or ""),), field="north")
+        case AddRow():
+            return Draft(added=_new(_row(asked, context), asked.kind, context), field="front")
+        case Remove():
+            return Draft(ended=tuple(stalls))
+        case Move() | Turn() | Widen():
+            return Draft(changed=_reshaped(stalls, _shapes(asked, shapes_of(stalls))))
+        case SetKind():
+            return Draft(changed=_changed([(stall, replace(stall, kind=asked.kind)) for stall in stalls]))
+        case Confirm():
+            return Draft(changed=_changed([(stall, replace(stall, is_confirmed=True)) for stall in stalls]))
+        case Renumber():
+            return Draft(changed=_renumbered(asked, stalls), field="labels" if asked.labels else "letter")
+        case Split():
+            return _split(stalls[0], asked.parts, context)
+        case Forbid():
+            return _forbidden(asked, stalls, context)
+        case Allow():
+            return Draft(allowed=(_zone(asked.zone, context.zones),))
+        case DrawZone():
+            return _drawn(asked, context)
+        case EraseZone():
+            return Draft(erased=(_zone(asked.zone, context.named),))
+
+
+def _new(shapes: Floats, kind: str, context: Context) -> tuple[PlanStall, ...]:
+    """Return new stalls, which a person has seen where they are."""
+    blank = PlanStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, kind=kind, is_confirmed=True)
+    return tuple(replace(blank.at(shape), id=context.new_id()) for shape in _rounded(shapes))
+
+
+def _row(asked: AddRow, context: Context) -> Floats:
+    start, end = asked.front
+    length = geometry.front_length(start, end)
+    usual = context.length if asked.parallel else context.width / math.cos(asked.lean)
+    count = asked.count or max(1, round(length / (asked.pitch or usual)))
+    if count * (1 + asked.double) > MOST_STALLS:
+        raise LotInputError("count", f"makes {count * (1 + asked.double)} stalls: write one for {MOST_STALLS} or fewer")
+    shapes = geometry.row_shapes(geometry.Row(start, end, asked.far, count, asked.lean, asked.double))
+    width, long = shapes[0, 3:].tolist()
+    if not WIDTHS_M[0] <= width <= WIDTHS_M[1]:
+        raise LotInputError("count", f"makes stalls {width:.2f} m wide: write one for {_span(WIDTHS_M)}")
+    if long > LENGTHS_M[1]:
+        raise LotInputError("far", f"makes stalls {long:.2f} m long: place it for {_span(LENGTHS_M)}, or as two rows")
+    return shapes
+
+
+def _span(limits: tuple[float, float]) -> str:
+    return f"{limits[0]:g} to {limits[1]:g} m"
+
+
+def _shapes(asked: Move | Turn | Widen, shapes: Floats) -> Floats:
+    """Return the shapes (N, 5) after a change of their place or size."""
+    match asked:
+        case Move():
+            moved: Floats = shapes + np.array([asked.north, asked.east, 0.0, 0.0, 0.0])
+            return moved
+        case Turn():
+            return geometry.turned(shapes, asked.by, about_each=asked.about == "each")
+        case Widen():
+            found = shapes.copy()
+            for column, size in ((3, asked.width), (4, asked.length)):
+                if size is not None:
+                    found[:, column] = size
+            if (found[:, 3] > found[:, 4]).any():
+                field = "length" if asked.width is None else "width"
+                raise LotInputError(field, "makes a stall wider than long: turn it by 90° and exchange both")
+            return found
+
+
+def _reshaped(stalls: Sequence[PlanStall], shapes: Floats) -> tuple[tuple[PlanStall, PlanStall], ...]:
+    return _changed([(stall, stall.at(shape)) for stall, shape in zip(stalls, _rounded(shapes), strict=True)])
+
+
+def _rounded(shapes: Floats) -> list[list[float]]:
+    found: list[list[float]] = np.round(shapes, 6).tolist()
+    return found
+
+
+def _changed(pairs: Sequence[tuple[PlanStall, PlanStall]]) -> tuple[tuple[PlanStall, PlanStall], ...]:
+    """Return the pairs of which something changes."""
+    return tuple((old, new) for old, new in pairs if old != new)
+
+
+def _renumbered(asked: Renumber, stalls: Sequence[PlanStall]) -> tuple[tuple[PlanStall, PlanStall], ...]:
+    if asked.labels is None:
+        ordered = list(stalls) if asked.stalls is not None else sorted(stalls, key=lambda stall: _number(stall.label))
+        labels = [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
+    else:
+        ordered, labels = list(stalls), asked.labels
+        if len(labels) != len(stalls):
+            raise LotInputError("labels", f"are {len(labels)} for {len(stalls)} stalls: write one for each")
+    return _changed([(stall, replace(stall, label=label)) for stall, label in zip(ordered, labels, strict=True)])
+
+
+def _number(label: str) -> int:
+    parts = parts_of(label)
+    return 0 if parts is None else parts[1]
+
+
+def _split(stall: PlanStall, count: int, context: Context) -> Draft:
+    shapes = geometry.parts(shapes_of([stall])[0], count)
+    width = float(shapes[0, 3])
+    if width < WIDTHS_M[0]:
+        raise LotInputError("parts", f"are {width:.2f} m wide: write fewer, for {WIDTHS_M[0]:g} m or more")
+    (first,) = _reshaped([stall], shapes[:1])
+    new = _new(shapes[1:], stall.kind, context)
+    return Draft(changed=(first,), added=new, field="parts")
+
+
+def _zone(named: str, zones: Sequence[Zone]) -> Zone:
+    zone = next((each for each in zones if each.id == named), None)
+    if zone is None:
+        raise LotInputError("zone", "is none of this plan: read the plan again")
+    return zone
+
+
+def _ring(asked: Forbid | DrawZone) -> tuple[tuple[float, float], ...]:
+    return tuple(geometry.checked_ring([(round(north, 6), round(east, 6)) for north, east in asked.outline]))
+
+
+def _drawn(asked: DrawZone, context: Context) -> Draft:
+    if any(zone.name == asked.name for zone in context.named):
+        raise LotInputError("name", f"{asked.name} is another zone's: write another one, or erase that zone first")
+    return Draft(drawn=(Zone(context.new_id(), asked.name, _ring(asked), asked.kind),), field="outline")
+
+
+def _forbidden(asked: Forbid, stalls: Sequence[PlanStall], context: Context) -> Draft:
+    outline = _ring(asked)
+    name = " ".join(asked.name.split())
+    if not name.isprintable():
+        raise LotInputError("name", "holds characters that cannot be shown: write it without")
+    inside = geometry.within(outline, shapes_of(stalls)[:, :2])
+    ended = tuple(stall for stall, lies in zip(stalls, inside, strict=True) if lies)
+    return Draft(ended=ended, forbidden=(Zone(context.new_id(), name, outline),), field="outline")

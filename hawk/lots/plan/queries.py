@@ -1,0 +1,225 @@
+"""Plans of lots as they are in the store: the stalls that an operation means, those near them, and their labels."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from sqlalchemy import ColumnElement, Connection, Integer, Select, and_, bindparam, cast, func, select, text
+
+from hawk.lots.labels import parts_of
+from hawk.lots.outlines import ring_of
+from hawk.lots.plan.drafts import Context
+from hawk.lots.plan.operations import (
+    LENGTHS_M,
+    WIDTHS_M,
+    AddRow,
+    AddStall,
+    Allow,
+    DrawZone,
+    EraseZone,
+    Forbid,
+    Operation,
+    Split,
+)
+from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, PlanStall, Zone, shapes_of
+from hawk.lots.rows import is_among
+from hawk.lots.schema import LABEL, STALL, ZONE
+from hawk.lots.values import LotInputError, new_id
+
+_LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
+"""No stall reaches farther from its middle."""
+ROW_M: Final = 30.0
+"""Stalls farther from a new one do not stand in its row: its longest gap is 15 m."""
+USUAL_M: Final = (2.5, 5.0)
+"""Width and length of a stall in a lot that has none."""
+_CELL_M: Final = 50.0
+"""Stalls of one operation that are farther apart are looked around one by one."""
+COLUMNS: Final = ("id", *LASTING, "key", "begins")
+"""Columns of the table of stalls in the order of `PlanStall`."""
+
+
+def in_plan(columns: Any, lot: object, version: int | None = None) -> ColumnElement[bool]:
+    """Return the condition that a stall or zone is of a lot's plan, or of a version of its layout."""
+    is_in = columns.ends.is_(None)
+    if version is not None:
+        is_in = (columns.begins <= version) & (columns.ends.is_(None) | (columns.ends > version))
+    return and_(columns.lot == lot, is_in)
+
+
+def _asked(*conditions: ColumnElement[bool]) -> Select[Any]:
+    return select(*(STALL.c[name] for name in COLUMNS)).where(*conditions).order_by(STALL.c.key)
+
+
+_LOT: Final[Any] = bindparam("lot")
+_PRESENT: Final = in_plan(STALL.c, _LOT)
+_ALL: Final = _asked(_PRESENT)
+_OF_ROW: Final = _asked(_PRESENT, STALL.c.label.like(bindparam("row")))
+_OF_IDS: Final = _asked(_PRESENT, is_among(STALL.c.id))
+_IN_BOX: Final = _asked(
+    _PRESENT,
+    STALL.c.north.between(bindparam("south"), bindparam("north")),
+    STALL.c.east.between(bindparam("west"), bindparam("east")),
+)
+_REACH: Final = (STALL.c.width + STALL.c.length) / 2
+_TOUCHING: Final = _IN_BOX.where(
+    STALL.c.north.between(bindparam("low_north") - _REACH, bindparam("high_north") + _REACH),
+    STALL.c.east.between(bindparam("low_east") - _REACH, bindparam("high_east") + _REACH),
+)
+"""Stalls whose box touches a box, which the index by place finds within `_LARGEST_M`."""
+_ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline).where(in_plan(ZONE.c, _LOT), ZONE.c.kind == NO_STALLS)
+_OWNERS: Final = select(LABEL.c.label, LABEL.c.stall).where(LABEL.c.lot == _LOT, is_among(LABEL.c.label))
+_HIGHEST: Final = select(func.max(cast(func.substr(LABEL.c.label, func.instr(LABEL.c.label, " ") + 1), Integer))).where(
+    LABEL.c.lot == _LOT, LABEL.c.label > bindparam("low"), LABEL.c.label < bindparam("high")
+)
+_MEDIANS: Final = {
+    name: select(STALL.c[name])
+    .where(_PRESENT)
+    .order_by(STALL.c[name])
+    .limit(1)
+    .offset(select(func.count() // 2).select_from(STALL).where(_PRESENT).scalar_subquery())
+    for name in ("width", "length")
+}
+_LETTERS: Final = text(
+    "WITH RECURSIVE found(label) AS ("
+    " SELECT min(label) FROM label WHERE lot = :lot"
+    " UNION ALL"
+    " SELECT (SELECT min(label.label) FROM label WHERE lot = :lot AND label.label >"
+    "   CASE WHEN instr(found.label, ' ') THEN substr(found.label, 1, instr(found.label, ' ') - 1) || '!'"
+    "   ELSE found.label END)"
+    " FROM found WHERE found.label IS NOT NULL)"
+    "SELECT label FROM found WHERE label IS NOT NULL"
+)
+"""One label of each row: after "B 12" the search goes on behind every label that begins with "B ", before "B!"."""
+
+
+def selected(connection: Connection, lot: str, asked: Operation) -> list[PlanStall]:
+    """Return the stalls that an operation means, those of ids in their order. Raises LotInputError."""
+    match asked:
+        case AddStall() | AddRow() | Allow() | DrawZone() | EraseZone():
+            return []
+        case Forbid():
+            return _in_box(connection, lot, np.array(asked.outline), 0.0)
+        case Split():
+            return _by_ids(connection, lot, [asked.stall], "stall")
+    if asked.stalls is not None:
+        return _by_ids(connection, lot, asked.stalls, "stalls")
+    if asked.row is None:
+        found = all_stalls(connection, lot)
+    else:
+        named = _stalls(connection, _OF_ROW, lot=lot, row=f"{asked.row} %")
+        found = [each for each in named if (parts := parts_of(each.label)) is not None and parts[0] == asked.row]
+    if not found:
+        field, words = ("all", "finds none") if asked.row is None else ("row", f"{asked.row} has none")
+        raise LotInputError(field, f"{words}: the plan has no such stall; read the plan again")
+    return found
+
+
+def all_stalls(connection: Connection, lot: str) -> list[PlanStall]:
+    """Return the stalls of a plan."""
+    return _stalls(connection, _ALL, lot=lot)
+
+
+def stalls_in(connection: Connection, lot: str, version: int) -> list[PlanStall]:
+    """Return the stalls of a version of the layout, as they are now."""
+    return _stalls(connection, _asked(in_plan(STALL.c, lot, version)))
+
+
+def around(
+    connection: Connection, lot: str, stalls: Sequence[PlanStall], without: Iterable[int], *, with_rows: bool
+) -> list[PlanStall]:
+    """Return the stalls of the plan that may overlap some stalls, without those of some keys.
+
+    ``with_rows``: those of rows that the stalls may join too.
+    """
+    left_out = set(without)
+    cells: dict[tuple[int, int], list[PlanStall]] = defaultdict(list)
+    for stall in stalls:
+        cells[int(stall.north // _CELL_M), int(stall.east // _CELL_M)].append(stall)
+    near: dict[int, PlanStall] = {}
+    for members in cells.values():
+        shapes = shapes_of(members)
+        own = float((shapes[:, 3] + shapes[:, 4]).max()) / 2
+        look = _in_box if with_rows else _touching
+        near |= {each.key: each for each in look(connection, lot, shapes[:, :2], ROW_M if with_rows else own)}
+    return [stall for key, stall in near.items() if key not in left_out]
+
+
+def zones_of(connection: Connection, lot: str, version: int | None = None) -> list[Zone]:
+    """Return the areas without stalls, of the plan or of a version of the layout."""
+    asked = _ZONES
+    if version is not None:
+        asked = select(*_ZONES.selected_columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind == NO_STALLS)
+    found = connection.execute(asked.order_by(ZONE.c.id), {"lot": lot} if version is None else {})
+    return [Zone(key, name, ring_of(outline)) for key, name, outline in found]
+
+
+def named_zones(connection: Connection, lot: str, version: int | None = None) -> list[Zone]:
+    """Return the zones with a name, by it, of the plan or of a version of the layout."""
+    columns = (ZONE.c.id, ZONE.c.name, ZONE.c.outline, ZONE.c.kind)
+    asked = select(*columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind != NO_STALLS)
+    found = connection.execute(asked.order_by(ZONE.c.name, ZONE.c.id))
+    return [Zone(key, name, ring_of(outline), kind) for key, name, outline, kind in found]
+
+
+def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
+    """Return the facts that the draft of an operation needs besides the stalls."""
+    usual: Mapping[str, float] = {}
+    if isinstance(asked, AddRow) and asked.count is None and asked.pitch is None:
+        name = "length" if asked.parallel else "width"
+        median = connection.execute(_MEDIANS[name], {"lot": lot}).scalar()
+        usual = {} if median is None else {name: float(median)}
+    width, length = usual.get("width", USUAL_M[0]), usual.get("length", USUAL_M[1])
+    named = named_zones(connection, lot) if isinstance(asked, DrawZone | EraseZone) else ()
+    return Context(width, length, zones_of(connection, lot), new_id, named)
+
+
+def highest_of(connection: Connection, lot: str, near: Sequence[PlanStall]) -> dict[str, int]:
+    """Return the letters of all rows that a lot ever had, with the highest number of those rows that are near.
+
+    The number of the others is one that was given.
+    """
+    given = [parts_of(label) for label in connection.execute(_LETTERS, {"lot": lot}).scalars()]
+    highest = {parts[0]: parts[1] for parts in given if parts is not None}
+    for letter in {parts[0] for stall in near if (parts := parts_of(stall.label)) is not None}:
+        number = connection.execute(_HIGHEST, {"lot": lot, "low": f"{letter} ", "high": f"{letter}!"}).scalar()
+        highest[letter] = int(number or 0)
+    return highest
+
+
+def owners_of(connection: Connection, lot: str, labels: Sequence[str]) -> dict[str, str]:
+    """Return label -> id of the stall whose it is or was, of those labels that were given."""
+    rows = connection.execute(_OWNERS, {"lot": lot, "among": json.dumps(labels)})
+    return {str(row.label): str(row.stall) for row in rows}
+
+
+def _stalls(connection: Connection, asked: Select[Any], **values: object) -> list[PlanStall]:
+    return [PlanStall(*row) for row in connection.execute(asked, values)]
+
+
+def _in_box(connection: Connection, lot: str, places: Floats, margin: float) -> list[PlanStall]:
+    """Return the stalls of the plan whose middle is in the box around places (N, 2), or nearer than a margin."""
+    (south, west), (north, east) = (places.min(axis=0) - margin).tolist(), (places.max(axis=0) + margin).tolist()
+    return _stalls(connection, _IN_BOX, lot=lot, south=south, north=north, west=west, east=east)
+
+
+def _touching(connection: Connection, lot: str, places: Floats, reach: float) -> list[PlanStall]:
+    """Return the stalls of the plan that may touch stalls at places (N, 2) which reach so far from their middles."""
+    low_north, low_east = (places.min(axis=0) - reach).tolist()
+    high_north, high_east = (places.max(axis=0) + reach).tolist()
+    box = {"low_north": low_north, "high_north": high_north, "low_east": low_east, "high_east": high_east}
+    coarse = {"south": low_north - _LARGEST_M, "north": high_north + _LARGEST_M}
+    coarse |= {"west": low_east - _LARGEST_M, "east": high_east + _LARGEST_M}
+    return _stalls(connection, _TOUCHING, lot=lot, **box, **coarse)
+
+
+def _by_ids(connection: Connection, lot: str, ids: Sequence[str], field: str) -> list[PlanStall]:
+    found = {stall.id: stall for stall in _stalls(connection, _OF_IDS, lot=lot, among=json.dumps(ids))}
+    for number, each in enumerate(ids):
+        if each not in found:
+            place = field if field == "stall" else f"{field}[{number}]"
+            raise LotInputError(place, "is no stall of this plan: read the plan again")
+    return [found[each] for each in ids]

@@ -1,0 +1,138 @@
+"""Previews of imports: the change that a file would make, kept in memory until it is taken. Nothing is written."""
+
+from __future__ import annotations
+
+import math
+import secrets
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from sqlalchemy import Connection
+
+from hawk.lots.plan.queries import all_stalls, owners_of, zones_of
+from hawk.lots.plan.revisions import revision_of
+from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan_files.values import MOST_LEFT_OUT, LeftOut, PlanFile
+from hawk.lots.plan_import.choices import ImportAsked
+from hawk.lots.plan_import.match import Matched, matched
+from hawk.lots.plan_import.placement import Placement, placed, shapes_after
+from hawk.lots.values import LotStoreError, Register, new_id
+
+LONGEST_S: Final = 30 * 60.0
+"""Seconds that a preview is kept."""
+MOST: Final = 4
+"""Previews that are kept: each of 20,000 stalls takes some 20 MB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preview:
+    """An import that was not taken yet. ``lot``: None for a new one; ``revision``: of its plan at the preview."""
+
+    lot: str | None
+    revision: int
+    file: str
+    placement: Placement
+    matched: Matched = field(repr=False)
+    plan: PlanFile = field(repr=False)
+
+
+def new_token() -> str:
+    """Return a token that nobody guesses."""
+    return secrets.token_hex(16)
+
+
+class Previews:
+    """Keeps the newest previews by their tokens. It belongs to one thread."""
+
+    def __init__(self) -> None:
+        """Keep none yet."""
+        self._kept: OrderedDict[str, tuple[float, Preview]] = OrderedDict()
+
+    def keep(self, token: str, preview: Preview, now: float) -> None:
+        """Keep a preview; the oldest one goes."""
+        self._kept[token] = (now, preview)
+        while len(self._kept) > MOST:
+            self._kept.popitem(last=False)
+
+    def of(self, token: str, lot: str | None, now: float) -> Preview:
+        """Return a preview of a lot. Raises LotStoreError for one that is gone."""
+        made, preview = self._kept.get(token, (-math.inf, None))
+        if preview is None or preview.lot != lot or not 0 <= now - made <= LONGEST_S:
+            raise LotStoreError("import: the preview is gone: send the file again")
+        return preview
+
+    def drop(self, token: str) -> None:
+        """Forget a preview that was taken."""
+        self._kept.pop(token, None)
+
+
+def preview(
+    connection: Connection, lot: str | None, plan: PlanFile, asked: ImportAsked, register: Register | None
+) -> Preview:
+    """Return the import of a plan into a lot; None: into a new one. Raises LotInputError."""
+    placement = placed(connection, lot, plan, asked.pins, register)
+    shapes = shapes_after(plan.shapes(), placement.move)
+    present: list[PlanStall] = [] if lot is None else all_stalls(connection, lot)
+    zones = [] if lot is None else zones_of(connection, lot)
+    change = matched(
+        plan.stalls, shapes, present, zones,
+        lambda labels: {} if lot is None else owners_of(connection, lot, labels),
+        asked.choices, new_id,
+    )  # fmt: skip
+    revision = 0 if lot is None else revision_of(connection, lot)
+    return Preview(lot, revision, asked.name, placement, change, plan)
+
+
+def preview_json(found: Preview, token: str) -> dict[str, Any]:
+    """Return a preview as JSON values: what begins, stays and ends, in the lot's frame, and what is left out."""
+    draft, plan = found.matched.draft, found.plan
+    left_out = [*found.matched.left_out, *plan.left_out]
+    same = len(plan.stalls) - len(found.matched.left_out) - len(draft.added) - len(draft.changed)
+    return {
+        "token": token,
+        "lot": found.lot,
+        "file": found.file,
+        "format": plan.format,
+        "crs": plan.crs,
+        "datum": list(found.placement.datum),
+        "placed": _placed_json(found),
+        "begin": [_shape_json(stall) | {"label": stall.label, "kind": stall.kind} for stall in draft.added],
+        "stay": [
+            {"id": new.id, **_shape_json(new), "label": new.label, "kind": new.kind, "former": old.label}
+            for old, new in draft.changed
+        ],
+        "same": same,
+        "end": [{"id": stall.id, **_shape_json(stall), "label": stall.label} for stall in draft.ended],
+        "left_out": _named(left_out),
+        "left_out_count": plan.left_out_count + len(found.matched.left_out),
+        "clashes": _named(found.matched.clashes),
+        "clash_count": len(found.matched.clashes),
+        "renamed": [{"label": old, "to": new} for old, new in found.matched.renamed[:MOST_LEFT_OUT]],
+        "layers": [{"name": name, "outlines": count} for name, count in plan.layers],
+    }
+
+
+def _placed_json(found: Preview) -> dict[str, Any]:
+    place = found.placement
+    return {
+        "by": place.by,
+        "on": place.on,
+        "is_certain": not place.doubt,
+        "doubt": place.doubt,
+        "north": round(place.shift.north, 3),
+        "east": round(place.shift.east, 3),
+        "turn": round(math.degrees(place.shift.turn), 4),
+        "residual": round(place.residual, 3),
+        "accuracy": found.plan.accuracy,
+    }
+
+
+def _shape_json(stall: PlanStall) -> dict[str, Any]:
+    names = ("north", "east", "angle", "width", "length")
+    return {name: round(value, 4) for name, value in zip(names, stall.shape, strict=True)}
+
+
+def _named(left_out: Sequence[LeftOut]) -> list[dict[str, str]]:
+    return [{"name": each.name, "reason": each.reason} for each in left_out[:MOST_LEFT_OUT]]

@@ -1,0 +1,99 @@
+"""Takes a previewed plan: as one operation of the open edit of a lot, or as the first layout of a new lot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any, Final
+
+import numpy as np
+from shapely import MultiPoint
+from sqlalchemy import Connection
+
+from hawk.lots import change_log
+from hawk.lots.change_log import Change
+from hawk.lots.ingest import lot_places
+from hawk.lots.operations import label_row, layout_row, stall_row
+from hawk.lots.outlines import outline_json
+from hawk.lots.plan import edits
+from hawk.lots.plan.edits import checked
+from hawk.lots.plan.revisions import revision_of
+from hawk.lots.plan.steps import next_key
+from hawk.lots.plan.values import SHAPE, Draft, shapes_of
+from hawk.lots.plan_import.previews import Preview
+from hawk.lots.registration.georeference import ring_on_earth
+from hawk.lots.registration.lot_match import Answer, which_lot
+from hawk.lots.registration.survey_place import ABOUT_M
+from hawk.lots.rows import Row
+from hawk.lots.schema import LOT
+from hawk.lots.values import LotInputError, LotStoreError, check_fields, checked_name, new_id
+from hawk.model.plans import Outline
+
+KIND: Final = "import"
+"""Name of the operation among the steps of an edit, and kind of the change that makes a lot."""
+
+
+def take(connection: Connection, preview: Preview, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Take a plan within the open ``edit``; return the stalls that changed, as `editing.do` does.
+
+    ``uncertain``: true where it is to be taken although its place is not certain. Raises LotInputError, NotFoundError
+    and LotStoreError; nothing is written then.
+    """
+    assert preview.lot is not None  # noqa: S101 - a preview of a new lot is made by `begin`
+    edit = edits.held(connection, preview.lot, asked, now, ("edit", "uncertain"))
+    _check(preview, asked)
+    if revision_of(connection, preview.lot) != preview.revision:
+        raise LotStoreError("import: the plan was changed since the preview: send the file again")
+    return edits.done(connection, edit, KIND, preview.matched.draft, now)
+
+
+def _check(preview: Preview, asked: Mapping[str, Any]) -> None:
+    is_uncertain = asked.get("uncertain", False)
+    if not isinstance(is_uncertain, bool):
+        raise LotInputError("uncertain", "must be true or false")
+    if preview.placement.doubt and not is_uncertain:
+        words = f"must be true: it is not certain where the plan lies ({preview.placement.doubt}); look at the preview"
+        raise LotInputError("uncertain", words)
+    clashes = preview.matched.clashes
+    if clashes:
+        more = f", and {len(clashes) - 1} more" if len(clashes) > 1 else ""
+        raise LotInputError("rename", f"is needed: {clashes[0].name}: {clashes[0].reason}{more}")
+
+
+def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], who: str, now: float) -> dict[str, Any]:
+    """Make a lot called ``name`` of a plan, its first layout; return the change, which is undone once.
+
+    Raises LotInputError for a plan on the ground of another lot.
+    """
+    check_fields(asked, ("name",))
+    name = checked_name(asked.get("name"))
+    _check(preview, asked)
+    draft = preview.matched.draft
+    outline = _outline(draft, preview.placement.datum)
+    decision = which_lot(outline, lot_places(connection))
+    if decision.answer is Answer.KNOWN or any(each.overlap > 0 for each in decision.candidates):
+        raise LotInputError("lot", "is there already on the ground of this plan: import it into that lot")
+    lot = new_id()
+    stalls = checked(connection, lot, draft, ()).added
+    latitude, longitude = preview.placement.datum
+    place = {"latitude": latitude, "longitude": longitude, "datum_is_pinned": True, "outline": outline_json(outline)}
+    rows = [
+        Row(LOT.name, (lot,), {"id": lot, "name": name, **place, "merged_into": None, "made": now}),
+        layout_row(lot, 1, f"imported from {preview.file}", who, now),
+    ]
+    rows += [
+        stall_row(
+            key, lot, stall.label, {name: getattr(stall, name) for name in SHAPE}, stall=stall.id, kind=stall.kind,
+            is_confirmed=stall.is_confirmed,
+        )
+        for key, stall in enumerate(stalls, next_key(connection))
+    ]  # fmt: skip
+    rows += [label_row(lot, stall.label, stall.id) for stall in stalls]
+    return {**asdict(change_log.write(connection, Change(KIND, lot, tuple(rows)), who, now)), "stalls": len(stalls)}
+
+
+def _outline(draft: Draft, datum: tuple[float, float]) -> Outline:
+    """Return the ground about the stalls of a plan, WGS-84."""
+    places = shapes_of(draft.added)[:, :2]
+    ring = np.array(MultiPoint(places).convex_hull.buffer(ABOUT_M, quad_segs=4).exterior.coords[:-1])
+    return Outline((ring_on_earth(datum, ring),))

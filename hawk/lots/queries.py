@@ -1,0 +1,221 @@
+"""Lots and surveys as JSON values, and their rows by their ids."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any, Final
+
+import numpy as np
+from sqlalchemy import Connection, RowMapping, func, select
+from sqlalchemy import Row as SqlRow
+
+from hawk.lots.change_detection import proposals
+from hawk.lots.change_detection.comparison import newest_registered
+from hawk.lots.outlines import outline_of
+from hawk.lots.plan import revisions, serialize
+from hawk.lots.plan.queries import all_stalls
+from hawk.lots.plan.values import shapes_of
+from hawk.lots.registration.survey_place import (
+    Doubt,
+    Findings,
+    datum_of,
+    move_of,
+)
+from hawk.lots.rows import Row, row_of
+from hawk.lots.schema import CHANGE, LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.storage.database import version_of
+from hawk.lots.storage.digests import check_whole
+from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.order import is_last_look, is_sure, newest_first
+from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
+from hawk.lots.values import (
+    NotFoundError,
+    Placed,
+    utc,
+)
+
+_Shown = Mapping[str, Any] | RowMapping
+CHANGES_SHOWN: Final = 20
+"""Newest changes that are listed."""
+_SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program")
+_MORE: Final = ("latitude", "longitude", "north", "east", "turn", "doubt", "began", "ended", "candidates")
+SURVEY_SHOWN: Final = (
+    *(SURVEY.c[name] for name in (*_SHOWN, *_MORE, *SOURCE_COLUMNS)), is_sure().label("time_is_sure"),
+)  # fmt: skip
+"""Columns of a survey that are shown."""
+
+
+def lots(connection: Connection) -> dict[str, Any]:
+    """Return every lot that was not merged into another one, the surveys that wait for an answer, and the changes."""
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    shown = [lot_json(connection, row) for row in rows]
+    known = {lot["id"] for lot in shown}
+    asked = connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings().all()
+    waiting = [
+        {**survey, "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]}
+        for row, survey in zip(asked, surveys_json(connection, asked), strict=True)
+    ]
+    return {"lots": shown, "undecided": waiting, "changes": _changes(connection)}
+
+
+def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
+    """Return a lot with its outline, its surveys in their order, and its stalls with the last look at each.
+
+    ``zones``: areas without stalls; ``named_zones``: those that statistics count; ``layouts``: the versions of the
+    layout; ``edit``: who edits the plan, whose ``revision`` rises with every change. ``newest_registered`` says how
+    that survey differs from the layout. Nothing follows from it without a person.
+
+    Raises NotFoundError.
+    """
+    row = lot_row(connection, lot_id).values
+    assert row is not None  # noqa: S101 - it is there
+    surveys = (
+        connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings().all()
+    )
+    looks = _last_looks(connection, lot_id)
+    unseen = {"state": None, "taken_probability": None, "looked": None}
+    return {
+        **lot_json(connection, row),
+        **lot_place_json(connection, row),
+        "surveys": surveys_json(connection, surveys),
+        "stalls": [
+            {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
+            | {"width": stall.width, "length": stall.length, "kind": stall.kind, "is_confirmed": stall.is_confirmed}
+            | looks.get(stall.key, unseen)
+            for stall in all_stalls(connection, lot_id)
+        ],
+        **serialize.all_zones_json(connection, lot_id),
+        "layouts": serialize.layouts_json(connection, lot_id),
+        "newest_registered": newest_registered(connection, lot_id),
+    }
+
+
+def places(connection: Connection, survey_id: str) -> dict[str, Any]:
+    """Return where a survey in doubt may lie: the stalls of its lot, and its own at each place, in the lot's frame.
+
+    A stall is [north, east, angle, width, length]. Raises NotFoundError.
+    """
+    survey = survey_row(connection, survey_id)
+    assert survey.values is not None  # noqa: S101 - it is there
+    doubt, lot_id = Doubt.read(survey.values["doubt"]), survey.values["lot"]
+    if doubt is None or lot_id is None:
+        raise NotFoundError("survey: has no places to choose from; reload the list")
+    seen = [stall for stall in Findings.stored(survey.values).stalls if stall.is_witness]
+    shown = [np.round(shapes_of(move_of(place).stalls(seen)), 3).tolist() for place in doubt.places]
+    known = np.round(shapes_of(all_stalls(connection, lot_id)), 3).tolist()
+    return {"survey": survey_id, "lot": lot_id, "known": known, "places": [{"stalls": stalls} for stalls in shown]}
+
+
+def plan(connection: Connection, lot_id: str, since: int | None = None, layout: int | None = None) -> dict[str, Any]:
+    """Return the plan of a lot: all, those stalls that changed since a revision, or that of a layout.
+
+    Raises NotFoundError.
+    """
+    lot_row(connection, lot_id)
+    return (
+        serialize.plan(connection, lot_id, since) if layout is None else serialize.plan_of(connection, lot_id, layout)
+    )
+
+
+def proposed(connection: Connection, lot_id: str) -> dict[str, Any]:
+    """Return what the newest surveys propose to change of a lot's layout. Raises NotFoundError."""
+    lot_row(connection, lot_id)
+    return proposals.changes_json(connection, lot_id)
+
+
+def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
+    """Return id and name of the lot of each survey that has one, by the name of the survey's journal."""
+    rows = connection.execute(
+        select(SURVEY.c.origin, LOT.c.id, LOT.c.name).join(LOT, SURVEY.c.lot == LOT.c.id).order_by(SURVEY.c.seq)
+    )
+    return {origin.partition(" ")[0]: {"id": lot, "name": name} for origin, lot, name in rows}
+
+
+def survey_row(connection: Connection, survey_id: str) -> Row:
+    """Return a survey by its id. Raises NotFoundError."""
+    found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()
+    check_whole(connection, "survey", found, "survey", version_of(connection))
+    if found is None:
+        raise NotFoundError("survey: there is none with this id; reload the list")
+    return row_of(connection, SURVEY.name, (found,))
+
+
+def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
+    """Return a lot that was not merged into another one. Raises NotFoundError."""
+    known = lot_id if lot_id.isascii() else ""  # SQLite takes no half character
+    check_whole(connection, "lot", known, field, version_of(connection))
+    found = row_of(connection, LOT.name, (known,))
+    if found.values is None or found.values["merged_into"] is not None:
+        raise NotFoundError(f"{field}: there is no lot with this id; reload the list")
+    return found
+
+
+def lot_json(connection: Connection, row: _Shown) -> dict[str, Any]:
+    """Return a lot of the table with its numbers of stalls and surveys, and the newest survey."""
+    of_lot = SURVEY.c.lot == row["id"]
+    surveys = connection.execute(select(func.count()).select_from(SURVEY).where(of_lot)).scalar_one()
+    last = connection.execute(select(*SURVEY_SHOWN).where(of_lot).order_by(*newest_first()).limit(1)).mappings().first()
+    present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
+    stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
+    return {
+        "id": row["id"],
+        "name": row["name"],
+        "stalls": stalls,
+        "survey_count": surveys,
+        "last_survey": None if last is None else surveys_json(connection, [last])[0],
+    }
+
+
+def surveys_json(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
+    """Return surveys, rows of `SURVEY_SHOWN`, each with its counts."""
+    return [_survey_json(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+
+
+def _survey_json(row: _Shown) -> dict[str, Any]:
+    shown = {name: row[name] for name in _SHOWN}
+    doubt = Doubt.read(row["doubt"])
+    is_placed = row["north"] is not None
+    shown["datum"] = [row["latitude"], row["longitude"]]
+    shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
+    shown["doubt"] = None if doubt is None else asdict(doubt)
+    shown |= {"began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+    return {**shown, **source_json(row)}
+
+
+def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]]:
+    """Return the look of the newest survey at each stall of a lot, by the stall's key."""
+    joined = STALL.join(OBSERVATION, is_last_look(connection))
+    asked = select(OBSERVATION).select_from(joined).where(STALL.c.lot == lot_id)
+    rows = connection.execute(asked).mappings()
+    return {
+        row["stall"]: {"state": row["state"], "taken_probability": row["taken"], "looked": utc(row["looked"])}
+        for row in rows
+    }
+
+
+def _changes(connection: Connection) -> list[dict[str, Any]]:
+    newest = select(*CHANGE_SHOWN).where(CHANGE.c.edit.is_(None)).order_by(CHANGE.c.seq.desc()).limit(CHANGES_SHOWN)
+    return [change_json(row) for row in connection.execute(newest)]
+
+
+CHANGE_SHOWN: Final = tuple(CHANGE.c[name] for name in ("seq", "kind", "who", "made", "undone"))
+"""Columns of a change that are shown."""
+
+
+def change_json(row: SqlRow[Any]) -> dict[str, Any]:
+    """Return a change, a row of `CHANGE_SHOWN`."""
+    undone = None if row.undone is None else utc(row.undone)
+    return {"seq": row.seq, "kind": row.kind, "who": row.who, "made": utc(row.made), "undone": undone}
+
+
+def lot_place_json(connection: Connection, row: _Shown) -> dict[str, Any]:
+    """Return where a lot of the table is on Earth, and who edits its plan."""
+    return {
+        "datum": list(datum_of(connection, row["id"])),
+        "datum_is_pinned": row["datum_is_pinned"],
+        "outline": [[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
+        "edit": serialize.edit_json(connection, row["id"]),
+        "revision": revisions.revision_of(connection, row["id"]),
+    }

@@ -1,0 +1,1 @@
+"""Places of surveys: on Earth, in a lot, and among its stalls."""

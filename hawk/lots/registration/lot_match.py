@@ -1,0 +1,97 @@
+"""Which lot is it? By place alone: the outline of a survey against the outlines of the known lots.
+
+All is judged in metres about the survey, so that neither latitude nor the date line matters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from shapely.geometry.base import BaseGeometry
+
+from hawk.lots.registration.georeference import ground_about, shared_area
+from hawk.model.plans import Outline
+
+SAME_SHARE: Final = 0.30
+"""Overlap from which a lot is meant, of the smaller of both areas: half of a lot is that lot."""
+NEAR_M: Final = 300.0
+"""A lot nearer than this may be meant although nothing overlaps: GNSS and outlines err."""
+_LEAST_M2: Final = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Parcel:
+    """A known lot and its outline, WGS-84."""
+
+    id: str
+    outline: Outline
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A lot that may be meant: ``overlap`` of the smaller area, 0 to 1, and ``distance`` between both, metres."""
+
+    lot: str
+    overlap: float
+    distance: float
+
+
+class Answer(StrEnum):
+    """Answer to "which lot is it?"."""
+
+    KNOWN = "known"
+    NEW = "new"
+    ASK = "ask"
+    NOTHING = "nothing"
+    """The survey has no ground that could be anywhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """``candidates``, the best first: the lot for KNOWN, those to choose from for ASK, else none."""
+
+    answer: Answer
+    candidates: tuple[Candidate, ...] = ()
+
+    @property
+    def lot(self) -> str | None:
+        """The known lot."""
+        return self.candidates[0].lot if self.answer is Answer.KNOWN else None
+
+
+def which_lot(outline: Outline, lots: Sequence[Parcel]) -> Decision:
+    """Return the lot that a survey's outline means.
+
+    One lot that overlaps by `SAME_SHARE` is it; two are a question. Without one, a lot within `NEAR_M` is a question,
+    and else the lot is a new one.
+    """
+    corners = [corner for ring in outline.polygons for corner in ring]
+    centre = corners[0] if corners else (0.0, 0.0)
+    ground = ground_about(centre, outline)
+    if ground.area < _LEAST_M2:
+        return Decision(Answer.NOTHING)
+    near = sorted(
+        (found for lot in lots if (found := _candidate(centre, ground, lot)) is not None),
+        key=lambda found: (-found.overlap, found.distance, found.lot),
+    )
+    same = tuple(found for found in near if found.overlap >= SAME_SHARE)
+    if len(same) == 1:
+        return Decision(Answer.KNOWN, same)
+    if candidates := same or tuple(near):
+        return Decision(Answer.ASK, candidates)
+    return Decision(Answer.NEW)
+
+
+def _candidate(centre: tuple[float, float], ground: BaseGeometry, lot: Parcel) -> Candidate | None:
+    """Return how near a lot is; None beyond `NEAR_M`."""
+    other = ground_about(centre, lot.outline)
+    if other.is_empty:
+        return None
+    distance = float(ground.distance(other))
+    if distance >= NEAR_M:
+        return None
+    smaller = max(min(ground.area, other.area), _LEAST_M2)
+    return Candidate(lot.id, min(1.0, shared_area(ground, other) / smaller), distance)

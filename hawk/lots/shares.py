@@ -1,0 +1,92 @@
+"""Links by which others read one lot: each ends at a time, and can be taken back before.
+
+A link holds a random token of 128 bits; the store keeps its SHA-256 alone, so that a copy of the store opens nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import secrets
+from collections.abc import Mapping
+from typing import Any, Final
+
+from sqlalchemy import Connection, RowMapping, insert, select, update
+
+from hawk.lots.queries import lot_row
+from hawk.lots.schema import LOT, SHARE
+from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, new_id, utc
+
+TOKEN_BYTES: Final = 16
+DAY_S: Final = 86_400.0
+LONGEST_DAYS: Final = 366
+"""Days that a link opens at most."""
+LARGEST: Final = 50
+"""Open links of a lot at most."""
+
+
+def share(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+    """Make a link to a lot for ``days``; return it with its ``token``, which is not kept.
+
+    Raises LotInputError, NotFoundError, and LotStoreError with too many open links.
+    """
+    days = _days(asked.get("days"))
+    lot_row(connection, lot)
+    if sum(row["open"] for row in shares(connection, lot, now)["shares"]) >= LARGEST:
+        raise LotStoreError(f"shares: this lot has {LARGEST} open links; take one back first")
+    token = secrets.token_urlsafe(TOKEN_BYTES)
+    row = {"id": new_id(), "lot": lot, "digest": _digest(token), "made": now, "ends": now + days * DAY_S}
+    connection.execute(insert(SHARE).values(row))
+    return {"id": row["id"], "token": token, "ends": utc(now + days * DAY_S)}
+
+
+def shares(connection: Connection, lot: str, now: float) -> dict[str, Any]:
+    """Return the links of a lot, the newest first. Raises NotFoundError."""
+    lot_row(connection, lot)
+    rows = connection.execute(select(SHARE).where(SHARE.c.lot == lot).order_by(SHARE.c.made.desc())).mappings()
+    return {"shares": [_shown(row, now) for row in rows]}
+
+
+def take_back(connection: Connection, share_id: str, now: float) -> dict[str, Any]:
+    """Let a link open nothing from now on; one that was taken back stays so. Raises NotFoundError."""
+    found = connection.execute(select(SHARE).where(SHARE.c.id == share_id)).mappings().one_or_none()
+    if found is None:
+        raise NotFoundError("share: there is no link with this id; reload the list")
+    if found["taken_back"] is None:
+        connection.execute(update(SHARE).where(SHARE.c.id == share_id).values(taken_back=now))
+    return {"id": share_id, "taken_back": True}
+
+
+def lot_of(connection: Connection, token: str, now: float) -> str | None:
+    """Return the lot that a link's token opens now; None for one that is unknown, has ended, or was taken back."""
+    found = connection.execute(
+        select(SHARE.c.lot)
+        .join(LOT, LOT.c.id == SHARE.c.lot)
+        .where(SHARE.c.digest == _digest(token), SHARE.c.ends > now, SHARE.c.taken_back.is_(None))
+        .where(LOT.c.merged_into.is_(None))
+    ).scalar()
+    return None if found is None else str(found)
+
+
+def was_link(connection: Connection, token: str) -> bool:
+    """Return True for a token that opens a lot or has opened one: it was made here, and is no guess."""
+    return connection.execute(select(SHARE.c.id).where(SHARE.c.digest == _digest(token))).first() is not None
+
+
+def _days(given: object) -> float:
+    is_number = isinstance(given, int | float) and not isinstance(given, bool)
+    days = float(given) if is_number else math.nan  # type: ignore[arg-type]
+    if not 0 < days <= LONGEST_DAYS:
+        raise LotInputError("days", f"must be a number of days above 0 and at most {LONGEST_DAYS}, not {given!r:.40}")
+    return days
+
+
+def _shown(row: RowMapping, now: float) -> dict[str, Any]:
+    is_open = row["taken_back"] is None and row["ends"] > now
+    return {"id": row["id"], "made": utc(row["made"]), "ends": utc(row["ends"]), "open": is_open} | {
+        "taken_back": None if row["taken_back"] is None else utc(row["taken_back"])
+    }
+
+
+def _digest(token: str) -> str:
+    return hashlib.sha256(token.encode("utf-8", "replace")).hexdigest()

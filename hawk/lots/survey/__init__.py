@@ -1,0 +1,1 @@
+"""Surveys as the store keeps them: their source, moment, order, observations, counts and pictures."""

@@ -1,0 +1,109 @@
+"""Order of surveys by the time at which they were taken: pictures of an earlier day may be stored later.
+
+A landing follows the landings before it, whatever its clock says; its time counts where it is sure. Pictures whose time
+is not sure, or later than now, come before all others: none of them is the last survey while another one is there.
+Surveys of one time are in the order in which they were stored. `hawk.lots.survey.moments` is the same without a store.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from sqlalchemy import (
+    ColumnElement,
+    Connection,
+    FromClause,
+    ScalarSelect,
+    and_,
+    case,
+    exists,
+    func,
+    or_,
+    select,
+)
+
+from hawk.lots.schema import OBSERVATION, STALL, SURVEY
+from hawk.lots.survey import moments
+from hawk.lots.survey.source import SurveyKind
+
+_LOOK: Final = OBSERVATION.alias()
+_LOOKED: Final = SURVEY.alias()
+
+
+def has_been(survey: FromClause = SURVEY) -> ColumnElement[bool]:
+    """Return whether a survey's time is not later than now by the clock of the store's connection."""
+    found: ColumnElement[bool] = moments.has_been(survey.c.ended, func.hawk_now())
+    return found
+
+
+def is_sure(survey: FromClause = SURVEY) -> ColumnElement[bool]:
+    """Return whether a survey's time is sure.
+
+    A landing's was compared when it landed (`hawk.lots.survey.landing.at_landing`): the clock here may be wrong.
+    """
+    return and_(survey.c.time_is_sure, or_(has_been(survey), survey.c.kind == SurveyKind.FLOWN.value))
+
+
+def now_of(connection: Connection) -> float:
+    """Return now by the clock of the store's connection, Unix seconds."""
+    return float(connection.execute(select(func.hawk_now())).scalar_one())
+
+
+def is_ordered(survey: FromClause = SURVEY) -> ColumnElement[bool]:
+    """Return whether it is known which surveys a survey follows: by its sure time, or as a landing."""
+    return or_(is_sure(survey), survey.c.kind == SurveyKind.FLOWN.value)
+
+
+def taken_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
+    """Return when a survey was taken, Unix seconds: of a landing without a sure time that of the one before it.
+
+    Pictures whose time is later than now have 0.
+    """
+    before = SURVEY.alias()
+    is_before = before.c.time_is_sure & (before.c.kind == SurveyKind.FLOWN.value) & (before.c.seq < survey.c.seq)
+    earlier = select(func.max(before.c.ended)).where(is_before, before.c.lot == survey.c.lot)
+    is_picture = survey.c.kind == SurveyKind.PICTURE.value
+    return case(
+        (is_sure(survey), survey.c.ended),
+        (and_(is_picture, has_been(survey)), survey.c.ended),
+        (is_picture, 0.0),
+        else_=func.coalesce(earlier.correlate(survey).scalar_subquery(), 0.0),
+    )
+
+
+def newest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
+    """Return the order of surveys with the last one first."""
+    return is_ordered(survey).desc(), taken_at(survey).desc(), survey.c.seq.desc()
+
+
+def oldest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
+    """Return the order of surveys with the last one at the end."""
+    return is_ordered(survey), taken_at(survey), survey.c.seq
+
+
+def last_of(lot: ColumnElement[Any]) -> ScalarSelect[Any]:
+    """Return the number of the last survey of a lot, correlated with the table of ``lot``."""
+    each = SURVEY.alias()
+    asked = select(each.c.seq).where(each.c.lot == lot).order_by(*newest_first(each)).limit(1)
+    return asked.correlate(lot.table).scalar_subquery()
+
+
+def is_last_look(connection: Connection) -> ColumnElement[bool]:
+    """Return the condition that a row of `OBSERVATION` is the last look at its row of `STALL`: that of a join."""
+    is_of = OBSERVATION.c.stall == STALL.c.key
+    return and_(is_of, OBSERVATION.c.survey == _newest_look(connection, STALL.c.key))
+
+
+def _newest_look(connection: Connection, stall: ColumnElement[Any]) -> ScalarSelect[Any]:
+    """Return the number of the last survey that looked at a stall, correlated with the table of ``stall``.
+
+    Without pictures in the store it is the greatest number, by the index: a thousand surveys cost no more than one.
+    """
+    looks = select(_LOOK.c.survey).where(_LOOK.c.stall == stall)
+    has_pictures = select(exists().where(SURVEY.c.kind == SurveyKind.PICTURE.value))
+    if connection.execute(has_pictures).scalar():
+        of = looks.join(_LOOKED, _LOOKED.c.seq == _LOOK.c.survey)
+        asked = of.order_by(*newest_first(_LOOKED)).limit(1)
+    else:
+        asked = looks.with_only_columns(func.max(_LOOK.c.survey))
+    return asked.correlate(stall.table).scalar_subquery()

@@ -1,0 +1,145 @@
+"""Pictures of surveys: the mosaic of each as it was at the landing, in a folder beside the lots' store.
+
+A picture serves a person who corrects a plan, and a network that learns from it; nothing that is counted needs one. So
+they are files, the newest of each lot are kept, and a backup has none.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import zipfile
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection, select
+
+from hawk.lots.schema import SURVEY
+from hawk.lots.values import LotStoreError
+from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, EncodedTile, TileKey
+from hawk.model.tile_picture import decode_picture
+
+KEPT: Final = 12
+"""Surveys of a lot whose pictures are kept: a lot of one hectare takes half a megabyte each."""
+_SUFFIX: Final = ".zip"
+_UNFINISHED: Final = ".part"
+_NAME: Final = re.compile(r"(-?\d{1,6})_(-?\d{1,6})\.jpg")
+_LARGEST_TILE: Final = 1 << 20
+"""Bytes; a tile of 256 x 256 pixels is never as large."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A picture of ground, north up, `CELL_M` metres a pixel.
+
+    ``image`` (H, W, 3) BGR; ``seen`` (H, W); ``north`` and ``east`` of its upper left corner, metres in the frame of
+    the survey.
+    """
+
+    image: NDArray[np.uint8]
+    seen: NDArray[np.bool_]
+    north: float
+    east: float
+
+
+class PictureFolder:
+    """The files of a folder, one a survey. It is made with the first picture."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    @property
+    def folder(self) -> Path:
+        """The folder; it need not be there."""
+        return self._folder
+
+    def write(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
+        """Write the tiles of a survey's mosaic, in place of those before. Raises OSError; those before stay then."""
+        if not mosaic:
+            return
+        self._folder.mkdir(parents=True, exist_ok=True)
+        target = self._path(survey)
+        unfinished = target.with_suffix(_UNFINISHED)
+        with zipfile.ZipFile(unfinished, "w") as file:
+            for (row, column), tile in sorted(mosaic.items()):
+                file.writestr(f"{row}_{column}.jpg", tile.data)
+        os.replace(unfinished, target)
+
+    def surveys(self) -> set[str]:
+        """Return the ids of the surveys that have a picture."""
+        return {path.stem for path in self._folder.glob(f"*{_SUFFIX}")}
+
+    def read(self, survey: str) -> dict[TileKey, bytes]:
+        """Return the tiles of a survey, none where there is no picture. Raises LotStoreError for a broken file."""
+        path, tiles = self._path(survey), {}
+        if not path.exists():
+            return {}
+        try:
+            with zipfile.ZipFile(path) as file:
+                for info in file.infolist():
+                    name = _NAME.fullmatch(info.filename)
+                    if name is not None and info.file_size <= _LARGEST_TILE:
+                        tiles[int(name[1]), int(name[2])] = file.read(info)
+        except (OSError, zipfile.BadZipFile) as error:
+            raise LotStoreError(f"{path}: {error}; remove it: only the picture of that survey is lost") from error
+        return tiles
+
+    def keep(self, surveys: Collection[str]) -> None:
+        """Remove the pictures of all other surveys. Raises OSError."""
+        for survey in self.surveys() - set(surveys):
+            self.remove(survey)
+
+    def remove(self, survey: str) -> bool:
+        """Remove the picture of a survey, a half-written one too; return False when there was none. Raises OSError."""
+        path = self._path(survey)
+        is_there = path.exists()
+        path.with_suffix(_UNFINISHED).unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+        return is_there
+
+    def _path(self, survey: str) -> Path:
+        return self._folder / f"{survey}{_SUFFIX}"
+
+
+def pictures_of(store: Path) -> PictureFolder:
+    """Return the pictures of a store's surveys; ``store`` is its file."""
+    return PictureFolder(store.with_name(f"{store.stem}-pictures"))
+
+
+def worth_keeping(connection: Connection) -> set[str]:
+    """Return the ids of the `KEPT` newest surveys of each lot, and of those that belong to none."""
+    rows = connection.execute(select(SURVEY.c.id, SURVEY.c.lot).order_by(SURVEY.c.seq.desc())).all()
+    kept: dict[str | None, list[str]] = {}
+    for survey, lot in rows:
+        kept.setdefault(lot, []).append(survey)
+    return {survey for surveys in kept.values() for survey in surveys[:KEPT]}
+
+
+def drawn(tiles: Mapping[TileKey, bytes], box: tuple[float, float, float, float]) -> Shown | None:
+    """Return the picture of a box (south, west, north, east), metres; None where none of it was seen.
+
+    Raises ValueError for a tile that is no picture.
+    """
+    south, west, north, east = box
+    top, left = round(-north / CELL_M), round(west / CELL_M)
+    size = (round((north - south) / CELL_M), round((east - west) / CELL_M))
+    image, seen = np.zeros((*size, 3), np.uint8), np.zeros(size, np.bool_)
+    for (row, column), data in tiles.items():
+        at = (row * TILE_CELLS - top, column * TILE_CELLS - left)
+        to = tuple(slice(max(a, 0), min(a + TILE_CELLS, side)) for a, side in zip(at, size, strict=True))
+        if any(part.start >= part.stop for part in to):
+            continue
+        pixels, mask = decode_picture(data)
+        of = tuple(slice(part.start - a, part.stop - a) for part, a in zip(to, at, strict=True))
+        image[to], seen[to] = pixels[of], mask[of] > 0
+    return Shown(image, seen, -top * CELL_M, left * CELL_M) if seen.any() else None
+
+
+def extent(tiles: Mapping[TileKey, bytes]) -> tuple[float, float, float, float]:
+    """Return the box (south, west, north, east) of tiles, metres. Raises ValueError without any."""
+    rows, columns = zip(*tiles, strict=True)
+    return -(max(rows) + 1) * TILE_M, min(columns) * TILE_M, -min(rows) * TILE_M, (max(columns) + 1) * TILE_M

@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select, update
+
+from hawk.daemon.lots.keeper import find_stalls
+from hawk.exports.features import Choice, extent, lots, stalls
+from hawk.exports.feed_table import FEEDS, VALID_S, Span
+from hawk.exports.feeds import valid_at
+from hawk.exports.records import read_survey, survey_of, surveys_of
+from hawk.lots import queries
+from hawk.lots.ingest import save
+from hawk.lots.schema import OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.storage.database import Database
+from hawk.lots.survey.order import is_last_look, newest_first
+from hawk.lots.survey.source import PictureSource, SourceKind
+from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
+from hawk.stats.panel import NO_TIME, NOT_YET, read_panel
+from hawk.stats.period import period_of
+from tests.unit.lots.surveys import BEGAN, later, survey
+
+NOW = BEGAN + 10 * 86_400
+IN_2062 = 2_916_000_000.0
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "lots.db", wall=lambda: NOW)
+    yield opened
+    opened.close()
+
+
+def saved(store: Database, given: FinishedSurvey) -> Saved:
+    with store.writing() as connection:
+        return save(connection, given, find_stalls)
+
+
+def pictures(number: int, hours: float) -> FinishedSurvey:
+    """Return a survey by photographs of the same lot, some hours after the first landing."""
+    source = PictureSource(SourceKind.PHOTOGRAPHS, "flight", ())
+    found = later(survey(seed=2), number, hours)
+    return replace(found, pictures=source, stalls=tuple(replace(each, looked=found.ended) for each in found.stalls))
+
+
+def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_survey(store: Database) -> None:
+    saved(store, survey())
+    last = saved(store, later(survey(seed=2), 2, 48.0))
+    earlier = saved(store, pictures(3, 24.0))
+    assert last.placed == earlier.placed == Placed.REGISTERED
+    assert last.lot is not None
+    ended = utc(later(survey(), 2, 48.0).ended)
+    with store.reading() as connection:
+        lot = queries.lot(connection, last.lot)
+        assert lot["last_survey"]["id"] == last.survey
+        assert lot["newest_registered"]["survey"] == last.survey
+        assert survey_of(connection, last.lot) == last.survey
+        assert surveys_of(connection, last.lot)[1] == earlier.survey
+        assert [each["properties"]["surveyed"] for each in lots(connection, Choice()).features] == [ended]
+        shown = {stall["id"]: stall["looked"] for stall in lot["stalls"]}
+        of_last = OBSERVATION.c.survey.in_(select(SURVEY.c.seq).where(SURVEY.c.id == last.survey))
+        looks = STALL.join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
+        seen = connection.execute(select(STALL.c.id, OBSERVATION.c.looked).select_from(looks).where(of_last)).all()
+        assert len(seen) > 30
+        assert all(shown[stall] == utc(looked) for stall, looked in seen)
+        exported = {each["id"]: each["properties"]["observed"] for each in stalls(connection, Choice()).features}
+        assert all(exported[stall] == utc(looked) for stall, looked in seen)
+
+
+def test_pictures_of_a_later_day_are_the_last_survey(store: Database) -> None:
+    saved(store, survey())
+    last = saved(store, pictures(2, 24.0))
+    assert last.lot is not None
+    with store.reading() as connection:
+        assert queries.lot(connection, last.lot)["last_survey"]["id"] == last.survey
+
+
+def test_a_landing_follows_those_before_it_whatever_its_clock_says(store: Database) -> None:
+    saved(store, survey())
+    stepped = saved(store, later(survey(seed=2), 2, -1000.0))
+    with store.reading() as connection:
+        assert stepped.lot is not None
+        assert queries.lot(connection, stepped.lot)["last_survey"]["id"] == stepped.survey
+    earlier = saved(store, pictures(3, -10.0))
+    with store.reading() as connection:
+        order = connection.execute(select(SURVEY.c.id).order_by(*newest_first())).scalars().all()
+    assert order.index(stepped.survey) == 0
+    assert order.index(earlier.survey) == 2
+
+
+def test_without_pictures_a_look_is_found_by_the_index(store: Database) -> None:
+    with store.reading() as connection:
+        fast = str(is_last_look(connection))
+    saved(store, pictures(1, 0.0))
+    with store.reading() as connection:
+        exact = str(is_last_look(connection))
+    assert "max(" in fast
+    assert "ORDER BY" in exact
+
+
+def of(ended: float, *, is_sure: bool) -> FinishedSurvey:
+    """Return pictures of the lot whose files say that moment."""
+    found = replace(pictures(9, 0.0), name="of pictures", began=ended - 60.0, ended=ended, time_is_sure=is_sure)
+    return replace(found, stalls=tuple(replace(each, looked=ended) for each in found.stalls))
+
+
+@pytest.mark.parametrize(
+    ("ended", "is_sure", "why"),
+    [
+        (NOW - 60.0, False, NO_TIME),  # the file's time: somebody copied an old picture today
+        (IN_2062, False, NOT_YET),
+        (IN_2062, True, NOT_YET),
+    ],
+)
+@pytest.mark.parametrize("is_stored_before", [False, True])
+def test_a_moment_that_is_not_sure_decides_nothing(
+    store: Database, ended: float, why: str, *, is_sure: bool, is_stored_before: bool
+) -> None:
+    flown = saved(store, survey())
+    wrong = saved(store, of(ended, is_sure=is_sure))
+    assert flown.lot is not None
+    with store.writing() as connection:
+        if is_stored_before:  # by a program that believed it
+            row = SURVEY.c.id == wrong.survey
+            connection.execute(update(SURVEY).where(row).values(time_is_sure=is_sure))
+        lot = queries.lot(connection, flown.lot)
+        assert lot["last_survey"]["id"] == survey_of(connection, flown.lot) == flown.survey
+        assert {each["id"]: each["time_is_sure"] for each in lot["surveys"]} == {
+            flown.survey: True,
+            wrong.survey: False,
+        }
+        assert {stall["looked"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
+        panel = read_panel(connection, flown.lot, period_of(None, None, None))
+        assert [each.id for each in panel.surveys] == [flown.survey]
+        assert [(each.id, each.why) for each in panel.left_out] == [(wrong.survey, why)]
+        assert extent(connection).end == max(each for each in (survey().ended, ended) if each <= NOW)
+        feed = valid_at(read_survey(connection, wrong.survey), ended + 1.0, VALID_S)
+        assert not feed.time_is_sure
+
+
+@pytest.mark.parametrize("name", [name for name, feed in FEEDS.items() if feed.span is Span.SURVEY])
+def test_an_only_survey_whose_moment_is_not_sure_is_no_live_occupancy(store: Database, name: str) -> None:
+    lot = saved(store, of(NOW - 60.0, is_sure=False)).lot
+    assert lot is not None
+    with store.reading() as connection:
+        found = valid_at(read_survey(connection, survey_of(connection, lot)), NOW, VALID_S)
+    text = json.dumps(FEEDS[name].make(found))
+    assert lot in text
+    for word in ("realtime_free_capacity", "AVAILABLE", "TAKEN", "availability_time", '"available"', "availableSpot"):
+        assert word not in text
+    assert not re.search(r'"status": "(free|occupied)"|"has_realtime_data": true|observationDateTime', text)
+
+
+def test_pictures_whose_moment_is_sure_are_last_before_later_ones_that_are_not(store: Database) -> None:
+    last = saved(store, pictures(2, 24.0))
+    saved(store, of(NOW - 60.0, is_sure=False))
+    assert last.lot is not None
+    with store.reading() as connection:
+        assert survey_of(connection, last.lot) == last.survey
+
+
+def test_receivers_hear_whether_the_time_is_sure(store: Database) -> None:
+    saved(store, of(IN_2062, is_sure=True))
+    with store.reading() as connection:
+        bodies = [json.loads(text) for text in connection.execute(select(OUTBOX.c.body)).scalars()]
+    assert [each["time_is_sure"] for each in bodies if "survey" in each] == [False]

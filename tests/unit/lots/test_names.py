@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+import pytest
+
+from hawk.lots.names import SHOWN, chosen_survey
+from hawk.lots.values import NotFoundError
+
+DAY_S = 86_400.0
+SURVEYS = [(f"{number:02x}aa4c1f-0000-4000-8000-000000000000", number * DAY_S) for number in range(12)]
+
+
+def test_an_id_or_its_beginning_names_a_survey() -> None:
+    assert chosen_survey(SURVEYS, SURVEYS[3][0]) == SURVEYS[3][0]
+    assert chosen_survey(SURVEYS, "0b") == SURVEYS[11][0]
+
+
+def test_a_beginning_of_several_ids_names_them() -> None:
+    two = [("af6f0001-1", 0.0), ("af6f0002-2", DAY_S)]
+    with pytest.raises(NotFoundError) as raised:
+        chosen_survey(two, "af6f", "of this lot")
+    assert str(raised.value) == (
+        "--survey: 2 surveys of this lot begin with 'af6f': write more of the id; they are "
+        "af6f0002-2 of 1970-01-02T00:00:00Z, af6f0001-1 of 1970-01-01T00:00:00Z"
+    )
+
+
+def test_without_one_the_newest_surveys_are_listed() -> None:
+    with pytest.raises(NotFoundError) as raised:
+        chosen_survey(SURVEYS, "zz")
+    assert str(raised.value).startswith(
+        "--survey: there is no survey 'zz'; the last 10 of 12 are 0baa4c1f of 1970-01-12T00:00:00Z, 0aaa4c1f of "
+    )
+    assert str(raised.value).count(" of 1970") == SHOWN
+    with pytest.raises(NotFoundError, match="--survey: there is no survey 'zz'; there are none"):
+        chosen_survey([], "zz")

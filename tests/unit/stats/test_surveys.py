@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from sqlalchemy import update
+
+from hawk.lots import commands, queries
+from hawk.lots.schema import SURVEY
+from hawk.lots.storage.database import Database
+from hawk.lots.survey.source import PictureSource, SourceKind
+from hawk.lots.values import NotFoundError
+from hawk.model.lot_map import StallState
+from hawk.stats.surveys import surveys_json
+from tests.unit.stats.test_panel import EVER, later, lot_of, seen
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Database]:
+    opened = Database(tmp_path / "lots.db")
+    yield opened
+    opened.close()
+
+
+def test_surveys_are_listed_with_their_share_the_newest_first(store: Database) -> None:
+    half = dict.fromkeys(range(1, 11), StallState.TAKEN)
+    lot = lot_of(store, seen({}), later(seen(half), 1))
+    with store.reading() as connection:
+        found = surveys_json(connection, lot, EVER)
+    newest, first = found["surveys"]
+    assert (newest["free"], newest["taken"], newest["left_out"], newest["placed"]) == (10, 10, "", "registered")
+    assert newest["occupancy"]["value"] == 0.5
+    assert newest["occupancy"]["low"] < 0.5 < newest["occupancy"]["high"]
+    assert first["occupancy"]["value"] == 0.0
+    assert first["ended"] < newest["ended"]
+
+
+def test_pictures_of_an_earlier_day_are_listed_at_their_date(store: Database) -> None:
+    source = PictureSource(SourceKind.PHOTOGRAPHS, "flight", ())
+    lot = lot_of(store, later(seen({}), 2), replace(seen({}), pictures=source))
+    with store.reading() as connection:
+        listed = surveys_json(connection, lot, EVER)["surveys"]
+    assert [each["kind"] for each in listed] == ["flown", "picture"]
+    assert listed[0]["ended"] > listed[1]["ended"]
+
+
+def test_a_survey_that_no_figure_uses_says_why_and_has_no_share(store: Database) -> None:
+    lot = lot_of(store, seen({}), later(replace(seen({}), time_is_sure=False), 1))
+    with store.writing() as connection:
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(placed="unregistered"))
+        newest, first = surveys_json(connection, lot, EVER)["surveys"]
+    assert (newest["left_out_code"], first["left_out_code"]) == ("no_time", "unregistered")
+    assert "neither GNSS nor a time server" in newest["left_out"]
+    assert newest["occupancy"] == first["occupancy"] == {"value": None, "low": None, "high": None, "surveys": 0}
+
+
+def test_a_deleted_survey_is_in_no_list_and_comes_back_whole(store: Database) -> None:
+    lot = lot_of(store, seen({}), later(seen({1: StallState.TAKEN}), 1))
+    with store.writing() as connection:
+        before = surveys_json(connection, lot, EVER)
+        stalls = queries.lot(connection, lot)["stalls"]
+        done = commands.delete(connection, before["surveys"][0]["id"], "operator", 1.8e9)
+        (left,) = surveys_json(connection, lot, EVER)["surveys"]
+        assert left == before["surveys"][1]
+        assert all(each["state"] == "free" for each in queries.lot(connection, lot)["stalls"])
+        assert commands.undo(connection, done.seq, 1.8e9 + 1) == "delete"
+        assert surveys_json(connection, lot, EVER) == before
+        assert queries.lot(connection, lot)["stalls"] == stalls
+
+
+def test_a_lot_that_is_not_there_is_named(store: Database) -> None:
+    with store.reading() as connection, pytest.raises(NotFoundError, match="there is no lot with this id"):
+        surveys_json(connection, "0" * 36, EVER)
