@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the 
     from hawk.lots.plan_import.previews import Preview
     from hawk.lots.store import LotStore
 else:
-    lot_keeper = late("hawk.daemon.lots.keeper")
+    keeper = late("hawk.daemon.lots.keeper")
     names = late("hawk.lots.names")
     lots = late("hawk.lots.store")
     errors = late("hawk.lots.values")

@@ -12,7 +12,8 @@ from sqlalchemy import Connection, select
 
 from hawk.exports import features
 from hawk.exports.features import Box, Choice
-from hawk.exports.feed_table import FEEDS
+from hawk.exports.feed_table import FEEDS, Wanted
+from hawk.exports.feeds import feed_text
 from hawk.exports.files import TABLES
 from hawk.exports.records import read_survey
 from hawk.lots import commands, known_lot, lists, queries
@@ -26,6 +27,7 @@ from hawk.stats.stalls import heat_json
 from hawk.stats.surveys import surveys_json
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import NOW
+from tests.unit.lots.surveys import BEGAN
 
 CUT = '{"polygons": 3'
 WRONG = {
@@ -59,7 +61,7 @@ DOORS: dict[str, Door] = {
     "features of stalls": lambda c, stored: features.stalls(c, Choice()),
     "features of stalls in a box": lambda c, stored: features.stalls(c, Choice(box=AROUND)),
     "files": lambda c, stored: [make(read_survey(c, stored.first.survey)) for make in TABLES.values()],
-    "feeds": lambda c, stored: [feed.make(read_survey(c, stored.first.survey)) for feed in FEEDS.values()],
+    "feeds": lambda c, stored: [feed_text(c, name, Wanted(stored.lot), BEGAN) for name in FEEDS],
     "figures": lambda c, stored: statistics(c, stored.lot, PERIOD, "zone"),
     "surveys with figures": lambda c, stored: surveys_json(c, stored.lot, PERIOD),
     "stalls with figures": lambda c, stored: heat_json(c, stored.lot, PERIOD),
