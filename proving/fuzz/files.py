@@ -40,7 +40,7 @@ _FORK: Final = multiprocessing.get_context("fork")
 
 @dataclass(slots=True)
 class FileResult:
-    """Counts of one reader. ``memory_mb``: the most that its process had; ``findings``: each with its number."""
+    """Counts of one reader. ``memory_mb``: the most that reading took; ``findings``: each with its number."""
 
     name: str
     read: int = 0
@@ -122,8 +122,9 @@ def _note_request(server: socket.socket, number: int, result: FileResult) -> Non
 
 
 def _serve(reader: FileReader, damage: Damage, numbers: range, folder: Path, out: Connection) -> None:
-    """Read files in this process, and send what became of each."""
-    resource.setrlimit(resource.RLIMIT_DATA, (MOST_BYTES + (MOST_BYTES >> 1),) * 2)
+    """Read files in this process, and send what became of each; memory counts beside what the process began with."""
+    began = _peak_bytes()
+    resource.setrlimit(resource.RLIMIT_DATA, (began + MOST_BYTES + (MOST_BYTES >> 1),) * 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # libraries print of damaged files
     warnings.simplefilter("ignore")
@@ -135,8 +136,12 @@ def _serve(reader: FileReader, damage: Damage, numbers: range, folder: Path, out
         path = place / f"given{base.suffix}"
         path.write_bytes(base.data)
         outcome, words = _read(read, errors, path)
-        out.send((outcome, words, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024))
+        out.send((outcome, words, _peak_bytes() - began))
         _remove(place)
+
+
+def _peak_bytes() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def _read(read: Callable[[Path], object], errors: tuple[type[Exception], ...], path: Path) -> tuple[str, str]:
