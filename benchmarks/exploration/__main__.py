@@ -16,14 +16,14 @@ from benchmarks.exploration.campaign import SETUPS, fly_all
 from benchmarks.exploration.picture import draw_worst
 from benchmarks.exploration.report import figures, rows
 from benchmarks.figures import Section, print_and_write
-from benchmarks.options import seeds_option
+from benchmarks.options import make_parser, names_option, seeds_option
 
 DEFAULT_SEEDS: Final = "1-200"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly, print, write; status 0 whatever the figures say."""
-    parser = make_parser()
+    parser = _parser()
     options = parser.parse_args(arguments)
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)
@@ -42,19 +42,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.exploration",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def _parser() -> argparse.ArgumentParser:
+    parser = make_parser("benchmarks.exploration", __doc__)
     parser.add_argument("--seeds", type=seeds_option, default=DEFAULT_SEEDS, metavar="A-B", help="lots (1-200)")
-    parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="write all figures, and distance and time of every flight"
-    )
     parser.add_argument("--picture", type=Path, metavar="DIR", help="draw the ten worst flights of each set-up there")
-    parser.add_argument("--setups", type=_setups, default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}")
+    parser.add_argument(
+        "--setups", type=names_option(SETUPS), default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}"
+    )
     parser.add_argument(
         "--tours", type=Path, metavar="FILE", help="keep the oracle's tours there, and use none that come with this"
     )
@@ -65,14 +59,6 @@ def make_parser() -> argparse.ArgumentParser:
         "--workers", type=int, default=1, metavar="N", help="processes (1); more of them flatter no figure"
     )
     return parser
-
-
-def _setups(text: str) -> tuple[str, ...]:
-    names = tuple(text.split(","))
-    unknown = [name for name in names if name not in SETUPS]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"{', '.join(unknown)} is not one of {', '.join(SETUPS)}")
-    return names
 
 
 if __name__ == "__main__":

@@ -6,10 +6,13 @@ A module that is called late is imported for types beside it, so that its calls 
         from hawk.lots import queries
     else:
         queries = late("hawk.lots.queries")
+
+Where a function of it is handed over before it may be loaded, `late_functions` stands for the module.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
@@ -27,6 +30,21 @@ class _Late:
         return f"<late {self._module}>"
 
 
+class _LateFunctions(_Late):
+    """Stands for a module; each name of it calls the module's function of that name."""
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def call(*values: Any, **named: Any) -> Any:
+            return getattr(import_module(self._module), name)(*values, **named)
+
+        return call
+
+
 def late(module: str) -> Any:
     """Return what stands for a module until it is used."""
     return _Late(module)
+
+
+def late_functions(module: str) -> Any:
+    """Return what stands for a module until a function of it is called, on the thread that calls it."""
+    return _LateFunctions(module)

@@ -41,7 +41,7 @@ async def area_file(request: web.Request) -> web.StreamResponse:
     kind = request.query.get("kind", KINDS[0])
     if kind not in KINDS:
         raise web.HTTPBadRequest(text=f"kind: must be {' or '.join(KINDS)}")
-    data = await _body(request)
+    data = await sent_file(request, LARGEST_BYTES, READ_S)
     read = request.app[SERVICES].read_area
     try:
         text = await asyncio.get_running_loop().run_in_executor(request.app[_READER], read, data, kind)
@@ -57,15 +57,15 @@ def _refused(request: web.Request, reason: str) -> web.Response:
     return web.Response(status=web.HTTPUnprocessableEntity.status_code, text=body, content_type="application/json")
 
 
-async def _body(request: web.Request) -> bytes:
-    """Return what was sent. Raises 413 beyond what is read, 408 when it takes too long."""
+async def sent_file(request: web.Request, most_bytes: int, seconds: float, too_large: str | None = None) -> bytes:
+    """Return the file that was sent. Raises 413, in these words, beyond ``most_bytes``; 408 after real ``seconds``."""
     data = bytearray()
     try:
-        async with asyncio.timeout(READ_S):
+        async with asyncio.timeout(seconds):
             async for chunk in request.content.iter_any():
                 data += chunk
-                if len(data) > LARGEST_BYTES:
-                    refusal = web.HTTPRequestEntityTooLarge(LARGEST_BYTES, len(data))
+                if len(data) > most_bytes:
+                    refusal = web.HTTPRequestEntityTooLarge(most_bytes, len(data), text=too_large)
                     refusal.force_close()
                     raise refusal
     except TimeoutError:

@@ -82,10 +82,9 @@ class Pilot:
         elif when is When.ARMED:
             await self._land()
             await self._arm()
+        elif when is When.EXPLORING:
+            await self._explore()
         else:
-            if when is When.EXPLORING:
-                await self._explore()
-                return
             await self._hover()
             if when is When.RETURNING:
                 await self._must(CompulsiveMove(x=_AWAY_M, y=0.0))

@@ -17,14 +17,13 @@ from hawk.ddc.stopwatch import Doubt
 from hawk.ddc.witnesses.walk import (
     ALIKE_M,
     MOUNT_SHARE,
-    MOUNTED_FREE_M,
-    MOUNTED_WRONG_SHARE,
     NOTHING,
     STILL_SHARE,
     UNPROVEN_SHARE,
     Odometer,
     Scale,
     SlowWalk,
+    mounted_wrong,
 )
 from hawk.ddc.words import metres
 from hawk.model.pictures import GroundAgain, GroundStep
@@ -202,7 +201,7 @@ class PlaceReading:
             self._blind()
         elif gap > 0.0 and self._window:
             seconds, share = math.fsum(each.seconds for each in self._window), self._learned() or 0j
-            beyond = sum((each.beyond - share * each.reported for each in self._window), 0j) / seconds * gap
+            beyond = self._gone(share) / seconds * gap
             moving = _moving(self._path().flown)
             self._slow.bridge(beyond * (1.0 - moving), STILL_GAP_M + _leaning(gap) * moving)
             if self._doubt.holds:
@@ -253,10 +252,8 @@ class PlaceReading:
         """Return the disagreement that a path explains, metres; ``raw`` is what was seen."""
         if self._learned() is not None:
             return PATH_SHARE * path.flown
-        least, moved = UNPROVEN_SHARE * path.flown, abs(path.place)
-        if raw <= MOUNT_SHARE * path.flown:
-            return least
-        return least + MOUNTED_WRONG_SHARE * moved - min(moved, MOUNTED_FREE_M)
+        least = UNPROVEN_SHARE * path.flown
+        return least if raw <= MOUNT_SHARE * path.flown else least + mounted_wrong(abs(path.place))
 
     def _learned(self) -> complex | None:
         """Return the share of the path by which the camera is off; None until it was seen to agree."""
@@ -299,8 +296,11 @@ class PlaceReading:
         """Return how far the position has gone, and since when: of a slow walk, or since the window began."""
         if self._found.beyond > 0.0:
             return self._found.off, self._found.since
-        off = sum((each.beyond - share * each.reported for each in self._window), 0j)
-        return off, self._window[0].until
+        return self._gone(share), self._window[0].until
+
+    def _gone(self, share: complex) -> complex:
+        """Return how far the position has gone in the window, beyond the learned share of the path."""
+        return sum((each.beyond - share * each.reported for each in self._window), 0j)
 
     def _begin(self, step: GroundStep, share: complex) -> None:
         """Begin a doubt: the position has gone since the window began, or since the moment of a slow walk."""

@@ -78,6 +78,11 @@ def wander(seconds: float, accuracy: float | None = None) -> float:
     return SIGMAS * sigma * math.sqrt(2.0 * (1.0 - math.exp(-max(0.0, seconds) / TIME_S)))
 
 
+def mounted_wrong(moved: float) -> float:
+    """Return what a camera that is mounted otherwise may make of a movement, metres."""
+    return MOUNTED_WRONG_SHARE * moved - min(moved, MOUNTED_FREE_M)
+
+
 def floor(height: float) -> float:
     """Return the camera's own error at a height over ground, metres."""
     return FLOOR_M * max(1.0, height / FLOOR_HEIGHT_M)
@@ -116,7 +121,7 @@ class Scale:
             return share * moved
         if off <= MOUNT_SHARE * moved:
             return UNPROVEN_SHARE * moved
-        return MOUNTED_WRONG_SHARE * moved - min(moved, MOUNTED_FREE_M)
+        return mounted_wrong(moved)
 
 
 @dataclass(frozen=True, slots=True)

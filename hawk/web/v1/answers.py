@@ -26,13 +26,13 @@ from pydantic import BaseModel
 from hawk.lots.store import LotStore
 from hawk.lots.text import json_text
 from hawk.lots.values import LotInputError, NotFoundError
+from hawk.runtime.late import late_functions
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.proxied import is_secure, prefix_of
 from hawk.web.downloads import FILES
 from hawk.web.services import SERVICES
 from hawk.web.v1.parameters import Q, Request, query_of
 from hawk.web.v1.refusals import REFUSALS, refusal_of
-from hawk.web.v1.store_door import StoreDoor
 from hawk.web.v1.unknown import NOTHING, ROOT, Wrong, not_there, wrong_form
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from hawk.lots.storage import database
 else:
-    database = StoreDoor("hawk.lots.storage.database")
+    database = late_functions("hawk.lots.storage.database")
 
 _LOG = logging.getLogger(__name__)
 

@@ -1,6 +1,7 @@
 """Changes of lots, plans and links for `hawk.web.v1.table`.
 
-Each function runs on the thread of the store that writes, which loads this module and SQLAlchemy with it (`StoreDoor`).
+Each function runs on the thread of the store that writes, which loads this module and SQLAlchemy with it
+(`hawk.runtime.late`).
 """
 
 from __future__ import annotations

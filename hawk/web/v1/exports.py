@@ -12,9 +12,9 @@ from aiohttp import hdrs, web
 
 from hawk.exports.feed_table import FEEDS, Wanted
 from hawk.lots.store import FILE_S
+from hawk.runtime.late import late_functions
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
 from hawk.web.v1.parameters import FeedOptions, Query, query_of
-from hawk.web.v1.store_door import StoreDoor
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from hawk.exports import feeds, files
     from hawk.lots.survey import pictures
 else:
-    feeds, files, pictures = map(StoreDoor, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures"))
+    feeds, files, pictures = map(
+        late_functions, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures")
+    )
 
 
 @answered

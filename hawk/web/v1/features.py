@@ -1,7 +1,7 @@
 """OGC API Features, Part 1: Core (OGC 17-069r4), read only: lots, stalls and surveys for QGIS, GDAL and their like.
 
 Kept are the classes Core and GeoJSON. The API definition is OpenAPI 3.1, for which the standard has no class yet.
-A thread of the store loads this module, and SQLAlchemy with it (`StoreDoor`).
+A thread of the store loads this module, and SQLAlchemy with it (`hawk.runtime.late`).
 """
 
 from __future__ import annotations

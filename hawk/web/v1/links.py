@@ -15,17 +15,17 @@ from aiohttp import hdrs, web
 
 from hawk.lots.store import LotStore
 from hawk.lots.values import NotFoundError
+from hawk.runtime.late import late_functions
 from hawk.web.access.guesses import LINK_GUESSES, network_of
 from hawk.web.access.paced_log import PacedLog
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
 from hawk.web.v1.parameters import Query, query_of
-from hawk.web.v1.store_door import StoreDoor
 from hawk.web.v1.unknown import ROOT
 
 if TYPE_CHECKING:
     from hawk.lots import shares
 else:
-    shares = StoreDoor("hawk.lots.shares")
+    shares = late_functions("hawk.lots.shares")
 
 LINK_LOG = web.AppKey("link_log", PacedLog)
 """Log of wrong links."""

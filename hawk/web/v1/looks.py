@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
+from hawk.runtime.late import late_functions
 from hawk.web.v1.parameters import Request
-from hawk.web.v1.store_door import StoreDoor
 
 if TYPE_CHECKING:
     from hawk.lots.survey import observations
 else:
-    observations = StoreDoor("hawk.lots.survey.observations")
+    observations = late_functions("hawk.lots.survey.observations")
 
 _AT_ONCE: Final = 20
 """Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""

@@ -150,8 +150,8 @@ class Layout(Shown):
     why: str
 
 
-class PlanStall(Shown):
-    """A stall of a layout: its middle, and the direction of its length, radians clockwise from north."""
+class EditedStall(Shown):
+    """A stall of the plan: its middle, and the direction of its length, radians clockwise from north."""
 
     id: Id
     label: str
@@ -162,6 +162,11 @@ class PlanStall(Shown):
     length: float
     kind: Annotated[Kind, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
     is_confirmed: bool
+
+
+class PlanStall(EditedStall):
+    """A stall of a layout, with its row and its place on Earth."""
+
     row: Annotated[str | None, Field(description="letter of its row; null under an owner's own label")]
     latitude: float
     longitude: float
@@ -193,20 +198,6 @@ class Zone(Shown):
     has_stalls: bool
     outline: list[Metres]
     ground: list[Degrees]
-
-
-class EditedStall(Shown):
-    """A stall of the plan."""
-
-    id: Id
-    label: str
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    kind: Kind
-    is_confirmed: bool
 
 
 class EditedZone(Shown):

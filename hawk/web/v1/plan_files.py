@@ -17,12 +17,13 @@ from pydantic import Field
 from hawk.lots.store import FILE_S, LotStore
 from hawk.lots.text import json_text
 from hawk.lots.values import LotStoreError
+from hawk.runtime.late import late_functions
+from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import answered, now_of, opened
 from hawk.web.v1.changes import FOR_OPERATORS, Body, changed, role_of
 from hawk.web.v1.parameters import Query
 from hawk.web.v1.refusals import check_operator
-from hawk.web.v1.store_door import StoreDoor
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -34,9 +35,9 @@ if TYPE_CHECKING:
     from hawk.lots.plan_import.previews import Preview, Previews
 else:
     choices, previews, transfer = (
-        StoreDoor(f"hawk.lots.plan_import.{name}") for name in ("choices", "previews", "transfer")
+        late_functions(f"hawk.lots.plan_import.{name}") for name in ("choices", "previews", "transfer")
     )
-    edits, child = StoreDoor("hawk.lots.plan.edits"), StoreDoor("hawk.lots.plan_files.child")
+    edits, child = late_functions("hawk.lots.plan.edits"), late_functions("hawk.lots.plan_files.child")
 
 READ_S: Final = 120.0
 """Real seconds in which the file must be there."""
@@ -150,19 +151,7 @@ def _previews(request: web.Request) -> Previews:
 
 
 async def _file(request: web.Request) -> bytes:
-    """Return the file that was sent. Raises 413 beyond what is read, 408 when it takes too long."""
     from hawk.lots.plan_files.values import LARGEST_BYTES
 
-    data = bytearray()
-    try:
-        async with asyncio.timeout(READ_S):
-            async for chunk in request.content.iter_any():
-                data += chunk
-                if len(data) > LARGEST_BYTES:
-                    words = f"The file is too large: {LARGEST_BYTES // 1_000_000} MB are read at most."
-                    refusal = web.HTTPRequestEntityTooLarge(LARGEST_BYTES, len(data), text=words)
-                    refusal.force_close()
-                    raise refusal
-    except TimeoutError:
-        raise web.HTTPRequestTimeout(text="The file did not come.") from None
-    return bytes(data)
+    words = f"The file is too large: {LARGEST_BYTES // 1_000_000} MB are read at most."
+    return await sent_file(request, LARGEST_BYTES, READ_S, words)

@@ -1,6 +1,6 @@
 """Reading of lots, layouts, stalls, zones, surveys, observations and statistics for `hawk.web.v1.table`.
 
-Each function runs on a thread of the store, which loads this module and SQLAlchemy with it (`StoreDoor`).
+Each function runs on a thread of the store, which loads this module and SQLAlchemy with it (`hawk.runtime.late`).
 """
 
 from __future__ import annotations

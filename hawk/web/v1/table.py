@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from hawk.exports.feed_table import FEEDS as ALL_FEEDS
 from hawk.exports.formats import CONTENT_TYPES
+from hawk.runtime.late import late_functions
 from hawk.web.v1 import bodies, exports, figures, links, models, parameters, plan_files, recordings, shapes
 from hawk.web.v1 import features_parameters as forms
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
@@ -19,12 +20,11 @@ from hawk.web.v1.looks import keep_missing_looks
 from hawk.web.v1.models import Shown
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
-from hawk.web.v1.store_door import StoreDoor
 
 if TYPE_CHECKING:
     from hawk.web.v1 import commands, features, reads
 else:
-    commands, features, reads = (StoreDoor(f"hawk.web.v1.{name}") for name in ("commands", "features", "reads"))
+    commands, features, reads = (late_functions(f"hawk.web.v1.{name}") for name in ("commands", "features", "reads"))
 
 LOTS: Final = "Lots"
 SURVEYS: Final = "Surveys"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.runtime.late import late
+from hawk.runtime.late import late, late_functions
 
 
 def test_a_late_module_is_loaded_by_its_first_use_and_follows_its_changes(
@@ -23,3 +23,14 @@ def test_a_late_module_is_loaded_by_its_first_use_and_follows_its_changes(
     with pytest.raises(ModuleNotFoundError, match="hawk_of_no_test"):
         late("hawk_of_no_test").number()
     del sys.modules["hawk_of_a_test"]
+
+
+def test_a_function_of_a_late_module_is_handed_over_before_it_is_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "hawk_of_another_test.py").write_text("def number(first, *, second):\n    return first + second\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    number = late_functions("hawk_of_another_test").number
+    assert "hawk_of_another_test" not in sys.modules
+    assert number(3, second=4) == 7
+    del sys.modules["hawk_of_another_test"]

@@ -174,7 +174,7 @@ export interface Edited {
   redo: number;
 }
 
-/** A stall of the plan. */
+/** A stall of the plan: its middle, and the direction of its length, radians clockwise from north. */
 export interface EditedStall {
   id: string;
   label: string;
@@ -495,7 +495,7 @@ export interface PlanPreview {
   layers: PlanLayer[];
 }
 
-/** A stall of a layout: its middle, and the direction of its length, radians clockwise from north. */
+/** A stall of a layout, with its row and its place on Earth. */
 export interface PlanStall {
   id: string;
   label: string;

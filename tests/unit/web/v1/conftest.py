@@ -9,10 +9,12 @@ import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.lots.store import LotStore
+from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
 from tests.unit.web.v1.archive import Archive, Filled, fill
+from tests.unit.web.v1.plans import Plans
 
 
 @pytest.fixture(scope="session")
@@ -37,5 +39,17 @@ async def archive(tmp_path: Path, rig: Rig, filled: Filled) -> AsyncIterator[Arc
     await rig.start()
     viewer, operator = await stand.tool(Role.VIEWER), await stand.tool(Role.OPERATOR)
     yield Archive(stand, store, viewer, operator, filled.lot, filled.far, filled.surveys)
+    await stand.close()
+    await store.close()
+
+
+@pytest.fixture
+async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
+    """A drawn lot of 30 stalls behind a server."""
+    store = rig.lots = LotStore(tmp_path / "lots.db")
+    stand, rig.folder = Stand(rig, tmp_path), tmp_path
+    await rig.start()
+    lot = await store.write(lambda connection: drawn_lot(connection, 30))
+    yield Plans(stand, store, await stand.tool(Role.OPERATOR), lot)
     await stand.close()
     await store.close()

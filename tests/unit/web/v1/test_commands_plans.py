@@ -3,35 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.lots.ingest import save
-from hawk.lots.store import LotStore
 from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.surveys import DATUM, box, later, survey
-from tests.unit.web.rig import Rig
-from tests.unit.web.stand import Stand
 from tests.unit.web.v1.plans import Plans
 
 HTML = "<b onclick='alert(1)'>Ann & Bob</b>"
 NOWHERE = "0" * 36
-
-
-@pytest.fixture
-async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
-    store = rig.lots = LotStore(tmp_path / "lots.db")
-    stand, rig.folder = Stand(rig, tmp_path), tmp_path
-    await rig.start()
-    lot = await store.write(lambda connection: drawn_lot(connection, 30))
-    yield Plans(stand, store, await stand.tool(Role.OPERATOR), lot)
-    await stand.close()
-    await store.close()
 
 
 async def test_a_plan_is_corrected_undone_done_again_and_closed(plans: Plans) -> None:

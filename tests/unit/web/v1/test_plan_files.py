@@ -3,34 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.lots.plan_files import values
-from hawk.lots.store import LotStore
-from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.plan_import.imports import drawn, geojson
-from tests.unit.web.rig import Rig
-from tests.unit.web.stand import Stand
 from tests.unit.web.v1.plans import Answer, Plans
 
 pytestmark = pytest.mark.slow  # each file is read by a process of its own
 PLAN = geojson(drawn(40))
-
-
-@pytest.fixture
-async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
-    store = rig.lots = LotStore(tmp_path / "lots.db")
-    stand, rig.folder = Stand(rig, tmp_path), tmp_path
-    await rig.start()
-    lot = await store.write(lambda connection: drawn_lot(connection, 30))
-    yield Plans(stand, store, await stand.tool(Role.OPERATOR), lot)
-    await stand.close()
-    await store.close()
 
 
 async def send(plans: Plans, data: bytes, path: str = "/plan/import?name=plan.geojson") -> Answer:
