@@ -239,7 +239,7 @@ async def test_many_quick_clicks_over_2100_stalls_are_all_done(browser: Browser,
     assert {label for label in after if after[label] != before[label]} == set(back)
     for label in back:
         assert after[label]["north"] - before[label]["north"] == pytest.approx(0.2, abs=1e-4)
-    assert not errors
+    assert not [each for each in errors if "503" not in each], "a store that is busy is asked again"
 
 
 async def test_a_second_person_sees_who_edits_and_takes_over(browser: Browser, fake: Any, tmp_path: Path) -> None:

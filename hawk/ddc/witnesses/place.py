@@ -31,7 +31,7 @@ from hawk.model.sentences import say
 
 WINDOW_S = 10.0
 """Time over which the two are compared, seconds."""
-LIMIT_M, LIMIT_HEIGHT_M = 2.8, 40.0
+LIMIT_M, LIMIT_HEIGHT_M = 2.6, 36.0
 """Disagreement in the window that is a doubt, metres, up to a height over ground; above, it grows with the height, as
 what a tilt that is off makes of it does."""
 PATH_SHARE = 0.06
@@ -60,9 +60,9 @@ BRIDGED_S = 5.0
 """A shorter gap between two comparisons is bridged, at the pace of disagreement that was seen, seconds."""
 LOST_S = 5.0
 """A camera that has compared nothing for this time follows the drone no more, seconds."""
-DENIED_SHARE, DENIED_S = 0.5, 2.0
-"""From above `LIMIT_HEIGHT_M` an earlier picture that shows less than this share of a walk denies it, for this time,
-seconds."""
+DENIED_HEIGHT_M, DENIED_SHARE, DENIED_S = 40.0, 0.5, 2.0
+"""From above this height over ground, metres, an earlier picture that shows less than this share of a walk denies it,
+for this time, seconds."""
 AGREES_M = 1.0
 """A disagreement in the window below this is none, metres."""
 AGREES_S = 10.0
@@ -284,7 +284,7 @@ class PlaceReading:
 
         Stalls are some pixels long there, and one is taken for its neighbour from picture to picture.
         """
-        if step.height <= LIMIT_HEIGHT_M:
+        if step.height <= DENIED_HEIGHT_M:
             return False
         if step.again is not None and self._counts(step.again):
             off, since = self._suspected(share)
