@@ -31,7 +31,7 @@ from hawk.model.sentences import say
 
 WINDOW_S = 10.0
 """Time over which the two are compared, seconds."""
-LIMIT_M, LIMIT_HEIGHT_M = 2.6, 36.0
+LIMIT_M, LIMIT_HEIGHT_M = 2.75, 38.0
 """Disagreement in the window that is a doubt, metres, up to a height over ground; above, it grows with the height, as
 what a tilt that is off makes of it does."""
 PATH_SHARE = 0.06
@@ -45,7 +45,9 @@ STILL_GAP_M = 0.3
 SWAYS_M = 10.0
 """Metres flown in the window from which on `GAP_M` counts whole, and time that was not seen not at all."""
 CONFIRM_S = 0.2
-"""Time for which the disagreement must last, seconds."""
+"""Time for which the disagreement must last, seconds, ..."""
+NEAR_SHARE = 0.75
+"""... or this share of the limit the look before: one that grows is no single wrong comparison."""
 MOST_UNSEEN = 2.0
 """Time that no comparison saw counts at the pace of the rest: the disagreement grows by this factor at most."""
 PROOF_M = 15.0
@@ -167,9 +169,9 @@ class PlaceReading:
         self._window.append(_Sum(step.until, step.until - step.since, gap, reported, beyond, eased))
         while step.until - self._window[0].until > WINDOW_S:
             self._learn(self._window.popleft())
-        self._apart = self._disagreement()
+        before, self._apart = self._apart, self._disagreement()
         self._found = self._slow.look(step, self._scale(accuracy), self._counts(step.again))
-        self._judge(step)
+        self._judge(step, before)
 
     def _counts(self, again: GroundAgain | None) -> bool:
         """Return True for an earlier picture of this flight that was taken while the report was right."""
@@ -264,13 +266,14 @@ class PlaceReading:
         learned = self._learned()
         return Scale(learned or 0j, learned is not None, accuracy)
 
-    def _judge(self, step: GroundStep) -> None:
+    def _judge(self, step: GroundStep, before: float) -> None:
         share = self._learned() or 0j
         if not self._doubt.holds:
             limit = LIMIT_M * max(1.0, step.height / LIMIT_HEIGHT_M)
             is_beyond = self._apart > limit or self._found.beyond > 0.0
             is_beyond = is_beyond and not self._is_denied(step, share)
-            if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=self._slow.is_sure):
+            grows = self._apart > limit and before > NEAR_SHARE * limit
+            if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=grows or self._slow.is_sure):
                 self._begin(step, share)
             return
         self._off += complex(*step.beyond) - share * complex(*step.reported)

@@ -91,6 +91,20 @@ def test_a_walk_while_it_holds_is_doubted_before_three_metres() -> None:
     assert flight.facts().doubted_s == pytest.approx(10.0, abs=0.01)
 
 
+def test_a_disagreement_that_grows_is_doubted_by_the_first_look_beyond_the_limit() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    assert LIMIT_M < flight.doubted_after(10.0, walk=1.4) * 1.4 < LIMIT_M + 1.4 * STEP_S
+
+
+def test_one_wrong_look_is_not_doubted() -> None:
+    flight = Flight()
+    flight.fly(20.0)
+    assert not flight.fly(STEP_S, walk=1.3 * LIMIT_M / STEP_S).is_doubted
+    assert not flight.fly(STEP_S, walk=-1.3 * LIMIT_M / STEP_S).is_doubted
+    assert not flight.fly(10.0).is_doubted
+
+
 @pytest.mark.fault("GNSS walks away and takes the estimate with it, all flags good (0.7 m/s), in a task")
 @pytest.mark.parametrize("walk", [0.7 + 0j, -0.7 + 0j, 0.7j, 0.5 - 0.5j])
 @pytest.mark.parametrize("reported", [4 + 0j, 4j])
