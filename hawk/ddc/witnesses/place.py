@@ -47,7 +47,7 @@ SWAYS_M = 10.0
 CONFIRM_S = 0.2
 """Time for which the disagreement must last, seconds, ..."""
 NEAR_SHARE = 0.75
-"""... or this share of the limit the look before: one that grows is no single wrong comparison."""
+"""... or this share of the limit the look before, up to `STALLS_HEIGHT_M`: what grows is no single wrong comparison."""
 MOST_UNSEEN = 2.0
 """Time that no comparison saw counts at the pace of the rest: the disagreement grows by this factor at most."""
 PROOF_M = 15.0
@@ -62,9 +62,11 @@ BRIDGED_S = 5.0
 """A shorter gap between two comparisons is bridged, at the pace of disagreement that was seen, seconds."""
 LOST_S = 5.0
 """A camera that has compared nothing for this time follows the drone no more, seconds."""
-DENIED_HEIGHT_M, DENIED_SHARE, DENIED_S = 40.0, 0.5, 2.0
-"""From above this height over ground, metres, an earlier picture that shows less than this share of a walk denies it,
-for this time, seconds."""
+STALLS_HEIGHT_M = 40.0
+"""Above this height over ground, metres, stalls are some pixels long: one is taken for its neighbour from picture to
+picture."""
+DENIED_SHARE, DENIED_S = 0.5, 2.0
+"""There an earlier picture that shows less than this share of a walk denies it, for this time, seconds."""
 AGREES_M = 1.0
 """A disagreement in the window below this is none, metres."""
 AGREES_S = 10.0
@@ -272,7 +274,7 @@ class PlaceReading:
             limit = LIMIT_M * max(1.0, step.height / LIMIT_HEIGHT_M)
             is_beyond = self._apart > limit or self._found.beyond > 0.0
             is_beyond = is_beyond and not self._is_denied(step, share)
-            grows = self._apart > limit and before > NEAR_SHARE * limit
+            grows = self._apart > limit and before > NEAR_SHARE * limit and step.height <= STALLS_HEIGHT_M
             if self._doubt.begins(step.until, is_beyond=is_beyond, is_sure=grows or self._slow.is_sure):
                 self._begin(step, share)
             return
@@ -283,11 +285,8 @@ class PlaceReading:
             self._end(step.until)
 
     def _is_denied(self, step: GroundStep, share: complex) -> bool:
-        """Return True while earlier pictures show no walk, from high above.
-
-        Stalls are some pixels long there, and one is taken for its neighbour from picture to picture.
-        """
-        if step.height <= DENIED_HEIGHT_M:
+        """Return True while earlier pictures show no walk, from high above."""
+        if step.height <= STALLS_HEIGHT_M:
             return False
         if step.again is not None and self._counts(step.again):
             off, since = self._suspected(share)

@@ -216,7 +216,7 @@ class Walk(Flight):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [*SEEDS[:2], *(pytest.param(seed, marks=pytest.mark.nightly) for seed in SEEDS[2:])])
+@pytest.mark.parametrize("seed", [*SEEDS[:1], *(pytest.param(seed, marks=pytest.mark.nightly) for seed in SEEDS[1:])])
 def test_whatever_happens_no_tick_breaks_a_rule_of_safety(seed: int) -> None:
     walk = Walk(seed)
     try:

@@ -10,6 +10,7 @@ import pytest
 from hawk.ddc.witnesses.place import (
     CONFIRM_S,
     GAP_M,
+    LIMIT_HEIGHT_M,
     LIMIT_M,
     LOST_S,
     PATH_SHARE,
@@ -28,6 +29,7 @@ class Flight:
     def __init__(self) -> None:
         self.reading = PlaceReading()
         self.now = 0.0
+        self.height = 25.0
 
     def fly(
         self,
@@ -54,7 +56,7 @@ class Flight:
                     (path.real, path.imag),
                     stretch * STEP_S,
                     turn * STEP_S,
-                    25.0,
+                    self.height,
                 )
             )
             self.now += STEP_S
@@ -95,6 +97,14 @@ def test_a_disagreement_that_grows_is_doubted_by_the_first_look_beyond_the_limit
     flight = Flight()
     flight.fly(20.0)
     assert LIMIT_M < flight.doubted_after(10.0, walk=1.4) * 1.4 < LIMIT_M + 1.4 * STEP_S
+
+
+def test_high_above_it_must_last_since_one_look_may_err_as_the_one_before() -> None:
+    flight = Flight()
+    flight.height = 60.0
+    flight.fly(20.0)
+    limit = LIMIT_M * flight.height / LIMIT_HEIGHT_M
+    assert limit + 1.4 * STEP_S < flight.doubted_after(10.0, walk=1.4) * 1.4 < limit + 2 * 1.4 * STEP_S
 
 
 def test_one_wrong_look_is_not_doubted() -> None:

@@ -141,7 +141,7 @@ def _shapes(stalls: list[Json]) -> Floats:
 
 
 @pytest.mark.slow
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(ACTS)
 def test_any_edit_keeps_labels_and_ids_for_ever_and_no_stall_on_another(acts: list[Any]) -> None:
     with a_person() as person:
