@@ -47,6 +47,7 @@ def look(placing: PlanRegistration, found: StallMap, frames: int = 400) -> Recta
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("north", "east", "turn"), [(0.0, 0.0, 0.0), (1.4, -1.1, 0.02), (-2.8, 2.2, -0.03)])
 def test_the_plan_is_found_where_the_flight_sees_the_lot(north: float, east: float, turn: float) -> None:
     stalls = rows_of(14, 9, 12)
@@ -56,6 +57,7 @@ def test_the_plan_is_found_where_the_flight_sees_the_lot(north: float, east: flo
     assert np.hypot(*(placed.centres - there[:, :2]).T).max() < 0.05
 
 
+@pytest.mark.slow
 def test_a_row_without_an_end_in_view_is_not_certain_and_is_looked_at_again() -> None:
     stalls = rows_of(40)
     part = stalls[10:30]
@@ -82,6 +84,7 @@ def test_a_few_stalls_are_not_compared() -> None:
     assert placing.doubt is Doubt.TOO_FEW
 
 
+@pytest.mark.slow
 def test_a_plan_that_was_placed_is_not_looked_for_again() -> None:
     stalls = rows_of(14, 9, 12)
     placing = PlanRegistration(lot_of(stalls))
@@ -89,6 +92,7 @@ def test_a_plan_that_was_placed_is_not_looked_for_again() -> None:
     assert placing.is_over
 
 
+@pytest.mark.slow
 def test_a_copy_begins_its_comparison_again() -> None:
     stalls = rows_of(14, 9, 12)
     placing = PlanRegistration(lot_of(stalls))

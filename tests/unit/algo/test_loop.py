@@ -172,6 +172,7 @@ async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:
     assert rig.topics.des_loc_inbound.value is None
 
 
+@pytest.mark.slow
 async def test_the_sun_of_the_picture_s_moment_and_place_goes_with_the_frame(rig: Rig) -> None:
     asked: list[tuple[float, VehiclePose]] = []
 
@@ -188,6 +189,7 @@ async def test_the_sun_of_the_picture_s_moment_and_place_goes_with_the_frame(rig
     assert asked == [(2.0, vehicle_pose(2.0))]
 
 
+@pytest.mark.slow
 async def test_the_height_of_the_ground_goes_with_the_frame(rig: Rig) -> None:
     await rig.put(2.0)
     rig.ground = 5.0

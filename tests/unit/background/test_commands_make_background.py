@@ -90,6 +90,7 @@ def test_every_place_of_the_picture_is_shown_at_its_place(tmp_path: Path, bands:
         assert min(shown(tmp_path / "tiles", zoom, place_of(0.75, 0.75))[:3]) > 248
 
 
+@pytest.mark.slow
 def test_beside_the_picture_there_is_nothing(tmp_path: Path) -> None:
     picture = geotiff(tmp_path / "lot.tif")
     assert main(["make-background", str(picture), "--out", str(tmp_path / "tiles")]) == 0
@@ -139,6 +140,7 @@ def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_picture_that_cannot_be_used_is_refused_with_a_remedy(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

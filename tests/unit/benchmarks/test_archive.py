@@ -51,6 +51,7 @@ def test_a_drawn_lot_has_that_many_stalls_a_pitch_or_more_apart() -> None:
     assert apart[~np.eye(300, dtype=bool)].min() == pytest.approx(2.5)
 
 
+@pytest.mark.slow
 async def test_a_look_at_another_stall_is_counted(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     centres = drawn_lot(30, rng)

@@ -10,6 +10,7 @@ from benchmarks.corrections import LIMITS_MS, figures, measure
 from hawk.lots.plan.operations import NAMES
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_each_operation_of_a_small_lot_costs_something(tmp_path: Path) -> None:
     measured = measure(tmp_path, 300)

@@ -122,6 +122,7 @@ def test_a_pilot_that_knows_the_lot_has_only_to_see_it() -> None:
     assert (extent[1] >= 32).all()
 
 
+@pytest.mark.slow
 def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same_path() -> None:
     setup = flown()
     lot = setup.lot(3)
@@ -144,6 +145,7 @@ class Watched(TourPilot):
         return super().plan(frame, known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.6, 1.2, 1.8, 2.4, 3.1])
 def test_the_planner_counts_on_what_a_leaning_drone_shows(turn: float) -> None:
     """The body that flies leans as it speeds up, turns and brakes: nearly all that is counted on is seen, and more than
@@ -210,6 +212,7 @@ def test_wrong_options_are_refused(arguments: list[str], capsys: pytest.CaptureF
     assert arguments[0] in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_flight_ends_when_nothing_moves() -> None:
     setup = flown()
     lot = setup.lot(3)

@@ -44,6 +44,7 @@ def test_it_does_not_follow_a_goal_beyond_the_fence() -> None:
     assert one.distance_m < 1.0
 
 
+@pytest.mark.slow
 def test_a_drifting_position_takes_it_where_it_believes_the_goal_is() -> None:
     one = drone(2.0)
     fly(one, Goal(20.0, 0.0, 35.0, 0.0), 60.0)

@@ -91,6 +91,7 @@ def test_figures_are_shares_over_all_lots() -> None:
     assert (found["same_id"], found["wrong_id"], found["unregistered"]) == (0.95, 1.0, 1 / 8)
 
 
+@pytest.mark.nightly
 def test_true_stalls_are_found_by_their_place_each_once(world: World) -> None:
     centres = np.array([stall.corners.mean(axis=0) for stall in world.stalls])
     count = len(centres)
@@ -103,6 +104,7 @@ def test_true_stalls_are_found_by_their_place_each_once(world: World) -> None:
     assert true_ids(world, places[:1] + np.array([500.0, 0.0]), [1]) == {}
 
 
+@pytest.mark.nightly
 def test_a_repainted_stall_that_fits_one_of_before_is_that_one() -> None:
     first, later = (generate_world(6, WorldOptions(repaint=count)) for count in (0, 1))
     lasting = lasting_ids(first, later)

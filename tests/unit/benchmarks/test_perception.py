@@ -145,6 +145,7 @@ def test_stalls_are_cut_at_the_edge_of_the_picture() -> None:
         assert (quad[:, 1].min(), quad[:, 1].max()) == pytest.approx((1.0, 6.0))
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_stall_that_the_picture_s_edge_cuts_is_found(ground: Place) -> None:
     """Half of a stall is shown: found as half a stall, in its state."""

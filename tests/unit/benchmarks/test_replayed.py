@@ -12,6 +12,7 @@ from hawk.algo.frame import FrameInput
 from hawk.store.replay import read_frames
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_flight_is_decided_and_processed(tmp_path: Path) -> None:
     found = measure(tmp_path, 3)

@@ -43,6 +43,7 @@ def test_the_moments_are_twelve_of_one_day_and_six_of_another_week() -> None:
     assert len(StudyLot(2).visits(3)) == 4  # with the flight that finds the lot
 
 
+@pytest.mark.slow
 def test_the_history_is_that_of_the_stays(perfect: Panel) -> None:
     history = History(STAYS, TRUE, perfect)
     noon = DAY + timedelta(hours=12)
@@ -55,6 +56,7 @@ def test_the_history_is_that_of_the_stays(perfect: Panel) -> None:
     assert came.sum() == len(began)
 
 
+@pytest.mark.slow
 def test_an_eye_that_errs_in_nothing_is_right_in_everything(perfect: Panel) -> None:
     found = judged("one", perfect, STAYS, TRUE)
     assert max(found.errors) == 0
@@ -65,6 +67,7 @@ def test_an_eye_that_errs_in_nothing_is_right_in_everything(perfect: Panel) -> N
     assert 0.85 <= found.hours[1] / found.hours[0] <= 1.0
 
 
+@pytest.mark.slow
 def test_wrong_states_are_counted_in_every_figure(perfect: Panel) -> None:
     state = perfect.state.copy()
     state[2, :6] = 1 - state[2, :6]

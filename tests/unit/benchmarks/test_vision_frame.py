@@ -16,6 +16,7 @@ def inputs() -> list[FrameInput]:
     return frames(generate_world(1), 20.0, 1)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_each_engine_is_timed_beside_opencv(inputs: list[FrameInput]) -> None:
     figures = {figure.key: figure for figure in engine_figures(inputs)}

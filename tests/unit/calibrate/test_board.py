@@ -26,6 +26,7 @@ def test_the_print_is_the_board_that_opencv_draws(name: str) -> None:
     assert np.mean(np.abs(cut.astype(int) - drawn) > 100) < 0.01  # edges of modules fall between pixels
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["A4", "A3"])
 def test_every_corner_is_found_where_it_is_printed(name: str) -> None:
     paper = PAPERS[name]

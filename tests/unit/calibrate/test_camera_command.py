@@ -56,6 +56,7 @@ def test_too_few_pictures_are_not_accepted_and_the_next_one_is_named(
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_pictures_are_taken_as_the_sensor_gave_them_and_damaged_ones_are_left_out(
     pictures: list[Picture], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -139,6 +139,7 @@ def test_a_recording_without_pictures_from_the_air_is_refused(tmp_path: Path) ->
         read_flight(newest_recording(tmp_path))
 
 
+@pytest.mark.slow
 def test_a_flight_whose_pictures_cannot_be_read_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asyncio.run(write(tmp_path, lanes(15), {}))
     assert main(["calibrate", "--in-flight", "--store", str(tmp_path)]) == 1

@@ -91,6 +91,7 @@ def test_a_flight_that_only_turns_does_not_know_the_yaw() -> None:
     assert "lanes of 20 m" in yaw.problem
 
 
+@pytest.mark.slow
 def test_too_few_pairs_are_refused_with_the_flight_that_is_needed() -> None:
     true = lanes(30)
     pairs = all_pairs(true)[:19]
@@ -98,6 +99,7 @@ def test_too_few_pairs_are_refused_with_the_flight_that_is_needed() -> None:
         estimate(true, seen(pairs, true, Errors()), CAMERA)
 
 
+@pytest.mark.slow
 def test_pairs_of_a_few_seconds_are_refused() -> None:
     true = lanes(40)
     matches = [m for m in seen(all_pairs(true), true, Errors()) if m.pair.before.captured < 15]

@@ -140,6 +140,7 @@ def test_the_daemon_reads_the_file_as_the_lens_is(tmp_path: Path) -> None:
 # -- views -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_picture_without_the_board_has_no_view() -> None:
     noise = np.random.default_rng(1).integers(0, 255, (540, 960, 3), np.uint8)
     assert BoardFinder(*SIZE).find(noise) is None
@@ -160,6 +161,7 @@ def test_the_tilt_is_the_board_s(studio: Studio, turn: tuple[int, int], k: int, 
     assert abs(np.degrees(view.lean[1 - k])) < 5
 
 
+@pytest.mark.slow
 def test_the_size_is_that_of_the_whole_board_however_little_is_seen(studio: Studio) -> None:
     finder = BoardFinder(*SIZE)
     whole, part = (finder.find(studio.view((0, 0, 90, x, 0, 16.0))) for x in (0, 8))

@@ -73,6 +73,7 @@ def write_settings(tmp_path: Path, camera: str) -> Path:
     return file
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "camera",
     [
@@ -120,6 +121,7 @@ def test_no_secret_of_any_place_is_in_the_bundle(
     assert "settings.json" in shown
 
 
+@pytest.mark.slow
 def test_settings_that_cannot_be_read_still_give_a_bundle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config = tmp_path / "config.toml"
     config.write_text(f'[web]\ntoken = "{WEB_TOKEN}"\nport = 99999999\n')
@@ -156,6 +158,7 @@ def test_an_existing_file_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert out.read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_the_journal_of_a_survey_is_read_and_not_changed(tmp_path: Path) -> None:
     furnish(tmp_path)
     segment = tmp_path / "journal" / "000001-first" / "000000.journal"

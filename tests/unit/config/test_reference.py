@@ -81,6 +81,7 @@ def test_without_the_file_there_are_no_texts_and_all_values(tmp_path: Path) -> N
     assert {each.text for each in found} == {""}
 
 
+@pytest.mark.slow
 def test_the_page_of_all_settings_is_up_to_date() -> None:
     command = [sys.executable, "packaging/settings_page.py", "--check"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

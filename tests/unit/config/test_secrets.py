@@ -286,6 +286,7 @@ async def test_a_recording_holds_no_secret(tmp_path: Path) -> None:
     assert "canary-operator" in kept
 
 
+@pytest.mark.slow
 def test_the_doctors_bundle_holds_no_secret(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     values = given(tmp_path)
     for section, key in (("web", "token"), ("webhooks", "secret"), ("camera", "url")):
@@ -303,6 +304,7 @@ def test_the_doctors_bundle_holds_no_secret(tmp_path: Path, monkeypatch: pytest.
     assert GONE in text, "the host of a receiver helps"
 
 
+@pytest.mark.slow
 async def test_a_camera_and_receivers_that_are_away_are_named_without_secrets(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -32,6 +32,7 @@ def under(archive: Archive, pictures: PictureFolder, lot: str | None = None) -> 
         return ground_under(connection, pictures, lot)
 
 
+@pytest.mark.slow
 def test_the_newest_survey_with_a_picture_lies_under_the_plan(archive: Archive) -> None:
     surveys = [archive.add(flown(number)).survey for number in (1, 2, 3)]
     pictures = pictures_of(archive.store.path)
@@ -45,6 +46,7 @@ def test_the_newest_survey_with_a_picture_lies_under_the_plan(archive: Archive) 
     assert set(found.mosaic.mosaic) == set(MOSAIC)
 
 
+@pytest.mark.slow
 def test_a_lot_is_chosen_by_name_and_one_that_is_not_there_is_named(archive: Archive) -> None:
     pictures = pictures_of(archive.store.path)
     pictures.write(archive.add(flown(1)).survey, MOSAIC)
@@ -77,6 +79,7 @@ def test_a_store_that_is_not_there_is_named_and_none_is_made(
     assert not (tmp_path / "other").exists()
 
 
+@pytest.mark.slow
 def test_a_lot_that_is_not_there_is_named_by_its_option(archive: Archive, capsys: pytest.CaptureFixture[str]) -> None:
     archive.add(flown(1))
     folder = archive.store.path.parent

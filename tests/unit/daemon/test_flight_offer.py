@@ -9,6 +9,8 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import pytest
+
 from hawk.calibrate.flight_command import use_least_priority
 from hawk.cli import make_parser
 from hawk.config.sections import CameraSettings
@@ -164,6 +166,7 @@ def test_the_command_is_one_that_the_command_line_knows(tmp_path: Path) -> None:
     assert (options.in_flight, options.json, options.in_background) == (recording, True, True)
 
 
+@pytest.mark.slow
 def test_an_estimate_in_the_background_runs_at_low_priority(tmp_path: Path) -> None:
     """In a process of its own: niceness cannot be taken back."""
     score = tmp_path / "score"

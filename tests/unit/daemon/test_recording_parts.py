@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import jsonschema
+import pytest
 
 from hawk.algo.vision.network_file import network_name
 from hawk.comm.autopilot.vehicle import VehicleTopics
@@ -88,6 +89,7 @@ def test_a_map_without_a_place_on_earth_is_not_shown() -> None:
     assert shown.views == []
 
 
+@pytest.mark.slow
 def test_every_schema_is_one() -> None:
     for schema in json_schemas().values():
         jsonschema.Draft202012Validator.check_schema(schema)

@@ -72,6 +72,7 @@ async def test_the_state_is_written_with_the_publication_that_arms(daemon: Daemo
     assert may_fly(read_flight_state(tmp_path / "run"))
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a busy computer lets the program wait for seconds while the drone stands on the ground")
 async def test_a_tick_of_a_drone_that_may_fly_gives_the_program_a_second_and_one_on_the_ground_longer(
     daemon: Daemon, monkeypatch: pytest.MonkeyPatch
@@ -86,6 +87,7 @@ async def test_a_tick_of_a_drone_that_may_fly_gives_the_program_a_second_and_one
     assert given == [pytest.approx(1.2 * GROUND_S), pytest.approx(1.2), pytest.approx(1.2 * GROUND_S)]
 
 
+@pytest.mark.slow
 async def test_one_late_disarmed_ends_no_flight_and_the_state_that_follows_a_landing_does(daemon: Daemon) -> None:
     state, said = daemon.topics.curr_state_pub, daemon.vehicle.state
 

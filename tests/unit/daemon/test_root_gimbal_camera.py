@@ -31,6 +31,7 @@ class FakeLoop:
     async def close(self) -> None: ...
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_on", [True, False])
 async def test_pictures_have_the_gimbal_and_the_sun_that_the_settings_name(
     is_on: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

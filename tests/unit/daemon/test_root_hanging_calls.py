@@ -52,6 +52,7 @@ async def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[
     made.output.close()
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a second call hangs in the air",
     "the program ends at once with status 70, so that failsafe and restart act",
@@ -68,6 +69,7 @@ async def test_the_first_in_the_air_is_shown_and_the_second_ends_the_program(rig
     assert "PARAM_SET" in rig.left[0]
 
 
+@pytest.mark.slow
 @pytest.mark.fault("calls hang on the ground", "shown; the program goes on")
 async def test_on_the_ground_it_is_shown_and_the_program_goes_on(rig: Rig) -> None:
     rig.hear(armed=False, landed=LandedState.ON_GROUND)
@@ -77,6 +79,7 @@ async def test_on_the_ground_it_is_shown_and_the_program_goes_on(rig: Rig) -> No
     assert rig.left == []
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the link task, or another long-running task, ends")
 async def test_a_task_that_ends_is_shown_and_started_again(rig: Rig) -> None:
     runs = asyncio.Event()

@@ -39,6 +39,7 @@ async def datum_after(folder: Path, options: DaemonOptions) -> GlobalPose | None
         output.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "goes_on"),
     [
@@ -52,6 +53,7 @@ async def test_options_decide_whether_a_survey_goes_on(tmp_path: Path, options: 
     assert await datum_after(tmp_path, options) == (DATUM if goes_on else None)
 
 
+@pytest.mark.slow
 async def test_an_outline_that_was_given_before_the_first_flight_goes_on(tmp_path: Path) -> None:
     given = Outline((((43.26, -79.92), (43.27, -79.92), (43.27, -79.91)),))
     journal = FlightJournal(tmp_path / "journal")
@@ -192,6 +194,7 @@ async def test_a_survey_that_is_set_aside_is_reported_with_its_name_and_age(
     assert found.kept.survey_id != first
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the wall clock steps by 3 days between two starts on the ground")
 async def test_the_page_shows_a_survey_that_was_set_aside(tmp_path: Path) -> None:
     old = this_moment().before(2 * DAY)
@@ -228,6 +231,7 @@ async def test_a_new_simulated_world_sets_a_survey_aside_without_a_word(tmp_path
         await again.close()
 
 
+@pytest.mark.slow
 @pytest.mark.fault("the store became read-only in the air", "the start goes on without it")
 @pytest.mark.parametrize("flies", [True, False])
 async def test_a_store_that_cannot_be_written_stops_no_start_in_the_air(

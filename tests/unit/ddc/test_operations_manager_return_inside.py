@@ -104,6 +104,7 @@ def flown(made: Decider, now: float, seconds: float, change: Change = lambda fac
 # -- the path ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a return in a bent fence: the straight line home leaves it")
 def test_it_is_led_by_targets_that_the_gate_takes_until_home_is_in_sight() -> None:
     made, facts = returning(bent(10.0)), bent(10.0)
@@ -448,6 +449,7 @@ def foreign(mode: CopterMode) -> Change:
     return change
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a return along a path inside a bent fence: a pilot or a failsafe of the autopilot changes the mode",
     "nothing is asked for, no target is sent",
@@ -592,6 +594,7 @@ async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_h
     assert "Home is in straight sight." in rig.log
 
 
+@pytest.mark.slow
 async def test_the_end_of_the_program_asks_for_rtl_before_it_ends(led: Rig) -> None:
     assert await led.manager.shutdown_in_air()
     assert led.autopilot.mode == CopterMode.RTL
@@ -636,6 +639,7 @@ async def test_paths_are_prepared_off_the_loop_when_the_fence_comes_into_force(
     assert {name.startswith("hawk-parameters") for _, name in made} == {True}
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the reserve counts the straight line where the path is longer",
     "it counts the path, so that the drone turns home in time",

@@ -22,6 +22,7 @@ def recorded(rig: Rig) -> list[tuple[str, dict[str, Any]]]:
     return [(kind, json.loads(to_json(payload))) for kind, payload in rig.records]
 
 
+@pytest.mark.slow
 async def test_facts_come_back_equal_from_the_recording(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     gathered: list[Facts] = []

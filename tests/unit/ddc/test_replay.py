@@ -183,6 +183,7 @@ async def test_the_facts_of_a_flight_give_every_decision_again(
         assert again != [moment.decision for moment in flight], "other facts give other decisions"
 
 
+@pytest.mark.slow
 async def test_a_decision_that_differs_is_shown_with_its_time(tmp_path: Path) -> None:
     rig, records = await flown(_wait, tmp_path)
     changed = next(payload for kind, payload in records if kind == "decision")
@@ -193,6 +194,7 @@ async def test_a_decision_that_differs_is_shown_with_its_time(tmp_path: Path) ->
     assert difference.at == next(iter(moments(records))).facts.now
 
 
+@pytest.mark.slow
 async def test_a_memory_that_differs_is_shown(tmp_path: Path, often: None) -> None:
     rig, records = await flown(_wait, tmp_path)
     memories = [payload for kind, payload in records if kind == MEMORY]
@@ -202,6 +204,7 @@ async def test_a_memory_that_differs_is_shown(tmp_path: Path, often: None) -> No
     assert first.again["decider"][3]["_fault"] == ""
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often")
 async def test_moments_after_lost_records_wait_for_the_next_memory(tmp_path: Path) -> None:
     rig, records = await flown(_wait, tmp_path)
@@ -212,6 +215,7 @@ async def test_moments_after_lost_records_wait_for_the_next_memory(tmp_path: Pat
     assert found.differences == ()
 
 
+@pytest.mark.slow
 async def test_the_end_of_the_program_in_the_air_is_decided_again(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.autopilot.put_in_air()
@@ -237,6 +241,7 @@ async def test_a_file_is_decided_again_by_the_settings_in_it(tmp_path: Path) -> 
     assert found.decided == sum(kind in (TICK, COMMAND) for kind, _ in rig.records)
 
 
+@pytest.mark.slow
 async def test_facts_whose_decision_a_crash_may_have_lost_are_not_compared(tmp_path: Path) -> None:
     config = Config(heights=HeightSettings(minimum_m=15.0))
     rig = Rig(tmp_path, settings=DdcSettings.from_config(config))
@@ -253,6 +258,7 @@ async def test_facts_whose_decision_a_crash_may_have_lost_are_not_compared(tmp_p
     assert compare_recording(path).differences == ()
 
 
+@pytest.mark.slow
 async def test_the_command_prints_how_much_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = Config(heights=HeightSettings(minimum_m=15.0))
     rig = Rig(tmp_path, settings=DdcSettings.from_config(config))
@@ -271,6 +277,7 @@ async def test_the_command_prints_how_much_differs(tmp_path: Path, capsys: pytes
     assert difference["recorded"]["fault"] == "of another version"
 
 
+@pytest.mark.slow
 async def test_the_command_names_the_damage_of_a_file_that_was_cut(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -327,6 +334,7 @@ async def _file(folder: Path, rig: Rig, configuration: str) -> Path:
     return recording.path
 
 
+@pytest.mark.slow
 async def test_a_recording_of_a_version_without_memories_is_refused(tmp_path: Path) -> None:
     rig, records = await flown(_wait, tmp_path)
     without = [(kind, payload) for kind, payload in records if kind != MEMORY]
@@ -334,12 +342,14 @@ async def test_a_recording_of_a_version_without_memories_is_refused(tmp_path: Pa
         compare(without, rig.settings)
 
 
+@pytest.mark.slow
 async def test_a_file_that_was_cut_at_its_first_moment_holds_nothing_to_decide(tmp_path: Path) -> None:
     rig, records = await flown(_wait, tmp_path)
     first = next(number for number, (kind, _) in enumerate(records) if kind == TICK)
     assert compare(records[: first + 1], rig.settings, is_whole=False) == Comparison(0, 0, 0, ())
 
 
+@pytest.mark.slow
 async def test_facts_of_another_version_are_refused(tmp_path: Path) -> None:
     rig, records = await flown(_wait, tmp_path)
     next(payload for kind, payload in records if kind == TICK)["facts"]["vehicle"] = {"armed": "perhaps"}
@@ -347,6 +357,7 @@ async def test_facts_of_another_version_are_refused(tmp_path: Path) -> None:
         compare(records, rig.settings)
 
 
+@pytest.mark.slow
 async def test_a_memory_of_another_format_is_refused(tmp_path: Path) -> None:
     rig, records = await flown(_wait, tmp_path)
     next(payload for kind, payload in records if kind == MEMORY)["format"] = FORMAT + 1
@@ -398,7 +409,7 @@ class RecordedFlight(Flight):
 @pytest.mark.usefixtures("often")
 class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, valid-type]
     settings = settings(
-        max_examples=5,
+        max_examples=3,
         stateful_step_count=25,
         deadline=None,
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],

@@ -224,6 +224,7 @@ class TestArmedAndLanded:
             "remote id",
         ]
 
+    @pytest.mark.slow
     def test_a_fall_is_a_fact(self, tmp_path: Path) -> None:
         kept = Fall(5.0, 43.0, -79.0, 12.0)
         bench = Bench(tmp_path, fall=kept)
@@ -350,6 +351,7 @@ class TestBattery:
         facts = bench.tick().battery
         assert (facts.reserve, facts.reached_s) == (None, None)
 
+    @pytest.mark.slow
     def test_a_charge_that_is_not_known_is_timed_in_flight(self, bench: Bench) -> None:
         bench.fly()
         bench.autopilot.battery = None
@@ -423,6 +425,7 @@ class TestBattery:
         assert facts.battery.info is None
         assert facts.battery.charge.is_critical
 
+    @pytest.mark.slow
     def test_what_is_believed_decides(self, bench: Bench) -> None:
         bench.fly()
         bench.autopilot.volts = 3.35 * 3

@@ -109,6 +109,7 @@ def camera_agrees(flying: Rig) -> None:
     flying.inputs.ground_step.publish(GroundStep(now - 0.4, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 35.0))
 
 
+@pytest.mark.slow
 async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))
@@ -207,6 +208,7 @@ def test_the_trail_grows_at_its_end_only() -> None:
     assert trail.flight_time(20.0) == 20.0
 
 
+@pytest.mark.slow
 def test_a_trail_that_grows_too_long_is_thinned_under_a_new_identity() -> None:
     trail = Trail()
     for step in range(MAXIMUM_POINTS + 10):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
 from tests.unit.docs.scripts import load
@@ -13,6 +15,7 @@ api_page = load("api_page")
 PAGE = (Path(__file__).parents[3] / "docs" / "api.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_page_is_what_the_command_writes() -> None:
     assert api_page.page() == PAGE, "run: python packaging/api_page.py"
 

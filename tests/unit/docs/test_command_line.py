@@ -46,6 +46,7 @@ def test_there_are_pages_and_completions_of_both_programs() -> None:
     }
 
 
+@pytest.mark.slow
 @sweep("name", PARSERS)
 def test_every_command_and_option_is_in_each_of_them(name: str) -> None:
     wanted = words_of(PARSERS[name])

@@ -23,6 +23,7 @@ def _ground() -> World:
     return World(name="plain", metres_per_pixel=0.1, ground=image, lots=(lot,))
 
 
+@pytest.mark.slow
 def test_the_example_of_the_documentation_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

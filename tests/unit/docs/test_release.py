@@ -178,6 +178,7 @@ def test_the_workflow_calls_the_command_and_names_its_secret() -> None:
     assert "RELEASE_KEY" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_version_is_the_same_wherever_it_stands() -> None:
     def text(name: str) -> str:
         return (ROOT / name).read_text(encoding="utf-8")

@@ -104,6 +104,7 @@ def kept(tmp_path: Path) -> Kept:
     return Kept(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_survey_is_erased_with_everything_that_names_it(kept: Kept) -> None:
     assert kept.holds(kept.surveys[1], kept.names[1]) == {kept.surveys[1], kept.names[1]}
     report = erase(kept.settings, lot=None, survey=kept.surveys[1])
@@ -114,6 +115,7 @@ def test_a_survey_is_erased_with_everything_that_names_it(kept: Kept) -> None:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_of_a_lot_no_byte_is_left(kept: Kept) -> None:
     assert kept.holds(*kept.secret) == set(kept.secret)
     report = erase(kept.settings, lot=NAME, survey=None)
@@ -127,6 +129,7 @@ def test_of_a_lot_no_byte_is_left(kept: Kept) -> None:
     opened.close()
 
 
+@pytest.mark.slow
 def test_a_lot_that_was_merged_into_it_goes_too(kept: Kept) -> None:
     kept.delete(2)
     kept.merge()
@@ -134,6 +137,7 @@ def test_a_lot_that_was_merged_into_it_goes_too(kept: Kept) -> None:
     assert kept.holds(NAME, OTHER_NAME, kept.lot, kept.other, *kept.surveys, *kept.names) == set()
 
 
+@pytest.mark.slow
 def test_a_lot_that_was_merged_into_another_is_refused_by_the_name_of_that_one(kept: Kept) -> None:
     kept.merge()
     words = f"--lot: '{OTHER_NAME}' was merged into '{NAME}', which has its surveys: give that one .{kept.lot}."
@@ -144,6 +148,7 @@ def test_a_lot_that_was_merged_into_another_is_refused_by_the_name_of_that_one(k
         erase(kept.settings, lot="x", survey=None)
 
 
+@pytest.mark.slow
 def test_a_name_is_that_of_the_lot_that_is_shown(kept: Kept) -> None:
     opened = Database(kept.folder / FILE)
     with opened.writing() as connection:
@@ -153,6 +158,7 @@ def test_a_name_is_that_of_the_lot_that_is_shown(kept: Kept) -> None:
     assert erase(kept.settings, lot=NAME, survey=None).surveys == 3
 
 
+@pytest.mark.slow
 def test_surveys_that_were_deleted_go_with_their_lot(kept: Kept) -> None:
     kept.delete(1)
     kept.delete(2)
@@ -162,6 +168,7 @@ def test_surveys_that_were_deleted_go_with_their_lot(kept: Kept) -> None:
     assert kept.holds(kept.surveys[2], kept.names[2]) == {kept.surveys[2], kept.names[2]}
 
 
+@pytest.mark.slow
 def test_a_deleted_survey_is_of_the_lot_that_had_it_last(kept: Kept) -> None:
     opened = Database(kept.folder / FILE)
     with opened.writing() as connection:
@@ -173,6 +180,7 @@ def test_a_deleted_survey_is_of_the_lot_that_had_it_last(kept: Kept) -> None:
     assert kept.holds(kept.names[1]) == {kept.names[1]}
 
 
+@pytest.mark.slow
 def test_a_deleted_survey_that_nobody_can_bring_back_goes_with_each_lot(kept: Kept) -> None:
     kept.delete(1)
     with closing(sqlite3.connect(kept.folder / FILE)) as opened, opened:
@@ -181,6 +189,7 @@ def test_a_deleted_survey_that_nobody_can_bring_back_goes_with_each_lot(kept: Ke
     assert kept.holds(kept.surveys[1], kept.names[1]) == set()
 
 
+@pytest.mark.slow
 def test_everything_is_erased_but_the_settings_and_the_tokens(kept: Kept) -> None:
     for name in ("params.json", "web-tokens.json", "camera.yaml"):
         (kept.folder / name).write_text("kept")
@@ -195,12 +204,14 @@ def test_everything_is_erased_but_the_settings_and_the_tokens(kept: Kept) -> Non
     opened.close()
 
 
+@pytest.mark.slow
 def test_a_recording_that_names_no_survey_may_hold_one(kept: Kept) -> None:
     kept.record("20260601T103000Z.mcap", "")
     (kept.folder / "recordings" / "20260602T103000Z.mcap").write_bytes(b"\x89MCAP0\r\n" + b"cut")
     assert erase(kept.settings, lot=None, survey=kept.surveys[1]).recordings == 3
 
 
+@pytest.mark.slow
 def test_recordings_are_looked_at_whatever_their_names(kept: Kept) -> None:
     kept.record("monday morning.mcap", kept.names[1])
     kept.record("tuesday.mcap", kept.names[2])
@@ -209,6 +220,7 @@ def test_recordings_are_looked_at_whatever_their_names(kept: Kept) -> None:
     assert kept.holds("tuesday.mcap") == {"tuesday.mcap"}
 
 
+@pytest.mark.slow
 def test_files_that_are_half_written_go_too(kept: Kept) -> None:
     (picture,) = (kept.folder / "lots-pictures").glob(f"{kept.surveys[1]}.zip")
     shutil.copy(picture, picture.with_suffix(".part"))
@@ -222,6 +234,7 @@ def test_files_that_are_half_written_go_too(kept: Kept) -> None:
 _FAILS = {"pictures": (PictureFolder, "remove"), "files": (Path, "unlink"), "journals": (shutil, "rmtree")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [PermissionError(13, "Permission denied"), KeyboardInterrupt()])
 @pytest.mark.parametrize(
     ("at", "lot"), [("pictures", NAME), ("files", NAME), ("journals", NAME), ("files", None), ("journals", None)]
@@ -248,6 +261,7 @@ def test_after_an_error_the_same_command_erases_the_rest(
     assert kept.holds(*kept.secret) == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lot", [NAME, None])
 def test_nothing_is_erased_while_another_program_has_the_store_open(
     lot: str | None, kept: Kept, monkeypatch: pytest.MonkeyPatch
@@ -262,18 +276,21 @@ def test_nothing_is_erased_while_another_program_has_the_store_open(
     assert kept.holds(*kept.secret) == set()
 
 
+@pytest.mark.slow
 def test_a_damaged_store_is_no_hindrance_to_erase_everything(kept: Kept) -> None:
     (kept.folder / FILE).write_bytes(b"no store")
     assert erase(kept.settings, lot=None, survey=None).surveys == 0
     assert not (kept.folder / FILE).exists()
 
 
+@pytest.mark.slow
 def test_nothing_is_erased_while_a_daemon_uses_the_store(kept: Kept) -> None:
     with held_store(kept.folder, {"page": "http://x"}), pytest.raises(LotStoreError, match="stop it first"):
         erase(kept.settings, lot=NAME, survey=None)
     assert kept.holds(NAME) == {NAME}
 
 
+@pytest.mark.slow
 def test_what_is_not_there_is_named_with_what_is(kept: Kept) -> None:
     with pytest.raises(NotFoundError, match=f"--lot: there is no lot 'x'; there are: {NAME}, {OTHER_NAME}"):
         erase(kept.settings, lot="x", survey=None)
@@ -282,6 +299,7 @@ def test_what_is_not_there_is_named_with_what_is(kept: Kept) -> None:
     assert all(f"{each[:8]} of 20" in str(raised.value) for each in kept.surveys)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lot", [None, "x"])
 def test_a_folder_that_is_no_store_is_refused_and_not_made(kept: Kept, lot: str | None) -> None:
     folder = kept.folder / "none"
@@ -299,11 +317,13 @@ def test_recordings_without_a_lot_are_a_store_too(tmp_path: Path) -> None:
     assert erase(StoreSettings(directory=tmp_path), lot=None, survey=None).recordings == 1
 
 
+@pytest.mark.slow
 def test_a_survey_is_named_by_the_beginning_of_its_id(kept: Kept) -> None:
     assert erase(kept.settings, lot=None, survey=kept.surveys[1][:8]).surveys == 1
     assert kept.holds(*kept.surveys) == {kept.surveys[0], kept.surveys[2]}
 
 
+@pytest.mark.slow
 def test_two_lots_of_one_name_need_an_id(kept: Kept) -> None:
     opened = Database(kept.folder / FILE)
     with opened.writing() as connection:
@@ -313,6 +333,7 @@ def test_two_lots_of_one_name_need_an_id(kept: Kept) -> None:
         erase(kept.settings, lot=NAME, survey=None)
 
 
+@pytest.mark.slow
 def test_a_store_of_another_version_is_left_alone(kept: Kept) -> None:
     with closing(sqlite3.connect(kept.folder / FILE)) as newer:
         newer.execute(f"PRAGMA user_version = {VERSION + 1}")
@@ -320,6 +341,7 @@ def test_a_store_of_another_version_is_left_alone(kept: Kept) -> None:
         erase(kept.settings, lot=NAME, survey=None)
 
 
+@pytest.mark.slow
 def test_the_command_asks_first(
     kept: Kept, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -340,12 +362,14 @@ def test_the_command_asks_first(
     assert f"erased lot {NAME}: surveys 2, pictures 2, recordings 2, journals 2" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_command_erases_nothing_that_is_not_named(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["erase", "--store", str(kept.folder), "--yes"]) == 2
     assert "--lot, --survey or --everything is missing" in capsys.readouterr().err
     assert kept.holds(NAME) == {NAME}
 
 
+@pytest.mark.slow
 def test_the_command_names_what_it_cannot_do(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["erase", "--store", str(kept.folder), "--survey", "x", "--yes"]) == 1
     assert "hawk-drone erase: --survey: there is no survey 'x'" in capsys.readouterr().err

@@ -21,6 +21,7 @@ def run(stored: Stored, tmp_path: Path, *arguments: str) -> int:
     return main(["export", "Lot 1", "--store", str(tmp_path), *arguments])
 
 
+@pytest.mark.slow
 def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "lot.csv"
     assert run(stored, tmp_path, "--out", str(out)) == 0
@@ -29,6 +30,7 @@ def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: py
     assert said.startswith(f"survey {stored.first.survey}\n{out}: 0.0")
 
 
+@pytest.mark.slow
 def test_all_registered_surveys_go_into_one_geopackage(
     stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -45,6 +47,7 @@ def test_all_surveys_fit_into_no_other_file(stored: Stored, tmp_path: Path, caps
     assert "--out: lot.csv holds one survey; several go into a .gpkg" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "key"), [("ngsi-ld", "ParkingSpot"), ("cds-aggregates", "occupancy_percent")])
 def test_a_feed_is_printed(
     stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, key: str
@@ -92,6 +95,7 @@ def test_a_survey_that_is_not_there_writes_nothing(
     assert not Path(arguments[1]).exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["csv", "png", "gpkg", "geojson", "kmz", "tif"])
 def test_a_file_that_cannot_be_written_is_named_and_not_the_store(
     stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str
@@ -102,6 +106,7 @@ def test_a_file_that_cannot_be_written_is_named_and_not_the_store(
     assert str(tmp_path) not in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("survey", ["newest", "all"])
 def test_a_disk_without_room_is_named_with_the_remedy(
     stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, survey: str

@@ -120,12 +120,14 @@ def test_every_front_door_answers_over_a_damaged_outline(
         assert "an outline in the store of lots is damaged" in caplog.text, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("data", [b"no zlib", zlib.compress(CUT.encode()), zlib.compress(b"\xff")])
 def test_every_front_door_answers_over_damaged_ground_of_a_survey(zoned: Stored, data: bytes) -> None:
     damage(zoned, "survey", "seen", data)
     assert answers(zoned) == {}
 
 
+@pytest.mark.slow
 def test_the_other_features_are_given_beside_a_damaged_one(zoned: Stored) -> None:
     damage(zoned, "lot", "outline", CUT)
     with zoned.store.reading() as connection:
@@ -135,6 +137,7 @@ def test_the_other_features_are_given_beside_a_damaged_one(zoned: Stored) -> Non
     assert (stalls.matched, len(stalls.features)) == (60, 60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", ["merge", "split", "pin"])
 def test_a_change_that_would_write_over_a_damaged_outline_is_refused(zoned: Stored, change: str) -> None:
     with zoned.store.reading() as connection:

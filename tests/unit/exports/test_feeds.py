@@ -48,6 +48,7 @@ def by_type(entities: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
+@pytest.mark.slow
 def test_ngsi_entities_are_valid_by_the_models(stored: Stored, models: dict[str, Draft202012Validator]) -> None:
     entities = ngsi_entities(fresh(stored.read()))
     for entity in entities:
@@ -59,12 +60,14 @@ def test_ngsi_entities_are_valid_by_the_models(stored: Stored, models: dict[str,
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_model_finds_an_entity_that_is_wrong(stored: Stored, models: dict[str, Draft202012Validator]) -> None:
     (spot, *_) = by_type(ngsi_entities(stored.read()))["ParkingSpot"]
     wrong = {**spot, "status": "taken"}
     assert [error.path[0] for error in validator(models, "ParkingSpot").iter_errors(wrong)] == ["status"]
 
 
+@pytest.mark.slow
 def test_spots_groups_and_site_refer_to_each_other_and_counts_add_up(stored: Stored) -> None:
     survey = fresh(stored.read())
     found = by_type(ngsi_entities(survey))
@@ -82,6 +85,7 @@ def test_spots_groups_and_site_refer_to_each_other_and_counts_add_up(stored: Sto
     ]
 
 
+@pytest.mark.slow
 def test_a_look_that_is_too_old_or_of_tomorrow_is_unknown_and_no_count_is_given(stored: Stored) -> None:
     survey = stored.read()
     latest = max(stall.looked or 0.0 for stall in survey.stalls)
@@ -96,6 +100,7 @@ def test_a_look_that_is_too_old_or_of_tomorrow_is_unknown_and_no_count_is_given(
     assert valid_at(survey, latest, 1e9) == survey
 
 
+@pytest.mark.slow
 def test_one_stall_that_was_not_seen_makes_the_count_of_its_row_unknown(stored: Stored) -> None:
     survey = fresh(stored.read())
     unseen = replace(survey.stalls[0], state="unknown", taken=None, looked=None, seen=0)
@@ -106,6 +111,7 @@ def test_one_stall_that_was_not_seen_makes_the_count_of_its_row_unknown(stored: 
     assert "availableSpotNumber" not in found["OffStreetParking"][0]
 
 
+@pytest.mark.slow
 def test_an_owners_own_labels_make_no_rows(stored: Stored) -> None:
     survey = stored.read()
     own = replace(survey, stalls=tuple(replace(stall, label=f"P-{stall.label}") for stall in survey.stalls))
@@ -114,6 +120,7 @@ def test_an_owners_own_labels_make_no_rows(stored: Stored) -> None:
     assert all("refParkingGroup" not in spot for spot in found["ParkingSpot"])
 
 
+@pytest.mark.slow
 def test_cds_spaces_have_what_the_specification_requires(stored: Stored) -> None:
     survey = fresh(stored.read())
     found = cds_spaces(survey)
@@ -128,6 +135,7 @@ def test_cds_spaces_have_what_the_specification_requires(stored: Stored) -> None
     assert spaces[0]["availability_time"] == round((survey.stalls[0].looked or 0) * 1000)
 
 
+@pytest.mark.slow
 def test_parkapi_has_site_and_spots_with_audience_and_state(stored: Stored) -> None:
     survey = fresh(stored.read())
     found = parkapi(survey)
@@ -141,6 +149,7 @@ def test_parkapi_has_site_and_spots_with_audience_and_state(stored: Stored) -> N
     assert spot["realtime_data_updated_at"].endswith("+00:00")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, feed in FEEDS.items() if feed.span is Span.SURVEY])
 def test_a_lot_without_an_outline_and_a_survey_of_nothing_are_feeds_too(stored: Stored, name: str) -> None:
     survey = stored.read()

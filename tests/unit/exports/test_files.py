@@ -25,6 +25,7 @@ BEGINNINGS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", WRITTEN)
 def test_the_end_of_the_name_says_what_is_written(stored: Stored, tmp_path: Path, suffix: str) -> None:
     with stored.store.reading() as connection:
@@ -35,6 +36,7 @@ def test_the_end_of_the_name_says_what_is_written(stored: Stored, tmp_path: Path
     assert not list(tmp_path.glob(".hawk-export*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "layer", "key"), [(".gpkg", "stalls", "stall_id"), (".geojson", None, "id"), (".kmz", None, "stall_id")]
 )
@@ -54,6 +56,7 @@ def test_gdal_opens_each_file_with_its_system_and_places_to_a_centimetre(
     assert len(shapes) == len(survey.stalls) + (suffix == ".geojson"), "GeoJSON has the lot, too"
 
 
+@pytest.mark.slow
 def test_gdal_opens_the_table(stored: Stored, tmp_path: Path) -> None:
     with stored.store.reading() as connection:
         export(connection, stored.first.survey, stored.pictures, tmp_path / "lot.csv")
@@ -62,6 +65,7 @@ def test_gdal_opens_the_table(stored: Stored, tmp_path: Path) -> None:
     assert len(values[0]) == 60
 
 
+@pytest.mark.slow
 def test_rasters_come_in_one_archive(stored: Stored) -> None:
     with stored.store.reading() as connection:
         content_type, data = made(connection, stored.first.survey, stored.pictures, ".zip")
@@ -73,6 +77,7 @@ def test_rasters_come_in_one_archive(stored: Stored) -> None:
         assert archive.namelist() == [f"{stem}.tif", f"{stem}-occupancy.tif", f"{stem}.json"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [*TABLES, ".png"])
 def test_a_full_disk_leaves_the_file_of_before(
     stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str

@@ -27,6 +27,7 @@ def rows(data: bytes, path: Path, query: str) -> list[Any]:
         connection.close()
 
 
+@pytest.mark.slow
 def test_the_file_says_that_it_is_a_geopackage_with_three_tables(stored: Stored, tmp_path: Path) -> None:
     data, file = surveys_gpkg([stored.read()]), tmp_path / "a.gpkg"
     assert rows(data, file, "PRAGMA application_id") == [(0x47504B47,)]
@@ -36,6 +37,7 @@ def test_the_file_says_that_it_is_a_geopackage_with_three_tables(stored: Stored,
     assert rows(data, file, "PRAGMA integrity_check") == [("ok",)]
 
 
+@pytest.mark.slow
 def test_geometries_are_the_stalls_of_the_survey(stored: Stored, tmp_path: Path) -> None:
     survey = stored.read()
     found = rows(surveys_gpkg([survey]), tmp_path / "a.gpkg", "SELECT stall_id, kind, state, geom FROM stalls")
@@ -50,6 +52,7 @@ def test_geometries_are_the_stalls_of_the_survey(stored: Stored, tmp_path: Path)
     assert low_y == pytest.approx(min(a for stall in survey.stalls for a, _ in stall.corners))
 
 
+@pytest.mark.slow
 def test_surveys_of_one_lot_share_it_and_are_distinguished(stored: Stored, tmp_path: Path) -> None:
     both = [replace(stored.read(), lot=NAME), replace(stored.read(stored.add(flown(2)).survey), lot=NAME)]
     data, file = surveys_gpkg(both), tmp_path / "a.gpkg"
@@ -60,6 +63,7 @@ def test_surveys_of_one_lot_share_it_and_are_distinguished(stored: Stored, tmp_p
     assert [row[0] for row in rows(data, file, "SELECT survey_id FROM surveys")] == [each.survey for each in both]
 
 
+@pytest.mark.slow
 def test_stalls_of_surveys_that_share_a_layout_lie_where_each_survey_has_them(stored: Stored, tmp_path: Path) -> None:
     ids = [stored.first.survey, stored.add(flown(2)).survey, stored.first.survey]
     with stored.store.reading() as connection:
@@ -78,6 +82,7 @@ def _north(stall: Observation) -> Observation:
     return replace(stall, corners=tuple((latitude + 0.001, longitude) for latitude, longitude in stall.corners))
 
 
+@pytest.mark.slow
 def test_a_lot_without_an_outline_and_a_survey_of_nothing_are_files_too(stored: Stored, tmp_path: Path) -> None:
     empty = replace(stored.read(), outline=Outline(), stalls=())
     data = surveys_gpkg([empty])

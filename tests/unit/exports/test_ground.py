@@ -22,6 +22,7 @@ from tests.unit.exports.stored import Stored, mosaic
 TILES = {key: tile.data for key, tile in mosaic().items()}
 
 
+@pytest.mark.slow
 def test_the_picture_lies_where_the_survey_saw_it_and_is_cropped_to_it(stored: Stored) -> None:
     ground = ground_of(stored.read(), TILES, Move())
     assert (ground.north, ground.east) == pytest.approx((25.6, -25.6), abs=0.11)
@@ -31,6 +32,7 @@ def test_the_picture_lies_where_the_survey_saw_it_and_is_cropped_to_it(stored: S
     assert (moved.north, moved.east) == pytest.approx((28.6, -27.6), abs=0.11)
 
 
+@pytest.mark.slow
 def test_a_turned_survey_is_turned_back_onto_the_lot(stored: Stored) -> None:
     """A white mark in the survey's picture is found where the move puts it."""
     pixels, seen = np.full((TILE_CELLS, TILE_CELLS, 3), 80, np.uint8), np.full((TILE_CELLS, TILE_CELLS), 255, np.uint8)
@@ -61,6 +63,7 @@ def test_nothing_to_draw_and_a_broken_picture_are_refused(stored: Stored) -> Non
         ground_of(survey, {(0, 0): b"no picture"}, Move())
 
 
+@pytest.mark.slow
 def test_occupancy_has_the_state_of_each_stall_at_its_place(stored: Stored) -> None:
     survey = stored.read()
     ground = ground_of(survey, TILES, Move())
@@ -72,6 +75,7 @@ def test_occupancy_has_the_state_of_each_stall_at_its_place(stored: Stored) -> N
     assert area == pytest.approx(sum(stall.width * stall.length for stall in survey.stalls), rel=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "sure", "unsure"),
     [
@@ -99,6 +103,7 @@ def test_the_sheet_says_what_is_not_sure_of_its_time(
     assert [each.lines[0] for each in captions] == [sure.format(time=time), unsure.format(time=time)]
 
 
+@pytest.mark.slow
 def test_the_sheet_fades_to_paper_without_black_and_stands_above_its_words(stored: Stored) -> None:
     survey = stored.read()
     tiles = {key: data for key, data in TILES.items() if key != (0, 2)}

@@ -7,6 +7,7 @@ import zipfile
 from dataclasses import replace
 
 import defusedxml.ElementTree as ElementTree
+import pytest
 
 from hawk.exports.kmz import survey_kmz
 from tests.unit.exports.stored import NAME, Stored
@@ -20,6 +21,7 @@ def document(data: bytes) -> object:
         return ElementTree.fromstring(archive.read("doc.kml"))
 
 
+@pytest.mark.slow
 def test_each_stall_is_a_polygon_in_the_style_of_its_state(stored: Stored) -> None:
     survey = replace(stored.read(), lot=f"{NAME}\x00\x1b")
     root = document(survey_kmz(survey))
@@ -37,5 +39,6 @@ def test_each_stall_is_a_polygon_in_the_style_of_its_state(stored: Stored) -> No
     assert title == f"{NAME}, 2026-02-03T02:55:00Z"
 
 
+@pytest.mark.slow
 def test_equal_surveys_are_equal_bytes(stored: Stored) -> None:
     assert survey_kmz(stored.read()) == survey_kmz(stored.read())

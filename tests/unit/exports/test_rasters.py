@@ -21,6 +21,7 @@ from tests.unit.exports.stored import Stored, mosaic
 TILES = {key: tile.data for key, tile in mosaic().items()}
 
 
+@pytest.mark.slow
 def test_both_files_are_cloud_optimised_and_place_each_stall_to_a_centimetre(stored: Stored, tmp_path: Path) -> None:
     survey = stored.read()
     files = write_rasters(survey, ground_of(survey, TILES, Move()), tmp_path / "lot.tif")
@@ -53,6 +54,7 @@ def test_the_plane_is_metric_about_the_lots_datum(stored: Stored) -> None:
     assert north[1] == pytest.approx(111.27, abs=0.05)
 
 
+@pytest.mark.slow
 def test_the_item_describes_both_files_as_stac_says(stored: Stored, tmp_path: Path) -> None:
     survey = stored.read()
     *_, item = write_rasters(survey, ground_of(survey, TILES, Move()), tmp_path / "lot.tif")
@@ -68,6 +70,7 @@ def test_the_item_describes_both_files_as_stac_says(stored: Stored, tmp_path: Pa
         assert found["properties"]["proj:transform"] == pytest.approx(list(file.transform)[:6])
 
 
+@pytest.mark.slow
 def test_without_rasterio_the_remedy_is_named(stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = stored.read()
     monkeypatch.setitem(sys.modules, "rasterio", None)

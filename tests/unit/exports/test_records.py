@@ -21,6 +21,7 @@ def nowhere(known: KnownGround, found: MappedGround) -> Doubtful:
     return Doubtful("the stalls differ too much")
 
 
+@pytest.mark.slow
 def test_a_survey_has_the_stalls_of_its_lot_with_its_own_looks(stored: Stored) -> None:
     second = stored.add(without(flown(2), 5))
     first, again = stored.read(), stored.read(second.survey)
@@ -35,6 +36,7 @@ def test_a_survey_has_the_stalls_of_its_lot_with_its_own_looks(stored: Stored) -
     assert (first.doubt, first.software, first.count("free") + first.count("taken")) == ("", "hawk-drone 0.3.0", 60)
 
 
+@pytest.mark.slow
 def test_surveys_that_are_read_together_are_as_each_alone_and_share_their_layout(stored: Stored) -> None:
     later = stored.add(without(flown(2), 5)), stored.add(flown(3)), stored.add(flown(4), nowhere)
     ids = [stored.first.survey, *(each.survey for each in later)]
@@ -47,6 +49,7 @@ def test_surveys_that_are_read_together_are_as_each_alone_and_share_their_layout
     assert together[3].doubt != ""
 
 
+@pytest.mark.slow
 def test_stalls_lie_where_the_lot_has_them(stored: Stored) -> None:
     survey = stored.read()
     with stored.store.reading() as connection:
@@ -62,6 +65,7 @@ def test_stalls_lie_where_the_lot_has_them(stored: Stored) -> None:
         assert shapely.LinearRing(corners[:, ::-1]).is_ccw, "as seen from above"
 
 
+@pytest.mark.slow
 def test_the_place_is_the_surer_the_more_surveys_there_are(stored: Stored) -> None:
     alone = math.hypot(USUAL_M, MAP_M)
     assert stored.read().accuracy == pytest.approx(alone)
@@ -72,6 +76,7 @@ def test_the_place_is_the_surer_the_more_surveys_there_are(stored: Stored) -> No
         assert datum_accuracy(connection, stored.lot) == pytest.approx(alone / 2)
 
 
+@pytest.mark.slow
 def test_a_survey_that_is_not_certain_is_as_it_found_its_stalls_and_says_so(stored: Stored) -> None:
     saved = stored.add(flown(2), nowhere)
     survey = stored.read(saved.survey)
@@ -81,6 +86,7 @@ def test_a_survey_that_is_not_certain_is_as_it_found_its_stalls_and_says_so(stor
     assert (survey.layout, survey.accuracy) == (None, None)
 
 
+@pytest.mark.slow
 def test_a_survey_is_named_by_its_id_or_its_beginning_and_the_newest_is_a_registered_one(stored: Stored) -> None:
     second, doubtful = stored.add(flown(2)), stored.add(flown(3), nowhere)
     with stored.store.reading() as connection:

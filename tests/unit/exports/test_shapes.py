@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,6 +12,7 @@ from hawk.model.plans import Outline
 corner = st.tuples(st.floats(52.0, 52.01), st.floats(5.0, 5.01))
 
 
+@pytest.mark.slow
 @given(st.lists(st.lists(corner, min_size=3, max_size=6).map(tuple), max_size=4))
 def test_any_rings_become_valid_polygons_that_run_counter_clockwise(
     rings: list[tuple[tuple[float, float], ...]],

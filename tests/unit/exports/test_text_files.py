@@ -18,6 +18,7 @@ from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import NAME, Stored
 
 
+@pytest.mark.slow
 def test_the_table_has_a_line_for_each_stall_with_the_survey_in_it(stored: Stored) -> None:
     survey = stored.read()
     rows = list(csv.DictReader(io.StringIO(survey_csv(survey).decode())))
@@ -33,6 +34,7 @@ def test_the_table_has_a_line_for_each_stall_with_the_survey_in_it(stored: Store
     assert row["confirmed"] == row["simulated"] == "no"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("blurred", "shown"), [(3, "3"), (0, "0"), (None, "")])
 def test_the_number_of_stalls_that_were_seen_blurred_is_in_every_file(
     stored: Stored, blurred: int | None, shown: str
@@ -42,6 +44,7 @@ def test_the_number_of_stalls_that_were_seen_blurred_is_in_every_file(
     assert json.loads(survey_geojson(survey))["hawk"]["stalls_blurred"] == blurred
 
 
+@pytest.mark.slow
 def test_a_name_is_no_formula_in_a_table_and_stays_as_it_is_in_geojson(stored: Stored) -> None:
     survey = replace(stored.read(), lot=NAME)
     row = next(csv.DictReader(io.StringIO(survey_csv(survey).decode())))
@@ -49,6 +52,7 @@ def test_a_name_is_no_formula_in_a_table_and_stays_as_it_is_in_geojson(stored: S
     assert json.loads(survey_geojson(survey))["features"][0]["properties"]["name"] == NAME
 
 
+@pytest.mark.slow
 def test_geojson_has_osm_keys_and_rings_of_rfc_7946(stored: Stored) -> None:
     survey = stored.read()
     found = json.loads(survey_geojson(survey))
@@ -75,6 +79,7 @@ def test_geojson_has_osm_keys_and_rings_of_rfc_7946(stored: Stored) -> None:
     assert found["hawk"]["free"] + found["hawk"]["taken"] == 60
 
 
+@pytest.mark.slow
 def test_a_stall_that_was_not_looked_at_has_no_probability_and_no_time(stored: Stored) -> None:
     survey = stored.read()
     unseen = replace(survey.stalls[0], state="unknown", taken=None, looked=None, seen=0)

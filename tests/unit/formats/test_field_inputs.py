@@ -89,6 +89,7 @@ def test_what_a_program_has_not_put_into_its_geopackage_yet_is_read(tmp_path: Pa
     assert found.equals(newer)
 
 
+@pytest.mark.slow
 def test_layers_that_a_drawing_freezes_or_switches_off_are_none() -> None:
     found = plan(given("frozen_layer.dxf"))
     assert len(found.stalls) == 10

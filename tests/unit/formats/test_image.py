@@ -113,6 +113,7 @@ def test_grey_pictures_and_pictures_without_huffman_tables_are_decoded() -> None
     np.testing.assert_array_equal(decode(data[:first] + data[last:]), decode(data))
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "300 B to 3 kB are lost inside a JPEG, with or without restart markers, wherever it is",
     "the decoder's first warning refuses the picture: counted, reported, never fused",

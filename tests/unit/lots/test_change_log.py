@@ -114,6 +114,7 @@ def merge(connection: Any, lots: tuple[str, str]) -> int:
     return commands.merge(connection, *lots, "operator", BEGAN).seq
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [change_name, change_lot, make_lot, register, remove, part, turn, merge])
 def test_every_change_is_undone_byte_for_byte(tmp_path: Path, change: Any) -> None:
     store = Database(tmp_path / "lots.db", FAST)
@@ -128,6 +129,7 @@ def test_every_change_is_undone_byte_for_byte(tmp_path: Path, change: Any) -> No
     store.close()
 
 
+@pytest.mark.slow
 def test_a_move_is_not_undone_once_the_survey_was_registered_where_it_is(tmp_path: Path) -> None:
     """Its place is of that lot's frame: the former lot has another one."""
     store = Database(tmp_path / "lots.db", FAST)
@@ -142,6 +144,7 @@ def test_a_move_is_not_undone_once_the_survey_was_registered_where_it_is(tmp_pat
     store.close()
 
 
+@pytest.mark.slow
 def test_a_name_is_undone_whatever_else_of_the_lot_was_changed_since(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db", FAST)
     lots = two_lots(store)

@@ -69,6 +69,7 @@ def layout(store: Database, lot: str | None) -> dict[str, PlanStall]:
         return {each.label: each for each in all_stalls(connection, lot)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ['{"polygons": [[[5', "{}", "[]", '{"polygons": 1, "holes": []}'])
 def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: Database, text: str) -> None:
     first = saved(store, survey())
@@ -95,6 +96,7 @@ def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: 
         assert features.extent(connection).box is not None
 
 
+@pytest.mark.slow
 def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database) -> None:
     first = saved(store, survey(stalls=40))
     assert (first.seq, first.placed, first.lot_name) == (1, Placed.FIRST, "Lot 1")
@@ -119,6 +121,7 @@ def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database)
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_survey_of_a_known_lot_without_registration_is_kept_with_its_stalls(store: Database) -> None:
     first = saved(store, survey())
     second = saved(store, later(survey(seed=1), 2))
@@ -133,6 +136,7 @@ def test_a_survey_of_a_known_lot_without_registration_is_kept_with_its_stalls(st
         assert each.looked == pytest.approx(given.looked, abs=0.051)
 
 
+@pytest.mark.slow
 def test_a_registered_survey_observes_the_lot_s_stalls(store: Database) -> None:
     first = saved(store, survey())
     known = layout(store, first.lot)
@@ -156,6 +160,7 @@ def test_a_registered_survey_observes_the_lot_s_stalls(store: Database) -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_registration_that_is_not_certain_leaves_the_survey_unregistered(store: Database) -> None:
     saved(store, survey())
     second = saved(store, later(survey(seed=1), 2), lambda stored, found: Doubtful("two places fit alike"))
@@ -168,6 +173,7 @@ def given(number: int, known: PlanStall, score: float) -> Detection:
     return replace(stall(number, 1), known=known.id, score=score)
 
 
+@pytest.mark.slow
 def test_given_stalls_are_observed_and_only_those_that_vision_found_say_where_the_survey_lies(store: Database) -> None:
     first = saved(store, survey())
     known = layout(store, first.lot)
@@ -185,6 +191,7 @@ def test_given_stalls_are_observed_and_only_those_that_vision_found_say_where_th
     assert {keys[each["stall"]] for each in rows(store, OBSERVATION) if each["survey"] == 2} == {"A 1", "A 2", "A 3"}
 
 
+@pytest.mark.slow
 def test_a_flight_that_saw_the_plan_in_another_place_is_a_doubt(store: Database) -> None:
     first = saved(store, survey())
     known = layout(store, first.lot)
@@ -226,6 +233,7 @@ def test_stalls_of_a_version_that_knew_no_plan_in_flight_are_read() -> None:
     assert kept.is_witness
 
 
+@pytest.mark.slow
 def test_a_survey_that_goes_on_keeps_ids_and_labels_and_adds_to_its_rows(store: Database) -> None:
     half = replace(survey(), stalls=survey().stalls[:30])  # the second row to its middle
     first = saved(store, half)
@@ -246,6 +254,7 @@ def test_a_survey_that_goes_on_keeps_ids_and_labels_and_adds_to_its_rows(store: 
     assert outline_of(rows(store, LOT)[0]["outline"]) == outline_of(rows(store, SURVEY)[0]["outline"])
 
 
+@pytest.mark.slow
 def test_a_stall_that_a_survey_gives_up_ends_and_its_label_is_never_used_again(store: Database) -> None:
     first = saved(store, survey())
     gone = layout(store, first.lot)["B 20"]
@@ -260,6 +269,7 @@ def test_a_stall_that_a_survey_gives_up_ends_and_its_label_is_never_used_again(s
     assert owners["B 20"] == gone.id
 
 
+@pytest.mark.slow
 def test_two_lots_that_overlap_the_flight_are_a_question_and_a_near_one_is_too(store: Database) -> None:
     west = saved(store, replace(survey(), outline=box(0, 0, 40, 100)))
     far = later(survey(), 2)
@@ -287,6 +297,7 @@ def test_a_survey_of_nothing_is_stored_and_makes_no_lot(store: Database) -> None
     assert [row["free"] + row["taken"] + row["unknown"] for row in rows(store, SURVEY)] == [0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the clock is in 1970, or jumps by a year",
     "surveys keep their order; the time is marked unsure",
@@ -315,6 +326,7 @@ def jagged(seed: int, corners: int = 400) -> Outline:
     return Outline((tuple((float(a), float(b)) for a, b in to_global(DATUM, np.array(ring))),))
 
 
+@pytest.mark.slow
 def test_a_stored_survey_of_300_stalls_takes_no_more_than_40_000_bytes(store: Database) -> None:
     first = saved(store, survey(stalls=300))
     known = layout(store, first.lot)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -48,6 +49,7 @@ def test_a_label_that_an_owner_gave_stays_and_belongs_to_no_row_of_ours() -> Non
     assert parts_of("AB 12") == ("AB", 12)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(flights=st.lists(st.sets(st.integers(1, 60), min_size=1), min_size=1, max_size=5))
 def test_no_label_is_ever_given_twice(flights: list[set[int]]) -> None:

@@ -71,6 +71,7 @@ def test_a_failed_message_waits_and_the_next_one_goes_before_it(store: Database)
     assert (again.seq, again.tries) == (first.seq, 1)
 
 
+@pytest.mark.slow
 def test_waits_grow_to_an_hour_and_trying_ends_after_seven_days(store: Database) -> None:
     now, tries, waits = NOW, 0, []
     with store.writing() as connection:
@@ -92,6 +93,7 @@ def test_waits_grow_to_an_hour_and_trying_ends_after_seven_days(store: Database)
     assert tries > 7 * 24
 
 
+@pytest.mark.slow
 def test_a_clock_that_jumps_gives_nothing_up_at_once(store: Database) -> None:
     with store.writing() as connection:
         first = outbox.due(connection, ONE, NOW)
@@ -103,6 +105,7 @@ def test_a_clock_that_jumps_gives_nothing_up_at_once(store: Database) -> None:
         assert not outbox.note_failed(connection, second, ONE, NOW + 50 * DAY_S)
 
 
+@pytest.mark.slow
 def test_a_new_receiver_gets_the_messages_of_seven_days_and_old_ones_are_removed(store: Database) -> None:
     with store.writing() as connection:
         assert outbox.due(connection, ONE, NOW + TRIED_S + 1000) is None
@@ -115,6 +118,7 @@ def test_a_new_receiver_gets_the_messages_of_seven_days_and_old_ones_are_removed
         assert connection.execute(select(OUTBOX.c.seq)).scalars().all() == [message.seq]
 
 
+@pytest.mark.slow
 def test_what_came_after_the_last_sent_message_is_due_at_any_age(store: Database) -> None:
     with store.writing() as connection:
         while message := outbox.due(connection, ONE, NOW):
@@ -128,6 +132,7 @@ def test_what_came_after_the_last_sent_message_is_due_at_any_age(store: Database
         assert outbox.due(connection, ONE, after_a_jump) is None
 
 
+@pytest.mark.slow
 def test_messages_age_from_when_they_were_stored(store: Database) -> None:
     with store.writing() as connection:
         first = outbox.last(connection)
@@ -141,6 +146,7 @@ def test_messages_age_from_when_they_were_stored(store: Database) -> None:
     assert message.seq > first
 
 
+@pytest.mark.slow
 def test_a_message_that_is_given_up_is_due_no_more(store: Database) -> None:
     with store.writing() as connection:
         message = outbox.due(connection, ONE, NOW)

@@ -67,6 +67,7 @@ def on_earth(archive: Archive) -> np.ndarray[Any, Any]:
     return about(HERE, to_global(GlobalPose(shown["datum"][0], shown["datum"][1], 0.0), places))[:, :2]
 
 
+@pytest.mark.slow
 def test_one_point_shifts_the_lot_with_its_outline_and_keeps_its_coordinates(archive: Archive) -> None:
     before, outline = archive.read(), ring(archive)
     answer = pin(archive, point((-9.0, 20.0), Move(2.0, -3.0)))
@@ -83,6 +84,7 @@ def ring(archive: Archive) -> np.ndarray[Any, Any]:
     return about(HERE, np.array(archive.read()["outline"][0]))[:, :2]
 
 
+@pytest.mark.slow
 def test_two_points_turn_the_lot_about_where_they_are_in_one_version_that_is_undone_once(archive: Archive) -> None:
     archive.add(flown(2))
     archive.edit({"do": "forbid", "outline": [[20, 0], [24, 0], [24, 4]], "name": "shed"})
@@ -106,6 +108,7 @@ def test_two_points_turn_the_lot_about_where_they_are_in_one_version_that_is_und
         undo(archive, answer["seq"])
 
 
+@pytest.mark.slow
 def test_a_survey_after_the_turn_is_placed_on_the_same_stalls(archive: Archive) -> None:
     move = Move(0.0, 0.0, math.radians(-2.0))
     pin(archive, point((0.0, 0.0), move), point((0.0, 40.0), move))
@@ -117,6 +120,7 @@ def test_a_survey_after_the_turn_is_placed_on_the_same_stalls(archive: Archive) 
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 def test_without_points_the_lot_is_where_its_surveys_have_it_again(archive: Archive) -> None:
     was = on_earth(archive)
     move = Move(4.0, 1.0, math.radians(5.0))
@@ -126,6 +130,7 @@ def test_without_points_the_lot_is_where_its_surveys_have_it_again(archive: Arch
     assert on_earth(archive) == pytest.approx(was, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_an_edit_from_before_a_turn_is_undone_after_the_turn_is(archive: Archive) -> None:
     seq = archive.edit({"do": "move", "stalls": [archive.stalls()["A 1"]], "north": 0.0, "east": -2.0})
     move = Move(0.0, 0.0, math.radians(2.0))
@@ -151,6 +156,7 @@ def test_two_points_are_met_in_turn_and_middle_and_what_is_left_is_reported(
     assert found.move.of(here).mean(axis=0) == pytest.approx(there.mean(axis=0), abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("points", "refusal"),
     [
@@ -173,6 +179,7 @@ def test_points_that_cannot_be_are_refused_with_the_remedy(archive: Archive, poi
     assert archive.read() == before
 
 
+@pytest.mark.slow
 def test_a_lot_is_not_pinned_while_a_person_edits_its_plan(archive: Archive) -> None:
     with archive.store.writing() as connection:
         edits.open_edit(connection, archive.lot, {"who": "Ann"}, NOW)
@@ -180,6 +187,7 @@ def test_a_lot_is_not_pinned_while_a_person_edits_its_plan(archive: Archive) -> 
         pin(archive, point((0.0, 0.0), Move(1.0)))
 
 
+@pytest.mark.slow
 def test_a_receiver_that_is_surer_counts_for_more_in_the_mean(archive: Archive) -> None:
     away = replace(DATUM, latitude=earth(-4.0, 0.0)[0])
     archive.add(replace(flown(2), datum=away, accuracy=0.02), farther_north)
@@ -188,6 +196,7 @@ def test_a_receiver_that_is_surer_counts_for_more_in_the_mean(archive: Archive) 
     assert north == pytest.approx(-4.0 * sure / (sure + usual), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_receivers_that_say_nothing_count_alike(archive: Archive) -> None:
     archive.add(replace(flown(2), datum=replace(DATUM, latitude=earth(-4.0, 0.0)[0])), farther_north)
     assert about(HERE, np.array([archive.read()["datum"]]))[0, 0] == pytest.approx(-2.0, abs=1e-3)

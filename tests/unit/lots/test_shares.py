@@ -71,6 +71,7 @@ def test_days_that_are_none_are_refused_by_name(days: object) -> None:
         share(None, "", {"days": days}, NOW)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_lot_has_a_limited_number_of_open_links(store: Database, lot: str) -> None:
     with store.writing() as connection:
         made = [share(connection, lot, {"days": 1}, NOW) for _ in range(LARGEST)]
@@ -90,6 +91,7 @@ def test_lots_and_links_that_are_not_there_are_named(store: Database) -> None:
             take_back(connection, "0" * 36, NOW)
 
 
+@pytest.mark.slow
 def test_the_link_of_a_lot_that_was_merged_away_opens_nothing(store: Database, lot: str) -> None:
     with store.writing() as connection:
         made = share(connection, lot, {"days": 2}, NOW)

@@ -124,6 +124,7 @@ async def test_a_long_read_ends_with_those_who_wait_for_it(tmp_path: Path, end: 
         await store.read(names)
 
 
+@pytest.mark.slow
 async def test_too_many_reads_are_refused_and_a_save_is_not(tmp_path: Path) -> None:
     store = LotStore(tmp_path / "lots.db")
     await store.open()
@@ -153,6 +154,7 @@ async def test_a_read_that_waited_too_long_for_others_is_refused(tmp_path: Path)
     await store.close()
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the store of lots is damaged while a daemon runs",
     "a message with the remedy; the restored store is used without a new start",
@@ -172,6 +174,7 @@ async def test_a_store_that_could_not_be_opened_is_opened_once_it_was_restored(t
     await store.close()
 
 
+@pytest.mark.slow
 async def test_a_store_whose_file_was_replaced_is_opened_again(tmp_path: Path) -> None:
     store, other = LotStore(tmp_path / "lots.db"), LotStore(tmp_path / "copy.db")
     await store.open()
@@ -182,6 +185,7 @@ async def test_a_store_whose_file_was_replaced_is_opened_again(tmp_path: Path) -
     await store.close()
 
 
+@pytest.mark.slow
 async def test_no_backup_is_restored_while_a_survey_is_flown(tmp_path: Path) -> None:
     store = LotStore(tmp_path / "lots.db")
     await store.save(a_survey())
@@ -211,6 +215,7 @@ def test_the_settings_name_another_file(tmp_path: Path) -> None:
     assert lots_file(tmp_path, tmp_path / "all.db") == tmp_path / "all.db"
 
 
+@pytest.mark.slow
 async def test_the_picture_of_a_survey_is_kept_beside_the_store(tmp_path: Path) -> None:
     store = LotStore(tmp_path / "lots.db")
     saved = await store.save(replace(a_survey(), current=with_picture()))

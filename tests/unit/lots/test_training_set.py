@@ -50,6 +50,7 @@ def lesson(archive: Archive) -> Lesson:
         return read_lesson(connection, archive.lot)
 
 
+@pytest.mark.slow
 def test_each_survey_with_a_picture_is_one_picture_with_the_confirmed_stalls(archive: Archive, tmp_path: Path) -> None:
     first, second = confirmed(archive, 1, 2)
     pictures = PictureFolder(tmp_path / "pictures")
@@ -62,6 +63,7 @@ def test_each_survey_with_a_picture_is_one_picture_with_the_confirmed_stalls(arc
     assert [place.name for place in read_lots(tmp_path / "both")] == list(taught.pictures)
 
 
+@pytest.mark.slow
 def test_labels_lie_where_the_stalls_are_in_the_picture(archive: Archive, tmp_path: Path) -> None:
     (survey,) = confirmed(archive, 1)
     pictures = PictureFolder(tmp_path / "pictures")
@@ -79,6 +81,7 @@ def test_labels_lie_where_the_stalls_are_in_the_picture(archive: Archive, tmp_pa
     assert len(place.truth.lots) == 1
 
 
+@pytest.mark.slow
 def test_a_state_is_a_label_only_where_the_survey_was_sure(archive: Archive, tmp_path: Path) -> None:
     given = flown(1)
     sure = [replace(stall, taken=0.97 if k % 2 else 0.6) for k, stall in enumerate(given.stalls)]
@@ -92,6 +95,7 @@ def test_a_state_is_a_label_only_where_the_survey_was_sure(archive: Archive, tmp
     assert unclear == [k % 2 == 0 for k in range(60)]
 
 
+@pytest.mark.slow
 def test_ground_whose_stalls_nobody_knows_is_missing_in_the_picture(archive: Archive, tmp_path: Path) -> None:
     given = flown(1)
     saved = archive.add(given)
@@ -112,6 +116,7 @@ def test_ground_whose_stalls_nobody_knows_is_missing_in_the_picture(archive: Arc
     assert 0.2 < missing.mean() < 1.0
 
 
+@pytest.mark.slow
 def test_stalls_that_nobody_confirmed_teach_nothing(archive: Archive) -> None:
     archive.add(flown(1))
     archive.edit({"do": "confirm", "row": "B"})
@@ -119,6 +124,7 @@ def test_stalls_that_nobody_confirmed_teach_nothing(archive: Archive) -> None:
         lesson(archive)
 
 
+@pytest.mark.slow
 def test_surveys_from_before_new_paint_are_left_out(archive: Archive, tmp_path: Path) -> None:
     pictures = PictureFolder(tmp_path / "pictures")
     for number in (1, 2):
@@ -133,6 +139,7 @@ def test_surveys_from_before_new_paint_are_left_out(archive: Archive, tmp_path: 
     assert (len(taught.pictures), taught.painted) == (1, 3)
 
 
+@pytest.mark.slow
 def test_a_broken_picture_is_named(archive: Archive, tmp_path: Path) -> None:
     (survey,) = confirmed(archive, 1)
     pictures = PictureFolder(tmp_path / "pictures")
@@ -141,6 +148,7 @@ def test_a_broken_picture_is_named(archive: Archive, tmp_path: Path) -> None:
         write_lesson(lesson(archive), pictures, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_lot_is_named_by_id_or_by_a_name_that_is_its_own(archive: Archive) -> None:
     archive.add(flown(1))
     with archive.store.reading() as connection:
@@ -149,6 +157,7 @@ def test_a_lot_is_named_by_id_or_by_a_name_that_is_its_own(archive: Archive) -> 
             lot_named(connection, "Mall")
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_folder_and_says_how_to_go_on(
     archive: Archive, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -49,6 +49,7 @@ def test_local_is_about_the_arm_place_and_map_about_the_datum() -> None:
     assert offset_ned(world, DATUM) == pytest.approx((32.0, -17.0, -39.0), abs=1e-3)
 
 
+@pytest.mark.slow
 @given(metres, metres, st.floats(0, 100), metres, metres)
 def test_a_target_on_the_map_is_the_place_that_is_seen_there(
     north: float, east: float, height: float, ekf_x: float, ekf_y: float

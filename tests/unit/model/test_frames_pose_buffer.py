@@ -100,6 +100,7 @@ def test_a_wrapped_angle_points_in_the_same_direction(angle: float) -> None:
     assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-9)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(0.01, 0.2), min_size=2, max_size=20),
     st.lists(st.floats(-math.pi, math.pi), min_size=21, max_size=21),

@@ -218,6 +218,7 @@ def test_a_step_that_fails_says_why() -> None:
         build_container.run(["ls", "/nowhere/at/all"])
 
 
+@pytest.mark.slow
 def test_the_makefile_builds_it() -> None:
     printed = subprocess.run(
         ["make", "--dry-run", "--always-make", "container", "ARGS=--target blueos"],

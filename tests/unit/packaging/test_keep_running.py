@@ -36,6 +36,7 @@ def runs(folder: Path) -> list[str]:
     return (folder / "log").read_text().splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("statuses", "started", "ends_with"),
     [

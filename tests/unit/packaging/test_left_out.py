@@ -63,6 +63,7 @@ def test_no_module_imports_what_is_left_out() -> None:
     assert not {name for name in names for left in LEFT_OUT if name == left or name.startswith(f"{left}.")}
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_every_module_is_imported_without_it() -> None:
     done = subprocess.run(

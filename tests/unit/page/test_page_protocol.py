@@ -22,11 +22,13 @@ def load(name: str) -> ModuleType:
 page_protocol = load("page_protocol")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", list(page_protocol.files()), ids=lambda path: str(path.name))
 def test_the_page_knows_every_message_and_command_as_it_is(path: Path) -> None:
     assert path.read_text("utf-8") == page_protocol.files()[path], "run: python packaging/page_protocol.py"
 
 
+@pytest.mark.slow
 def test_check_names_the_files_that_are_out_of_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

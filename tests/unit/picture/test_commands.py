@@ -31,6 +31,7 @@ def orthophoto(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_an_orthophoto_becomes_files_and_a_survey_in_the_store(
     orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -140,6 +141,7 @@ def test_a_port_in_use_is_refused_before_the_work(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_survey_that_was_stored(
     orthophoto: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,6 +177,7 @@ def test_a_file_in_place_of_the_folder_is_called_one(
         assert capsys.readouterr().err.endswith("out is a file: name a new folder\n")
 
 
+@pytest.mark.slow
 def test_work_on_another_source_is_not_written_over(
     orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -191,6 +194,7 @@ def test_work_on_another_source_is_not_written_over(
     assert main(["map", str(orthophoto), "--out", str(out), "--resume"]) == 2
 
 
+@pytest.mark.slow
 def test_a_survey_without_stalls_is_no_lot_in_the_report_as_in_the_store(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

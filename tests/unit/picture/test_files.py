@@ -22,6 +22,7 @@ def test_the_files_of_a_survey_are_there(tmp_path: Path) -> None:
     assert len((tmp_path / "out" / "stalls.csv").read_text().splitlines()) == 9
 
 
+@pytest.mark.slow
 def test_stalls_are_in_the_system_of_the_source_too(tmp_path: Path) -> None:
     write_files(mapped(crs="EPSG:28992"), tmp_path, "hawk-drone 1.0")
     found = json.loads((tmp_path / IN_SYSTEM).read_text())

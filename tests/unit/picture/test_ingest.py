@@ -32,12 +32,14 @@ def test_a_survey_is_stored_with_its_stalls_and_its_picture(tmp_path: Path) -> N
     assert pictures_of(store).surveys() == {surveys[0]["id"]}
 
 
+@pytest.mark.slow
 def test_a_later_survey_joins_the_lot(tmp_path: Path) -> None:
     store_survey(mapped().landed, tmp_path)
     later = dataclasses.replace(mapped().landed, name="later")
     assert "as a survey of yard" in store_survey(later, tmp_path).words  # one row alone fits itself at every pitch
 
 
+@pytest.mark.slow
 def test_a_survey_whose_place_the_store_doubts_says_so_in_its_files(tmp_path: Path) -> None:
     assert store_survey(mapped().landed, tmp_path).said_of(mapped()).survey.doubt == ""
     stored = store_survey(dataclasses.replace(mapped().landed, name="later"), tmp_path)
@@ -59,6 +61,7 @@ def test_a_store_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         store_survey(mapped().landed, tmp_path / "file")
 
 
+@pytest.mark.slow
 def test_a_known_lot_keeps_its_name_and_it_is_said(tmp_path: Path) -> None:
     assert "keeps its name" not in store_survey(mapped().landed, tmp_path, "yard").words
     later = dataclasses.replace(mapped().landed, name="later", title="North")

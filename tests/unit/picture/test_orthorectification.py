@@ -26,6 +26,7 @@ def test_the_same_ground_is_at_the_same_place_in_two_photographs() -> None:
     assert np.corrcoef(*values)[0, 1] > 0.95
 
 
+@pytest.mark.slow
 def test_its_view_shows_the_same_ground_more_finely() -> None:
     camera = CameraModel(1600, 1200, 1200.0, 1200.0, 799.5, 599.5)
     posed = CameraPose(camera, 2.0, -3.0, 40.0, (0.0, 0.0, 0.4))
@@ -39,6 +40,7 @@ def test_its_view_shows_the_same_ground_more_finely() -> None:
     assert (column / one, row / one) == pytest.approx(2 * picture.pixel_points(place[:2]) + 0.5)
 
 
+@pytest.mark.slow
 def test_ground_far_aside_is_left_out() -> None:
     high = CameraPose(CAMERA, 0.0, 0.0, 400.0, (0.0, 0.0, 0.0))
     picture = orthorectify(np.zeros((360, 480, 3), np.uint8), high)

@@ -78,6 +78,7 @@ def test_a_folder_becomes_a_survey(folder: Path, tmp_path: Path) -> None:
     assert list(dict.fromkeys(steps)) == ["read", "match", "match again", "map", "finish"]
 
 
+@pytest.mark.slow
 def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -> None:
     shots = small(read_folder(folder).shots[:3])
     names = [
@@ -87,6 +88,7 @@ def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -
     assert names[0] == names[1] != names[2]
 
 
+@pytest.mark.slow
 def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path) -> None:
     shots = small(read_folder(folder).shots[:2])
     survey = survey_shots(YARD, ShotSet(tuple(shots)), Grey())
@@ -104,6 +106,7 @@ def test_nothing_but_grey_is_mapped_without_stalls(folder: Path, tmp_path: Path)
     assert survey_shots(YARD, ShotSet(tuple(one_lost)), Grey()).mapped.landed.accuracy is None
 
 
+@pytest.mark.slow
 def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
     shots = [
         dataclasses.replace(shot, latitude=-16.8, longitude=longitude)
@@ -113,6 +116,7 @@ def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
     assert (datum.latitude, datum.longitude) == pytest.approx((-16.8, -179.99995), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> None:
     shots = [dataclasses.replace(shot, height=400.0) for shot in read_folder(folder).shots[:1]]
     with pytest.raises(PictureError, match=r"yard: a pixel covers .* fly lower"):
@@ -129,6 +133,7 @@ def test_a_height_that_the_pictures_contradict_or_none_is_asked_about_with_the_o
         survey_shots(YARD, ShotSet(tuple(shots)), Files())
 
 
+@pytest.mark.slow
 def test_a_picture_of_another_size_than_its_tags_is_left_out(folder: Path) -> None:
     shots = small(read_folder(folder).shots[:2])
 

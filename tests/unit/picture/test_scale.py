@@ -79,6 +79,7 @@ def _answered(flight: Drawn) -> tuple[Scale, bool]:
     return flight.decided(0.0 if fits is None else float(fits[1])), True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lanes", "count"), [(2, 3), (2, 4), (3, 8)])
 def test_the_true_scale_lies_within_the_bound_in_nine_of_ten_folders_with_wrong_heights(lanes: int, count: int) -> None:
     rng = np.random.default_rng(lanes * count)
@@ -92,6 +93,7 @@ def test_the_true_scale_lies_within_the_bound_in_nine_of_ten_folders_with_wrong_
     assert asked > 100
 
 
+@pytest.mark.slow
 def test_right_heights_are_not_asked_about() -> None:
     asked = [_answered(drawn(seed, lanes=3, count=6))[1] for seed in range(200)]
     assert np.mean(asked) < 0.04

@@ -31,6 +31,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None:
     steps: list[str] = []
     asked = MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG)
@@ -42,6 +43,7 @@ def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None
     assert survey.ended == pytest.approx(1_777_890_601.5, abs=1.5)
 
 
+@pytest.mark.slow
 def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path: Path) -> None:
     plain, named = (
         survey_of_source(MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, name=name), _nothing)
@@ -55,6 +57,7 @@ def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path:
     assert pictures.words == "film DJI_0007.MP4"
 
 
+@pytest.mark.slow
 def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(film: Path, tmp_path: Path) -> None:
     plain, timed = (
         survey_of_source(MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, taken=taken), _nothing)
@@ -66,6 +69,7 @@ def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(film: 
     assert (timed.landed.utc, timed.landed.time_is_sure) == (1_767_225_600.0, True)
 
 
+@pytest.mark.slow
 def test_a_name_and_a_time_are_those_of_an_orthophoto_in_its_files_and_in_the_store(tmp_path: Path) -> None:
     path = blank(tmp_path, 400, 600)
     plain, said = (
@@ -87,6 +91,7 @@ def test_a_time_is_refused_before_the_work_where_the_files_say_it_themselves(
     assert "--taken: the files say themselves" in words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_sure", [True, False])
 def test_a_moment_that_has_not_been_is_refused_before_the_work_with_the_remedy(
     film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_sure: bool
@@ -212,6 +217,7 @@ def test_a_folder_of_tiles_is_refused_with_the_command_that_joins_them(tmp_path:
     assert f"gdalbuildvrt {tmp_path.name}.vrt {tmp_path}/*.tif" in _refused(MapRequest(tmp_path, tmp_path / "out"))
 
 
+@pytest.mark.slow
 def test_a_folder_of_tiff_photographs_is_refused_with_a_command_that_keeps_their_tags(tmp_path: Path) -> None:
     folder = tmp_path / "flight"
     folder.mkdir()

@@ -23,6 +23,7 @@ def _reader(read: Callable[[Path], object]) -> FileReader:
     return FileReader("made", bases.captions, prepare)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("reader", READERS, ids=lambda each: each.name)
 def test_a_sample_of_damaged_files_is_read_or_refused_in_words(reader: FileReader) -> None:

@@ -101,6 +101,7 @@ def test_a_clock_that_jumps_changes_nothing(tmp_path: Path) -> None:
     assert (done.frames, done.compared, done.equal) == (4, 4, 4)
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_cut_at_any_byte_is_processed_up_to_there_or_refused(tmp_path: Path) -> None:
     whole = write(tmp_path / "a.mcap", flight(3, 3)).read_bytes()
     path = tmp_path / "cut.mcap"

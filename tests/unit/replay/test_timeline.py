@@ -65,6 +65,7 @@ def test_a_clock_that_leaps_stretches_no_line(tmp_path: Path) -> None:
     assert shown.seconds == pytest.approx(6.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
 def test_a_recording_that_is_cut_is_shown_up_to_there(tmp_path: Path, share: float) -> None:
     path = unpack("faults", tmp_path)

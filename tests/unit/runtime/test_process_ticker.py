@@ -67,6 +67,7 @@ async def test_after_stop_nothing_ticks() -> None:
     ticker.stop()
 
 
+@pytest.mark.slow
 async def test_ticks_that_were_missed_are_not_made_up_for() -> None:
     times: list[float] = []
     enough = asyncio.Event()

@@ -96,12 +96,14 @@ def test_options_that_do_not_fit_are_named(
     assert named in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_an_address_in_use_ends_with_one(picture: Path, capsys: pytest.CaptureFixture[str]) -> None:
     world = [f"--world={picture}", "--metres-per-pixel=0.1"]
     assert main([*world, "--http=127.0.0.1:0", "--mavlink=udpin:192.0.2.1:0"]) == 1
     assert "--mavlink" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_parent_that_is_gone_ends_with_two(picture: Path, capsys: pytest.CaptureFixture[str]) -> None:
     world = [f"--world={picture}", "--metres-per-pixel=0.1"]
     assert main([*world, "--http=127.0.0.1:0", "--parent-pid=99999999"]) == 2
@@ -133,6 +135,7 @@ def test_without_a_start_it_is_the_worlds_own(picture: Path) -> None:
     assert run_options(options, world).start == world.start()
 
 
+@pytest.mark.slow
 def test_the_truth_of_a_picture_is_read_and_saved(picture: Path, tmp_path: Path) -> None:
     truth = tmp_path / "truth.json"
     corners = [[1.0, 1.0], [3.5, 1.0], [3.5, 6.0], [1.0, 6.0]]

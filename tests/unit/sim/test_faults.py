@@ -85,6 +85,7 @@ def test_the_ekf_reports_a_glitch(flying: Any) -> None:
     assert report.pos_horiz_variance == pytest.approx(6.4, abs=0.2)
 
 
+@pytest.mark.slow
 def test_without_gnss_the_ekf_says_so_in_two_steps(flying: Any) -> None:
     flying.stream(193)
     put(flying, gps="lost")
@@ -141,6 +142,7 @@ def test_a_late_parameter_is_confirmed_and_reads_as_the_old_one_for_a_while(flyi
     assert read() == 1.0
 
 
+@pytest.mark.slow
 def test_a_full_battery_clears_its_failsafe(flying: Any) -> None:
     put(flying, battery=10.0)
     flying.run(12.0)
@@ -157,6 +159,7 @@ def test_what_cannot_be_done_is_said(flying: Any) -> None:
     assert not flying.autopilot.armed
 
 
+@pytest.mark.slow
 def test_a_repaired_vehicle_flies_again(flying: Any) -> None:
     flying.autopilot.terminate()
     flying.run(4.0)

@@ -53,6 +53,7 @@ def _red(image: np.ndarray, near: np.ndarray) -> np.ndarray | None:
     return None if not areas else middles[min(areas)[1]]
 
 
+@pytest.mark.slow
 def test_marks_are_where_the_true_poses_and_the_true_lens_have_them(tmp_path: Path) -> None:
     options = replace(SMALL, errors=Errors(lens=20.0), noise_seed=3)
     assert write_photos(_world(), options, tmp_path) > 6
@@ -71,6 +72,7 @@ def test_marks_are_where_the_true_poses_and_the_true_lens_have_them(tmp_path: Pa
     assert seen > 12
 
 
+@pytest.mark.slow
 def test_the_tags_without_errors_are_the_truth(tmp_path: Path) -> None:
     write_photos(_world(), replace(SMALL, errors=EXACT), tmp_path)
     found, truth = read_folder(tmp_path), _truth(tmp_path)
@@ -86,6 +88,7 @@ def test_the_tags_without_errors_are_the_truth(tmp_path: Path) -> None:
     assert (found.left_out, all(shot.lens_is_known and shot.yaw_is_sure for shot in found.shots)) == ((), True)
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_the_tags_err_by_one_bias_one_factor_and_noise(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
@@ -147,6 +150,7 @@ def test_neighbours_overlap_as_asked_and_the_lot_is_covered(
         assert (np.abs(off) <= seen / 2 + 1e-6).all(axis=1).any()
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_another_one_others(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         write_photos(_world(), replace(SMALL, width=320, noise_seed=seed), tmp_path / name)
@@ -155,6 +159,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_others(tmp_path: Pat
     assert all(files["a"][name] != files["c"][name] for name in files["a"])
 
 
+@pytest.mark.slow
 def test_the_truth_is_read_as_every_world_s(tmp_path: Path) -> None:
     write_photos(_world(), replace(SMALL, width=320), tmp_path)
     truth = load_truth(tmp_path / "truth.json")

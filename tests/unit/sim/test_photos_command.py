@@ -24,6 +24,7 @@ def _photos(picture: Path, out: Path, *more: str) -> int:
     return main(["photos", *world, f"--out={out}", *more])
 
 
+@pytest.mark.slow
 def test_photographs_and_truth_are_written(picture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert _photos(picture, tmp_path / "out", "--height=40", "--overlap=50/40", "--camera=FC330") == 0
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
@@ -35,6 +36,7 @@ def test_photographs_and_truth_are_written(picture: Path, tmp_path: Path, capsys
     assert {shot["height_m"] for shot in truth["shots"]} == {40.0}
 
 
+@pytest.mark.slow
 def test_the_noise_s_seed_is_the_world_s_unless_it_is_given(picture: Path, tmp_path: Path) -> None:
     for name, more in (("a", ["--seed=4"]), ("b", ["--noise-seed=4"]), ("c", ["--noise-seed=5"])):
         assert _photos(picture, tmp_path / name, *more) == 0
@@ -70,6 +72,7 @@ def test_options_that_do_not_fit_are_named(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_made_ends_with_one(
     picture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -44,6 +44,7 @@ def test_xmp_is_written_as_dji_does() -> None:
     assert tags["CalibratedFocalLength"] == "214.400000"
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(latitude=st.floats(-89.99, 89.99), longitude=st.floats(-179.99, 179.99), altitude=st.floats(-400.0, 8000.0))
 def test_the_place_is_written_to_three_millimetres(latitude: float, longitude: float, altitude: float) -> None:

@@ -37,6 +37,7 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     return command
 
 
+@pytest.mark.slow
 def test_the_figures_are_printed_with_their_intervals_and_the_clock(run: Run) -> None:
     status, out, _ = run("Lot 1")
     assert status == 0
@@ -46,6 +47,7 @@ def test_the_figures_are_printed_with_their_intervals_and_the_clock(run: Run) ->
     assert "occupancy over" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["hour", "row", "zone", "kind"])
 def test_csv_has_a_line_a_part_that_names_lot_clock_and_surveys(run: Run, by: str) -> None:
     status, out, _ = run("Lot 1", "--by", by, "--csv")
@@ -55,6 +57,7 @@ def test_csv_has_a_line_a_part_that_names_lot_clock_and_surveys(run: Run, by: st
     assert {(row["lot"], row["clock"], row["surveys_in_period"]) for row in rows} == {("Lot 1", "UTC", "3")}
 
 
+@pytest.mark.slow
 def test_json_has_every_figure_with_low_high_and_surveys(run: Run) -> None:
     _, out, _ = run("Lot 1", "--by", "row", "--json")
     found = json.loads(out)
@@ -63,6 +66,7 @@ def test_json_has_every_figure_with_low_high_and_surveys(run: Run) -> None:
     assert [hour["occupancy"]["value"] is None for hour in found["hours"]].count(False) == 1
 
 
+@pytest.mark.slow
 def test_turnover_that_is_not_known_is_said_in_a_sentence(run: Run) -> None:
     day = json.loads(run("Lot 1", "--json")[1])["first"][:10]
     _, out, _ = run("Lot 1", "--from", day, "--to", day)
@@ -80,6 +84,7 @@ def test_the_unit_of_a_bracket_stands_behind_its_number(low: float | None, high:
     assert bracket(Bracket(low, high), 1, " h") == words
 
 
+@pytest.mark.slow
 def test_a_period_without_surveys_says_so(run: Run) -> None:
     status, out, _ = run("Lot 1", "--from", "2031-01-01", "--to", "2031-01-02")
     assert status == 0
@@ -114,6 +119,7 @@ def test_a_time_zone_that_there_is_not_and_a_store_that_there_is_not_are_refused
     assert "there is no store of lots; name its folder by --store" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_pieces_that_are_missing_are_kept_by_the_command(run: Run, tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db")
     with store.writing() as connection:
@@ -126,6 +132,7 @@ def test_pieces_that_are_missing_are_kept_by_the_command(run: Run, tmp_path: Pat
     store.close()
 
 
+@pytest.mark.slow
 def test_the_command_line_starts_without_numpy() -> None:
     code = "import sys, hawk.cli; hawk.cli.make_parser(); print('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "False\n"

@@ -55,6 +55,7 @@ def test_the_interval_holds_its_value_and_what_all_unseen_stalls_allow_bounds_it
         assert found.high <= 1 - states.count(FREE) / len(states) + 1e-9
 
 
+@pytest.mark.slow
 def test_unseen_stalls_drawn_at_random_are_within_the_interval_in_nine_of_ten_draws_or_more() -> None:
     rng, held = np.random.default_rng(1), 0
     for _ in range(300):

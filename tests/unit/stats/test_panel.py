@@ -65,6 +65,7 @@ def lot_of(store: Database, *flown: FinishedSurvey) -> str:
     return saved[0].lot or ""
 
 
+@pytest.mark.slow
 def test_states_and_probabilities_are_those_of_the_observations_by_time(store: Database) -> None:
     first = seen({1: StallState.TAKEN, 2: StallState.UNKNOWN})
     lot = lot_of(store, first, later(seen({3: StallState.TAKEN}), 2))
@@ -77,6 +78,7 @@ def test_states_and_probabilities_are_those_of_the_observations_by_time(store: D
     assert found.left_out == ()
 
 
+@pytest.mark.slow
 def test_surveys_whose_place_or_time_is_not_sure_are_left_out_and_named_with_the_reason(store: Database) -> None:
     lot = lot_of(store, seen({}), later(seen({}), 2), later(seen({}), 3), later(seen({}), 4))
     with store.writing() as connection:
@@ -222,6 +224,7 @@ def test_the_same_panel_is_read_once_until_the_store_changes(store: Database) ->
         assert len(read_panel(connection, lot, EVER).surveys) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zone", ["UTC", "Asia/Kathmandu"])
 @pytest.mark.parametrize(("begin", "end"), [(1, None), (None, 2), (1, 3), (3, 9), (9, 10)])
 def test_a_part_of_what_is_kept_is_that_which_is_read_alone(

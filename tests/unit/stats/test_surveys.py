@@ -56,6 +56,7 @@ def test_a_survey_that_no_figure_uses_says_why_and_has_no_share(store: Database)
     assert newest["occupancy"] == first["occupancy"] == {"value": None, "low": None, "high": None, "surveys": 0}
 
 
+@pytest.mark.slow
 def test_a_deleted_survey_is_in_no_list_and_comes_back_whole(store: Database) -> None:
     lot = lot_of(store, seen({}), later(seen({1: StallState.TAKEN}), 1))
     with store.writing() as connection:

@@ -94,6 +94,7 @@ def by_topic(path: Path) -> dict[str, Any]:
     return {topic: content for topic, _, _, content in messages(path)}
 
 
+@pytest.mark.slow
 def test_each_channel_is_decoded_by_its_own_schema(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.manager.process()
@@ -165,6 +166,7 @@ def test_a_picture_is_stored_once(tmp_path: Path) -> None:
     assert next(read_frames(path, FrameInput)).jpeg == jpeg
 
 
+@pytest.mark.slow
 def test_the_plan_of_a_known_lot_is_stored_once(tmp_path: Path) -> None:
     stall = KnownStall("a uuid", 1.0, 2.0, 0.1, 2.5, 5.0, True, "A 1")
     ground = ((((0.0, 1.0), (1.0, 1.0), (1.0, 0.0)),),)
@@ -181,6 +183,7 @@ def test_the_plan_of_a_known_lot_is_stored_once(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_times_are_utc_in_the_file_and_the_clock_for_its_reader(tmp_path: Path) -> None:
     path = write(tmp_path / "flight.mcap", [record("tick", {"number": 1, "facts": {}}, 12.5)])
     assert messages(path)[0][2] == (int(START.timestamp()) * S) + 2_500_000_000
@@ -194,6 +197,7 @@ def test_a_wall_clock_that_was_never_set_leaves_the_clock_as_it_is(tmp_path: Pat
     assert [one.time for one in read_recording(path)] == [6941.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jumps_to", [5.0, 1e9])
 def test_a_clock_that_jumps_is_read_in_the_order_of_the_file(jumps_to: float, tmp_path: Path) -> None:
     times = [12.0, 13.0, jumps_to, jumps_to + 0.1]
@@ -210,6 +214,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return write(tmp_path_factory.mktemp("whole") / "flight.mcap", [*items, view(POSE)]).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_recording_cut_at_any_byte_is_read_up_to_the_cut(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "cut.mcap"
     most = 0

@@ -310,6 +310,7 @@ async def test_a_lot_that_is_lost_is_looked_for_from_the_next_place() -> None:
     assert len(drone.received(CompulsiveMove)) == 1
 
 
+@pytest.mark.slow
 async def test_losing_the_lot_wherever_it_is_looked_for_ends_incomplete() -> None:
     def lose(d: FakeDrone) -> None:
         d.user_error = UserError.NO_LOT_DETECTED
@@ -319,6 +320,7 @@ async def test_losing_the_lot_wherever_it_is_looked_for_ends_incomplete() -> Non
     assert len(drone.received(AutonomousExplore)) == 1 + len(list(spiral(0, 0)))
 
 
+@pytest.mark.slow
 async def test_the_time_for_exploring_has_an_end() -> None:
     drone = FakeDrone(explore_s=math.inf)
     outcome = await fly(drone)
@@ -417,6 +419,7 @@ async def test_a_link_that_is_lost_for_good_is_reported_and_the_end_is_not_claim
     assert (outcome.landed, outcome.disarmed) == (False, False)
 
 
+@pytest.mark.slow
 async def test_a_restarted_drone_does_not_shorten_a_wait() -> None:
     drone = FakeDrone(explore_s=30.0)
     jumped = False
@@ -432,6 +435,7 @@ async def test_a_restarted_drone_does_not_shorten_a_wait() -> None:
     assert (await fly(drone)).status is SurveyStatus.DONE
 
 
+@pytest.mark.slow
 async def test_a_drone_that_does_not_come_down_is_reported() -> None:
     drone = FakeDrone(refusals={"Return To Launch": "No home."})
     outcome = await fly(drone)

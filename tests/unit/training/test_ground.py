@@ -42,12 +42,14 @@ def test_labels_say_where_stalls_are_and_the_network_what_stands_on_them(tmp_pat
     assert scene.cast is None
 
 
+@pytest.mark.slow
 def test_a_picture_of_another_scale_is_brought_to_a_tenth_of_a_metre(tmp_path: Path) -> None:
     scene = read(write(tmp_path, scale=0.2)).scene  # type: ignore[attr-defined]
     assert scene.image.shape[:2] == (401, 521)
     np.testing.assert_allclose(np.ptp(scene.quads[0], axis=0), (52, 104), atol=0.1)
 
 
+@pytest.mark.slow
 def test_without_labels_the_stalls_are_those_that_the_views_agree_on(tmp_path: Path) -> None:
     scene = read(write(tmp_path, labelled=None)).scene  # type: ignore[attr-defined]
     assert len(scene.quads) == 3
@@ -57,6 +59,7 @@ def test_without_labels_the_stalls_are_those_that_the_views_agree_on(tmp_path: P
     assert scene.seen[10, 10] == 1
 
 
+@pytest.mark.slow
 def test_missing_ground_is_not_judged(tmp_path: Path) -> None:
     path = write(tmp_path)
     image = picture()
@@ -69,6 +72,7 @@ def test_missing_ground_is_not_judged(tmp_path: Path) -> None:
     assert (scene.labels[50, 140] == UNKNOWN).all()
 
 
+@pytest.mark.slow
 def test_a_label_at_the_picture_s_edge_is_not_judged(tmp_path: Path) -> None:
     path = write(tmp_path)
     labels = json.loads(path.with_suffix(".json").read_text())
@@ -77,6 +81,7 @@ def test_a_label_at_the_picture_s_edge_is_not_judged(tmp_path: Path) -> None:
     assert read(path).scene.judged.tolist() == [False, True]  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_windows_hold_the_stalls_that_touch_them_in_their_own_pixels(tmp_path: Path) -> None:
     scene = read(write(tmp_path)).scene  # type: ignore[attr-defined]
     part = cut(scene, 110, 60, 80)
@@ -87,6 +92,7 @@ def test_windows_hold_the_stalls_that_touch_them_in_their_own_pixels(tmp_path: P
     assert part.taken.tolist() == [False]
 
 
+@pytest.mark.slow
 def test_regions_are_left_out_by_name_and_drawn_from_by_their_stalls(tmp_path: Path) -> None:
     for name in ("one", "two", "three"):
         write(tmp_path, name)

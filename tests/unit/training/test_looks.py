@@ -26,6 +26,7 @@ def scene(seed: int, looks_seed: int | None) -> Scene:
     return draw_scene(generator(seed), 200, looks=looks)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(6))
 def test_the_looks_of_a_scene_change_its_picture_and_none_of_its_labels(seed: int) -> None:
     plain, real = scene(seed, None), scene(seed, 5)
@@ -39,6 +40,7 @@ def test_the_looks_of_a_scene_change_its_picture_and_none_of_its_labels(seed: in
         assert repr(unlike) == repr(replace(other, quad=np.zeros(0)))
 
 
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_looks() -> None:
     np.testing.assert_array_equal(scene(1, 5).image, scene(1, 5).image)
     assert not np.array_equal(scene(1, 5).image, scene(1, 6).image)
@@ -78,6 +80,7 @@ def test_other_ground_stays_as_it_is_drawn() -> None:
     assert RealLooks(Textures((), (), (), (), ()), generator()).ground(asphalt, drawn, 0.1) is drawn
 
 
+@pytest.mark.slow
 def test_bark_and_rock_look_like_gardens_and_dirt_like_grass_in_their_own_colours() -> None:
     rng = generator(3)
     grass, wild = (woven([(100 + rng.normal(0, level, (32, 32, 3))).astype(np.float32)], rng) for level in (4, 30))
@@ -151,6 +154,7 @@ def test_vehicles_that_no_picture_shows_and_a_quarter_of_the_cars_stay_drawn() -
     assert RealLooks(replace(textures(), cars=()), generator()).vehicle(vehicle, model, SUN) is model
 
 
+@pytest.mark.nightly
 def test_painters_get_the_textures_and_dress_a_share_of_the_scenes() -> None:
     dress = pickle.loads(pickle.dumps(Dress(textures(), 0.3)))  # noqa: S301
     dressed = [isinstance(dress.looks(4, index), RealLooks) for index in range(400)]

@@ -137,6 +137,7 @@ def test_hidden_stalls_are_implied_only_near_others_and_under_crowns() -> None:
     assert not any(stall.implied for stall in _implied(row[1:], roofs)), "nobody shows"
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_scenes_have_implied_stalls_and_plain_ones_are_few() -> None:
     stalls = [s for seed in range(40) for s in draw_scene(_rng(seed), 256).stalls]

@@ -69,6 +69,7 @@ def test_many_driveways_pass_between_two_islands(monkeypatch: pytest.MonkeyPatch
     assert {0, 2} == set(islands)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_racks_hold_bicycles_that_show_in_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(row_breaks, "_DRIVEWAY_SHARE", 0.0)

@@ -23,6 +23,7 @@ def test_shapes_and_masks() -> None:
         assert set(np.unique(mask)) <= {0, 1}
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_what_is_covered_is_no_visible_car() -> None:
     scenes = [draw_scene(np.random.default_rng(k), 160) for k in range(8)]
@@ -31,6 +32,7 @@ def test_what_is_covered_is_no_visible_car() -> None:
     assert any(scene.car.any() for scene in scenes)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_stalls_have_the_size_of_stalls() -> None:
     stalls = [s for k in range(10) for s in draw_scene(np.random.default_rng(k), 160).stalls]
@@ -44,6 +46,7 @@ def test_stalls_have_the_size_of_stalls() -> None:
     assert 0 < sum(s.taken for s in stalls) < len(stalls)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_taken_stalls_show_cars_and_free_ones_do_not() -> None:
     taken: list[int] = []
@@ -58,6 +61,7 @@ def test_taken_stalls_show_cars_and_free_ones_do_not() -> None:
     assert np.mean(free) < 0.15
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_some_scenes_have_no_lot() -> None:
     bare = [not draw_scene(np.random.default_rng(k), 64).lot.any() for k in range(40)]

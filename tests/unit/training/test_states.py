@@ -55,6 +55,7 @@ def test_the_fit_finds_the_weights_that_made_the_states() -> None:
     assert np.isnan(right(joined([]), found))
 
 
+@pytest.mark.nightly
 def test_a_drawn_scene_is_a_place_with_its_sun_and_states() -> None:
     scenes = list(drawn(991, 3))
     assert len(scenes) == 3

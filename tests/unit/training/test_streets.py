@@ -76,11 +76,13 @@ def test_some_bays_are_the_aisles_stones_with_moss_between_them() -> None:
     assert 2 <= mossy < 20
 
 
+@pytest.mark.slow
 def test_stones_differ_less_from_the_ground_than_white_paint_does() -> None:
     apart = [abs(np.mean(plan.palette[0]) - np.mean(plan.asphalt.colour)) for plan in paved(20)]
     assert np.median(apart) < 60
 
 
+@pytest.mark.slow
 def test_a_long_vehicle_takes_every_stall_that_it_covers_and_no_car_stays_in_them() -> None:
     kinds: set[str] = set()
     for seed, plan in enumerate(paved(12)):

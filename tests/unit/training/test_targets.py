@@ -136,6 +136,7 @@ def test_light_stays_within_the_range_of_a_picture() -> None:
         assert np.isfinite(lit).all()
 
 
+@pytest.mark.slow
 def test_a_drawn_scene_becomes_a_training_scene() -> None:
     drawn = next(s for s in (draw_scene(np.random.default_rng(k), 160) for k in range(20)) if s.stalls)
     kept = training_scene(drawn)
@@ -181,6 +182,7 @@ def test_shadows_of_lorries_lie_over_free_stalls_alone() -> None:
     assert not shadow_depth(quads[:0], (120, 200), np.random.default_rng(0)).any()
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_the_pool_holds_what_its_seed_draws() -> None:
     pool = ScenePool(seed=4, capacity=1)
@@ -211,6 +213,7 @@ def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch)
     assert handed_over == []
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_painter_ends_when_its_trainer_was_killed_with_a_full_pipe() -> None:
     code = (

@@ -58,6 +58,7 @@ def test_cars_are_cut_along_their_length_without_the_ground_about_them() -> None
         assert np.abs(car.pixels.astype(int) - CAR).max() < 30
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("shadow", [(0, -8), (0, 8)])
 def test_the_sun_stands_opposite_the_shadows_of_the_cars(shadow: tuple[int, int]) -> None:
     look = cut_textures(Ground([region(shadow)]), generator())
@@ -72,6 +73,7 @@ def test_the_sun_stands_opposite_the_shadows_of_the_cars(shadow: tuple[int, int]
     assert (signs == other) == (shadow == (0, -8))
 
 
+@pytest.mark.nightly
 def test_only_cars_of_taken_stalls_that_are_judged_and_clear_are_cut() -> None:
     whole = region()
     some = np.array([True, True, False, False, False, False])
@@ -83,6 +85,7 @@ def test_only_cars_of_taken_stalls_that_are_judged_and_clear_are_cut() -> None:
         assert len(cut_textures(Ground([Region("some", changed)]), generator()).cars) == 2
 
 
+@pytest.mark.nightly
 def test_what_is_not_shaped_as_a_car_or_stands_in_the_shade_is_not_cut() -> None:
     whole = region().scene
     labels = whole.labels.copy()
@@ -106,6 +109,7 @@ def test_sheets_show_paving_and_grass_and_neither_paint_nor_cars() -> None:
             assert np.abs(shown - 1).max() < 8 * 5 / min(colour)
 
 
+@pytest.mark.nightly
 def test_plants_are_sorted_by_their_contrast() -> None:
     whole, rng = region().scene, generator(4)
     for contrast, names in ((0.05, {"grass"}), (0.25, {"wild", "leaves"}), (0.7, set())):

@@ -47,6 +47,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert "cannot be read" in str(fault(tmp_path / ("x" * 300), 0.0))
 
 
+@pytest.mark.slow
 def test_the_command_has_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     environment = {"RUNTIME_DIRECTORY": str(tmp_path)}
     assert main([], environment) == 1

@@ -70,6 +70,7 @@ def test_rollback_by_the_command_line_of_the_version_in_force(
     )
 
 
+@pytest.mark.slow
 def test_nothing_is_switched_while_a_daemon_says_that_it_flies(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -119,6 +120,7 @@ def test_a_fault_of_the_disk_names_the_file(tmp_path: Path, capsys: pytest.Captu
     assert str(tmp_path / "hawk") in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_service_s_end_is_judged_by_what_systemd_says_of_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -106,6 +106,7 @@ def test_a_full_disk_leaves_the_version_in_force(tmp_path: Path, monkeypatch: py
     assert (versions.current, versions.kept) == ("0.3.0", ["0.3.0"])
 
 
+@pytest.mark.slow
 def test_a_version_that_was_cut_off_while_it_was_prepared_is_not_kept_and_prepared_again(tmp_path: Path) -> None:
     versions = Versions(tmp_path / "hawk")
     package = make_package(tmp_path / "package", "0.3.0")
@@ -161,6 +162,7 @@ def test_failed_starts_are_counted_until_the_version_was_ready(tmp_path: Path) -
     assert not versions.has_failed("0.3.0")
 
 
+@pytest.mark.slow
 def test_a_version_that_is_installed_again_begins_again(tmp_path: Path) -> None:
     versions = Versions(tmp_path / "hawk")
     put(versions, tmp_path, "0.3.0")

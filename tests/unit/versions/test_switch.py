@@ -66,6 +66,7 @@ def fail(versions: Versions, times: int, result: str = "exit-code") -> list[str 
 # -- upgrades ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_upgrade_keeps_the_version_before_and_removes_older_ones(versions: Versions, put: Install) -> None:
     assert put("0.1.0") == []
     assert state(versions) == ("0.1.0", None, ["0.1.0"])
@@ -75,6 +76,7 @@ def test_an_upgrade_keeps_the_version_before_and_removes_older_ones(versions: Ve
     assert state(versions) == ("0.3.0", "0.2.0", ["0.2.0", "0.3.0"])
 
 
+@pytest.mark.slow
 def test_the_same_version_again_keeps_the_one_before(versions: Versions, put: Install) -> None:
     put("0.1.0")
     put("0.2.0")
@@ -82,6 +84,7 @@ def test_the_same_version_again_keeps_the_one_before(versions: Versions, put: In
     assert state(versions) == ("0.2.0", "0.1.0", ["0.1.0", "0.2.0"])
 
 
+@pytest.mark.slow
 def test_a_downgrade_to_the_kept_version_can_be_gone_back_from(versions: Versions, put: Install) -> None:
     put("0.1.0")
     put("0.2.0")
@@ -89,6 +92,7 @@ def test_a_downgrade_to_the_kept_version_can_be_gone_back_from(versions: Version
     assert state(versions) == ("0.1.0", "0.2.0", ["0.1.0", "0.2.0"])
 
 
+@pytest.mark.slow
 def test_while_armed_an_upgrade_changes_nothing_and_can_be_made_later(
     versions: Versions, put: Install, events: Events
 ) -> None:
@@ -240,6 +244,7 @@ def test_two_versions_that_do_not_start_do_not_alternate(versions: Versions, put
     assert seen == ["0.2.0"] * 2 + ["0.1.0"] * 10
 
 
+@pytest.mark.slow
 def test_a_version_that_was_left_is_not_gone_back_to_after_the_next_upgrade(versions: Versions, put: Install) -> None:
     put("0.1.0")
     put("0.2.0")

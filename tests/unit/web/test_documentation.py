@@ -38,6 +38,7 @@ def served(rig: Rig, site: Path) -> Rig:
     return rig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["/docs/", "/docs/index.html", SEARCH, "/docs/how-to/add-a-state.html"])
 async def test_the_pages_of_the_site_are_served(served: Rig, path: str) -> None:
     server = await served.start()

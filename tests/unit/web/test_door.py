@@ -111,6 +111,7 @@ async def test_a_crowd_of_half_sent_requests_is_bounded_and_a_page_gets_in(
         assert await strangers[0].is_closed(), "the oldest went"
 
 
+@pytest.mark.slow
 async def test_one_address_does_not_take_the_places_of_another(server: WebServer, strangers: list[Stranger]) -> None:
     kept = await come(server, strangers, source="127.0.0.2")
     for _ in range(3 * FEW.waiting):
@@ -121,6 +122,7 @@ async def test_one_address_does_not_take_the_places_of_another(server: WebServer
         assert (await kept.reader.read()).startswith(b"HTTP/1.1 200")
 
 
+@pytest.mark.slow
 async def test_when_all_places_are_taken_the_address_with_most_of_them_gives_one(
     server: WebServer, strangers: list[Stranger]
 ) -> None:
@@ -133,6 +135,7 @@ async def test_when_all_places_are_taken_the_address_with_most_of_them_gives_one
     assert await strangers[0].is_closed()
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a request that trickles and never ends", "closed after 10 s")
 async def test_a_request_that_is_not_whole_in_time_is_closed_however_it_trickles(
     rig: Rig, server: WebServer, strangers: list[Stranger]
@@ -150,6 +153,7 @@ async def test_a_request_that_is_not_whole_in_time_is_closed_however_it_trickles
     assert server.door.waiting == 0
 
 
+@pytest.mark.slow
 async def test_between_two_requests_a_connection_may_wait_a_while(
     rig: Rig, server: WebServer, strangers: list[Stranger]
 ) -> None:
@@ -164,6 +168,7 @@ async def test_between_two_requests_a_connection_may_wait_a_while(
     assert await stranger.is_closed()
 
 
+@pytest.mark.slow
 async def test_an_open_page_waits_for_nothing(rig: Rig, server: WebServer) -> None:
     async with browser() as session:
         page = await join(server, session)
@@ -172,6 +177,7 @@ async def test_an_open_page_waits_for_nothing(rig: Rig, server: WebServer) -> No
         assert (await page.ask(Type="Heartbeat"))["Accepted"]
 
 
+@pytest.mark.slow
 @pytest.mark.fault("an answer that nobody reads", "closed after 30 s without progress")
 async def test_an_answer_that_is_received_slowly_goes_on_and_one_that_is_not_received_ends(
     rig: Rig, server: WebServer, strangers: list[Stranger]
@@ -205,6 +211,7 @@ async def test_a_connection_that_goes_leaves_its_place(server: WebServer, strang
 # -- being answered ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "more requests under way than the server answers",
     "503 for others, the operator in control is answered",
@@ -283,6 +290,7 @@ async def test_a_process_that_may_open_few_files_is_reported_at_the_start(
     assert "LimitNOFILE" in caplog.text
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the process has no descriptor left for a connection",
     "one waiting connection goes, accepted again within 0.1 s, no traceback, no spin",

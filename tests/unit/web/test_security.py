@@ -249,6 +249,7 @@ async def test_the_right_token_is_looked_at_when_the_wait_is_over(guarded: Rig) 
     assert await guess(guarded, 1) == 401, "it begins again"
 
 
+@pytest.mark.slow
 async def test_a_page_that_is_known_and_the_operator_in_control_do_not_wait_for_a_guesser(guarded: Rig) -> None:
     server = await guarded.start()
     async with browser() as page, browser(headers={"Authorization": f"Bearer {TOKEN}"}) as tool:

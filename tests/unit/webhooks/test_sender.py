@@ -92,6 +92,7 @@ async def test_each_survey_and_layout_is_reported_once_and_signed(stand: Stand) 
     assert all(headers["webhook-signature"].startswith("v1,") for headers, _ in receiver.got)
 
 
+@pytest.mark.slow
 async def test_a_receiver_that_refuses_gets_the_same_message_again_later(stand: Stand) -> None:
     async with receiving() as receiver, running(stand.sender(receiver.url)):
         receiver.answer = 503
@@ -105,6 +106,7 @@ async def test_a_receiver_that_refuses_gets_the_same_message_again_later(stand: 
     assert first[0]["webhook-timestamp"] != again[0]["webhook-timestamp"]
 
 
+@pytest.mark.slow
 async def test_a_damaged_message_is_left_out_and_holds_up_no_other_one(stand: Stand) -> None:
     await stand.damage(1)
     async with receiving() as receiver, running(stand.sender(receiver.url)):
@@ -118,6 +120,7 @@ async def test_a_damaged_message_is_left_out_and_holds_up_no_other_one(stand: St
     ]
 
 
+@pytest.mark.slow
 async def test_a_receiver_that_hangs_holds_no_other_one(stand: Stand, caplog: pytest.LogCaptureFixture) -> None:
     async with receiving() as slow, receiving() as quick:
         slow.answer = "hang"
@@ -165,6 +168,7 @@ async def test_nothing_is_sent_while_the_motors_are_on(stand: Stand) -> None:
         await until(lambda: len(receiver.got) == 2)
 
 
+@pytest.mark.slow
 async def test_the_operator_hears_of_a_receiver_that_takes_nothing_and_of_the_end(stand: Stand) -> None:
     async with receiving() as receiver:
         receiver.answer = 500

@@ -50,6 +50,7 @@ def _by_hand(point: np.ndarray, place: np.ndarray, roll: float, pitch: float, ya
     return np.array([CAMERA.cx + CAMERA.fx * right / down, CAMERA.cy - CAMERA.fy * front / down])
 
 
+@pytest.mark.slow
 def test_level_north_up_picture() -> None:
     world = _marked(35.0, 12.0)  # 5 m east and 8 m north of the drone
     frame = WorldCamera(world, CAMERA, CLEAN).render(30.0, 20.0, 25.0, 0, 0, 0, rng=_rng())
@@ -57,12 +58,14 @@ def test_level_north_up_picture() -> None:
     assert _red_centre(frame) == pytest.approx(expected, abs=0.6)
 
 
+@pytest.mark.slow
 def test_yaw_turns_the_nose_to_the_east() -> None:
     world = _marked(36.0, 20.0)  # 6 m east
     frame = WorldCamera(world, CAMERA, CLEAN).render(30.0, 20.0, 25.0, 0, 0, math.pi / 2, rng=_rng())
     assert _red_centre(frame) == pytest.approx((CAMERA.cx, CAMERA.cy - 230 * 6 / 25), abs=0.6)
 
 
+@pytest.mark.slow
 def test_nose_up_looks_ahead_and_right_side_down_looks_left() -> None:
     camera = WorldCamera(_marked(30.0, 20.0), CAMERA, CLEAN)
     nose_up = _red_centre(camera.render(30.0, 20.0, 25.0, 0, 0.2, 0, rng=_rng()))
@@ -83,6 +86,7 @@ def test_projection_agrees_with_independent_formula(
     assert image[:2] / image[2] == pytest.approx(_by_hand(point, place, roll, pitch, yaw), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_high_things_lean_away_from_the_middle() -> None:
     pixels = np.zeros((20, 20, 4), np.uint8)
     pixels[..., 2:] = 255
@@ -92,6 +96,7 @@ def test_high_things_lean_away_from_the_middle() -> None:
     assert _red_centre(frame) == pytest.approx((CAMERA.cx + 230 * 10 / 20, CAMERA.cy), abs=0.6)
 
 
+@pytest.mark.slow
 def test_edges_are_not_darkened() -> None:
     pixels = np.full((10, 10, 4), 90, np.uint8)
     pixels[..., 3] = 255
@@ -101,6 +106,7 @@ def test_edges_are_not_darkened() -> None:
     assert (camera.render(0.0, 20.0, 12.3, 0.1, 0.05, 0.3, rng=_rng()) == 90).all()  # over the world's edge too
 
 
+@pytest.mark.slow
 def test_a_wall_is_seen_from_its_side() -> None:
     wall = np.array([[35.0, 15.0, 4.0], [35.0, 25.0, 4.0], [35.0, 25.0, 0.0], [35.0, 15.0, 0.0]])
     red = HeightLayer(wall, np.array([[[0, 0, 255, 255]]], np.uint8), "wall")
@@ -115,6 +121,7 @@ def _red_columns(frame: np.ndarray) -> tuple[int, int]:
     return int(columns.min()), int(columns.max())
 
 
+@pytest.mark.slow
 def test_fine_layers_are_left_out_from_afar_only() -> None:
     pixels = np.zeros((20, 20, 4), np.uint8)
     pixels[..., 2:] = 255
@@ -126,6 +133,7 @@ def test_fine_layers_are_left_out_from_afar_only() -> None:
     assert (far == 90).all()
 
 
+@pytest.mark.slow
 def test_layers_behind_and_outside_are_left_out() -> None:
     pixels = np.full((4, 4, 4), 255, np.uint8)
     above = flat_layer(pixels, (30.0, 20.0), 0.0, (8.0, 8.0), 40.0, "roof")
@@ -135,6 +143,7 @@ def test_layers_behind_and_outside_are_left_out() -> None:
     assert (frame == 90).all()
 
 
+@pytest.mark.slow
 def test_beyond_the_edge_lies_blurred_ground_without_marks() -> None:
     world = _world()
     world.ground[:, ::12] = 255  # lines like those of stalls, also at the edge
@@ -146,6 +155,7 @@ def test_beyond_the_edge_lies_blurred_ground_without_marks() -> None:
     assert outside.mean() == pytest.approx(inside.mean(), abs=12)
 
 
+@pytest.mark.slow
 def test_far_beyond_the_edge_and_on_the_ground_there_is_still_a_picture() -> None:
     camera = WorldCamera(_world(), CAMERA)
     for pose in (
@@ -158,12 +168,14 @@ def test_far_beyond_the_edge_and_on_the_ground_there_is_still_a_picture() -> Non
         assert frame.dtype == np.uint8
 
 
+@pytest.mark.slow
 def test_upside_down_it_sees_the_sky() -> None:
     camera = WorldCamera(_world(), CAMERA, CLEAN)
     frame = camera.render(30.0, 20.0, 9.0, math.pi, 0.0, 0.0, rng=_rng())
     assert (frame == (214, 200, 190)).all()
 
 
+@pytest.mark.slow
 def test_noise_comes_from_the_generator() -> None:
     camera = WorldCamera(_world(), CAMERA)
     pose = (30.0, 20.0, 20.0, 0.0, 0.0, 0.0)

@@ -138,6 +138,7 @@ def test_the_truth_of_a_world_lies_in_its_picture(seed: int) -> None:
     assert all(0 <= stall.covered <= 1 for stall in one.stalls)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_lots_of_scenes_hold_their_stalls() -> None:
     inside = []

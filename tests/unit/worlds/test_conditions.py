@@ -30,6 +30,7 @@ def test_the_same_seed_is_the_same_lot_in_every_condition(day: World, condition:
     assert not np.array_equal(other.ground, day.ground)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_dusk_is_darker_than_day_and_night_darker_than_dusk(day: World) -> None:
     dusk, night = world(Condition.DUSK), world(Condition.NIGHT)
@@ -59,6 +60,7 @@ def test_scenes_to_train_on_come_in_all_conditions() -> None:
     assert sum(CONDITION_SHARES.values()) == pytest.approx(1.0)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_scene_follows_from_its_generator_in_any_condition() -> None:
     for seed in range(8):

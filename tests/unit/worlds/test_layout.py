@@ -51,6 +51,7 @@ def test_a_row_too_short_for_a_stall_is_empty() -> None:
     assert plan.strokes == []
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.floats(-45, 45), st.booleans(), st.floats(20, 60))
 def test_angled_stalls_keep_their_width_and_stay_in_their_row(skew: float, mirrored: bool, length: float) -> None:
@@ -172,6 +173,7 @@ def test_sections_keep_their_bounds_and_leave_aisles(seed: int, calm: bool) -> N
     assert area.area < 0.8 * width * depth
 
 
+@pytest.mark.slow
 def test_a_site_has_its_lot_in_one_piece_with_all_stalls_in_it() -> None:
     for seed in range(8):
         plan = plan_any_lot_site(_rng(seed), (50.0, 40.0), SiteSize((40, 60), (30, 40), second=1.0))

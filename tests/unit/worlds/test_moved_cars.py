@@ -64,6 +64,7 @@ def colour_number(world: World, number: int) -> int | None:
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_every_car_stands_on_a_stall_that_the_truth_calls_taken(seed: int) -> None:
     after = move_cars(photographed(), seed)
@@ -72,6 +73,7 @@ def test_every_car_stands_on_a_stall_that_the_truth_calls_taken(seed: int) -> No
     assert sorted(car for car in seen.values() if car is not None) == list(range(len(TAKEN)))
 
 
+@pytest.mark.slow
 def test_the_share_under_a_car_moves_with_it() -> None:
     before, after = photographed(), move_cars(photographed(), 3)
     for stall in after.stalls:
@@ -79,6 +81,7 @@ def test_the_share_under_a_car_moves_with_it() -> None:
         assert stall.covered == (0.0 if car is None else before.stalls[TAKEN[car]].covered)
 
 
+@pytest.mark.slow
 def test_the_same_seed_moves_the_same_cars_and_another_others() -> None:
     first, again, other = (move_cars(photographed(), seed) for seed in (1, 1, 2))
     assert first.ground.tobytes() == again.ground.tobytes()
@@ -86,6 +89,7 @@ def test_the_same_seed_moves_the_same_cars_and_another_others() -> None:
     assert [s.taken for s in first.stalls] != [s.taken for s in other.stalls]
 
 
+@pytest.mark.slow
 def test_stalls_and_ground_away_from_them_stay() -> None:
     before, after = photographed(), move_cars(photographed(), 1)
     for one, same in zip(before.stalls, after.stalls, strict=True):
@@ -99,6 +103,7 @@ def test_stalls_and_ground_away_from_them_stay() -> None:
     np.testing.assert_array_equal(before.ground[mask > 0], after.ground[mask > 0])
 
 
+@pytest.mark.slow
 def test_shade_falls_on_the_same_side_at_the_new_stall_and_none_is_left_at_the_old_one() -> None:
     after = move_cars(photographed(), 4)
     taken = {stall.id for stall in after.stalls if stall.taken}
@@ -115,6 +120,7 @@ def test_shade_falls_on_the_same_side_at_the_new_stall_and_none_is_left_at_the_o
             assert bool(beyond < 0.8 * ASPHALT) is (number in taken), "shade that reaches over the line"
 
 
+@pytest.mark.slow
 def test_unclear_and_hidden_stalls_are_left_alone() -> None:
     world = photographed()
     picture = world.ground.copy()
@@ -130,6 +136,7 @@ def test_unclear_and_hidden_stalls_are_left_alone() -> None:
     assert after.stalls[4].state == "taken"
 
 
+@pytest.mark.slow
 def test_a_car_that_cannot_be_moved_keeps_its_shade() -> None:
     world = photographed()
     picture = world.ground.copy()
@@ -146,6 +153,7 @@ def test_a_car_that_cannot_be_moved_keeps_its_shade() -> None:
     assert free > 0
 
 
+@pytest.mark.slow
 def test_a_free_stall_with_something_on_it_gets_no_car_and_lends_no_ground() -> None:
     world = photographed()
     picture = world.ground.copy()

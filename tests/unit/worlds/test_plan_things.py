@@ -159,6 +159,7 @@ def test_walls_reach_from_the_ground_to_the_roof_around_the_footprint(turn: floa
     assert all(wall.height < roof.height for wall in walls), "a roof is drawn over its walls"
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.floats(0, 2 * math.pi))
 def test_the_wall_towards_the_sun_is_the_brightest(direction: float) -> None:

@@ -235,6 +235,7 @@ def world(changes: int, at: datetime | None = NOON) -> World:
     return generate_world(6, WorldOptions(metres_per_pixel=0.2, repaint=changes, at=at, place=PLACE))
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_repainted_world_has_the_truth_of_its_layout() -> None:
     before, after = ({stall.id: stall for stall in world(changes).stalls} for changes in (0, 4))
@@ -263,6 +264,7 @@ def test_the_truth_says_which_stalls_are_closed(tmp_path: Path) -> None:
     assert {k for k, stall in saved.items() if stall.closed} == {s.id for s in world(4).stalls if s.closed}
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_repainted_world_needs_no_moment() -> None:
     still = world(2, None)

@@ -133,6 +133,7 @@ def test_two_pictures_of_different_exposure_meet_without_a_step(light: float) ->
     assert max(abs(np.diff(means))) < 0.02, "of 20 % that they differ"
 
 
+@pytest.mark.slow
 def test_the_view_from_straight_above_wins_whatever_the_order() -> None:
     true = true_picture()
     for order in ((0, 1), (1, 0)):
@@ -144,6 +145,7 @@ def test_the_view_from_straight_above_wins_whatever_the_order() -> None:
         assert near[0] < near[1], "the pixels about the first place are those of its own picture"
 
 
+@pytest.mark.slow
 def test_the_sharp_detail_of_the_best_view_survives_another_one_beside_it() -> None:
     alone, both = Mosaic(), Mosaic()
     put(alone, 0.0, 0.0)
@@ -154,6 +156,7 @@ def test_the_sharp_detail_of_the_best_view_survives_another_one_beside_it() -> N
         assert first > 0.9 * detail(whole(alone)[0][at(*place)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(35.0, 110.0), (110.0, 35.0)])
 def test_a_picture_from_higher_up_does_not_blur_a_lower_one(order: tuple[float, float]) -> None:
     alone, both = Mosaic(), Mosaic()
@@ -187,6 +190,7 @@ def test_a_frame_that_brings_nothing_new_changes_nothing() -> None:
     assert not mosaic.encode(9, 2)
 
 
+@pytest.mark.slow
 def test_a_picture_is_blended_a_few_tiles_at_a_time_with_the_same_result() -> None:
     at_once, by_and_by = Mosaic(), Mosaic()
     for east in (0.0, 9.0, 18.0):
@@ -211,6 +215,7 @@ def test_encoding_is_bounded_and_the_backlog_comes_round() -> None:
     assert not mosaic.encode(1, 3)
 
 
+@pytest.mark.slow
 def test_tiles_far_behind_rest_as_jpeg_and_wake_unchanged() -> None:
     mosaic = Mosaic()
     for step in range(0, 800, 20):

@@ -70,6 +70,7 @@ def flown() -> OccupancyMap:
     return flight.fly(PASS[::-1])
 
 
+@pytest.mark.slow
 def test_each_confirmed_stall_is_on_the_map_at_its_place_under_its_id(flown: OccupancyMap) -> None:
     found = of_plan(flown)
     assert sorted(found) == list(range(len(TRUTH.stalls)))
@@ -84,6 +85,7 @@ def test_the_pictures_show_the_state_of_each(flown: OccupancyMap) -> None:
     assert [stall.state for _, stall in sorted(of_plan(flown).items())] == right
 
 
+@pytest.mark.slow
 def test_the_shape_of_the_plan_stays() -> None:
     flight = Flight(TRUTH, plan_of(TRUTH.stalls), noise_m=0.4, miss=0.3)
     flight.fly([*PASS, *PASS[::-1]])
@@ -97,6 +99,7 @@ def test_the_shape_of_the_plan_stays() -> None:
     assert max(abs(gap - 2.6) for gap in gaps) < 0.01
 
 
+@pytest.mark.slow
 def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_read() -> None:
     hidden = 25
     seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))
@@ -109,6 +112,7 @@ def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_read()
     assert found[hidden].existence == 1.0
 
 
+@pytest.mark.slow
 def test_what_is_found_beside_confirmed_stalls_is_proposed_and_not_counted() -> None:
     known = np.delete(TRUTH.stalls, [10, 48], 0)
     flight = Flight(TRUTH, plan_of(known), **NOISE)
@@ -126,6 +130,7 @@ BEYOND = np.array([[27.0, east, 0.0, 2.6, 5.2] for east in (-3.9, -1.3, 1.3, 3.9
 """Places beside each other, more than 15 m from the rows."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3, 4])
 def test_a_find_alone_beyond_the_plan_is_proposed_and_a_new_part_of_the_lot_counts(count: int) -> None:
     truth = rows_lot()
@@ -140,6 +145,7 @@ def test_a_find_alone_beyond_the_plan_is_proposed_and_a_new_part_of_the_lot_coun
     assert [stall.state is StallState.SUGGESTED for stall in beyond] == [count <= 3] * len(beyond)
 
 
+@pytest.mark.slow
 def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
     known = np.vstack([TRUTH.stalls, TRUTH.stalls[5:6] + np.array([-7.5, 0, 0, 0, 0])])
     flight = Flight(TRUTH, plan_of(known, confirmed=False), **NOISE)
@@ -149,6 +155,7 @@ def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
     assert not of_plan(shown)
 
 
+@pytest.mark.slow
 def test_a_confirmed_row_does_not_make_proposals_of_an_unconfirmed_one() -> None:
     flags = [k < 20 for k in range(len(TRUTH.stalls))]
     flight = Flight(TRUTH, plan_of(TRUTH.stalls, flags), **NOISE)
@@ -159,6 +166,7 @@ def test_a_confirmed_row_does_not_make_proposals_of_an_unconfirmed_one() -> None
     assert shown.counts.suggested == 0
 
 
+@pytest.mark.slow
 def test_the_plan_of_another_lot_is_not_put_onto_the_map() -> None:
     other = rows_lot(turn=0.3, columns=14)
     stalls = other.stalls + np.array([0.0, 3.9, 0.0, 0.0, 0.0])
@@ -169,6 +177,7 @@ def test_the_plan_of_another_lot_is_not_put_onto_the_map() -> None:
     assert shown.counts.suggested == 0
 
 
+@pytest.mark.slow
 def test_a_plan_that_a_person_changes_in_flight_replaces_the_one_before() -> None:
     flight = Flight(TRUTH, plan_of(TRUTH.stalls[:-1]), **NOISE)
     flight.fly()
@@ -180,6 +189,7 @@ def test_a_plan_that_a_person_changes_in_flight_replaces_the_one_before() -> Non
     assert shown.counts.suggested == 0
 
 
+@pytest.mark.slow
 def test_stalls_on_ground_that_was_seen_before_the_plan_was_placed_have_a_state_at_once() -> None:
     hidden = [3, 25, 44]
     seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))

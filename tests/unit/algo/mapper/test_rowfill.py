@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
@@ -89,6 +90,7 @@ def test_one_run_is_not_enough_to_count() -> None:
     assert not tracker.confirmed["inferred"].any()
 
 
+@pytest.mark.slow
 def test_an_inferred_stall_goes_when_the_row_implies_it_no_longer() -> None:
     tracker = tracker_of(np.delete(ROW, 5, 0))
     run(tracker, grid_of(ROW, ROW[:0]))
@@ -109,6 +111,7 @@ def test_a_find_of_its_own_makes_an_inferred_stall_real_under_the_same_id() -> N
     assert len(tracker.rows) == len(ROW)
 
 
+@pytest.mark.slow
 def test_rows_are_not_doubled_by_runs_from_other_places() -> None:
     tracker, grid = tracker_of(ROW), grid_of(ROW, ROW[:0])
     for i, east in enumerate(np.linspace(-40, 40, 17)):

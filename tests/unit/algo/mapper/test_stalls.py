@@ -237,6 +237,7 @@ def test_an_id_is_never_given_twice() -> None:
     assert flight.tracker.rows["id"].tolist() == [2]
 
 
+@pytest.mark.slow
 def test_a_frame_that_shows_nothing_new_changes_no_count() -> None:
     flight, rng = Flight(), np.random.default_rng(2)
     for _ in range(3):
@@ -257,6 +258,7 @@ def test_a_frame_that_shows_nothing_new_changes_no_count() -> None:
     assert flight.tracker.confirmed["id"].tolist() == before["id"].tolist()
 
 
+@pytest.mark.slow
 def test_a_car_that_leaves_is_seen_by_a_drone_that_hovers() -> None:
     flight = Flight()
     for _ in range(10):

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -83,6 +84,7 @@ def test_a_corridor_does_not_squeeze_along_a_fence_that_leaves_too_little_room()
 BOX = st.tuples(st.integers(0, 50), st.integers(0, 70), st.integers(1, 12), st.integers(1, 12))
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.lists(BOX, min_size=1, max_size=6), st.integers(0, 3))
 def test_it_only_ever_adds_ground_inside_the_fence_and_never_parts_it(

@@ -31,6 +31,7 @@ def in_picture(cells: Singles, heading: float) -> Bools:
     return np.asarray((np.abs(along) <= PICTURE.depth / 2) & (np.abs(across) <= PICTURE.width / 2))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_a_turn_shows_what_the_picture_passes_over(begin: float, end: float) -> None:

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
+import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -59,6 +60,7 @@ def shown_whole(tour: KnownTour, boxes: Singles, foot: Footprint) -> list[bool]:
     return [any(shape.buffer(0.05).covers(polygon) for shape in shapes) for polygon in polygons]
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(lots(), st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 def test_every_stall_lies_as_a_whole_in_a_picture_of_the_tour(lot: Rectangles, north: float, east: float) -> None:
@@ -67,6 +69,7 @@ def test_every_stall_lies_as_a_whole_in_a_picture_of_the_tour(lot: Rectangles, n
     assert all(shown_whole(tour, boxes_of(lot), LEVEL))
 
 
+@pytest.mark.slow
 @settings(max_examples=3, deadline=None)
 @given(lots())
 def test_the_distance_is_the_sum_of_the_legs_and_equal_calls_give_equal_tours(lot: Rectangles) -> None:
@@ -75,6 +78,7 @@ def test_the_distance_is_the_sum_of_the_legs_and_equal_calls_give_equal_tours(lo
     assert np.array_equal(tour.places, same.places)
 
 
+@pytest.mark.slow
 def test_a_lot_that_one_turn_shows_is_not_flown_over() -> None:
     tour = outcome(known_tour(boxes_of(rows_of(2, 6)), LEVEL, (0.0, 0.0)))
     assert tour.distance_m < 1.0
@@ -88,6 +92,7 @@ def test_a_lot_of_four_strips_takes_little_more_than_their_area() -> None:
     assert tour.distance_m < 1.25 * (176.0 * 156.0 / LEVEL.width)
 
 
+@pytest.mark.slow
 def test_stalls_beyond_the_fence_are_counted_as_missed() -> None:
     lot = Rectangles(np.array([[0.0, 0.0], [200.0, 0.0]]), np.zeros(2), np.full(2, 5.0), np.full(2, 2.5))
     tour = outcome(known_tour(boxes_of(lot), LEVEL, (0.0, 0.0), lambda places: places[:, 0] < 100.0))
@@ -110,6 +115,7 @@ RING = ((-100.0, -150.0), (-100.0, 150.0), (100.0, 150.0), (100.0, -150.0))
 PARTED = Fence(RING, RING, 97.0, 100.0, zones=(ZONE,), autopilot_zones=(ZONE,))
 
 
+@pytest.mark.slow
 def test_no_leg_crosses_a_zone_and_the_path_around_it_counts() -> None:
     lot = Rectangles(np.array([[60.0, -60.0], [60.0, 60.0]]), np.zeros(2), np.full(2, 5.0), np.full(2, 2.5))
     free, parted = (

@@ -124,6 +124,7 @@ def flight(
     return Flight(known, tour, SeenMap(known, off, new), fence)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", [(0.0, 0.0), (3.5, -2.5)])
 def test_every_stall_is_looked_at_in_little_more_than_the_planned_distance(off: tuple[float, float]) -> None:
     flown = flight(off=off)
@@ -143,6 +144,7 @@ class SeenInParts(SeenMap):
             self.seen[:] = 1.0
 
 
+@pytest.mark.slow
 def test_stalls_that_pictures_have_shown_in_parts_alone_are_looked_at() -> None:
     flown = flight(off=(1.5, -1.0))
     flown.lot_map = SeenInParts(flown.known, (1.5, -1.0), ())
@@ -151,6 +153,7 @@ def test_stalls_that_pictures_have_shown_in_parts_alone_are_looked_at() -> None:
     assert flown.lot_map.whole.all()
 
 
+@pytest.mark.slow
 def test_after_a_battery_swap_only_the_rest_is_flown() -> None:
     flown = flight()
     flown.fly(most_s=0.6 * flown.tour.distance_m / 5.0)
@@ -164,6 +167,7 @@ def test_after_a_battery_swap_only_the_rest_is_flown() -> None:
     assert again.distance_m < planned + 8.0
 
 
+@pytest.mark.slow
 def test_the_drone_stays_inside_the_fence_and_out_of_its_zones_and_says_what_it_missed() -> None:
     zone = ((-20.0, 10.0), (-20.0, 16.0), (30.0, 16.0), (30.0, 10.0))
     ring = ((-25.0, -25.0), (-25.0, 30.0), (60.0, 30.0), (60.0, -25.0))
@@ -180,6 +184,7 @@ def _new(number: int, north: float, east: float) -> Stall:
     return Stall(number, north, east, 0.0, 2.5, 5.0, 0.1, StallState.FREE, 0.9, 5, 1.0, 1)
 
 
+@pytest.mark.slow
 def test_a_row_that_goes_on_beyond_the_plan_is_followed() -> None:
     new = tuple(_new(k, -11.0, -k * 2.6) for k in range(24))
     flown = flight(new=new)
@@ -189,6 +194,7 @@ def test_a_row_that_goes_on_beyond_the_plan_is_followed() -> None:
     assert flown.distance_m < flown.tour.distance_m + 180.0
 
 
+@pytest.mark.slow
 def test_without_the_plan_of_its_lot_a_tour_is_not_flown() -> None:
     flown = flight()
     frame = frame_at(MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0), 0, fence=FENCE)

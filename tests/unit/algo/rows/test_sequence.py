@@ -28,6 +28,7 @@ def worth(value: FloatArray, begins: list[int], options: RowOptions) -> float:
     return total
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-6, 8), min_size=1, max_size=30), st.floats(0, 4), st.floats(0, 4))
 @settings(max_examples=60)
 def test_no_other_sequence_brings_more(values: list[float], begin: float, close: float) -> None:

@@ -193,6 +193,7 @@ def test_a_picture_that_lost_bytes_is_neither_projected_nor_shown_and_is_said_to
     assert not rig.app.seen.is_damaged
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "one picture in two is bad",
     "the lot stays in sight; Explore is refused only once a fault of perception has lasted 1 s",

@@ -76,6 +76,7 @@ def test_without_a_sun_the_network_gets_none() -> None:
     assert given_sun(picture_at(0.3), None) is None
 
 
+@pytest.mark.slow
 @given(yaw=turns, north=metres, east=metres)
 def test_a_turn_of_the_picture_turns_the_shadow_the_other_direction(yaw: float, north: float, east: float) -> None:
     level, turned = (given_sun(picture_at(angle), (north, east)) for angle in (0.0, yaw))
@@ -85,6 +86,7 @@ def test_a_turn_of_the_picture_turns_the_shadow_the_other_direction(yaw: float, 
     assert turned == pytest.approx(back @ level, abs=1e-5)
 
 
+@pytest.mark.slow
 @given(yaw=turns, north=metres, east=metres)
 def test_the_shadow_lies_where_the_camera_would_see_it(yaw: float, north: float, east: float) -> None:
     pose = MapPose(3.0, -4.0, 30.0, 0.0, 0.0, yaw)

@@ -140,6 +140,7 @@ def test_a_smaller_picture_of_the_same_view_gives_the_same_ground() -> None:
     assert np.abs(a.values[both].astype(float) - b.values[both]).mean() < 3
 
 
+@pytest.mark.slow
 def test_the_lens_correction_is_kept_and_follows_the_camera() -> None:
     keeper = Rectifier()
     pose = MapPose(0, 0, 30, 0, 0, 0)

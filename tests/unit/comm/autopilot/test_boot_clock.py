@@ -183,6 +183,7 @@ def test_a_link_that_delays_everything_is_no_boot(delays: list[float], uptime: f
         assert clock.take(kind, stamp, arrival).event == ""
 
 
+@pytest.mark.slow
 @given(uptime=st.floats(5.0, 1e5), down=st.floats(0.6, 60.0), late=st.lists(st.floats(0.0, 1.0), max_size=10))
 def test_a_boot_is_found_though_old_datagrams_come_after_it(uptime: float, down: float, late: list[float]) -> None:
     clock = BootClock(1.0)

@@ -118,6 +118,7 @@ def test_a_leap_up_is_no_leap_on_the_map(rig: Rig) -> None:
     assert rig.telemetry.map_problem(rig.clock()) == ""
 
 
+@pytest.mark.slow
 def test_a_link_whose_delay_changes_makes_no_leap_of_a_flight_at_speed(rig: Rig) -> None:
     """The autopilot's clock is placed on ours by the least delay of 30 s: it moves when all messages come later."""
     in_the_air(rig)

@@ -115,6 +115,7 @@ def test_before_enough_readings_and_without_a_place_nothing_is_known() -> None:
         assert (found.distance, found.ground) == (10.0, None)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the rangefinder repeats one distance",
     "doubted after 5 m of climb, shown, not used for scale or clearance",

@@ -39,6 +39,7 @@ def test_the_second_names_the_first_and_gets_it_when_that_was_killed() -> None:
     second.release()
 
 
+@pytest.mark.slow
 def test_a_released_claim_is_free() -> None:
     for _ in range(50):
         first, second = Claim(URL), Claim(URL)

@@ -91,6 +91,7 @@ async def test_each_landing_is_a_save_and_a_message(tmp_path: Path) -> None:
     assert drone.messages[2][2] == "1 lots may be meant: choose one under Lots."
 
 
+@pytest.mark.slow
 async def test_a_message_says_how_many_stalls_are_known_ones_or_what_is_in_doubt(tmp_path: Path) -> None:
     places = [(-4.0 - 8.0 * row, begin + 2.5 * k) for row, (begin, count) in enumerate(ROWS) for k in range(count)]
     stalls = {n: replace(STALL, id=n, north=north, east=east) for n, (north, east) in enumerate(places, 1)}
@@ -154,6 +155,7 @@ async def test_a_survey_that_was_saved_is_not_saved_again_until_its_map_changes(
         assert await drone.stored() == ["000001-x"]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a survey cannot be stored after its landing",
     "one message with the remedy; tried again until it is stored",

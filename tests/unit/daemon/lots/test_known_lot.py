@@ -53,6 +53,7 @@ async def test_before_the_drone_was_armed_no_lot_is_known(drone: Drone) -> None:
     assert drone.follower.current is None
 
 
+@pytest.mark.slow
 async def test_the_lot_at_which_the_drone_was_armed_is_known_and_named(drone: Drone) -> None:
     lot = await drone.store_survey()
     drone.datum = DATUM
@@ -75,6 +76,7 @@ async def test_a_plan_that_did_not_change_stays_the_same_object(drone: Drone) ->
     assert len(drone.messages) == 1
 
 
+@pytest.mark.slow
 async def test_a_survey_that_goes_on_is_no_witness_of_itself_but_for_what_a_person_confirmed(drone: Drone) -> None:
     lot = await drone.store_survey()
     drone.datum, drone.survey = DATUM, survey().name
@@ -88,6 +90,7 @@ async def test_a_survey_that_goes_on_is_no_witness_of_itself_but_for_what_a_pers
     assert len(after.stalls) == 40
 
 
+@pytest.mark.slow
 async def test_a_correction_in_flight_is_known_soon(drone: Drone) -> None:
     lot = await drone.store_survey()
     drone.datum = DATUM
@@ -115,6 +118,7 @@ async def test_a_store_that_nobody_has_opened_is_not_opened_in_flight(drone: Dro
     assert drone.follower.current is None
 
 
+@pytest.mark.slow
 async def test_a_store_that_cannot_be_read_leaves_the_plan_as_it_was(drone: Drone) -> None:
     await drone.store_survey()
     drone.datum = DATUM
@@ -125,6 +129,7 @@ async def test_a_store_that_cannot_be_read_leaves_the_plan_as_it_was(drone: Dron
     assert drone.follower.current is before
 
 
+@pytest.mark.slow
 async def test_the_plan_lies_where_the_receiver_places_it(drone: Drone) -> None:
     await drone.store_survey()
     drone.datum = GlobalPose(DATUM.latitude + 10 / 111_200, DATUM.longitude, 0.0)

@@ -115,6 +115,7 @@ def is_right(looked: dict[int, float], flown: FinishedSurvey, which: np.ndarray)
     return all(truth.get(number) == taken for number, taken in looked.items())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("away", [(0.0, 0.0), (3.0, -2.0), (-12.0, 16.0), (20.0, 22.0)])
 def test_other_cars_a_bias_of_gnss_and_a_turn_change_no_id(
@@ -156,6 +157,7 @@ ROW = range(14, 23)
 """The second row: nine stalls."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_chosen", [False, True])
 @pytest.mark.parametrize(
     ("shifts", "gone", "without"),
@@ -195,6 +197,7 @@ def test_an_id_never_goes_to_a_neighbour_or_to_what_lies_between_two(
     assert len(looks(store, 2)) == expected
 
 
+@pytest.mark.slow
 def test_half_a_lot_is_that_half_and_the_other_half_is_not_missed(store: Database) -> None:
     first = saved(store, survey_of(1, LOT))
     half = shapely.box(-20, -20, 22, 80)
@@ -218,6 +221,7 @@ def test_the_lot_next_door_is_not_taken_for_this_one(store: Database) -> None:
     assert looks(store, 2) == {}
 
 
+@pytest.mark.slow
 def test_a_survey_saved_again_after_a_battery_swap_keeps_place_and_ids(store: Database) -> None:
     saved(store, survey_of(1, LOT))
     found, which = flown_again(LOT, about_middle(1.0, (0.5, 1.0)), np.random.default_rng(4), missed=0.0)
@@ -254,6 +258,7 @@ def endless(store: Database) -> tuple[Saved, Saved]:
     return first, saved(store, survey_of(2, found))
 
 
+@pytest.mark.slow
 def test_a_row_without_an_end_in_view_waits_for_a_person_who_chooses_a_place_and_undoes_it(store: Database) -> None:
     first, second = endless(store)
     assert (second.placed, second.doubt) == (Placed.UNREGISTERED, "two places fit alike")
@@ -278,6 +283,7 @@ def test_a_row_without_an_end_in_view_waits_for_a_person_who_chooses_a_place_and
     assert looks(store, 2) == {}
 
 
+@pytest.mark.slow
 def test_a_place_that_a_person_chose_stays_when_the_survey_goes_on(store: Database) -> None:
     _, second = endless(store)
     with store.writing() as connection:
@@ -289,6 +295,7 @@ def test_a_place_that_a_person_chose_stays_when_the_survey_goes_on(store: Databa
     assert looks(store, 2) == looked
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [None, -1, 2, 0.0, True, "0", [0]])
 def test_a_place_that_is_none_of_them_is_refused_with_its_remedy(store: Database, place: object) -> None:
     _, second = endless(store)
@@ -297,6 +304,7 @@ def test_a_place_that_is_none_of_them_is_refused_with_its_remedy(store: Database
     assert (refused.value.field, refused.value.reason) == ("place", "must be the number of one of the places: 0 to 1")
 
 
+@pytest.mark.slow
 def test_the_datum_of_a_lot_is_the_mean_over_its_surveys_until_it_is_pinned(store: Database) -> None:
     first = saved(store, survey_of(1, LOT))
     assert shown(store, first.lot)["datum"] == pytest.approx([DATUM.latitude, DATUM.longitude], abs=1e-9)
@@ -310,6 +318,7 @@ def test_the_datum_of_a_lot_is_the_mean_over_its_surveys_until_it_is_pinned(stor
     assert shown(store, first.lot)["datum"] == [DATUM.latitude, DATUM.longitude]
 
 
+@pytest.mark.slow
 def test_what_the_newest_survey_found_and_missed_is_listed_and_changes_nothing(store: Database) -> None:
     first = saved(store, survey_of(1, LOT))
     before = shown(store, first.lot)["stalls"]
@@ -340,6 +349,7 @@ def test_what_the_newest_survey_found_and_missed_is_listed_and_changes_nothing(s
     assert [each["id"] for each in after["stalls"]] == [each["id"] for each in before]
 
 
+@pytest.mark.slow
 def test_a_survey_that_is_moved_to_its_lot_by_a_person_is_registered_there(store: Database) -> None:
     first = saved(store, survey_of(1, LOT))
     found, which = flown_again(LOT, about_middle(1.0, (0.5, 1.0)), np.random.default_rng(5))

@@ -106,6 +106,7 @@ async def test_a_lot_that_is_far_away_has_its_distance_and_no_outline(drone: Dro
     assert ahead.outline.polygons == ()
 
 
+@pytest.mark.slow
 async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its_length_said(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
@@ -117,6 +118,7 @@ async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its
     assert drone.tours.current is tour
 
 
+@pytest.mark.slow
 async def test_a_drone_elsewhere_gets_another_tour_unless_it_flies_it(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     drone.datum = DATUM
@@ -133,6 +135,7 @@ async def test_a_drone_elsewhere_gets_another_tour_unless_it_flies_it(drone: Dro
     assert after.points[0].north == pytest.approx(to_map(DATUM, drone.here.latitude, drone.here.longitude).north)
 
 
+@pytest.mark.slow
 async def test_without_a_camera_or_a_place_no_tour_is_planned(drone: Drone) -> None:
     drone.asked, drone.camera = await drone.store_survey(), None
     await drone.follower.look()
@@ -142,6 +145,7 @@ async def test_without_a_camera_or_a_place_no_tour_is_planned(drone: Drone) -> N
     assert drone.tours.current is None
 
 
+@pytest.mark.slow
 async def test_a_tour_ends_when_the_lot_is_no_longer_asked_for(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
@@ -151,6 +155,7 @@ async def test_a_tour_ends_when_the_lot_is_no_longer_asked_for(drone: Drone) -> 
     assert drone.said[-1].tour_m is None
 
 
+@pytest.mark.slow
 async def test_a_store_that_cannot_be_read_is_said_and_the_tour_stays(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
@@ -229,6 +234,7 @@ async def merged(drone: Drone) -> None:
 CHANGES = [add_row, pinned, split, ended, merged]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
 async def test_who_changes_the_store_in_flight_steers_nothing(
     drone: Drone, change: Callable[[Drone], Awaitable[None]]
@@ -243,6 +249,7 @@ async def test_who_changes_the_store_in_flight_steers_nothing(
     assert len([text for text in drone.messages if "changed" in text]) == 1
 
 
+@pytest.mark.slow
 async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_taken(drone: Drone) -> None:
     known, tour = await in_flight(drone)
     assert offered(drone) is None
@@ -265,6 +272,7 @@ async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_t
     assert offered(drone) is None
 
 
+@pytest.mark.slow
 async def test_what_was_looked_at_is_flown_and_a_later_change_is_offered_next(drone: Drone) -> None:
     await in_flight(drone)
     await add_row(drone)
@@ -282,6 +290,7 @@ async def test_what_was_looked_at_is_flown_and_a_later_change_is_offered_next(dr
     assert later.stalls < 50
 
 
+@pytest.mark.slow
 async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Drone) -> None:
     known, _ = await in_flight(drone)
     await add_row(drone)
@@ -293,6 +302,7 @@ async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Dr
     assert drone.follower.current is known
 
 
+@pytest.mark.slow
 async def test_after_the_flight_the_newest_plan_is_there(drone: Drone) -> None:
     await in_flight(drone)
     await add_row(drone)
@@ -304,6 +314,7 @@ async def test_after_the_flight_the_newest_plan_is_there(drone: Drone) -> None:
     assert offered(drone) is None
 
 
+@pytest.mark.slow
 async def test_another_lot_that_who_has_control_chooses_in_flight_is_flown_as_it_is(drone: Drone) -> None:
     known, _ = await in_flight(drone)
     drone.asked = other = await second_lot(drone)
@@ -313,6 +324,7 @@ async def test_another_lot_that_who_has_control_chooses_in_flight_is_flown_as_it
     assert offered(drone) is None
 
 
+@pytest.mark.slow
 async def test_a_lot_that_is_made_under_a_drone_in_flight_waits_for_who_has_control(drone: Drone) -> None:
     await drone.store.open()
     drone.datum, drone.flies = DATUM, True
@@ -328,6 +340,7 @@ async def test_a_lot_that_is_made_under_a_drone_in_flight_waits_for_who_has_cont
     assert drone.follower.current is not None
 
 
+@pytest.mark.slow
 async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot_changes(drone: Drone) -> None:
     """Clear Outline, Set Outline and Survey Again in flight take no plan that somebody else changed."""
     known, tour = await in_flight(drone)
@@ -353,6 +366,7 @@ async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot
     assert len(drone.follower.current.stalls) == 50
 
 
+@pytest.mark.slow
 async def test_one_late_disarmed_thaws_no_plan(tmp_path: Path) -> None:
     flying = Rig(tmp_path)
     await flying.enter(StateName.HOVER)

@@ -140,6 +140,7 @@ class TestAtRest:
 
 
 class TestUnderLoad:
+    @pytest.mark.slow
     def test_a_flight_as_it_should_be(self) -> None:
         """A rested cell by the table, .25 V less under load, from full to 10 %."""
         pack = Pack()
@@ -435,6 +436,7 @@ class TestTheCounter:
         assert facts.counter is None
         assert facts.believed == pytest.approx(100.0 - 211.0 * ASSUMED_DRAIN, abs=1.0)
 
+    @pytest.mark.slow
     def test_the_time_flown_never_says_less_than_nothing(self) -> None:
         pack = Pack()
         pack.each = 4.0

@@ -85,6 +85,7 @@ def test_where_nothing_leads_there_is_no_path() -> None:
     assert path_inside(U_SHAPE, EAST, MapPoint(math.nan, 0.0)) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(fences(), share, share, share, share)
 def test_there_is_always_a_path_it_lies_inside_and_is_the_straight_one_where_that_is_inside(
@@ -183,6 +184,7 @@ def test_a_corner_that_is_grazed_is_not_seen_past() -> None:
     assert not is_in_sight(U_SHAPE, WEST, EAST)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(fences(), share, share, share, share)
 def test_a_corner_is_cut_only_where_its_triangle_is_well_inside(

@@ -105,6 +105,7 @@ async def test_a_drawn_fence_is_uploaded_and_enabled_at_arm_with_our_margin_insi
     assert rig.fence == uploaded
 
 
+@pytest.mark.slow
 async def test_a_later_start_over_the_same_place_takes_it_up(rig: Rig, tmp_path: Path) -> None:
     await draw(rig, fence(U_SHAPE, 70))
     again = Rig(tmp_path)
@@ -175,6 +176,7 @@ async def test_drawn_goes_before_the_configured_file(tmp_path: Path) -> None:
     await rig.close()
 
 
+@pytest.mark.slow
 async def test_operators_are_sent_another_object_after_each_change_only(rig: Rig) -> None:
     first = rig.manager.fences.setup
     await rig.run(1)
@@ -190,6 +192,7 @@ async def test_operators_are_sent_another_object_after_each_change_only(rig: Rig
 AIRBORNE = sorted(set(StateName) - {StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", AIRBORNE)
 @pytest.mark.parametrize("command", [fence(), ClearFence()], ids=lambda c: c.type)
 async def test_in_the_air_the_fence_is_not_changed(
@@ -281,6 +284,7 @@ async def test_the_end_of_the_program_waits_for_a_fence_that_is_being_saved(
     assert (tmp_path / FENCE_FILE).exists()
 
 
+@pytest.mark.slow
 async def test_a_pilot_who_arms_while_it_is_saved_flies_in_the_fence_in_force(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(1)
@@ -312,6 +316,7 @@ async def test_a_kept_fence_that_cannot_be_read_keeps_the_drone_on_the_ground(tm
     await rig.close()
 
 
+@pytest.mark.slow
 async def test_a_kept_fence_that_is_too_narrow_for_a_wider_margin_is_a_problem_too(rig: Rig, tmp_path: Path) -> None:
     await draw(rig, fence(((-20, -20), (20, -20), (20, 20), (-20, 20))))
     again = Rig(tmp_path, settings=DdcSettings(fence=FenceSettings(margin_m=25)))
@@ -409,6 +414,7 @@ async def test_a_drone_outside_may_keep_the_fence_but_not_arm(rig: Rig) -> None:
 # -- a path that leaves a concave fence and enters it again -----------------------------------------------------------
 
 
+@pytest.mark.slow
 async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
     across = CompulsiveMove(x=EAST_ARM.north, y=EAST_ARM.east, frame="Map")
     answer = concave.command(across)
@@ -423,6 +429,7 @@ async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
     concave.order(CompulsiveMove(x=0, y=-40, frame="Map"))
 
 
+@pytest.mark.slow
 async def test_a_new_target_in_flight_is_checked_from_where_the_drone_is(concave: Rig) -> None:
     concave.order(CompulsiveMove(x=0, y=-40, frame="Map"))
     await concave.run(1)
@@ -430,6 +437,7 @@ async def test_a_new_target_in_flight_is_checked_from_where_the_drone_is(concave
     concave.expect(StateName.COMPULSIVE_MOVE)
 
 
+@pytest.mark.slow
 async def test_a_planner_that_points_across_the_gap_is_not_followed(concave: Rig) -> None:
     concave.target_plan(EAST_ARM.north, EAST_ARM.east)
     concave.order(AutonomousExplore())
@@ -469,6 +477,7 @@ async def test_a_fence_is_checked_on_a_thread_of_its_own(rig: Rig, monkeypatch: 
     assert threads[0].startswith("hawk-fence")
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "256 Check Fence of one client",
     "the tick does none of it: a thread answers the newest, the others are refused at once",

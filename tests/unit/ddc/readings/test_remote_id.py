@@ -60,6 +60,7 @@ def test_in_flight_it_is_a_fault_that_is_shown() -> None:
     assert remote_id_health(bad, RemoteIdSettings(), is_armed=True).is_healthy
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "Remote ID is on, and the transmitter is missing, silent for 3 s, or not good to arm",
     "Arm is refused with the transmitter's words",

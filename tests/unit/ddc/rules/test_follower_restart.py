@@ -84,6 +84,7 @@ async def test_the_first_start_takes_its_state_from_the_mapping_and_sends_nothin
     assert "The program started while the drone was in the air." in rig.log
 
 
+@pytest.mark.slow
 @sweep(("mode", "state"), MODES)
 @sweep("starts", [2, 3])
 async def test_the_second_start_returns_home_before_anything_else(
@@ -96,6 +97,7 @@ async def test_the_second_start_returns_home_before_anything_else(
     assert commanded(rig) == ([] if alone else [("set_mode", CopterMode.RTL)])
 
 
+@pytest.mark.slow
 async def test_it_never_arms_or_disarms(make: Callable[..., Rig]) -> None:
     rig = make()
     await rig.run(10)
@@ -152,6 +154,7 @@ def reported(rig: Rig) -> tuple[float, float]:
     return status.travel.flight_time, status.travel.distance_flown
 
 
+@pytest.mark.slow
 async def test_flight_time_and_distance_go_on(make: Callable[..., Rig]) -> None:
     rig = make(flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.run(5)
@@ -193,6 +196,7 @@ async def test_a_flight_of_long_ago_is_another_one(make: Callable[..., Rig], kep
     assert path < 1
 
 
+@pytest.mark.slow
 async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Path) -> None:
     rig = Rig(tmp_path, flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.enter(S.TAKEOFF)
@@ -298,6 +302,7 @@ async def test_a_start_on_the_ground_is_idle_and_not_counted(rig: Rig) -> None:
 # -- a lost link ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("state", "after"),
     [
@@ -383,6 +388,7 @@ async def test_a_mode_change_that_we_did_not_ask_for(fresh: Rig, mode: int, stat
     assert len(fresh.autopilot.targets) == sent
 
 
+@pytest.mark.slow
 async def test_the_window_of_our_own_request_is_two_seconds(flying: Rig) -> None:
     flying.autopilot.refuse["set_mode"] = "busy"
     flying.ask(flying.service.set_mode(CopterMode.BRAKE))
@@ -431,6 +437,7 @@ async def test_a_refused_return_does_not_keep_the_program_from_ending(flying: Ri
     assert await flying.manager.shutdown_in_air()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("state", "mode"), [(S.RETURN_TO_LAUNCH, CopterMode.RTL), (S.LAND, CopterMode.LAND)])
 async def test_our_own_descent_is_asked_for_again_when_the_mode_is_another_after_a_lost_link(
     fresh: Rig, state: StateName, mode: CopterMode
@@ -454,6 +461,7 @@ def _held(rig: Rig) -> object:
     return next(each["limits"] for each in reversed(facts) if "limits" in each).held
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fails", [False, True], ids=["", "while every tick fails"])
 async def test_the_fence_that_was_held_before_a_lost_link_is_not_believed_after_it(
     flying: Rig, monkeypatch: pytest.MonkeyPatch, fails: bool

@@ -363,6 +363,7 @@ def test_sways_of_a_first_hover_are_no_path() -> None:
     assert flight.now > began
 
 
+@pytest.mark.slow
 def test_a_doubt_of_a_slow_walk_ends_when_the_position_is_back() -> None:
     flight = Flight()
     flight.fly(60.0)

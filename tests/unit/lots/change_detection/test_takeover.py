@@ -15,7 +15,7 @@ from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, Not
 from tests.unit.lots.repaints import NOW, WIDER, Archive, extra, flown, repainted, without
 from tests.unit.lots.surveys import A_ROW
 
-SOON = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SOON = settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture
@@ -26,6 +26,7 @@ def archive(tmp_path: Path) -> Iterator[Archive]:
     made.store.close()
 
 
+@pytest.mark.slow
 def test_a_row_painted_again_begins_and_ends_whole_though_some_stalls_are_near_former_ones(
     archive: Archive,
 ) -> None:
@@ -35,11 +36,13 @@ def test_a_row_painted_again_begins_and_ends_whole_though_some_stalls_are_near_f
     assert end == {f"B {number}" for number in range(1, A_ROW + 1)}
 
 
+@pytest.mark.slow
 def test_a_survey_of_the_same_paint_proposes_nothing(archive: Archive) -> None:
     archive.add(flown(2))
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 def test_taking_over_makes_one_version_in_which_stalls_that_fit_keep_ids_and_labels(archive: Archive) -> None:
     before = archive.stalls()
     saved = archive.add(repainted(2))
@@ -56,6 +59,7 @@ def test_taking_over_makes_one_version_in_which_stalls_that_fit_keep_ids_and_lab
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 def test_new_stalls_have_the_look_of_the_survey_that_found_them_and_ended_ones_lose_it(archive: Archive) -> None:
     saved = archive.add(repainted(2))
     archive.take_over(saved.survey, begin="all", end="all")
@@ -69,6 +73,7 @@ def archive_labels() -> set[str]:
     return {f"{row} {number}" for row in "ABC" for number in range(1, A_ROW + 1)}
 
 
+@pytest.mark.slow
 def test_the_next_survey_finds_the_new_row_with_its_new_ids(archive: Archive) -> None:
     archive.take_over(archive.add(repainted(2)).survey, begin="all", end="all")
     saved = archive.add(repainted(3))
@@ -76,6 +81,7 @@ def test_the_next_survey_finds_the_new_row_with_its_new_ids(archive: Archive) ->
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 def test_one_undo_brings_the_former_layout_back_and_the_proposals(archive: Archive) -> None:
     saved = archive.add(repainted(2))
     before = archive.read(), archive.newest()
@@ -86,6 +92,7 @@ def test_one_undo_brings_the_former_layout_back_and_the_proposals(archive: Archi
         archive.undo(done)
 
 
+@pytest.mark.slow
 def test_a_layout_that_a_later_survey_was_placed_on_is_not_undone(archive: Archive) -> None:
     done = archive.take_over(archive.add(repainted(2)).survey, begin="all", end="all")
     archive.add(repainted(3))
@@ -93,6 +100,7 @@ def test_a_layout_that_a_later_survey_was_placed_on_is_not_undone(archive: Archi
         archive.undo(done)
 
 
+@pytest.mark.slow
 def test_confirmed_stalls_end_only_when_they_are_named(archive: Archive) -> None:
     archive.edit({"do": "confirm", "row": "B"})
     saved = archive.add(repainted(2))
@@ -103,18 +111,21 @@ def test_confirmed_stalls_end_only_when_they_are_named(archive: Archive) -> None
     assert len(archive.stalls()) == 58
 
 
+@pytest.mark.slow
 def test_a_stall_that_begins_where_another_one_stays_is_refused_with_the_names(archive: Archive) -> None:
     saved = archive.add(repainted(2))
     with pytest.raises(LotInputError, match=r"begin: the new stall would overlap B \d+"):
         archive.take_over(saved.survey, begin=[30])
 
 
+@pytest.mark.slow
 def test_all_leaves_out_what_would_overlap_a_stall_that_stays(archive: Archive) -> None:
     saved = archive.add(extra(repainted(2)))
     archive.take_over(saved.survey, begin="all", end=[])
     assert len(archive.stalls()) == 61
 
 
+@pytest.mark.slow
 @SOON
 @given(drawn=st.data())
 def test_any_choice_ends_and_begins_just_what_it_names_and_is_undone_whole(
@@ -147,6 +158,7 @@ def test_any_choice_ends_and_begins_just_what_it_names_and_is_undone_whole(
     archive.store.close()
 
 
+@pytest.mark.slow
 def test_labels_of_a_take_over_that_was_undone_are_not_given_again(archive: Archive) -> None:
     saved = archive.add(extra(flown(2)))
     done = archive.take_over(saved.survey, begin="all")
@@ -158,6 +170,7 @@ def test_labels_of_a_take_over_that_was_undone_are_not_given_again(archive: Arch
     assert "A 21" not in archive.stalls()
 
 
+@pytest.mark.slow
 def test_a_dropped_find_comes_back_only_after_a_survey_without_it(archive: Archive) -> None:
     done = archive.drop(archive.add(extra(flown(2))).survey, begin="all", end="all")
     assert archive.changes() == []
@@ -169,11 +182,13 @@ def test_a_dropped_find_comes_back_only_after_a_survey_without_it(archive: Archi
     assert archive.undo(done) == "drop"
 
 
+@pytest.mark.slow
 def test_an_undone_drop_proposes_again(archive: Archive) -> None:
     archive.undo(archive.drop(archive.add(extra(flown(2))).survey, begin=[90]))
     assert archive.newest() == ({90}, set())
 
 
+@pytest.mark.slow
 def test_a_dropped_end_comes_back_only_after_a_survey_that_found_the_stall(archive: Archive) -> None:
     archive.drop(archive.add(without(flown(2), 7)).survey, end="all")
     archive.add(without(flown(3), 7))
@@ -183,6 +198,7 @@ def test_a_dropped_end_comes_back_only_after_a_survey_that_found_the_stall(archi
     assert archive.newest() == (set(), {"A 7"})
 
 
+@pytest.mark.slow
 def test_a_stall_that_a_person_removed_is_not_proposed_by_surveys_that_see_the_same(archive: Archive) -> None:
     archive.add(flown(2))
     archive.edit({"do": "remove", "stalls": [archive.stalls()["A 7"]]})
@@ -191,18 +207,21 @@ def test_a_stall_that_a_person_removed_is_not_proposed_by_surveys_that_see_the_s
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 def test_a_stall_that_a_person_moved_is_not_proposed_where_it_was(archive: Archive) -> None:
     archive.edit({"do": "move", "stalls": [archive.stalls()["A 1"]], "north": 0.0, "east": -2.0})
     archive.add(flown(2))
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 def test_a_bay_that_no_survey_ever_found_does_not_end(archive: Archive) -> None:
     archive.edit({"do": "add_stall", "north": 0.0, "east": 60.0, "angle": 0.0, "width": 2.5, "length": 5.0})
     archive.add(flown(2))
     assert archive.changes() == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("score", "ends"), [(0.05, True), (0.3, False), (0.9, False)])
 def test_a_given_stall_ends_where_the_flight_saw_none_and_an_earlier_one_did(
     archive: Archive, score: float, ends: bool
@@ -218,6 +237,7 @@ def test_a_given_stall_ends_where_the_flight_saw_none_and_an_earlier_one_did(
     assert archive.newest() == (set(), {"A 7"} if ends else set())
 
 
+@pytest.mark.slow
 def test_a_find_beside_given_stalls_is_proposed_and_not_counted(archive: Archive) -> None:
     found = extra(flown(2))
     saved = archive.add(replace(found, stalls=(*found.stalls[:-1], replace(found.stalls[-1], is_extra=True))))
@@ -228,6 +248,7 @@ def test_a_find_beside_given_stalls_is_proposed_and_not_counted(archive: Archive
     assert len(archive.stalls()) == 61
 
 
+@pytest.mark.slow
 def test_an_older_survey_speaks_of_the_ground_that_newer_ones_have_not_seen(archive: Archive) -> None:
     archive.add(without(flown(2), 7, 47))
     newer = without(flown(3), 7)
@@ -242,6 +263,7 @@ def half(ring: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ..
     return tuple((max(latitude, south), longitude) for latitude, longitude in ring)
 
 
+@pytest.mark.slow
 def test_nothing_is_taken_over_while_a_person_edits_the_plan(archive: Archive) -> None:
     saved = archive.add(extra(flown(2)))
     with archive.store.writing() as connection:
@@ -251,6 +273,7 @@ def test_nothing_is_taken_over_while_a_person_edits_the_plan(archive: Archive) -
     assert refused.value.who == "Ann"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "refusal"),
     [

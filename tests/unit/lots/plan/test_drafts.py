@@ -33,6 +33,7 @@ def labels(answer: dict[str, Any]) -> list[str]:
     return sorted((each["label"] for each in answer["stalls"]), key=lambda label: (label[0], int(label[2:])))
 
 
+@pytest.mark.slow
 def test_a_stall_beside_a_row_joins_it_with_its_next_number(ann: Person) -> None:
     done = ann.do("add_stall", north=0.0, east=25.0, angle=0.0, width=2.5, length=5.0, kind="disabled")
     (stall,) = done["stalls"]
@@ -45,6 +46,7 @@ def test_a_stall_may_have_the_owners_label(ann: Person) -> None:
     assert ann.do(**ADD, label="  <b>P 7</b> ")["stalls"][0]["label"] == "<b>P 7</b>"
 
 
+@pytest.mark.slow
 def test_a_row_follows_the_pitch_of_the_lot_and_gets_a_new_letter(ann: Person) -> None:
     assert labels(ann.do(**ROW)) == [f"D {number}" for number in range(1, 11)]
     assert len(ann.do(**{**ROW, "front": [[30, 0], [30, 25]], "far": [35, 0]}, count=8)["stalls"]) == 8
@@ -60,6 +62,7 @@ def test_a_row_that_goes_on_a_row_continues_its_numbers(ann: Person) -> None:
     assert labels(more) == ["B 11", "B 12", "B 13"]
 
 
+@pytest.mark.slow
 def test_stalls_are_removed_moved_turned_and_widened_with_their_ids_and_labels(ann: Person) -> None:
     before = ann.stalls()
     assert ann.do("remove", stalls=ann.ids("A 1", "A 3"))["gone"] == [before["A 1"]["id"], before["A 3"]["id"]]
@@ -83,6 +86,7 @@ def test_a_row_turns_about_its_middle(ann: Person) -> None:
     assert sum(each["north"] for each in turned.values()) == pytest.approx(-180.0)
 
 
+@pytest.mark.slow
 def test_a_stall_is_split_and_its_first_part_keeps_id_and_label(ann: Person) -> None:
     ann.do("remove", stalls=ann.ids("A 10"))
     ann.do("move", stalls=ann.ids("A 9"), north=0.0, east=1.2)
@@ -94,6 +98,7 @@ def test_a_stall_is_split_and_its_first_part_keeps_id_and_label(ann: Person) -> 
     assert abs(done["A 9"]["east"] - done["A 11"]["east"]) == pytest.approx(2.4)
 
 
+@pytest.mark.slow
 def test_a_row_is_numbered_with_a_new_letter_or_the_owners_labels(ann: Person) -> None:
     ids = ann.ids(*(f"A {n}" for n in range(1, 11)))
     done = ann.do("renumber", row="A", letter="K", first=101)["stalls"]
@@ -103,12 +108,14 @@ def test_a_row_is_numbered_with_a_new_letter_or_the_owners_labels(ann: Person) -
     assert ann.do("renumber", stalls=ids[:1], labels=["A 1"])["stalls"][0]["label"] == "A 1"  # its own former one
 
 
+@pytest.mark.slow
 def test_kinds_are_openstreetmaps_values(ann: Person) -> None:
     for kind in KINDS:
         ann.do("set_kind", row="A", kind=kind)
         assert {each["kind"] for label, each in ann.stalls().items() if label[0] == "A"} == {kind}
 
 
+@pytest.mark.slow
 def test_stalls_are_confirmed_by_ids_by_row_and_all(ann: Person) -> None:
     def confirmed() -> int:
         return sum(each["is_confirmed"] for each in ann.stalls().values())
@@ -121,6 +128,7 @@ def test_stalls_are_confirmed_by_ids_by_row_and_all(ann: Person) -> None:
     assert ann.do("confirm", all=True)["undo"] == 3  # nothing was left to confirm: no step
 
 
+@pytest.mark.slow
 def test_an_area_without_stalls_ends_those_in_it_until_it_is_taken_away(ann: Person) -> None:
     gone = ann.ids("A 5", "A 6")
     done = ann.do("forbid", outline=AREA, name="Trees & <i>lamps</i>")
@@ -150,6 +158,7 @@ def test_a_zone_with_a_name_is_drawn_and_erased_and_changes_no_stall(ann: Person
     assert [each["name"] for each in ann.do("erase_zone", zone=zone["id"])["named_zones"]] == ["Long stay"]
 
 
+@pytest.mark.slow
 def test_stalls_that_vision_found_on_each_other_may_be_moved_together_and_come_no_nearer(ann: Person) -> None:
     ann.do("remove", stalls=ann.ids("A 2"))
     with ann.store.writing() as connection:

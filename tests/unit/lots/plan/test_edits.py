@@ -65,6 +65,7 @@ def test_the_same_person_goes_on_with_the_open_edit(ann: Person) -> None:
     assert (again["edit"], again["layout"], again["undo"], again["redo"]) == (first, 2, 1, 0)
 
 
+@pytest.mark.slow
 def test_an_edit_is_taken_over_on_request_and_nothing_of_it_is_lost(ann: Person) -> None:
     bob = beside(ann)
     ann.do("remove", stalls=ann.ids("A 1"))
@@ -88,6 +89,7 @@ def test_an_idle_edit_is_taken_over_without_a_question(ann: Person) -> None:
     assert bob.open("Bob")["layout"] == 2  # nothing of the first edit was done: its version was never made
 
 
+@pytest.mark.slow
 def test_an_edit_outlives_the_program(ann: Person) -> None:
     ann.do("remove", stalls=ann.ids("A 1"))
     ann.undo()
@@ -98,6 +100,7 @@ def test_an_edit_outlives_the_program(ann: Person) -> None:
     assert ann.close()["layout"] == 2
 
 
+@pytest.mark.slow
 def test_operations_are_undone_and_done_again_without_end(ann: Person) -> None:
     plans = [ann.shown()]
     for number in range(1, 11):
@@ -122,6 +125,7 @@ def test_a_new_operation_drops_those_that_could_be_done_again(ann: Person) -> No
         ann.redo()
 
 
+@pytest.mark.slow
 def test_an_edit_is_one_layout_version_and_earlier_ones_keep_their_shapes_labels_and_kinds(ann: Person) -> None:
     first = ann.plan(layout=1)
     ann.do("move", row="A", north=1.0, east=0.0)
@@ -145,6 +149,7 @@ def test_an_edit_is_one_layout_version_and_earlier_ones_keep_their_shapes_labels
         ann.plan(layout=4)
 
 
+@pytest.mark.slow
 def test_a_closed_edit_is_undone_as_one_change_once(ann: Person) -> None:
     before, layouts = ann.shown(), shown_lot(ann)["layouts"]
     ann.do("add_row", front=[[20, 0], [20, 25]], far=[25, 0])
@@ -167,6 +172,7 @@ def test_a_closed_edit_is_undone_as_one_change_once(ann: Person) -> None:
     assert ann.do("add_row", front=[[20, 0], [20, 25]], far=[25, 0])["stalls"][0]["label"] == "E 1"
 
 
+@pytest.mark.slow
 def test_an_edit_with_a_later_one_upon_it_is_undone_after_that(ann: Person) -> None:
     before = ann.shown()
     ann.do("move", row="A", north=1.0, east=0.0)
@@ -183,6 +189,7 @@ def test_an_edit_with_a_later_one_upon_it_is_undone_after_that(ann: Person) -> N
     assert ann.shown() == before
 
 
+@pytest.mark.slow
 def test_an_edit_that_changes_nothing_makes_no_version_and_no_change(ann: Person) -> None:
     before = ann.shown()
     ann.do("remove", row="A")
@@ -195,6 +202,7 @@ def test_an_edit_that_changes_nothing_makes_no_version_and_no_change(ann: Person
     assert ann.plan(layout=1)["stalls"] == before["stalls"]
 
 
+@pytest.mark.slow
 def test_a_page_follows_the_changes_since_its_revision(ann: Person) -> None:
     begun = ann.plan()["revision"]
     ids = ann.ids("A 1", "A 2", "A 3")
@@ -213,6 +221,7 @@ def test_a_page_follows_the_changes_since_its_revision(ann: Person) -> None:
     assert ann.plan(since=10**6)["whole"]  # a revision of a store that was restored since
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("act", "asked", "refusal"),
     [
@@ -252,6 +261,7 @@ def same_place(known: KnownGround, found: MappedGround) -> Registration:
     return Registration(0.0, 0.0, 0.0, {number: stall for number, stall in same.items() if stall is not None})
 
 
+@pytest.mark.slow
 def test_a_survey_that_lands_during_an_edit_is_placed_on_the_open_version(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db", FAST)
     with store.writing() as connection:
@@ -280,6 +290,7 @@ def test_a_survey_that_lands_during_an_edit_is_placed_on_the_open_version(tmp_pa
     store.close()
 
 
+@pytest.mark.slow
 def test_a_survey_keeps_the_version_that_an_edit_without_a_rest_made(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db", FAST)
     with store.writing() as connection:
@@ -296,6 +307,7 @@ def test_a_survey_keeps_the_version_that_an_edit_without_a_rest_made(tmp_path: P
     store.close()
 
 
+@pytest.mark.slow
 def test_the_stalls_that_a_first_survey_goes_on_to_find_are_seen_by_who_follows_the_plan(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db", FAST)
     with store.writing() as connection:
@@ -310,6 +322,7 @@ def test_the_stalls_that_a_first_survey_goes_on_to_find_are_seen_by_who_follows_
     store.close()
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the disk is full while a plan is corrected",
     "nothing of the operation is written; the error names file and remedy",

@@ -51,6 +51,7 @@ def test_a_row_of_cars_along_the_front_has_long_stalls_along_it() -> None:
     assert found[:, 2:] == pytest.approx(np.tile((math.pi / 2, 2.0, 6.0), (4, 1)))
 
 
+@pytest.mark.slow
 @given(
     st.floats(-1.1, 1.1),
     st.floats(-3.0, 3.0),
@@ -76,6 +77,7 @@ def test_stalls_of_a_row_touch_reach_from_front_to_far_side_and_overlap_nowhere(
     assert np.all((found[:, 2] >= 0) & (found[:, 2] < math.pi))
 
 
+@pytest.mark.slow
 def test_stalls_that_touch_overlap_in_no_direction_of_the_row() -> None:
     for heading in np.linspace(-3.0, 3.0, 200).tolist():
         along = np.array([math.cos(heading), math.sin(heading)]) * 22.5

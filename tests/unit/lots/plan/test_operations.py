@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,7 +19,8 @@ FIELDS = st.sampled_from(sorted({name for each in OPERATIONS for name in each.mo
 ASKED = st.builds(lambda do, fields: {"do": do, **fields}, st.sampled_from(NAMES), st.dictionaries(FIELDS, VALUES))
 
 
-@settings(max_examples=300, deadline=None)
+@pytest.mark.slow
+@settings(max_examples=100, deadline=None)
 @given(VALUES | ASKED)
 def test_any_json_value_is_an_operation_or_is_refused_with_a_field_and_words(given_value: Any) -> None:
     operation, refusal = _read(given_value)

@@ -115,6 +115,7 @@ def nested(document: Any, space: Any) -> None:
     space.add_blockref("B6", (0, 0))
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a small file with a plan grows without end: an archive, entities of XML, blocks within blocks",
     "it is refused at a bound, in a process of its own",

@@ -151,6 +151,7 @@ def projected(crs: str) -> list[object]:
     return [feature([ring], label=f"P{k}") for k, ring in enumerate(rings, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a GeoJSON is in a projected system of coordinates")
 @pytest.mark.parametrize("crs", ["EPSG:32631", "EPSG:28992", "EPSG:3857"])
 @pytest.mark.parametrize("is_in_file", [True, False])
@@ -178,6 +179,7 @@ def test_latitude_before_longitude_is_called_exchanged() -> None:
         plan(geojson([feature([ring])]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("crs", "words"),
     [
@@ -199,6 +201,7 @@ def test_wgs_84_by_its_names_needs_no_projection(monkeypatch: pytest.MonkeyPatch
         plan(geojson(numbered(1)), crs="EPSG:25832")
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     north=st.floats(-80, 80), east=st.floats(-80, 80), angle=st.floats(0, math.pi),
@@ -223,6 +226,7 @@ numbers = st.one_of(st.floats(), st.integers(), st.none(), st.text(max_size=3))
 geometries = st.recursive(numbers, lambda inner: st.lists(inner, max_size=5), max_leaves=30)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(kind=st.sampled_from(["Polygon", "MultiPolygon", "Point", "", None]), coordinates=geometries)
 def test_any_geometry_is_read_left_out_or_refused(kind: str, coordinates: object) -> None:

@@ -28,6 +28,7 @@ def test_polygons_of_a_layer_are_stalls(tmp_path: Path) -> None:
     assert found.left_out_count == 0
 
 
+@pytest.mark.slow
 def test_the_system_of_a_layer_is_read(tmp_path: Path) -> None:
     there = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:28992", always_xy=True)
     moved = [Polygon([there.transform(corner[0], corner[1]) for corner in shape.exterior.coords]) for shape in SHAPES]

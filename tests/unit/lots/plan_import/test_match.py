@@ -27,6 +27,7 @@ def test_a_stall_that_overlaps_by_half_is_the_same_one(person: Importer) -> None
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_stall_that_conflicts_with_one_that_stays_is_left_out(person: Importer) -> None:
     """Rows at another pitch: nearly every stall of the plan lies on two of the lot."""
     data = geojson(drawn(6, a_row=6, pitch=3.8))
@@ -42,6 +43,7 @@ def test_a_stall_that_conflicts_with_one_that_stays_is_left_out(person: Importer
     assert sorted(row) == ["1", "2", "3", "4", "5", "6"]
 
 
+@pytest.mark.slow
 def test_stalls_that_the_plan_has_not_end_on_ask_on_its_ground_alone(person: Importer) -> None:
     features = [each for k, each in enumerate(drawn(20)) if k not in (4, 5)]
     assert person.shown(geojson(features))["end"] == []
@@ -60,6 +62,7 @@ def test_a_stall_in_an_area_without_stalls_is_left_out(person: Importer) -> None
     assert reasons == ['stands in "Trees" without stalls: allow stalls there first'] * 2
 
 
+@pytest.mark.slow
 def test_a_file_without_labels_and_kinds_keeps_those_of_the_lot(person: Importer) -> None:
     person.do("set_kind", row="A", kind="staff")
     features = drawn(20, north=0.2)
@@ -73,6 +76,7 @@ def test_a_file_without_labels_and_kinds_keeps_those_of_the_lot(person: Importer
     assert person.stalls()["A 1"]["kind"] == ""
 
 
+@pytest.mark.slow
 def test_the_export_of_a_lot_changes_nothing_of_it(person: Importer) -> None:
     person.do("confirm", all=True)
     with person.store.reading() as connection:
@@ -84,6 +88,7 @@ def test_the_export_of_a_lot_changes_nothing_of_it(person: Importer) -> None:
     assert person.plan()["stalls"] == before
 
 
+@pytest.mark.slow
 def test_labels_that_the_owner_exchanged_are_those_of_others(person: Importer) -> None:
     features = drawn(2)
     features[0]["properties"], features[1]["properties"] = {"ref": "A 2"}, {"ref": "A 1"}

@@ -26,6 +26,7 @@ def person(tmp_path: Path) -> Importer:
     return importer(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_plan_within_reach_is_moved_onto_the_stalls_of_the_lot(person: Importer) -> None:
     placed = person.shown(geojson(drawn(30, north=1.6, east=-1.1)))["placed"]
     assert (placed["by"], placed["on"], placed["is_certain"]) == ("coordinates", "stalls", True)
@@ -41,6 +42,7 @@ def test_a_plan_in_doubt_keeps_its_coordinates(person: Importer) -> None:
     assert shown["begin"][0]["north"] == pytest.approx(60.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_plan_is_placed_on_the_newest_survey_of_a_lot_without_stalls(tmp_path: Path) -> None:
     person = importer(tmp_path, 0)
     with person.store.writing() as connection:
@@ -85,6 +87,7 @@ def pins(turn: float = 0.0, stretch: float = 1.0, places: Any = ((0.0, 0.0), (-1
     return tuple(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.0, 0.7, 3.0])
 def test_two_points_place_a_drawing(person: Importer, turn: float) -> None:
     person.register = None
@@ -94,6 +97,7 @@ def test_two_points_place_a_drawing(person: Importer, turn: float) -> None:
     assert (len(shown["stay"]) + shown["same"], shown["begin"]) == (30, [])
 
 
+@pytest.mark.slow
 def test_points_that_err_are_mended_by_the_stalls_of_the_lot(person: Importer) -> None:
     shown = person.shown(drawing(0.3), *pins(0.3, stretch=1.015))
     assert shown["placed"]["residual"] == pytest.approx(0.43, abs=0.02)
@@ -102,6 +106,7 @@ def test_points_that_err_are_mended_by_the_stalls_of_the_lot(person: Importer) -
     assert person.stalls()["A 1"]["north"] == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "words"),
     [
@@ -125,6 +130,7 @@ def test_points_are_for_drawings_alone(person: Importer) -> None:
         person.preview(geojson(drawn(3)), *pins())
 
 
+@pytest.mark.slow
 def test_a_large_plan_is_placed_by_some_of_its_stalls_and_then_by_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

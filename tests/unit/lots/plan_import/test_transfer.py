@@ -18,6 +18,7 @@ def person(tmp_path: Path) -> Importer:
     return importer(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_plan_gives_its_labels_to_the_stalls_that_stay(person: Importer) -> None:
     ids = person.ids("A 1", "C 10")
     done = person.take(geojson(drawn(30)))
@@ -28,6 +29,7 @@ def test_a_plan_gives_its_labels_to_the_stalls_that_stay(person: Importer) -> No
     assert (done["undo"], done["redo"]) == (1, 0)
 
 
+@pytest.mark.slow
 def test_an_import_is_undone_done_again_and_one_version(person: Importer) -> None:
     before = person.plan()["stalls"]
     person.take(geojson(drawn(40)))
@@ -43,6 +45,7 @@ def test_an_import_is_undone_done_again_and_one_version(person: Importer) -> Non
     assert person.plan()["stalls"] == before
 
 
+@pytest.mark.slow
 def test_stalls_that_begin_have_the_owners_label_or_one_of_ours(person: Importer) -> None:
     features = drawn(40)
     features[39]["properties"] = {}
@@ -54,12 +57,14 @@ def test_stalls_that_begin_have_the_owners_label_or_one_of_ours(person: Importer
     assert ours[0].isalpha()
 
 
+@pytest.mark.slow
 def test_nothing_is_written_by_a_preview(person: Importer) -> None:
     before = person.plan()
     person.preview(geojson(drawn(40)), replace="1", rename="1")
     assert person.plan() == before
 
 
+@pytest.mark.slow
 def test_a_plan_that_was_changed_since_the_preview_is_refused(person: Importer) -> None:
     found = person.preview(geojson(drawn(40)))
     person.do("remove", row="C")
@@ -69,6 +74,7 @@ def test_a_plan_that_was_changed_since_the_preview_is_refused(person: Importer) 
     assert person.plan() == before
 
 
+@pytest.mark.slow
 def test_a_label_of_another_stall_is_refused_or_renamed(person: Importer) -> None:
     features = drawn(30)
     for number, label in ((0, "A 2"), (1, "7"), (2, "7")):
@@ -107,6 +113,7 @@ def test_a_plan_whose_place_is_not_certain_is_taken_on_ask_alone(person: Importe
     assert person.stalls()["1"]["north"] == pytest.approx(-60.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_an_edit_that_is_not_open_takes_nothing(person: Importer) -> None:
     found = person.preview(geojson(drawn(40)))
     person.close()
@@ -114,6 +121,7 @@ def test_an_edit_that_is_not_open_takes_nothing(person: Importer) -> None:
         person.take_preview(found)
 
 
+@pytest.mark.slow
 def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
     far = geojson(drawn(24, a_row=12, north=5000.0))
     made = person.begin(far)
@@ -132,6 +140,7 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
         assert [each["name"] for each in queries.lots(connection)["lots"]] == ["Lot 1"]
 
 
+@pytest.mark.slow
 def test_a_survey_that_follows_is_placed_on_the_plan(tmp_path: Path) -> None:
     person = importer(tmp_path, 0)
     flown = survey(stalls=40)

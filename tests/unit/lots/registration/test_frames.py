@@ -29,12 +29,14 @@ def stored(number: int, label: str, **changed: float) -> PlanStall:
     return PlanStall(label, label, shown.north, shown.east, shown.angle, shown.width, shown.length)
 
 
+@pytest.mark.slow
 @given(PLACES, MOVES, MOVES)
 def test_two_moves_one_after_the_other_are_one_move(places: np.ndarray, first: Move, then: Move) -> None:
     assert then.after(first).of(places) == pytest.approx(then.of(first.of(places)), abs=1e-6)
     assert first.back(first.of(places)) == pytest.approx(places, abs=1e-6)
 
 
+@pytest.mark.slow
 @given(PLACES, LATITUDES, st.floats(-40, 40), st.floats(-40, 40))
 def test_a_place_is_the_same_on_earth_in_both_frames(
     places: np.ndarray, latitude: float, north: float, east: float

@@ -28,6 +28,7 @@ def lot(name: str, north: float, east: float, datum: GlobalPose | None = None) -
     return Parcel(name, box(north, east, HIGH, WIDE, datum or GlobalPose(52.0, 5.0, 0.0)))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(datum=PLACES, east=st.floats(-1000, 1000), north=st.floats(-1000, 1000))
 def test_a_lot_beside_another_is_known_asked_for_or_new_by_overlap_and_distance(
@@ -47,6 +48,7 @@ def test_a_lot_beside_another_is_known_asked_for_or_new_by_overlap_and_distance(
         assert each.distance == pytest.approx(apart, abs=1.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(
     places=st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500)), max_size=6),
@@ -110,6 +112,7 @@ def test_outlines_are_joined_and_cut() -> None:
     assert joined([Outline()]) == without(Outline(), both) == Outline()
 
 
+@pytest.mark.slow
 def test_grounds_that_touch_share_nothing() -> None:
     for heading in np.linspace(-3.0, 3.0, 200).tolist():
         along = np.array([math.cos(heading), math.sin(heading)]) * 22.5

@@ -84,6 +84,7 @@ def test_a_backup_while_another_program_writes_is_whole(tmp_path: Path) -> None:
     assert read(path)[: len(found)] == found  # what a killed writer leaves opens as well
 
 
+@pytest.mark.slow
 def test_a_restore_replaces_the_content_under_a_program_that_has_it_open_and_keeps_the_former(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     running = Database(path)
@@ -100,6 +101,7 @@ def test_a_restore_replaces_the_content_under_a_program_that_has_it_open_and_kee
     assert restore(path, tmp_path / "copy.db").kept == tmp_path / "lots.db.before-restore-2"
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a backup is restored over a store of lots that is damaged",
     "restored; the damaged file is kept",
@@ -118,12 +120,14 @@ def test_a_restore_replaces_a_damaged_store_and_keeps_it_with_its_wal(tmp_path: 
     assert read(path) == ["000001"]
 
 
+@pytest.mark.slow
 def test_a_restore_where_there_is_no_store_makes_it(tmp_path: Path) -> None:
     copy = made(tmp_path / "copy.db", 1)
     assert restore(tmp_path / "new" / "lots.db", copy).kept is None
     assert read(tmp_path / "new" / "lots.db") == ["000001"]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a backup is restored while a survey is flown",
     "refused until the motors are off",
@@ -150,6 +154,7 @@ def test_a_restore_is_refused_while_a_survey_is_flown_and_allowed_when_its_progr
     assert read(path) == ["000001"]
 
 
+@pytest.mark.slow
 def test_a_flight_s_lock_is_held_once_and_released(tmp_path: Path) -> None:
     path = made(tmp_path / "lots.db", 1)
     copy = made(tmp_path / "copy.db", 1)
@@ -163,6 +168,7 @@ def test_a_flight_s_lock_is_held_once_and_released(tmp_path: Path) -> None:
     restore(path, copy)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a backup is damaged, or of a newer version",
     "refused; the store is as before",
@@ -191,6 +197,7 @@ def test_a_backup_writes_over_nothing_and_needs_a_store(tmp_path: Path) -> None:
         backup(tmp_path / "none.db", tmp_path / "copy.db")
 
 
+@pytest.mark.slow
 def test_the_commands_back_up_and_restore_the_store_of_a_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -208,6 +215,7 @@ def test_the_commands_back_up_and_restore_the_store_of_a_folder(
     assert main(["restore", str(tmp_path / "none.db"), "--store", str(store)]) == 2
 
 
+@pytest.mark.slow
 def test_the_commands_use_the_file_that_the_settings_name(tmp_path: Path) -> None:
     made(tmp_path / "other.db", 1)
     settings = tmp_path / "config.toml"

@@ -92,6 +92,7 @@ def kept(first: Kept, tmp_path: Path) -> Kept:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a backup is restored in which a link is open that was taken back since",
     "the link stays closed, and it is said",
@@ -129,6 +130,7 @@ def test_where_the_store_before_says_nothing_of_a_link_it_is_taken_back(
     assert words.endswith("Make new ones")
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a backup is restored that holds what was erased since",
     "it is erased again, of this backup and of every later one",
@@ -144,6 +146,7 @@ def test_a_survey_that_was_erased_stays_so(kept: Kept, capsys: pytest.CaptureFix
     assert kept.opened_by() == [True, True]
 
 
+@pytest.mark.slow
 def test_a_lot_that_was_erased_stays_so_with_its_links(kept: Kept) -> None:
     assert kept.hawk("erase", "--lot", "North", "--yes") == 0
     assert kept.hawk("restore", str(kept.copy)) == 0
@@ -152,6 +155,7 @@ def test_a_lot_that_was_erased_stays_so_with_its_links(kept: Kept) -> None:
     assert kept.lot.encode() not in kept.path.read_bytes()
 
 
+@pytest.mark.slow
 def test_everything_that_was_erased_stays_so(kept: Kept) -> None:
     assert kept.hawk("erase", "--everything", "--yes") == 0
     assert kept.hawk("restore", str(kept.copy)) == 0
@@ -169,6 +173,7 @@ def test_what_was_erased_is_known_over_a_damaged_store(kept: Kept) -> None:
     assert kept.surveys[1] not in kept.there()
 
 
+@pytest.mark.slow
 def test_a_survey_that_was_moved_before_its_lot_was_erased_is_kept(kept: Kept) -> None:
     kept.change(lambda c: commands.move(c, kept.surveys[1], {"lot": kept.other}, "operator", NOW, None))
     assert kept.hawk("erase", "--lot", "North", "--yes") == 0
@@ -181,6 +186,7 @@ def test_a_survey_that_was_moved_before_its_lot_was_erased_is_kept(kept: Kept) -
     store.close()
 
 
+@pytest.mark.slow
 def test_a_lot_that_was_erased_with_one_that_was_merged_into_it_stays_so(kept: Kept) -> None:
     kept.change(lambda c: commands.merge(c, kept.lot, kept.other, "operator", NOW))
     merged = kept.copy.with_name("merged.db")

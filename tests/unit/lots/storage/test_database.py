@@ -52,6 +52,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_fresh_store_has_the_tables_that_the_program_reads(tmp_path: Path) -> None:
     opened = Database(tmp_path / "lots.db")
     with opened.reading() as connection:
@@ -157,6 +158,7 @@ def test_a_store_is_not_made_beside_the_wal_of_one_that_is_missing(tmp_path: Pat
     assert [each.name for each in tmp_path.iterdir()] == ["lots.db-wal"]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the store of lots is of a newer version",
     "only read; a message names both versions",
@@ -209,6 +211,7 @@ def earlier(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the store of lots is of an earlier version",
     "migrated in one step; a copy is kept",
@@ -244,6 +247,7 @@ def pages(path: Path) -> int:
         return int(opened.execute("PRAGMA page_count").fetchone()[0])
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the disk is full while a survey is stored",
     "nothing of it is written; the error names file and remedy",
@@ -259,6 +263,7 @@ def test_a_full_disk_during_a_commit_names_file_and_remedy_and_leaves_the_store_
     assert surveys_in(path) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the disk is full while the store of lots is migrated",
     "the earlier version stays whole",
@@ -287,6 +292,7 @@ def test_a_folder_that_cannot_be_used_is_named(tmp_path: Path, spoil: Callable[[
         Database(folder / "lots.db")
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "two daemons use one store of lots",
     "every survey is stored",

@@ -48,6 +48,7 @@ STRANGE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a backup, or the store of lots, has tables, views or triggers that are not ours",
     "refused in words before a row is read; the store is as before",
@@ -99,6 +100,7 @@ def test_the_words_about_a_strange_file_show_nothing_that_cannot_be_shown(tmp_pa
         check(path)
 
 
+@pytest.mark.slow
 def test_the_command_checks_a_store_and_a_backup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made(tmp_path / "lots.db", 1, 2)
     assert main(["verify", "--store", str(tmp_path)]) == 0

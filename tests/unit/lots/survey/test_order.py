@@ -48,6 +48,7 @@ def pictures(number: int, hours: float) -> FinishedSurvey:
     return replace(found, pictures=source, stalls=tuple(replace(each, looked=found.ended) for each in found.stalls))
 
 
+@pytest.mark.slow
 def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_survey(store: Database) -> None:
     saved(store, survey())
     last = saved(store, later(survey(seed=2), 2, 48.0))
@@ -72,6 +73,7 @@ def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_surve
         assert all(exported[stall] == utc(looked) for stall, looked in seen)
 
 
+@pytest.mark.slow
 def test_pictures_of_a_later_day_are_the_last_survey(store: Database) -> None:
     saved(store, survey())
     last = saved(store, pictures(2, 24.0))
@@ -80,6 +82,7 @@ def test_pictures_of_a_later_day_are_the_last_survey(store: Database) -> None:
         assert queries.lot(connection, last.lot)["last_survey"]["id"] == last.survey
 
 
+@pytest.mark.slow
 def test_a_landing_follows_those_before_it_whatever_its_clock_says(store: Database) -> None:
     saved(store, survey())
     stepped = saved(store, later(survey(seed=2), 2, -1000.0))
@@ -109,6 +112,7 @@ def of(ended: float, *, is_sure: bool) -> FinishedSurvey:
     return replace(found, stalls=tuple(replace(each, looked=ended) for each in found.stalls))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ended", "is_sure", "why"),
     [
@@ -156,6 +160,7 @@ def test_an_only_survey_whose_moment_is_not_sure_is_no_live_occupancy(store: Dat
     assert not re.search(r'"status": "(free|occupied)"|"has_realtime_data": true|observationDateTime', text)
 
 
+@pytest.mark.slow
 def test_pictures_whose_moment_is_sure_are_last_before_later_ones_that_are_not(store: Database) -> None:
     last = saved(store, pictures(2, 24.0))
     saved(store, of(NOW - 60.0, is_sure=False))

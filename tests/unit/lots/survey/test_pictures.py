@@ -90,6 +90,7 @@ def test_a_half_written_picture_goes_with_its_survey(tmp_path: Path) -> None:
     assert [*tmp_path.iterdir()] == []
 
 
+@pytest.mark.slow
 def test_the_newest_surveys_of_each_lot_are_worth_keeping(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db")
     saved = []

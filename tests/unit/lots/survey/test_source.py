@@ -109,6 +109,7 @@ def test_pictures_that_are_mapped_again_have_the_time_of_the_last_run(store: Dat
     assert (row["began"], row["ended"]) == (again.began, again.ended)
 
 
+@pytest.mark.slow
 def test_a_new_lot_has_the_title_of_its_pictures_once(store: Database) -> None:
     far = [
         replace(of_pictures(k, title="North  Street\n"), datum=replace(survey().datum, latitude=53.0 + k))

@@ -12,6 +12,7 @@ from hawk.picture.values import PictureError
 from tests.unit.picture.city.fakes import SHA, job_of, windows
 
 
+@pytest.mark.slow
 def test_a_computer_that_sees_the_same_gets_the_eye(tmp_path: Path) -> None:
     source, _ = windows(tmp_path)
     job = job_of(tmp_path, source)
@@ -19,6 +20,7 @@ def test_a_computer_that_sees_the_same_gets_the_eye(tmp_path: Path) -> None:
     assert (job.folder / "windows").is_dir()
 
 
+@pytest.mark.slow
 def test_another_folder_picture_or_network_is_refused(tmp_path: Path) -> None:
     source, _ = windows(tmp_path)
     job = job_of(tmp_path, source)

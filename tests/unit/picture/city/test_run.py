@@ -43,6 +43,7 @@ def same(one: PictureSurvey, other: PictureSurvey) -> bool:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_results_that_are_there_are_not_computed_again(tmp_path: Path) -> None:
     steps: list[tuple[int, int]] = []
     first = mapped(tmp_path, steps=steps)
@@ -61,6 +62,7 @@ def test_results_that_are_there_are_not_computed_again(tmp_path: Path) -> None:
     assert looks(tmp_path) == WINDOWS + 2
 
 
+@pytest.mark.slow
 def test_a_run_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     def stop(done: int, _: int) -> None:
         if done == 5:
@@ -75,6 +77,7 @@ def test_a_run_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     assert [each.name for each in (tmp_path / "out").iterdir() if each.name.startswith(".")] == []
 
 
+@pytest.mark.slow
 def test_failed_windows_are_named_and_tried_again(tmp_path: Path) -> None:
     whole = mapped(tmp_path, "whole").mapped
     before = looks(tmp_path)
@@ -93,6 +96,7 @@ def test_failed_windows_are_named_and_tried_again(tmp_path: Path) -> None:
     assert looks(tmp_path) == before + WINDOWS + failed
 
 
+@pytest.mark.slow
 def test_what_a_worker_could_not_write_stands_among_the_failures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -109,6 +113,7 @@ def test_what_a_worker_could_not_write_stands_among_the_failures(
     assert list(Results(tmp_path / "out").failures()) == [(left.name, left.reason)]
 
 
+@pytest.mark.slow
 def test_a_city_of_which_no_window_can_be_looked_at_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise PictureError("it is too bright")
@@ -118,6 +123,7 @@ def test_a_city_of_which_no_window_can_be_looked_at_is_refused(tmp_path: Path, m
         mapped(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_order_of_the_windows_changes_nothing(tmp_path: Path) -> None:
     usual = mapped(tmp_path)
     source, tasks = fakes.windows(tmp_path)
@@ -132,6 +138,7 @@ def test_the_order_of_the_windows_changes_nothing(tmp_path: Path) -> None:
     assert [path.read_bytes() for path in both[0]] == [path.read_bytes() for path in both[1]]
 
 
+@pytest.mark.slow
 def test_outlines_limit_the_windows_and_the_stalls(tmp_path: Path) -> None:
     path = fakes.city(tmp_path)
     grid = open_orthophoto(path).grid

@@ -48,6 +48,7 @@ def _spacing(film: Film) -> np.ndarray:
     return np.diff(longitude) * 111_320 * math.cos(math.radians(film.shots[0].latitude))
 
 
+@pytest.mark.slow
 def test_frames_follow_the_ground_with_the_places_of_their_captions(tmp_path: Path, straight_film: Path) -> None:
     film = read_film(_with_captions(tmp_path, straight_film, captions(STRAIGHT)), lens=CHOICE)
     quarter = 0.25 * HEIGHT * SIZE[1] / LENS.fx
@@ -92,6 +93,7 @@ def test_pictures_come_alike_forward_and_back(tmp_path: Path, straight_film: Pat
     film.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tlog", "bin"])
 def test_the_clock_is_fitted_to_a_log_by_the_motion(tmp_path: Path, stopped_film: Path, kind: str) -> None:
     log = tmp_path / f"flight.{kind}"
@@ -115,6 +117,7 @@ def test_the_clock_is_fitted_to_a_log_by_the_motion(tmp_path: Path, stopped_film
     assert not stands
 
 
+@pytest.mark.slow
 def test_a_log_beside_the_film_is_found(tmp_path: Path, stopped_film: Path) -> None:
     copy = tmp_path / "film.MP4"
     copy.hardlink_to(stopped_film)
@@ -122,6 +125,7 @@ def test_a_log_beside_the_film_is_found(tmp_path: Path, stopped_film: Path) -> N
     assert len(read_film(copy, lens=CHOICE).shots) > 6
 
 
+@pytest.mark.slow
 def test_frames_that_the_log_does_not_cover_are_left_out_and_counted(tmp_path: Path, stopped_film: Path) -> None:
     film = read_film(stopped_film, log=write_tlog(tmp_path / "a.tlog", STOPPED, -3.0, 8.0), lens=CHOICE)
     (left,) = film.left_out
@@ -130,6 +134,7 @@ def test_frames_that_the_log_does_not_cover_are_left_out_and_counted(tmp_path: P
     assert "do not cover them" in left.reason
 
 
+@pytest.mark.slow
 def test_an_offset_that_is_given_is_refined_near_it_only(tmp_path: Path, stopped_film: Path) -> None:
     log = write_tlog(tmp_path / "a.tlog", STOPPED, -20.0, 30.0)
     film = read_film(stopped_film, log=log, log_offset_s=18.0, lens=CHOICE)
@@ -140,6 +145,7 @@ def test_an_offset_that_is_given_is_refined_near_it_only(tmp_path: Path, stopped
         read_film(stopped_film, log=log, log_offset_s=400.0, lens=CHOICE)
 
 
+@pytest.mark.slow
 def test_a_log_of_another_flight_is_refused(tmp_path: Path, stopped_film: Path) -> None:
     log = write_tlog(tmp_path / "a.tlog", STOPPED, 10.5, 40.0)
     with pytest.raises(PictureError, match=r"agrees with (the log nowhere|several parts).*--log-offset"):
@@ -148,6 +154,7 @@ def test_a_log_of_another_flight_is_refused(tmp_path: Path, stopped_film: Path) 
         read_film(stopped_film, log=write_tlog(tmp_path / "b.tlog", STOPPED, 1.0, 4.0), lens=CHOICE)
 
 
+@pytest.mark.slow
 def test_steady_flight_fits_at_several_places_and_is_asked_for(tmp_path: Path, straight_film: Path) -> None:
     log = write_tlog(tmp_path / "a.tlog", STRAIGHT, -30.0, 40.0)
     with pytest.raises(PictureError, match="agrees with several parts of the log; give the second"):
@@ -213,6 +220,7 @@ def test_captions_without_a_gimbal_leave_the_attitude_open(tmp_path: Path, strai
     assert any("its yaw is not known" in note for note in film.notes)
 
 
+@pytest.mark.slow
 def test_a_film_that_breaks_off_gives_what_it_has(tmp_path: Path) -> None:
     whole = write_film(tmp_path / "DJI_1.avi", STRAIGHT, fourcc="MJPG")
     data = whole.read_bytes()
@@ -252,6 +260,7 @@ def test_without_pymavlink_a_log_is_refused_with_the_remedy(
         read_film(straight_film, log=log, lens=CHOICE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turn", "side"), [(0.5, "left"), (1.0, "tail"), (-0.5, "right")])
 def test_a_camera_whose_top_is_to_another_side_is_found_by_the_motion(
     tmp_path: Path, stopped_film: Path, turn: float, side: str
@@ -264,6 +273,7 @@ def test_a_camera_whose_top_is_to_another_side_is_found_by_the_motion(
     assert film.shots[0].attitude == pytest.approx((0.0, 0.0, math.pi / 2), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_mount_that_is_given_turns_the_camera_of_a_log(tmp_path: Path, stopped_film: Path) -> None:
     turned = CameraModel(*SIZE, LENS.fx, LENS.fy, LENS.cx, LENS.cy, mount_yaw=-math.pi / 4)
     drone = Flight(lambda at: (*STOPPED.place(at)[:2], STOPPED.place(at)[2] + math.pi / 4), STOPPED.seconds)

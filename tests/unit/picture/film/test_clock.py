@@ -39,6 +39,7 @@ def _motion(course: Course, begin: float, lens: float = 1.0, noise: float = 0.0)
     return Motion(times, shift + np.random.default_rng(3).normal(0.0, noise, shift.shape), BETWEEN_S)
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(1, 60), begin=st.floats(2.0, 80.0), lens=st.floats(0.92, 1.08))
 def test_the_begin_is_found_anywhere_in_a_log(seed: int, begin: float, lens: float) -> None:
@@ -66,6 +67,7 @@ def test_a_film_that_stands_needs_an_offset_or_its_own_clock() -> None:
     assert created.note.endswith("it shows no motion that would check it")
 
 
+@pytest.mark.slow
 def test_the_time_of_the_file_chooses_between_places_that_fit_alike() -> None:
     once = _course(4, 60.0)
     moved = replace(once.shifted(60.0), epoch=0.0)

@@ -20,6 +20,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return unpack("survey", tmp_path_factory.mktemp("recording"))
 
 
+@pytest.mark.slow
 def test_a_recording_is_a_film_with_its_own_poses_and_camera(recording: Path) -> None:
     film, read = read_film(recording), read_frames(recording)
     assert 5 < len(film.shots) < len(read.numbers) / 2
@@ -35,6 +36,7 @@ def test_a_recording_is_a_film_with_its_own_poses_and_camera(recording: Path) ->
     assert any(each.reason.startswith("were taken on the ground") for each in film.left_out)
 
 
+@pytest.mark.slow
 def test_neighbours_show_the_same_ground_where_their_poses_say(recording: Path) -> None:
     film = read_film(recording)
     agree = []
@@ -60,6 +62,7 @@ def test_neighbours_show_the_same_ground_where_their_poses_say(recording: Path) 
     assert np.median(agree) > 0.6
 
 
+@pytest.mark.slow
 def test_pictures_come_alike_in_any_order(recording: Path) -> None:
     film = read_film(recording)
     first, last = film.shots[0], film.shots[-1]
@@ -79,6 +82,7 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
         read_film(tmp_path / "b.mcap")
 
 
+@pytest.mark.slow
 def test_a_recording_that_breaks_off_gives_what_it_has(recording: Path, tmp_path: Path) -> None:
     torn = tmp_path / "torn.mcap"
     torn.write_bytes(recording.read_bytes()[: recording.stat().st_size // 2])

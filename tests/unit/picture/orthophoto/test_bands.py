@@ -84,6 +84,7 @@ def test_a_white_roof_at_the_side_of_a_picture_without_a_white_border_is_ground(
     assert valid(tmp_path, image)[80:120, :60].all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("border", [0, 65535])
 def test_a_black_or_white_border_of_16_bits_does_not_change_the_ground(tmp_path: Path, border: int) -> None:
     image = ground().astype(np.uint16) * 100 + 10_000
@@ -96,6 +97,7 @@ def test_a_black_or_white_border_of_16_bits_does_not_change_the_ground(tmp_path:
     assert levels[1] == pytest.approx(levels[0], abs=200)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, 24], ids=["small", "by overviews"])
 def test_white_is_followed_from_the_border_through_several_windows(tmp_path: Path, times: int) -> None:
     image = np.repeat(np.maximum(ground(), 1), times, axis=1)

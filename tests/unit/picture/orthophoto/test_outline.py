@@ -100,6 +100,7 @@ def test_another_system_of_geojson_is_brought_to_wgs_84(tmp_path: Path) -> None:
     assert (lot.centroid.x, lot.centroid.y) == pytest.approx((5.3879, 52.1556), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_geopackage_is_read_by_its_layers(tmp_path: Path) -> None:
     rows = [(LOT, "parking"), (OTHER, "school"), (None, "parking")]
     path = tmp_path / "lots.gpkg"

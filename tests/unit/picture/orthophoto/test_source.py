@@ -32,6 +32,7 @@ def with_colours(path: Path, *colours: ColorInterp) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_colours_are_read_in_their_order_whatever_the_bands(tmp_path: Path) -> None:
     bands = rgb(PART)
     near = np.full((1, 80, 120), 77, np.uint8)
@@ -48,6 +49,7 @@ def test_colours_are_read_in_their_order_whatever_the_bands(tmp_path: Path) -> N
         assert pixels.valid.all()
 
 
+@pytest.mark.slow
 def test_alpha_shows_where_ground_is_and_infrared_does_not(tmp_path: Path) -> None:
     band = np.zeros((1, 80, 120), np.uint8)
     band[:, :, :50] = 255
@@ -203,6 +205,7 @@ def test_twenty_centimetres_of_a_projection_are_read_and_twelve_are_not_coarse(t
     assert open_orthophoto(blank(tmp_path, transform=at(0.12))).notes == ()
 
 
+@pytest.mark.slow
 def test_a_coarse_picture_is_warned_about_and_a_coarser_one_refused(tmp_path: Path) -> None:
     assert open_orthophoto(blank(tmp_path, transform=placed(UTM, 60, 40, metres=0.119))).notes == ()
     (note,) = open_orthophoto(blank(tmp_path, transform=placed(UTM, 60, 40, metres=0.15))).notes

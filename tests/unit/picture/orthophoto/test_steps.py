@@ -35,6 +35,7 @@ def fill(picture: MappingPlan, store: Results) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_results_of_one_run_are_those_of_the_next(tmp_path: Path) -> None:
     picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
     assert fill(picture, disk) == dict.fromkeys((task.name for task in picture.tasks), "")
@@ -44,6 +45,7 @@ def test_results_of_one_run_are_those_of_the_next(tmp_path: Path) -> None:
     assert (fill(picture, disk), looks(tmp_path)) == ({}, WINDOWS)
 
 
+@pytest.mark.slow
 def test_a_result_that_is_gone_when_all_are_merged_is_named(tmp_path: Path) -> None:
     picture, disk = started(tmp_path, city(tmp_path)), on_disk(tmp_path)
     fill(picture, disk)
@@ -74,6 +76,7 @@ def test_an_outline_that_does_not_fit_is_named_with_its_option(tmp_path: Path, c
         start(city(tmp_path), outline=outline, crs=None, load=lambda: load_fake(tmp_path / "model", "opencv"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [MemoryError(), cv2.error("Insufficient memory")])
 def test_a_window_that_the_memory_does_not_hold_is_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception

@@ -114,6 +114,7 @@ def test_a_picture_without_a_stall_is_a_survey_of_none(tmp_path: Path) -> None:
     assert mapped.survey.pictures.limits == (Limit.PARTLY,)
 
 
+@pytest.mark.slow
 def test_the_same_picture_is_the_same_survey(tmp_path: Path) -> None:
     source = photo(tmp_path)
     findings = [result(windows_of(source)[0], [(300.0, 200.0)], [0.9])]
@@ -122,6 +123,7 @@ def test_the_same_picture_is_the_same_survey(tmp_path: Path) -> None:
     assert to_survey(source, findings, model="b").survey.survey != first.survey
 
 
+@pytest.mark.slow
 def test_lots_of_one_picture_have_ids_of_their_own_in_whatever_order_and_digits(tmp_path: Path) -> None:
     source = photo(tmp_path)
     (window,) = windows_of(source)

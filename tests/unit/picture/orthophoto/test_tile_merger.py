@@ -95,6 +95,7 @@ def test_without_a_window_or_a_stall_there_is_nothing() -> None:
     assert len(merge_tiles([seen_by(window_at(0, 0), np.zeros((0, 2)))], METRES)) == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_twenty_thousand_stalls_are_merged_within_seconds() -> None:
     columns, rows = np.meshgrid(np.arange(12.0, 8000.0, 25.0), np.arange(30.0, 4000.0, 61.0))

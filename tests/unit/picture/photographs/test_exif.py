@@ -22,6 +22,7 @@ def _read(found: Image.Exif, longer: int = 4000) -> Exif:
     return read_exif(found.tobytes().removeprefix(b"Exif\x00\x00"), longer)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(latitude=st.floats(-89.0, 89.0), longitude=st.floats(-179.0, 179.0), altitude=st.floats(-400.0, 5000.0))
 def test_the_place_is_read_in_each_quarter_of_the_earth(latitude: float, longitude: float, altitude: float) -> None:

@@ -23,6 +23,7 @@ def _apart(flown: Flight, adjusted: Reconstruction) -> float:
     return float(np.percentile(np.abs(own * factor + shift - true), 95))
 
 
+@pytest.mark.slow
 def test_photographs_lie_right_to_each_other_afterwards() -> None:
     flown = flight(lanes=2, count=3)
     steps: list[str] = []
@@ -37,6 +38,7 @@ def test_photographs_lie_right_to_each_other_afterwards() -> None:
     assert adjusted.turned == frozenset()
 
 
+@pytest.mark.slow
 def test_pictures_that_were_turned_afterwards_are_put_right_and_named() -> None:
     flown = flight(lanes=2, count=3, turned=frozenset({0, 1, 2}), sigma=0.5)
     adjusted = _adjusted(flown)
@@ -45,6 +47,7 @@ def test_pictures_that_were_turned_afterwards_are_put_right_and_named() -> None:
     assert _apart(flown, adjusted) < 0.15
 
 
+@pytest.mark.slow
 def test_a_photograph_without_features_keeps_its_place_beside_the_others() -> None:
     flown = flight(lanes=2, count=3)
     adjusted = _adjusted(flown, without=frozenset({5}))
@@ -53,6 +56,7 @@ def test_a_photograph_without_features_keeps_its_place_beside_the_others() -> No
     assert np.hypot(adjusted.posed[5].north - said.north, adjusted.posed[5].east - said.east) < 3.0
 
 
+@pytest.mark.slow
 def test_without_ties_the_places_of_the_files_stay() -> None:
     flown = flight(lanes=1, count=2)
     adjusted = _adjusted(flown, without=frozenset({0, 1}))

@@ -71,6 +71,7 @@ def test_poses_that_err_by_metres_lie_right_to_each_other_afterwards() -> None:
     assert np.std([one.height for one in settled.posed]) < 0.3
 
 
+@pytest.mark.slow
 def test_wrong_ties_bend_nothing() -> None:
     true = _true()
     sights, places = _sights(true, wrong=60)
@@ -79,6 +80,7 @@ def test_wrong_ties_bend_nothing() -> None:
     assert np.median(settled.off[:60]) > 10
 
 
+@pytest.mark.slow
 def test_an_aircraft_that_turns_while_the_lines_are_read_is_followed() -> None:
     true = _true(line_s=2e-4)
     sights, places = _sights(true)
@@ -100,6 +102,7 @@ def test_the_lens_of_all_is_found_with_the_poses() -> None:
     assert np.percentile(_apart(settled, places, sights), 95) < 0.1
 
 
+@pytest.mark.slow
 def test_it_goes_on_from_an_earlier_outcome() -> None:
     true = _true()
     sights, _ = _sights(true)

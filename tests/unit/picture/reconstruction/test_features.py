@@ -9,6 +9,7 @@ from tests.unit.picture.flights import flight, found
 FLIGHT = flight()
 
 
+@pytest.mark.slow
 def test_ties_join_the_same_ground() -> None:
     seen = found(FLIGHT)
     ties = match((0, 1), FLIGHT.true, seen.__getitem__, Search(4.0, 0.9, 0.3))
@@ -44,6 +45,7 @@ def test_ground_without_features_gives_no_ties() -> None:
     assert match((0, 1), FLIGHT.true, [plain, plain].__getitem__, Search(4.0, 0.9, 0.3)) is None
 
 
+@pytest.mark.slow
 def test_pictures_of_other_ground_give_no_ties() -> None:
     seen = [found(FLIGHT)[0], features(np.asarray(FLIGHT.pictures[0][:, ::-1], np.uint8))]
     assert match((0, 1), FLIGHT.true, seen.__getitem__, Search(12.0, 0.8, 0.55)) is None
@@ -67,6 +69,7 @@ def test_neighbours_show_common_ground() -> None:
     assert all(first < second for first, second in pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("most", [1, 5])
 def test_the_strongest_features_come_first(most: int) -> None:
     every = features(FLIGHT.pictures[0])

@@ -11,6 +11,7 @@ from hawk.picture.reconstruction.headings import Couple, Middles, correct_headin
 from tests.unit.picture.flights import flight, found
 
 
+@pytest.mark.slow
 def test_neighbours_show_how_a_photograph_was_turned() -> None:
     flown = flight(lanes=1, count=4, sigma=0.3, turned=frozenset({1, 2}))
     posed = [one.posed for one in flown.known]
@@ -21,6 +22,7 @@ def test_neighbours_show_how_a_photograph_was_turned() -> None:
     assert set(correct_headings(posed, seen)) == {1, 2}
 
 
+@pytest.mark.slow
 def test_places_that_err_more_than_they_are_apart_show_no_heading() -> None:
     flown = flight(lanes=1, count=3, sigma=0.3)
     seen = neighbour_headings([one.posed for one in flown.known], 10.0, found(flown).__getitem__)
@@ -48,6 +50,7 @@ def test_middles_that_are_kept_need_no_features_and_give_the_same_headings() -> 
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said_m", [20.0, 30.0, 50.0])
 def test_the_distances_of_places_show_the_height_whatever_the_files_say(said_m: float) -> None:
     flown = flight(lanes=2, count=3, sigma=0.3)

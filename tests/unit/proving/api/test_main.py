@@ -25,6 +25,7 @@ def test_the_rules_name_what_the_store_has() -> None:
     assert 422 in rules["checks"]["positive_data_acceptance"]["expected-statuses"]
 
 
+@pytest.mark.slow
 async def test_the_store_has_surveys_of_one_lot_and_one_whose_time_is_not_sure(tmp_path: Path) -> None:
     from hawk.lots import queries
 

@@ -38,6 +38,7 @@ def changes(source: str = SOURCE) -> set[str]:
     return {difference(source, mutated(source, each)).split("  ->  ")[1] for each in mutants_of("m.py", source)}
 
 
+@pytest.mark.slow
 def test_bounds_conditions_numbers_and_defaults_are_changed_and_types_are_not() -> None:
     found = changes()
     assert "LIMIT = 4.0" in found

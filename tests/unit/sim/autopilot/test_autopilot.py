@@ -42,12 +42,14 @@ def test_the_same_seed_flies_the_same_flight() -> None:
     assert other.body != flights[0].body
 
 
+@pytest.mark.slow
 def test_takes_off_where_it_stands_with_its_heading() -> None:
     unit = hovering(start=(-30.0, 12.0), yaw=1.0)
     assert unit.body.position == pytest.approx((-30.0, 12.0, -10.0), abs=0.3)
     assert unit.body.yaw == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_ekf_local_starts_at_the_first_position_and_global_agrees() -> None:
     unit = hovering(start=(-30.0, 12.0), gnss_sigma=2.0)
     assert unit.ekf_origin is not None
@@ -65,12 +67,14 @@ def test_drift_moves_the_true_vehicle_not_the_estimate() -> None:
     assert held < 0.5 < true
 
 
+@pytest.mark.slow
 def test_wind_leans_it_and_the_place_is_held() -> None:
     unit = run(hovering(wind=7.0), 15.0)
     assert math.hypot(unit.body.roll, unit.body.pitch) > math.radians(3)
     assert math.hypot(*unit.body.position[:2]) < 1.0
 
 
+@pytest.mark.slow
 def test_an_ekf_reset_moves_local_only() -> None:
     unit = hovering()
     before, place = unit.local_position, unit.body.position
@@ -83,6 +87,7 @@ def test_an_ekf_reset_moves_local_only() -> None:
     assert math.dist(unit.body.position, place) < 0.2
 
 
+@pytest.mark.slow
 def test_a_jump_makes_it_fly_back_to_a_target_that_was_sent() -> None:
     unit = hovering()
     unit.fly_to((0.0, 0.0, -10.0), 0.0)
@@ -91,6 +96,7 @@ def test_a_jump_makes_it_fly_back_to_a_target_that_was_sent() -> None:
     assert unit.body.position[0] == pytest.approx(-3.0, abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [None, ModeNumber.BRAKE, ModeNumber.LOITER])
 def test_a_jump_does_not_move_it_where_no_target_was_sent(mode: ModeNumber | None) -> None:
     unit = hovering()
@@ -104,6 +110,7 @@ def test_a_jump_does_not_move_it_where_no_target_was_sent(mode: ModeNumber | Non
     assert unit.estimate.position[0] == pytest.approx(3.0, abs=0.3)
 
 
+@pytest.mark.slow
 def test_gnss_that_is_off_is_refused_for_ten_seconds_and_then_taken() -> None:
     """Figures of a real ArduCopter: variance 6.66 at 25 m, the flag after 1.2 s, the jump after 10 s."""
     unit = hovering()
@@ -125,6 +132,7 @@ def test_gnss_that_is_off_is_refused_for_ten_seconds_and_then_taken() -> None:
     assert unit.texts[-1].text == "Glitch cleared"
 
 
+@pytest.mark.slow
 def test_gnss_that_is_off_by_little_is_taken_without_a_jump() -> None:
     unit = hovering()
     unit.gnss.set_glitch((3.0, 0.0, 0.0))
@@ -137,6 +145,7 @@ def test_gnss_that_is_off_by_little_is_taken_without_a_jump() -> None:
     assert not unit.estimator.glitch.is_reported
 
 
+@pytest.mark.slow
 def test_an_empty_battery_falls() -> None:
     unit = hovering()
     unit.battery.remaining = 0.0
@@ -146,6 +155,7 @@ def test_an_empty_battery_falls() -> None:
     assert any(text.text.startswith("Crash: Disarming") for text in unit.texts)
 
 
+@pytest.mark.slow
 def test_a_crashed_vehicle_does_not_arm() -> None:
     unit = hovering()
     unit.terminate()
@@ -154,6 +164,7 @@ def test_a_crashed_vehicle_does_not_arm() -> None:
         unit.arm()
 
 
+@pytest.mark.slow
 def test_a_stopped_program_drops_the_vehicle_and_boots_again() -> None:
     unit = hovering()
     unit.crash_program("a test")
@@ -165,6 +176,7 @@ def test_a_stopped_program_drops_the_vehicle_and_boots_again() -> None:
     assert unit.time_boot == pytest.approx(0.0)
 
 
+@pytest.mark.slow
 def test_loitering_to_the_ground_disarms_after_the_delay() -> None:
     unit = hovering()
     unit.set_mode(5)
@@ -175,6 +187,7 @@ def test_loitering_to_the_ground_disarms_after_the_delay() -> None:
     assert not unit.armed
 
 
+@pytest.mark.slow
 def test_a_pilot_may_fly_on_with_the_stick() -> None:
     unit = hovering()
     unit.stick = 0.5
@@ -190,6 +203,7 @@ def test_the_stick_up_is_no_place_to_arm_from() -> None:
         unit.arm()
 
 
+@pytest.mark.slow
 def test_modes_that_need_a_position_are_refused_in_the_air_without_one() -> None:
     unit = hovering()
     unit.set_mode(2)
@@ -201,12 +215,14 @@ def test_modes_that_need_a_position_are_refused_in_the_air_without_one() -> None
     assert unit.mode.number == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [math.nan, 0.0, -1.0, math.inf])
 def test_no_nonsense_speed(speed: float) -> None:
     with pytest.raises(RefusedError):
         hovering().set_speed(speed)
 
 
+@pytest.mark.slow
 def test_speed_and_yaw_are_guideds() -> None:
     unit = hovering()
     unit.set_speed(2.0)
@@ -221,12 +237,14 @@ def test_speed_and_yaw_are_guideds() -> None:
         unit.turn_to(0.0)
 
 
+@pytest.mark.slow
 def test_a_velocity_that_is_not_finite_ends_the_program() -> None:
     unit = hovering()
     unit.fly_velocity((math.nan, 0.0, 0.0), None)
     assert unit.stopped
 
 
+@pytest.mark.slow
 def test_what_speaks_against_arming_is_said_every_half_minute() -> None:
     unit = run(autopilot(), 1.0)
     unit.radio_present = False

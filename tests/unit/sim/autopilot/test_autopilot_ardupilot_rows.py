@@ -149,6 +149,7 @@ class TestTakeoff:
         station.mode(GUIDED)
         assert station.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 12) == FAILED
 
+    @pytest.mark.slow
     def test_in_the_air_fails(self, flying: Any) -> None:
         assert flying.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 20) == FAILED
         flying.run(3.0)
@@ -163,6 +164,7 @@ class TestTakeoff:
 
 
 class TestLandedState:
+    @pytest.mark.slow
     def test_every_state_is_reported_in_order(self, station: Any) -> None:
         station.wait_for_position()
         station.stream(245, hertz=5.0)
@@ -176,6 +178,7 @@ class TestLandedState:
 
 
 class TestGuided:
+    @pytest.mark.slow
     def test_a_target_is_reached_in_about_five_seconds_with_little_overshoot(self, flying: Any) -> None:
         x, y, z = flying.local()
         flying.local_target(x + 15, y - 8, z, 0.5)
@@ -195,6 +198,7 @@ class TestGuided:
         assert best < 0.05
         assert flying.autopilot.estimate.yaw == pytest.approx(0.5, abs=0.05)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("mode", [LOITER, BRAKE, LAND])
     def test_a_target_in_another_mode_does_nothing(self, flying: Any, mode: int) -> None:
         flying.mode(mode)
@@ -228,6 +232,7 @@ class TestGuided:
 
 
 class TestHold:
+    @pytest.mark.slow
     def test_brake_keeps_the_height_without_a_radio(self, flying: Any) -> None:
         flying.set_parameter("FS_THR_ENABLE", 0)
         flying.autopilot.radio_present = False
@@ -248,6 +253,7 @@ class TestHold:
         assert flying.autopilot.body.on_ground
         assert not flying.autopilot.body.crashed
 
+    @pytest.mark.slow
     def test_brake_stops_a_moving_drone(self, flying: Any) -> None:
         flying.local_target(60.0, 0.0, -12.0)
         flying.run(4.0)
@@ -295,6 +301,7 @@ class TestReposition:
         station.mode(GUIDED)
         assert self.send(station, 10.0) == ACCEPTED
 
+    @pytest.mark.slow
     def test_outside_the_fence_it_fails(self, flying: Any) -> None:
         flying.set_parameter("FENCE_ENABLE", 1)
         flying.set_parameter("FENCE_RADIUS", 50)
@@ -303,10 +310,12 @@ class TestReposition:
 
 
 class TestDisarmAndKill:
+    @pytest.mark.slow
     def test_disarm_in_the_air_fails(self, flying: Any) -> None:
         assert flying.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0) == FAILED
         assert flying.autopilot.armed
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("command", "parameters"),
         [(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (0, 21196)), (mavlink.MAV_CMD_DO_FLIGHTTERMINATION, (1,))],
@@ -415,6 +424,7 @@ class TestFence:
         flying.run(6.0)
         assert flying.local()[0] == pytest.approx(10.0, abs=0.3)
 
+    @pytest.mark.slow
     def test_beyond_it_the_autopilot_acts(self, flying: Any) -> None:
         self.upload(flying, 20.0)
         flying.set_parameter("FENCE_ENABLE", 1)
@@ -427,6 +437,7 @@ class TestFence:
 
 
 class TestLinkCut:
+    @pytest.mark.slow
     def test_a_velocity_ends_after_three_seconds_and_guided_hovers(self, flying: Any) -> None:
         flying.local_target(mask=0b110111000111, velocity=(3.0, 0.0, 0.0))
         flying.link.cut = True
@@ -436,12 +447,14 @@ class TestLinkCut:
         assert abs(flying.autopilot.body.velocity[0]) < 0.2
         assert flying.autopilot.mode.number == GUIDED
 
+    @pytest.mark.slow
     def test_a_position_is_flown_to_the_end(self, flying: Any) -> None:
         flying.local_target(40.0, 0.0, -12.0)
         flying.link.cut = True
         flying.run(20.0)
         assert flying.local()[0] == pytest.approx(40.0, abs=0.3)
 
+    @pytest.mark.slow
     def test_a_cut_link_passes_nothing_in_either_direction(self, flying: Any) -> None:
         flying.link.cut = True
         flying.heard.clear()
@@ -471,6 +484,7 @@ class TestGroundStationFailsafe:
         station.run(15.0)
         assert station.autopilot.mode.number == GUIDED
 
+    @pytest.mark.slow
     def test_with_both_ids_equal_it_returns(self, make_station: Any) -> None:
         station = make_station()
         station.set_parameter("FS_GCS_ENABLE", 1)
@@ -499,6 +513,7 @@ class TestGroundStationFailsafe:
 
 
 class TestOtherFailsafes:
+    @pytest.mark.slow
     def test_radio_loss_in_guided_returns(self, flying: Any) -> None:
         assert flying.autopilot.parameters["FS_THR_ENABLE"] == 1
         flying.autopilot.radio_present = False
@@ -506,6 +521,7 @@ class TestOtherFailsafes:
         assert flying.autopilot.mode.number == RTL
         assert "Radio Failsafe" in flying.texts()
 
+    @pytest.mark.slow
     def test_gnss_loss_turns_health_false_and_lands(self, flying: Any) -> None:
         flying.stream(1)
         flying.autopilot.estimator.receiving = False
@@ -522,6 +538,7 @@ class TestOtherFailsafes:
         flying.run(60.0, until=lambda: not flying.autopilot.armed)
         assert flying.autopilot.body.on_ground
 
+    @pytest.mark.slow
     def test_battery_low_for_ten_seconds_returns(self, flying: Any) -> None:
         flying.set_parameter("BATT_FS_LOW_ACT", 2)
         flying.autopilot.battery.remaining = 0.2
@@ -529,6 +546,7 @@ class TestOtherFailsafes:
         assert waited == pytest.approx(10.0, abs=0.3)
         assert any(text.startswith("Battery 1 is low") for text in flying.texts())
 
+    @pytest.mark.slow
     def test_battery_low_does_nothing_by_default(self, flying: Any) -> None:
         flying.autopilot.battery.remaining = 0.2
         flying.run(15.0)

@@ -28,6 +28,7 @@ def test_nonsense_modes_fail(station: Any, values: tuple[float, ...]) -> None:
     assert station.autopilot.mode.number == 0
 
 
+@pytest.mark.slow
 def test_land_and_return_as_commands(flying: Any) -> None:
     assert flying.command(mavlink.MAV_CMD_NAV_LAND) == ACCEPTED
     assert flying.autopilot.mode.number == 9
@@ -35,6 +36,7 @@ def test_land_and_return_as_commands(flying: Any) -> None:
     assert flying.autopilot.mode.number == 6
 
 
+@pytest.mark.slow
 def test_terminate_needs_its_one(flying: Any) -> None:
     assert flying.command(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0) == ACCEPTED
     assert flying.autopilot.armed
@@ -47,6 +49,7 @@ def test_forced_arming_skips_the_checks(make_station: Any) -> None:
     assert station.autopilot.armed
 
 
+@pytest.mark.slow
 def test_speed_and_heading(flying: Any) -> None:
     assert flying.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 3.0) == ACCEPTED
     assert flying.command(mavlink.MAV_CMD_CONDITION_YAW, 90) == ACCEPTED
@@ -86,6 +89,7 @@ def test_the_fence_can_be_switched(station: Any) -> None:
     assert not enabled(), "a fence that only reports is none"
 
 
+@pytest.mark.slow
 def test_reposition_in_another_mode_needs_its_flag(flying: Any) -> None:
     flying.mode(17)
     home = flying.autopilot.home
@@ -98,11 +102,13 @@ def test_reposition_in_another_mode_needs_its_flag(flying: Any) -> None:
     assert flying.autopilot.body.height == pytest.approx(15.0, abs=0.3)
 
 
+@pytest.mark.slow
 def test_reposition_to_nowhere_is_denied(flying: Any) -> None:
     assert flying.command(mavlink.MAV_CMD_DO_REPOSITION, -1, 0, 0, 0, math.nan, 0, 15) == DENIED
     assert not flying.autopilot.stopped
 
 
+@pytest.mark.slow
 def test_home_can_be_set(flying: Any) -> None:
     flying.local_target(10.0, 0.0, -12.0)
     flying.run(6.0)
@@ -157,6 +163,7 @@ def test_a_home_that_was_set_stays_at_the_next_arming_and_a_boot_frees_it(statio
     assert station.autopilot.home[0] == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_home_may_be_set_to_where_it_is_by_no_place(flying: Any) -> None:
     set_home(flying, 60.0)
     assert flying.command(mavlink.MAV_CMD_DO_SET_HOME, 0, 0, 0, 0, 0, 0, 0) == 0

@@ -80,6 +80,7 @@ def test_loses_the_fix_first_then_health_and_recovers() -> None:
     assert unit.healthy
 
 
+@pytest.mark.slow
 def test_dead_reckoning_walks_away_and_comes_back() -> None:
     unit = estimator(0.0)
     unit.step(BODY, 3.0)

@@ -36,6 +36,7 @@ def test_eight_channels_with_the_switch_in_its_last_position(make_station: Any) 
     assert status(station) == (True, True, True)
 
 
+@pytest.mark.slow
 def test_a_lost_receiver_keeps_its_pulses_and_is_reported_a_second_later(flying: Any) -> None:
     put(flying, radio="lost")
     flying.run(0.9)

@@ -34,6 +34,7 @@ def word(station: Any) -> tuple[int, str]:
     return found.status, found.error
 
 
+@pytest.mark.slow
 def test_a_drone_that_is_sent_nothing_of_it_says_nothing(flying: Any) -> None:
     flying.run(3.0)
     assert not flying.all("OPEN_DRONE_ID_ARM_STATUS")
@@ -54,12 +55,14 @@ def test_it_says_what_is_missing_and_good_when_nothing_is(flying: Any) -> None:
     assert word(flying) == (1, "missing OP_ID")
 
 
+@pytest.mark.slow
 def test_an_update_without_the_whole_counts_for_nothing(flying: Any) -> None:
     flying.send(operator())
     flying.send(update())
     assert word(flying) == (1, "missing SYS")
 
 
+@pytest.mark.slow
 def test_a_place_that_is_zero_is_none(flying: Any) -> None:
     flying.send(operator())
     flying.send(place(latitude=0))
@@ -73,6 +76,7 @@ def test_without_a_position_of_the_drone_it_is_not_good(make_station: Any) -> No
     assert word(station) == (1, "missing LOC")
 
 
+@pytest.mark.slow
 def test_a_lost_transmitter_is_silent(flying: Any) -> None:
     flying.send(operator())
     flying.send(place())

@@ -35,6 +35,7 @@ class TestWalk:
         assert report.flags == 831
         assert report.pos_horiz_variance == pytest.approx(0.30, abs=0.05)
 
+    @pytest.mark.slow
     def test_it_stays_where_it_is_when_the_walk_ends(self, flying: Any) -> None:
         put(flying, gps_walk=(0.0, 1.0))
         flying.run(5.0)
@@ -45,6 +46,7 @@ class TestWalk:
         assert flying.autopilot.gnss.offset == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_bias_is_there_from_the_boot_and_nothing_jumps(station: Any) -> None:
     put(station, gps_bias=(8.0, -6.0, 3.0), autopilot="reboot")
     station.wait_for_position()
@@ -69,6 +71,7 @@ def test_a_glitch_ends_by_itself() -> None:
     assert receiver.offset[0] == 0.0
 
 
+@pytest.mark.slow
 def test_the_receiver_shows_a_glitch_that_the_estimate_refuses(flying: Any) -> None:
     flying.stream(RAW, GLOBAL)
     flying.run(0.3)
@@ -155,6 +158,7 @@ class TestHeading:
         assert not any(heading.step(compasses, 0.1) for _ in range(200))
         assert heading.error == pytest.approx(-RESET_ERROR)
 
+    @pytest.mark.slow
     def test_a_constant_error_is_reported_and_flown_by(self, make_station: Any) -> None:
         """A drone that flies and looks north, as it believes."""
         station = make_station(compass_error=math.radians(8.0))

@@ -61,6 +61,7 @@ def test_beyond_its_limit_it_says_what_it_measures(station: Any) -> None:
     assert message.current_distance > message.max_distance == 500
 
 
+@pytest.mark.slow
 def test_a_stuck_one_and_its_end(station: Any) -> None:
     with_sensor(station).fly(12.0)
     put(station, rangefinder="stuck")
@@ -73,6 +74,7 @@ def test_a_stuck_one_and_its_end(station: Any) -> None:
     assert well.current_distance == pytest.approx(2000, abs=30)
 
 
+@pytest.mark.slow
 def test_over_rising_ground_it_measures_less(make_station: Any) -> None:
     station = with_sensor(make_station(slope=Slope(10.0, EAST)))
     station.fly(12.0)

@@ -61,6 +61,7 @@ def test_an_unknown_message_is_none(station: Any) -> None:
     assert build(141, station.autopilot) is None
 
 
+@pytest.mark.slow
 def test_global_and_local_are_the_same_place(flying: Any) -> None:
     flying.local_target(10.0, 5.0, -15.0)
     flying.run(6.0)

@@ -33,6 +33,7 @@ def fly_along(station: Any, follower: Follower, clock: HandClock, seconds: float
     return shots
 
 
+@pytest.mark.slow
 def test_asks_for_what_it_needs_and_shoots_fifteen_a_second(flying: Any) -> None:
     follower, clock = joined(flying)
     fly_along(flying, follower, clock, 4.0)
@@ -42,6 +43,7 @@ def test_asks_for_what_it_needs_and_shoots_fifteen_a_second(flying: Any) -> None
     assert max(gaps) < FRAME_S + 0.03
 
 
+@pytest.mark.slow
 def test_shoots_as_often_as_it_is_asked_to(flying: Any) -> None:
     clock = HandClock()
     follower = Follower(Origin(), clock, frame_s=0.25)
@@ -61,6 +63,7 @@ def test_sees_the_world_from_where_the_vehicle_is(flying: Any) -> None:
     assert last.stamp == pytest.approx(flying.autopilot.time_boot, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_moving_vehicle_is_followed_between_its_positions(flying: Any) -> None:
     follower, clock = joined(flying)
     flying.local_target(60.0, 0.0, -12.0)
@@ -89,6 +92,7 @@ def test_a_stale_position_is_not_used() -> None:
     assert len(follower.shots()) == 1
 
 
+@pytest.mark.slow
 def test_a_reboot_of_the_vehicle_is_followed(flying: Any) -> None:
     follower, clock = joined(flying)
     fly_along(flying, follower, clock, 3.0)
@@ -111,6 +115,7 @@ ZEROS = dict.fromkeys(
 """Fields of SIM_STATE that nobody reads."""
 
 
+@pytest.mark.slow
 def test_a_position_that_is_older_than_the_truth_is_no_error_of_the_estimate() -> None:
     """At 4 m/s, with positions ten times a second: the camera sees from the place of its moment."""
     origin, follower = Origin(), Follower(Origin(), HandClock())

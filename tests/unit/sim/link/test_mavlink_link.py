@@ -130,6 +130,7 @@ def test_the_old_set_mode_message_works(station: Any) -> None:
 
 
 class TestTargets:
+    @pytest.mark.slow
     def test_offset_from_where_it_is(self, flying: Any) -> None:
         flying.local_target(5.0, 0.0, 0.0, frame=mavlink.MAV_FRAME_LOCAL_OFFSET_NED)
         flying.run(6.0)
@@ -151,11 +152,13 @@ class TestTargets:
         flying.run(2.5)
         assert flying.autopilot.body.velocity[1] == pytest.approx(2.0, abs=0.2)
 
+    @pytest.mark.slow
     def test_without_anything_to_fly_it_stays(self, flying: Any) -> None:
         flying.local_target(20.0, mask=0b111111111111)
         flying.run(3.0)
         assert math.hypot(*flying.local()[:2]) < 0.2
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("frame", "height"), [(6, 15.0), (5, 115.0)])
     def test_global_targets(self, flying: Any, frame: int, height: float) -> None:
         origin = flying.autopilot.origin
@@ -176,6 +179,7 @@ class TestTargets:
 
 
 class TestBadLink:
+    @pytest.mark.slow
     def test_losses_are_as_frequent_as_asked_for(self, station: Any) -> None:
         station.stream(30, hertz=50.0)
         station.link.loss = 0.3

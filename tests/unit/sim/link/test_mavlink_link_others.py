@@ -46,6 +46,7 @@ def test_a_station_s_parameters_are_sent_on_every_link_and_its_answers_on_its_ow
     assert not station.all("COMMAND_ACK")
 
 
+@pytest.mark.slow
 def test_a_station_replaces_and_clears_the_fence(flying: Any) -> None:
     square = [(40.0, 40.0), (40.0, -40.0), (-40.0, -40.0), (-40.0, 40.0)]
     assert put(flying, fence=square)[0] == []

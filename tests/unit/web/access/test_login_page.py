@@ -311,6 +311,7 @@ async def test_a_guesser_slows_its_own_address_only(stand: Stand) -> None:
     assert (await post(stand, await stand.browser(), stand.tokens[Role.OPERATOR]))[0] == 303
 
 
+@pytest.mark.slow
 async def test_every_token_is_compared_in_constant_time(stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
     compared: list[tuple[bytes, bytes]] = []
     same = hmac.compare_digest

@@ -352,6 +352,7 @@ def test_the_daemon_refuses_bad_files_before_anything_starts(
 # -- make-certificate -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 async def test_the_command_makes_a_pair_that_the_page_and_the_client_use(
     rig: Rig, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -24,6 +24,7 @@ from tests.unit.web.rig import Rig, browser
 from tests.unit.web.v1.archive import Archive
 
 
+@pytest.mark.slow
 async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive) -> None:
     first = await archive.ask(f"/lots/{archive.lot}/stalls")
     tag = first.headers["ETag"]
@@ -114,6 +115,7 @@ async def test_a_store_that_does_not_answer_is_given_up(archive: Archive, monkey
     assert (await archive.get("/lots"))["next"] is None
 
 
+@pytest.mark.slow
 async def test_a_read_without_end_is_ended_and_refused_in_words(
     archive: Archive, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -94,6 +94,7 @@ async def lots(tmp_path: Path, rig: Rig) -> AsyncIterator[Lots]:
     await store.close()
 
 
+@pytest.mark.slow
 async def test_lots_are_listed_with_their_surveys_and_stalls(lots: Lots) -> None:
     first = await lots.add(survey())
     await lots.add(replace(later(survey(seed=1), 2), time_is_sure=False))
@@ -108,6 +109,7 @@ async def test_lots_are_listed_with_their_surveys_and_stalls(lots: Lots) -> None
     assert len((await lots.get(f"/lots/{first.lot}"))["outline"][0]) == 4
 
 
+@pytest.mark.slow
 async def test_a_name_is_text_and_html_in_it_stays_as_it_is(lots: Lots) -> None:
     first = await lots.add(survey())
     change = await lots.done(f"/lots/{first.lot}/name", name=f"  {HTML} ")
@@ -122,6 +124,7 @@ async def test_a_name_is_text_and_html_in_it_stays_as_it_is(lots: Lots) -> None:
     assert "was undone already" in refusal["detail"]
 
 
+@pytest.mark.slow
 async def test_a_later_change_is_undone_first(lots: Lots) -> None:
     first = await lots.add(survey())
     changes = [await lots.done(f"/lots/{first.lot}/name", name=name) for name in ("North", "South")]
@@ -132,6 +135,7 @@ async def test_a_later_change_is_undone_first(lots: Lots) -> None:
     assert [each["undone"] is not None for each in await lots.items("/changes")] == [True, True]
 
 
+@pytest.mark.slow
 async def test_lots_beside_each_other_are_merged_and_undone(lots: Lots) -> None:
     west = await lots.add(survey())
     moved = replace(survey(), datum=replace(DATUM, longitude=5.01))
@@ -152,6 +156,7 @@ async def test_lots_beside_each_other_are_merged_and_undone(lots: Lots) -> None:
     assert {label.split()[0] for label in await lots.stalls(west.lot or "")} == {"A", "B", "E", "F"}  # none again
 
 
+@pytest.mark.slow
 async def test_two_lots_of_one_ground_are_merged_without_a_guess(lots: Lots) -> None:
     first = await lots.add(survey())
     asked = await lots.add(replace(later(survey(seed=1), 2), outline=box(60, 0, 20, 50)))
@@ -170,6 +175,7 @@ async def test_two_lots_of_one_ground_are_merged_without_a_guess(lots: Lots) -> 
     assert len(await lots.stalls(new["lot"])) == 40
 
 
+@pytest.mark.slow
 async def test_a_lot_is_split_by_an_outline_and_undone(lots: Lots) -> None:
     first = await lots.add(survey(stalls=60))
     before = await lots.everything()
@@ -187,6 +193,7 @@ async def test_a_lot_is_split_by_an_outline_and_undone(lots: Lots) -> None:
     assert await lots.everything() == before
 
 
+@pytest.mark.slow
 async def test_a_split_is_not_undone_while_surveys_are_in_the_lot_that_it_made(lots: Lots) -> None:
     first = await lots.add(survey(stalls=60))
     part = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
@@ -200,6 +207,7 @@ async def test_a_split_is_not_undone_while_surveys_are_in_the_lot_that_it_made(l
     assert await lots.everything() == before
 
 
+@pytest.mark.slow
 async def test_which_lot_is_it_is_answered_by_a_move_and_undone(lots: Lots) -> None:
     first = await lots.add(survey())
     asked = await lots.add(replace(later(survey(seed=1), 2), outline=box(60, 0, 20, 50)))
@@ -217,6 +225,7 @@ async def test_which_lot_is_it_is_answered_by_a_move_and_undone(lots: Lots) -> N
     assert await lots.everything() == before
 
 
+@pytest.mark.slow
 async def test_a_person_chooses_where_a_survey_lies_and_undoes_it(lots: Lots) -> None:
     first = await lots.add(survey())
     places = (PossiblePlace(0.0, 0.0, 0.0, 20.0), PossiblePlace(0.0, 2.5, 0.0, 19.5))
@@ -293,6 +302,7 @@ WRONG: list[tuple[str, dict[str, object], int, str, str]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("path", "body", "status", "field", "reason"), WRONG)
 async def test_a_value_that_cannot_be_used_is_named_with_its_remedy_and_changes_nothing(
     lots: Lots, path: str, body: dict[str, object], status: int, field: str, reason: str
@@ -309,6 +319,7 @@ async def test_a_value_that_cannot_be_used_is_named_with_its_remedy_and_changes_
     assert await lots.everything() == before
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a survey holds numbers that are none")
 @pytest.mark.parametrize(
     ("body", "reason"),
@@ -327,6 +338,7 @@ async def test_a_body_that_is_no_object_of_numbers_is_refused(lots: Lots, body: 
         assert reason in (await response.json(content_type=None))["detail"]
 
 
+@pytest.mark.slow
 async def test_a_viewer_reads_and_changes_nothing(lots: Lots) -> None:
     first = await lots.add(survey())
     viewer = await lots.stand.tool(Role.VIEWER)
@@ -358,11 +370,13 @@ async def test_a_server_without_a_store_says_so(rig: Rig) -> None:
         assert (response.status, found["detail"]) == (404, "There is no store of lots here.")
 
 
+@pytest.mark.slow
 async def test_twenty_readers_at_once_are_answered(lots: Lots) -> None:
     await lots.add(survey())
     assert await asyncio.gather(*(lots.names() for _ in range(20))) == [["Lot 1"]] * 20
 
 
+@pytest.mark.slow
 async def test_what_a_survey_proposes_is_taken_over_and_undone(lots: Lots) -> None:
     first = await lots.add(flown(1))
     second = await lots.store.write(lambda c: save(c, repainted(2), by_place))
@@ -377,6 +391,7 @@ async def test_what_a_survey_proposes_is_taken_over_and_undone(lots: Lots) -> No
     assert await lots.everything() == before
 
 
+@pytest.mark.slow
 async def test_a_dropped_proposal_is_gone(lots: Lots) -> None:
     first = await lots.add(flown(1))
     second = await lots.store.write(lambda c: save(c, extra(flown(2)), by_place))
@@ -386,6 +401,7 @@ async def test_a_dropped_proposal_is_gone(lots: Lots) -> None:
     assert (status, refusal["field"]) == (422, "survey")
 
 
+@pytest.mark.slow
 async def test_nothing_is_taken_over_or_pinned_while_a_person_edits(lots: Lots) -> None:
     first = await lots.add(flown(1))
     second = await lots.store.write(lambda c: save(c, extra(flown(2)), by_place))
@@ -395,6 +411,7 @@ async def test_nothing_is_taken_over_or_pinned_while_a_person_edits(lots: Lots) 
         assert (status, refusal["who"]) == (409, "Ann")
 
 
+@pytest.mark.slow
 async def test_a_lot_is_pinned_and_all_that_is_shown_of_it_follows(lots: Lots) -> None:
     first = await lots.add(flown(1))
     before = await lots.everything()
@@ -411,6 +428,7 @@ async def test_a_lot_is_pinned_and_all_that_is_shown_of_it_follows(lots: Lots) -
     assert (status, refusal["field"]) == (422, "points[0].to")
 
 
+@pytest.mark.slow
 async def test_the_places_of_a_survey_in_doubt_are_shown_with_the_stalls_at_each(lots: Lots) -> None:
     first = await lots.add(flown(1))
     places = (PossiblePlace(0.0, 0.0, 0.0, 20.0), PossiblePlace(0.0, 2.5, 0.0, 19.5))
@@ -427,6 +445,7 @@ async def test_the_places_of_a_survey_in_doubt_are_shown_with_the_stalls_at_each
     assert (await lots.get(f"/lots/{first.lot}/proposals"))["doubtful"] == []
 
 
+@pytest.mark.slow
 async def test_a_survey_without_doubt_has_no_places(lots: Lots) -> None:
     first = await lots.add(flown(1))
     async with lots.session.get(lots.address(f"/surveys/{first.survey}/places")) as response:

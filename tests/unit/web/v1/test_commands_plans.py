@@ -18,6 +18,7 @@ HTML = "<b onclick='alert(1)'>Ann & Bob</b>"
 NOWHERE = "0" * 36
 
 
+@pytest.mark.slow
 async def test_a_plan_is_corrected_undone_done_again_and_closed(plans: Plans) -> None:
     edit = await plans.opened()
     first = (await plans.stalls())["A 1"]
@@ -50,6 +51,7 @@ async def test_a_person_who_edits_is_named_to_the_second_one_as_text(plans: Plan
     assert (await plans.done("/edit", who="Bob", take_over=True))["who"] == "Bob"
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "two persons correct one plan at once",
     "one edits; the other one sees who and since when, and nothing of theirs is written",
@@ -65,6 +67,7 @@ async def test_of_two_persons_at_once_one_edits(plans: Plans) -> None:
     assert len(await plans.stalls()) == 20
 
 
+@pytest.mark.slow
 async def test_merge_split_and_undo_wait_until_an_edit_is_closed(plans: Plans) -> None:
     other = await plans.store.write(lambda connection: drawn_lot(connection, 10))
     edit = await plans.opened()
@@ -82,6 +85,7 @@ async def test_merge_split_and_undo_wait_until_an_edit_is_closed(plans: Plans) -
     assert (await plans.post("/split", name="x", outline=corners))[0] == 200
 
 
+@pytest.mark.slow
 async def test_an_area_without_stalls_goes_with_its_ground_into_another_lot(plans: Plans) -> None:
     edit = await plans.opened()
     for north, east in ((-18.0, 2.5), (0.0, 2.5)):
@@ -107,6 +111,7 @@ async def test_an_area_without_stalls_goes_with_its_ground_into_another_lot(plan
     assert (await plans.get())[1]["zones"] == before
 
 
+@pytest.mark.slow
 async def test_the_areas_of_a_merged_lot_are_in_the_frame_of_the_kept_one(plans: Plans) -> None:
     first = await plans.store.write(lambda connection: save(connection, survey()))
     moved = replace(DATUM, longitude=5.01)
@@ -125,6 +130,7 @@ async def test_the_areas_of_a_merged_lot_are_in_the_frame_of_the_kept_one(plans:
     assert [corner[1] for corner in zone["outline"]] == pytest.approx([686.5, 691.5, 691.5], abs=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "body", "status", "field"),
     [

@@ -52,6 +52,7 @@ async def viewer(tmp_path: Path, rig: Rig) -> AsyncIterator[Viewer]:
     await store.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", TYPES)
 async def test_viewers_get_a_survey_as_a_file(viewer: Viewer, kind: str) -> None:
     status, headers, data = await viewer.get(f"/api/v1/surveys/{viewer.survey}/files/{kind}")
@@ -68,6 +69,7 @@ async def test_a_survey_that_is_not_there_and_another_kind_are_refused(viewer: V
     assert (status, json.loads(data)["field"], b"there are csv, geojson" in data) == (404, "kind", True)
 
 
+@pytest.mark.slow
 async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Viewer, rig: Rig) -> None:
     assert rig.lots is not None
     pictures_of(rig.lots.path).write(viewer.survey, {(0, 0): mosaic()[0, 0]})
@@ -79,6 +81,7 @@ async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Vie
     assert status == 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "content_type", "key"),
     [

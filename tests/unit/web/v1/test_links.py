@@ -79,6 +79,7 @@ async def read_all(archive: Archive, session: aiohttp.ClientSession, place: str)
     return found
 
 
+@pytest.mark.slow
 async def test_a_viewer_reads_the_lot_over_its_surveys(archive: Archive) -> None:
     session = await archive.stand.tool(Role.VIEWER)
     found = await read_all(archive, session, f"/api/v1/lots/{archive.lot}")
@@ -90,6 +91,7 @@ async def test_a_viewer_reads_the_lot_over_its_surveys(archive: Archive) -> None
     assert found[LOOKS]["items"][0]["state"] == "taken"
 
 
+@pytest.mark.slow
 async def test_a_question_that_cannot_be_used_names_its_field(archive: Archive) -> None:
     session, place = await archive.stand.tool(Role.VIEWER), f"/api/v1/lots/{archive.lot}"
     for path, status, field in (
@@ -103,6 +105,7 @@ async def test_a_question_that_cannot_be_used_names_its_field(archive: Archive) 
     assert (await archive.get(session, f"/api/v1/lots/{NOWHERE}/{SURVEYS}"))[0] == 404
 
 
+@pytest.mark.slow
 async def test_a_survey_is_deleted_by_an_operator_alone_and_comes_back(archive: Archive) -> None:
     operator, viewer = await archive.stand.tool(Role.OPERATOR), await archive.stand.tool(Role.VIEWER)
     path = f"/api/v1/surveys/{archive.surveys[1]}/delete"
@@ -116,6 +119,7 @@ async def test_a_survey_is_deleted_by_an_operator_alone_and_comes_back(archive: 
     assert (await archive.post(operator, f"/api/v1/surveys/{NOWHERE}/delete"))[0] == 404
 
 
+@pytest.mark.slow
 async def test_a_link_opens_its_lot_to_one_without_a_login_and_nothing_else(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
     status, made = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)
@@ -131,6 +135,7 @@ async def test_a_link_opens_its_lot_to_one_without_a_login_and_nothing_else(arch
     assert (await archive.post(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 401
 
 
+@pytest.mark.slow
 async def test_a_link_that_was_taken_back_or_has_ended_opens_nothing(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
     _, one = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)
@@ -145,6 +150,7 @@ async def test_a_link_that_was_taken_back_or_has_ended_opens_nothing(archive: Ar
     assert made["token"] not in str(listed)
 
 
+@pytest.mark.slow
 async def test_links_are_made_and_taken_back_by_operators(archive: Archive) -> None:
     viewer, operator = await archive.stand.tool(Role.VIEWER), await archive.stand.tool(Role.OPERATOR)
     assert (await archive.post(viewer, f"/api/v1/lots/{archive.lot}/shares", days=7))[0] == 403

@@ -49,6 +49,7 @@ async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> N
     assert found == {"lot": archive.lot, "begins": 1, "ends": None, **alone}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("asked", "name", "value"), [("row=B", "row", "B"), ("state=free", "state", "free")])
 async def test_stalls_are_chosen_by_row_and_state(archive: Archive, asked: str, name: str, value: str) -> None:
     path = f"/lots/{archive.lot}/stalls"
@@ -59,6 +60,7 @@ async def test_stalls_are_chosen_by_row_and_state(archive: Archive, asked: str, 
     assert len(await archive.items(f"{path}?kind=")) == 40
 
 
+@pytest.mark.slow
 async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
     path = f"/lots/{archive.lot}"
     before = await archive.items(f"{path}/layouts/1/stalls")
@@ -90,6 +92,7 @@ async def test_zones_are_listed_with_their_ground(archive: Archive) -> None:
     assert zone["ground"][0] == pytest.approx([52.0 - 2 / 111_270, 5.0 - 2 / 68_680], abs=1e-6)
 
 
+@pytest.mark.slow
 async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/surveys"
     oldest = (await archive.shown(path, models.SurveyList))["items"]
@@ -104,6 +107,7 @@ async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) 
     assert len(await archive.items("/surveys?limit=3")) == 4
 
 
+@pytest.mark.slow
 async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/observations"
     looks = (await archive.shown(f"{path}?limit=1000", models.ObservationList))["items"]
@@ -225,6 +229,7 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
     assert problem["detail"].endswith("of this lot with this id; GET /api/v1/lots/{id}/surveys lists them")
 
 
+@pytest.mark.slow
 @sweep(
     ("method", "path", "field", "words"),
     [

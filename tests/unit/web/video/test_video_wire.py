@@ -186,6 +186,7 @@ async def test_head_asks_for_the_stream_and_gets_no_pictures(rig: Rig) -> None:
             assert await response.read() == b""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [4, 125, 126, 127, 65_535, 65_536, 100_000])
 async def test_a_plain_message_is_one_jpeg_and_its_pong_asks_for_the_next(rig: Rig, size: int) -> None:
     """aiohttp's client reads the frames and answers pings by itself, as every WebSocket client does."""

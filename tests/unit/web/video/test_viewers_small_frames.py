@@ -41,6 +41,7 @@ def picture(width: int, quality: int = QUALITIES[0]) -> bytes:
     return bytes(data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [640, 960, 1280, 1920])
 def test_neighbouring_steps_differ_by_what_the_pace_counts_on(width: int) -> None:
     whole = AnnotatedFrame(1, 0.0, picture(width))
