@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.city.eyes import load_counted
-from hawk.picture.city.run import map_city
+from hawk.picture.city.run import CityWork, map_city
 from hawk.picture.values import PictureError, PictureSurvey
 
 
@@ -37,10 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             most["worker"] = max(most["worker"], peak_mib(child))
 
     try:
-        run = map_city(
+        work = CityWork(
             options.source, out=options.out, workers=options.workers, scheduler=options.scheduler,
-            core_m=options.core, progress=sample, load=load_counted,
+            core_m=options.core, load=load_counted,
         )  # fmt: skip
+        run = map_city(work, sample)
     except PictureError as error:
         print(error, file=sys.stderr)
         return 1
