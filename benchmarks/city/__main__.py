@@ -2,9 +2,8 @@
 
 A mosaic of 400 windows (20 by 20 cores of ``--core`` metres, with 16 m around each) of drawn lots, or of the places of
 ``--lots``, is mapped by 1, 2 and 4 workers, each time as a program of its own from its start to its survey. A second
-one, 400 m a side in 400 windows of 20 m cores, is mapped while a worker and the scheduler are killed with -9. Hectares
-are those of windows as a city has them (128 m). About ten minutes on two quiet cores; a line says how many cores other
-programs used meanwhile.
+one, 400 m a side, has windows as a city has them (128 m): hectares are those. Some five minutes on two quiet cores; a
+line says how many cores other programs used meanwhile.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from benchmarks.city.kills import Killed, kill_both
 from benchmarks.city.picture import pieces, write_mosaic
 from benchmarks.city.runs import Run, once, processor_s
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference, Section, print_and_write
@@ -61,12 +59,8 @@ def measure(folder: Path, lots: Path | None, core_m: float) -> list[Section]:
     small = write_mosaic(folder / "small.tif", parts, _SIDE * _SMALL_M)
     runs = {count: _said(f"{count} workers", once(large, folder / f"by-{count}", core_m, count)) for count in (1, 2, 4)}
     usual = _said("hectares", once(small, folder / "usual", _USUAL_M))
-    alone = _said("small, alone", once(small, folder / "alone", _SMALL_M))
-    killed = kill_both(small, _SMALL_M, folder, int(alone.found["windows"]))
-    print(f"after kill -9 of its scheduler the client said: {killed.said}", file=sys.stderr)
     wrong = sum(not _same(folder / "by-1", folder / other) for other in ("by-2", "by-4"))
-    wrong += sum(not _same(folder / "alone", folder / other) for other in ("worker-killed", "scheduler-killed"))
-    return [_pace(runs, usual), _kept(runs, alone, killed, wrong)]
+    return [_pace(runs, usual), _kept(runs, wrong)]
 
 
 def _said(name: str, run: Run) -> Run:
@@ -101,15 +95,11 @@ def _pace(runs: dict[int, Run], usual: Run) -> Section:
     )  # fmt: skip
 
 
-def _kept(runs: dict[int, Run], alone: Run, killed: Killed, wrong: int) -> Section:
+def _kept(runs: dict[int, Run], wrong: int) -> Section:
     hashes = [run.found["hash"] for run in runs.values()]
-    others = [run.found["hash"] for run in (alone, killed.after_worker, killed.after_scheduler)]
     stalls = [run.found["stalls"] for run in runs.values()]
     lost = max(abs(count - stalls[0]) for count in stalls)
-    lost += max(
-        abs(each.found["stalls"] - alone.found["stalls"]) for each in (killed.after_worker, killed.after_scheduler)
-    )
-    differ = len(set(hashes)) - 1 + len(set(others)) - 1
+    differ = len(set(hashes)) - 1
     return Section(
         "results",
         [
@@ -117,10 +107,6 @@ def _kept(runs: dict[int, Run], alone: Run, killed: Killed, wrong: int) -> Secti
             Figure("seams_wrong", "stalls lost or doubled against one process", lost, limit=Limit(highest=0)),
             Figure("surveys_differ", "surveys that differ from one process's", differ, limit=Limit(highest=0)),
             Figure("files_differ", "folders of results with another byte", wrong, limit=Limit(highest=0)),
-            Figure("repeated", "windows looked at again, a worker killed", killed.by_worker, limit=Limit(highest=1)),
-            Figure("repeated_scheduler", "the same, the scheduler killed, 2 workers", killed.by_scheduler,
-                   limit=Limit(highest=2)),
-            Figure("reused_after", "windows found by the run after that", killed.after_scheduler.found["reused"]),
         ],
     )  # fmt: skip
 

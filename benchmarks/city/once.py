@@ -16,8 +16,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.city.eyes import load_counted
-from hawk.picture.city.run import map_city
+from hawk.picture.city.run import CityWork, map_city
 from hawk.picture.values import PictureError, PictureSurvey
 
 
@@ -27,7 +26,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("source", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--scheduler")
     parser.add_argument("--core", type=float, default=128.0, help="metres")
     options = parser.parse_args(arguments)
     most = {"worker": 0.0}
@@ -37,10 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             most["worker"] = max(most["worker"], peak_mib(child))
 
     try:
-        run = map_city(
-            options.source, out=options.out, workers=options.workers, scheduler=options.scheduler,
-            core_m=options.core, progress=sample, load=load_counted,
-        )  # fmt: skip
+        work = CityWork(options.source, out=options.out, workers=options.workers, core_m=options.core)
+        run = map_city(work, sample)
     except PictureError as error:
         print(error, file=sys.stderr)
         return 1

@@ -42,13 +42,9 @@ def processor_s() -> float:
     return sum(each.ru_utime + each.ru_stime for each in used)
 
 
-def started(
-    picture: Path, out: Path, core_m: float, *, workers: int = 1, scheduler: str | None = None
-) -> subprocess.Popen[str]:
+def started(picture: Path, out: Path, core_m: float, *, workers: int = 1) -> subprocess.Popen[str]:
     """Start a run."""
     words = [str(picture), str(out), "--core", str(core_m), "--workers", str(workers)]
-    if scheduler is not None:
-        words += ["--scheduler", scheduler]
     return subprocess.Popen(
         [sys.executable, "-m", "benchmarks.city.once", *words],
         text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"},

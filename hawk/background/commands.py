@@ -8,10 +8,18 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.sections import ConfigError
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    from hawk.background import tiles
+    from hawk.web import background
+else:
+    tiles = late("hawk.background.tiles")
+    background = late("hawk.web.background")
 
 COMMAND: Final = "make-background"
 
@@ -30,13 +38,11 @@ def add_background_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.background.tiles import PictureError, open_picture, write_tiles, zooms_for
-
     try:
-        with open_picture(options.picture) as picture:
-            zooms = options.zooms or zooms_for(picture.bounds, picture.metres_per_pixel)
-            written = write_tiles(picture, options.out, zooms)
-    except PictureError as error:
+        with tiles.open_picture(options.picture) as picture:
+            zooms = options.zooms or tiles.zooms_for(picture.bounds, picture.metres_per_pixel)
+            written = tiles.write_tiles(picture, options.out, zooms)
+    except tiles.PictureError as error:
         raise ConfigError(f"{COMMAND}: {error}") from error
     except OSError as error:
         raise ConfigError(f"--out: {options.out}: {error}") from error
@@ -47,10 +53,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _zooms(text: str) -> range:
-    from hawk.web.background import DEEPEST_ZOOM
-
     found = re.fullmatch(r"(\d{1,2})(?:-(\d{1,2}))?", text)
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
-    if not first <= last <= DEEPEST_ZOOM:
-        raise argparse.ArgumentTypeError(f"must be A-B with 0 <= A <= B <= {DEEPEST_ZOOM}, not {text}")
+    if not first <= last <= background.DEEPEST_ZOOM:
+        raise argparse.ArgumentTypeError(f"must be A-B with 0 <= A <= B <= {background.DEEPEST_ZOOM}, not {text}")
     return range(first, last + 1)

@@ -145,17 +145,10 @@ def _alpha_band(rasterio: Any, dataset: Any) -> int:
 
 
 def _rasterio() -> Any:
-    gdal.prepare()
     try:
-        import rasterio
-        import rasterio._err
-        import rasterio.enums
-        import rasterio.errors
-        import rasterio.transform
-        import rasterio.vrt
+        return gdal.rasterio()
     except ImportError as error:
         raise PictureError(MISSING) from error
-    return rasterio
 
 
 HALF_M: Final = math.pi * 6_378_137.0

@@ -7,11 +7,19 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.loader import load_settings, refuse_existing
 from hawk.config.sections import ConfigError
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    from hawk.calibrate import board, camera_command, flight_command
+else:  # they read pictures, or draw with OpenCV
+    board = late("hawk.calibrate.board")
+    camera_command = late("hawk.calibrate.camera_command")
+    flight_command = late("hawk.calibrate.flight_command")
 
 COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()
@@ -76,17 +84,13 @@ def _run(options: argparse.Namespace) -> int:
         raise ConfigError("--apply: name the settings file to change with --config")
     target = options.config if options.apply else None
     if options.in_flight is not None:
-        from hawk.calibrate.flight_command import run_in_flight, use_least_priority  # reads pictures
-
         if options.in_background:
-            use_least_priority()
+            flight_command.use_least_priority()
         recording = None if options.in_flight == _NEWEST else options.in_flight
-        return run_in_flight(config, recording, target, as_json=options.json)
+        return flight_command.run_in_flight(config, recording, target, as_json=options.json)
     if options.work == "board":
         return _board(options)
-    from hawk.calibrate.camera_command import CameraPlan, run_camera  # reads pictures
-
-    plan = CameraPlan(
+    plan = camera_command.CameraPlan(
         options.out or config.store.directory / "camera.yaml",
         options.replace,
         target,
@@ -94,7 +98,7 @@ def _run(options: argparse.Namespace) -> int:
         options.preview,
         options.time_limit or _LONGEST_S,
     )
-    return run_camera(config, plan)
+    return camera_command.run_camera(config, plan)
 
 
 def _refuse_what_changes_nothing(options: argparse.Namespace) -> None:
@@ -117,16 +121,14 @@ def _refuse_what_changes_nothing(options: argparse.Namespace) -> None:
 
 
 def _board(options: argparse.Namespace) -> int:
-    from hawk.calibrate.board import PAPERS, board_pdf  # draws with OpenCV
-
-    paper = PAPERS[options.paper or "A4"]
+    paper = board.PAPERS[options.paper or "A4"]
     path = options.out or Path(f"board-{paper.name}.pdf")
     if path.suffix.lower() != ".pdf":
         raise ConfigError(f"--out: {path} must end in .pdf")
     if not options.replace:
         refuse_existing(path, "name another file, or give --replace")
     try:
-        path.write_bytes(board_pdf(paper))
+        path.write_bytes(board.board_pdf(paper))
     except OSError as error:
         raise ConfigError(f"--out: {path} cannot be written: {error.strerror or error}") from error
     print(f"{path}: print it at 100 %, check that both rulers are 100 mm long, and glue it onto a flat plate.")

@@ -18,6 +18,7 @@ from hawk.exports.ground import OCCUPANCY, Ground, occupancy, thinned
 from hawk.exports.shapes import lot_shape
 from hawk.exports.text_files import about_survey
 from hawk.exports.values import ExportRecord
+from hawk.formats import gdal
 from hawk.lots.values import LotStoreError, utc
 from hawk.runtime.programs import remedy
 
@@ -46,13 +47,10 @@ def write_rasters(survey: ExportRecord, ground: Ground, mosaic: Path) -> tuple[P
 
 def _rasterio() -> Any:
     try:
-        import rasterio  # only this export needs it
-        import rasterio.enums
-        import rasterio.transform
+        return gdal.rasterio()  # only this export needs it
     except ImportError as error:
         words = f"rasterio is not installed, which writes GeoTIFF files: {remedy('background')}"
         raise LotStoreError(words) from error
-    return rasterio
 
 
 def plane_of(survey: ExportRecord) -> str:

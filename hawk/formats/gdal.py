@@ -16,6 +16,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 from hawk.formats.kind import kind_of_file
+from hawk.runtime.late import load
 
 DRIVERS: Final = {
     "TIFF": "GTiff",
@@ -144,6 +145,12 @@ def _checked_sources(path: Path) -> Iterator[Path]:
             yield source
 
 
+def rasterio() -> Any:
+    """Return rasterio with all parts of it that are used here, GDAL prepared. Raises ImportError without it."""
+    prepare()
+    return load("rasterio", "_err", "enums", "errors", "transform", "vrt", "warp", "windows")
+
+
 def open_picture(path: Path, *, is_checked: bool = False) -> Any:
     """Open a picture by rasterio, by its own driver.
 
@@ -153,10 +160,8 @@ def open_picture(path: Path, *, is_checked: bool = False) -> Any:
 
     Raises UnsafeError, OSError, ImportError, and rasterio's errors.
     """
-    prepare()
-    import rasterio
-
+    opened = rasterio().open
     driver = driver_of(path)
     if driver == "VRT" and not is_checked:
         check_vrt(path)
-    return rasterio.open(path, driver=driver)
+    return opened(path, driver=driver)

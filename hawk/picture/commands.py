@@ -6,6 +6,7 @@ Other commands pay nothing for it: what reads and maps pictures is imported when
 from __future__ import annotations
 
 import argparse
+import asyncio
 import json
 import os
 import re
@@ -19,11 +20,23 @@ from hawk.config.addresses import MOST_PORT
 from hawk.config.loader import load_settings
 from hawk.config.sections import ConfigError
 from hawk.picture.work_folder import is_ours, kept_source, other_source
+from hawk.runtime.late import late
 
 if TYPE_CHECKING:
-    from hawk.picture.city.scheduler import Scheduler
-    from hawk.picture.ingest import StoredSurvey
-    from hawk.picture.values import PictureSurvey
+    from hawk.daemon import desk, start_checks
+    from hawk.picture import files, ingest, progress, report, sources
+    from hawk.picture import values as errors
+    from hawk.picture.city import scheduler
+else:
+    desk = late("hawk.daemon.desk")
+    start_checks = late("hawk.daemon.start_checks")
+    files = late("hawk.picture.files")
+    ingest = late("hawk.picture.ingest")
+    progress = late("hawk.picture.progress")
+    report = late("hawk.picture.report")
+    sources = late("hawk.picture.sources")
+    errors = late("hawk.picture.values")
+    scheduler = late("hawk.picture.city.scheduler")
 
 COMMAND: Final = "map"
 PARTLY: Final = 3
@@ -142,11 +155,7 @@ def _needs_network(options: argparse.Namespace) -> bool:
 
 def _run(options: argparse.Namespace) -> int:
     _check(options)
-    from hawk.picture.progress import shown_progress
-    from hawk.picture.sources import MapRequest, survey_of_source
-    from hawk.picture.values import PictureError
-
-    asked = MapRequest(
+    asked = sources.MapRequest(
         source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
@@ -155,10 +164,10 @@ def _run(options: argparse.Namespace) -> int:
     )  # fmt: skip
     try:
         with kept_source(options.out, options.source):
-            with shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as progress:
-                mapped = survey_of_source(asked, progress)
+            with progress.shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as show:
+                mapped = sources.survey_of_source(asked, show)
             stored = _write(options, mapped)
-    except PictureError as error:
+    except errors.PictureError as error:
         _say_error(options, str(error))
         return _FAILED
     except KeyboardInterrupt:
@@ -198,24 +207,20 @@ def _check(options: argparse.Namespace) -> None:
         _check_port(options)
 
 
-def _named_scheduler(options: argparse.Namespace) -> Scheduler | None:
-    from hawk.picture.city.scheduler import Scheduler
-
-    files = (options.tls_ca_file, options.tls_cert, options.tls_key)
-    return None if options.scheduler is None else Scheduler(options.scheduler, *files)
+def _named_scheduler(options: argparse.Namespace) -> scheduler.Scheduler | None:
+    pems = (options.tls_ca_file, options.tls_cert, options.tls_key)
+    return None if options.scheduler is None else scheduler.Scheduler(options.scheduler, *pems)
 
 
 def _check_scheduler(options: argparse.Namespace) -> None:
     """Refuse a scheduler that others can use, and files without one. Raises ConfigError."""
-    from hawk.picture.values import PictureError
-
     for name in ("tls_ca_file", "tls_cert", "tls_key"):
         if getattr(options, name) is not None and options.scheduler is None:
             raise ConfigError(f"--{name.replace('_', '-')}: only together with --scheduler")
     try:
-        if (scheduler := _named_scheduler(options)) is not None:
-            scheduler.check()
-    except PictureError as error:
+        if (named := _named_scheduler(options)) is not None:
+            named.check()
+    except errors.PictureError as error:
         raise ConfigError(str(error)) from error
 
 
@@ -232,34 +237,28 @@ def _check_store(folder: Path) -> None:
 
 def _check_port(options: argparse.Namespace) -> None:
     """Find before the work whether the page can be served. Raises ConfigError."""
-    from hawk.daemon.start_checks import check_port
-
     try:
-        check_port(load_settings(_desk(options)).web)
+        start_checks.check_port(load_settings(_desk(options)).web)
     except ConfigError as error:
         raise ConfigError(str(error).replace("web.port", "--port", 1)) from None
 
 
-def _write(options: argparse.Namespace, mapped: PictureSurvey) -> StoredSurvey | None:
+def _write(options: argparse.Namespace, mapped: errors.PictureSurvey) -> ingest.StoredSurvey | None:
     """Write the files, store the survey where that is asked for, and report. Raises PictureError."""
-    from hawk.picture.files import write_files
-    from hawk.picture.ingest import store_survey
-    from hawk.picture.report import report, text
-
     program = f"hawk-drone {version('hawk-drone')}"
     kept = None
-    written = write_files(mapped, options.out, program)
+    written = files.write_files(mapped, options.out, program)
     if options.store is not None or options.page:
-        kept = store_survey(mapped.landed, _store_folder(options), options.name)
+        kept = ingest.store_survey(mapped.landed, _store_folder(options), options.name)
         doubted = kept.said_of(mapped)
         if doubted.survey.doubt != mapped.survey.doubt:  # files are there, whatever the store does
-            mapped, written = doubted, write_files(doubted, options.out, program)
+            mapped, written = doubted, files.write_files(doubted, options.out, program)
     if options.json:
-        files = [str(path) for path in written]
-        said = {"event": "report", **report(mapped, program), "files": files, "store": kept and kept.words}
+        paths = [str(path) for path in written]
+        said = {"event": "report", **report.report(mapped, program), "files": paths, "store": kept and kept.words}
         print(json.dumps(said))
         return kept
-    print(text(mapped))
+    print(report.text(mapped))
     print(f"{options.out}: {', '.join(path.name for path in written)}")
     if kept is not None:
         print(kept.words)
@@ -270,14 +269,10 @@ def _store_folder(options: argparse.Namespace) -> Path:
     return options.store if options.store is not None else Path(options.out) / "store"
 
 
-def _show(options: argparse.Namespace, stored: StoredSurvey | None) -> int:
+def _show(options: argparse.Namespace, stored: ingest.StoredSurvey | None) -> int:
     """Serve the page from the store until a signal."""
-    import asyncio
-
-    from hawk.daemon.desk import run_desk
-
     lot, survey = (None, None) if stored is None else (stored.lot, stored.survey)
-    return asyncio.run(run_desk(load_settings(_desk(options)), lot, survey))
+    return asyncio.run(desk.run_desk(load_settings(_desk(options)), lot, survey))
 
 
 def _desk(options: argparse.Namespace) -> argparse.Namespace:

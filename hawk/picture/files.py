@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import cv2
 
@@ -16,6 +16,12 @@ from hawk.picture.report import report
 from hawk.picture.values import PictureError, PictureSurvey, cannot_write
 from hawk.picture.work_folder import REPORT
 from hawk.runtime.files import replace_whole
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    import pyproj
+else:
+    pyproj = late("pyproj")  # of the extra that read the source
 
 IN_SYSTEM: Final = "stalls-source-crs.geojson"
 """The stalls in the source's own system of coordinates, where that is not WGS-84."""
@@ -58,10 +64,8 @@ def write_files(mapped: PictureSurvey, folder: Path, program: str) -> tuple[Path
 
 def stalls_in_system(mapped: PictureSurvey) -> bytes:
     """Return the stalls as GeoJSON in the source's system, with GeoJSON 2008's member ``crs``, which GDAL reads."""
-    from pyproj import CRS, Transformer  # of the extra that read the source
-
-    system = CRS.from_user_input(mapped.crs)
-    onto = Transformer.from_crs("EPSG:4326", system, always_xy=True)
+    system = pyproj.CRS.from_user_input(mapped.crs)
+    onto = pyproj.Transformer.from_crs("EPSG:4326", system, always_xy=True)
     authority = system.to_authority()
     named = f"urn:ogc:def:crs:{authority[0]}::{authority[1]}" if authority else system.to_wkt()
     decimals = 9 if system.is_geographic else 3

@@ -6,9 +6,16 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Final, TextIO
+from typing import TYPE_CHECKING, Final, TextIO
 
 from hawk.picture.values import Progress
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    from rich import console, progress
+else:
+    console = late("rich.console")
+    progress = late("rich.progress")
 
 _LINE_S: Final = 1.0
 
@@ -19,12 +26,15 @@ def shown_progress(out: TextIO, *, as_json: bool) -> Iterator[Progress]:
     if as_json:
         yield _lines(out)
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bar(*columns, TextColumn("left"), TimeRemainingColumn(), console=Console(file=out)) as bar:
+    columns = (
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=console.Console(file=out)) as bar:
         tasks: dict[str, int] = {}
 
         def show(step: str, done: int, count: int) -> None:

@@ -21,6 +21,7 @@ from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
 from hawk.model.pictures import CameraModel
 from hawk.picture import webodm
+from hawk.picture.city.run import CityWork, map_city
 from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
@@ -130,11 +131,9 @@ def _is_placed(path: Path) -> bool:
 def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = None) -> PictureSurvey:
     """Map an orthophoto; that of a ``project`` is called as it: all orthophotos of projects have one name."""
     _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", "place", *_OF_FILMS)
-    from hawk.picture.city.run import map_city
-
     picture = asked.source.resolve()
     name, title = (picture.name, "") if project is None else (project.name, fitting_name(project.name))
-    return map_city(
+    work = CityWork(
         picture,
         out=asked.out,
         outline=asked.outline,
@@ -142,10 +141,9 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
         scheduler=asked.scheduler,
         crs=asked.crs,
         model=asked.model,
-        progress=partial(progress, "map"),
-        accept=lambda source: _check_moment(asked, source.taken),
         provenance=_provenance(replace(asked, name=asked.name or title), name, SourceKind.ORTHOPHOTO),
-    ).mapped
+    )
+    return map_city(work, partial(progress, "map"), lambda source: _check_moment(asked, source.taken)).mapped
 
 
 def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:

@@ -261,11 +261,10 @@ def _by_tags(shots: list[Shot]) -> list[Shot]:
 def _above_ground(shots: list[Shot], model: Path) -> list[Shot]:
     """Return the shots with their heights above an elevation model."""
     rasterio = _rasterio(model)
-    from rasterio.warp import transform
-
     try:
         with gdal.open_picture(model) as raster:
-            xs, ys = transform("EPSG:4326", raster.crs, [s.longitude for s in shots], [s.latitude for s in shots])
+            degrees = [s.longitude for s in shots], [s.latitude for s in shots]
+            xs, ys = rasterio.warp.transform("EPSG:4326", raster.crs, *degrees)
             rows = list(raster.sample(zip(xs, ys, strict=True), masked=True))
     except (rasterio.errors.RasterioError, gdal.UnsafeError, OSError) as error:
         raise PictureError(f"{model} cannot be read ({error}); {_RERUN}") from None
@@ -305,10 +304,7 @@ def system_of(path: Path) -> str:
 
 
 def _rasterio(path: Path) -> Any:
-    gdal.prepare()
     try:
-        import rasterio  # only desks that map pictures have it
-        import rasterio.errors
+        return gdal.rasterio()  # only desks that map pictures have it
     except ImportError as error:
         raise PictureError(f"rasterio is not installed, which reads {path.name}: {remedy('pictures')}") from error
-    return rasterio

@@ -15,9 +15,15 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hawk.runtime.files import replace_whole
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    from hawk.picture import values
+else:  # the command line checks its options without numpy
+    values = late("hawk.picture.values")
 
 WORK: Final = "work"
 """Name of the folder of the results of each step, in the folder of a survey by photographs or a film."""
@@ -104,14 +110,12 @@ def kept_source(folder: Path, source: Path) -> Iterator[None]:
 
     Raises PictureError where the folder cannot be written.
     """
-    from hawk.picture.values import PictureError, cannot_write  # the command line checks its options without numpy
-
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         replace_whole(folder / SOURCE, json.dumps(WorkSource.of(source).values(), ensure_ascii=False).encode())
     except OSError as error:
-        raise PictureError(f"--out: {cannot_write(Path(error.filename or folder), error)}") from error
+        raise values.PictureError(f"--out: {values.cannot_write(Path(error.filename or folder), error)}") from error
     try:
         yield
     finally:

@@ -38,7 +38,6 @@ _APP1, _SCAN, _START = 0xE1, 0xDA, b"\xff\xd8"
 _EXIF_NAME: Final = b"Exif\x00\x00"
 _LEAST_HEIGHT_M: Final = 6.0
 _FIT_POINTS: Final = 200
-_ENTRY_BYTES: Final = 400
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,12 +10,21 @@ from __future__ import annotations
 import string
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.lot_map import Stall, StallState
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    from scipy import sparse, spatial
+    from scipy.sparse import csgraph
+else:  # loaded by an export: a start in the air does without
+    sparse = late("scipy.sparse")
+    spatial = late("scipy.spatial")
+    csgraph = late("scipy.sparse.csgraph")
 
 _BESIDE: Final = (0.6, 1.6)
 """Widths from a stall to its neighbour, across."""
@@ -69,11 +78,9 @@ def letters() -> Iterator[str]:
 
 def _rows(stalls: _Stalls) -> list[NDArray[np.intp]]:
     """Return the indices of the stalls of each row."""
-    from scipy.spatial import cKDTree  # loaded by an export: a start in the air does without
-
     count = len(stalls.ids)
-    i, j = cKDTree(stalls.centres).query_pairs(1.5 * float(np.hypot(stalls.width, stalls.length).max()),
-                                               output_type="ndarray").T  # fmt: skip
+    i, j = spatial.cKDTree(stalls.centres).query_pairs(1.5 * float(np.hypot(stalls.width, stalls.length).max()),
+                                                       output_type="ndarray").T  # fmt: skip
     offset = stalls.centres[j] - stalls.centres[i]
     cos, sin = np.cos(stalls.angle[i]), np.sin(stalls.angle[i])
     across = np.abs(offset[:, 1] * cos - offset[:, 0] * sin) / ((stalls.width[i] + stalls.width[j]) / 2)
@@ -113,11 +120,8 @@ def _axis(centres: Floats) -> tuple[Floats, Floats]:
 
 
 def _components(count: int, i: NDArray[np.intp], j: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    links = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
-    number, label = connected_components(links, directed=False)
+    links = sparse.coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
+    number, label = csgraph.connected_components(links, directed=False)
     return [np.flatnonzero(label == k) for k in range(int(number))]
 
 

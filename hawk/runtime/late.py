@@ -45,6 +45,13 @@ def late(module: str) -> Any:
     return _Late(module)
 
 
+def load(module: str, *parts: str) -> Any:
+    """Load a module, and parts of it by their names, now; return it. Raises ImportError where one is not installed."""
+    for part in parts:
+        import_module(f"{module}.{part}")
+    return import_module(module)
+
+
 def late_functions(module: str) -> Any:
     """Return what stands for a module until a function of it is called, on the thread that calls it."""
     return _LateFunctions(module)

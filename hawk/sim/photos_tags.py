@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
 
+from hawk.runtime.late import load
 from hawk.runtime.programs import remedy
 
 _BASE: Final = {"make": 271, "model": 272, "orientation": 274, "software": 305, "changed": 306}
@@ -79,17 +80,17 @@ def tagged(jpeg: bytes, written: Written) -> bytes:
 
 def _exif(written: Written) -> bytes:
     try:
-        from PIL import Image, TiffImagePlugin  # an extra
+        pil = load("PIL", "Image", "TiffImagePlugin")  # an extra
     except ImportError as error:
         raise TagsError(f"Pillow is not installed, which writes EXIF: {remedy('pictures')}") from error
 
     def ratio(value: float, parts: int) -> Any:
-        return TiffImagePlugin.IFDRational(round(value * parts), parts)
+        return pil.TiffImagePlugin.IFDRational(round(value * parts), parts)
 
     moment = f"{written.time:%Y:%m:%d %H:%M:%S}"
     camera, (width, height) = written.camera, written.size
     base = {"make": "DJI", "model": camera.model, "orientation": 1, "software": "hawk-sim", "changed": moment}
-    exif = Image.Exif()
+    exif = pil.Image.Exif()
     for name, value in base.items():
         exif[_BASE[name]] = value
     exif.get_ifd(_EXIF_IFD).update(

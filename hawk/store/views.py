@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from foxglove import Schema
 from foxglove.messages import (
@@ -60,10 +60,6 @@ _COLOURS: Final = {
     StallState.SUGGESTED: Color(r=0.8, g=0.7, b=0.3, a=1.0),
 }
 _LEVELS: Final[Mapping[Level, LogLevel]] = {"warning": LogLevel.Warning, "error": LogLevel.Error}
-
-
-class _Message(Protocol):
-    def encode(self) -> bytes: ...
 
 
 _KINDS: Final[Mapping[str, Any]] = {

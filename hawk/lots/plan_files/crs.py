@@ -9,6 +9,7 @@ import numpy as np
 from hawk.lots.plan_files.geojson import WGS_84
 from hawk.lots.plan_files.values import Floats
 from hawk.lots.values import LotInputError
+from hawk.runtime.late import load
 
 _MISSING: Final = (
     'are of {}, which is read with pyproj. That is not installed here: pip install "hawk-drone[plans]", or save '
@@ -26,8 +27,7 @@ def to_wgs_84(places: Floats, crs: str) -> tuple[Floats, float | None]:
         check_degrees(places)
         return places, 0.0
     try:
-        import pyproj
-        from pyproj.exceptions import CRSError, ProjError
+        pyproj = load("pyproj", "exceptions")
     except ImportError:
         raise LotInputError("crs", "of the coordinates: they " + _MISSING.format(crs[:80])) from None
     try:
@@ -36,7 +36,7 @@ def to_wgs_84(places: Floats, crs: str) -> tuple[Floats, float | None]:
             raise LotInputError("crs", f"{crs[:80]} has no two coordinates on a map: {_SAVE}")
         transformer = pyproj.Transformer.from_crs(system, WGS_84, always_xy=True)
         longitude, latitude = transformer.transform(places[:, 0], places[:, 1])
-    except (CRSError, ProjError) as error:
+    except (pyproj.exceptions.CRSError, pyproj.exceptions.ProjError) as error:
         reason = str(error).splitlines()[0][:120]
         raise LotInputError("crs", f"{crs[:80]} is no system that is known ({reason}): {_SAVE}") from None
     found = np.column_stack([longitude, latitude])

@@ -10,7 +10,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 import shapely
@@ -18,6 +18,7 @@ import shapely
 from hawk.lots.plan_files.facts import tidy_label
 from hawk.lots.plan_files.values import Asked, Drawing, Drawn, Floats, Notes
 from hawk.lots.values import LotInputError
+from hawk.runtime.late import load
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing as Document
@@ -90,9 +91,7 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
 
 def _document(data: bytes, notes: Notes) -> Document:
     try:
-        from ezdxf import recover
-        from ezdxf.filemanagement import readfile
-        from ezdxf.lldxf.const import DXFError
+        ezdxf = load("ezdxf", "recover", "filemanagement", "lldxf.const")
     except ImportError:
         raise LotInputError("file", _MISSING) from None
     if not data.startswith(BINARY) and b"EOF" not in data[-200:]:
@@ -101,18 +100,18 @@ def _document(data: bytes, notes: Notes) -> Document:
         path = Path(folder) / "plan.dxf"
         path.write_bytes(data)
         try:
-            return readfile(path)
-        except (DXFError, *_BROKEN):
+            return cast("Document", ezdxf.filemanagement.readfile(path))
+        except (ezdxf.lldxf.const.DXFError, *_BROKEN):
             pass  # many programs write what is no strict DXF; the reader that repairs takes twice the time
         try:
-            document, auditor = recover.readfile(path)
+            document, auditor = ezdxf.recover.readfile(path)
             notes.add("file", "was repaired while it was read: compare the preview with the drawing")
-        except (DXFError, *_BROKEN) as error:
+        except (ezdxf.lldxf.const.DXFError, *_BROKEN) as error:
             words = f"cannot be read as DXF ({error}): save it again as DXF 2000 or later"
             raise LotInputError("file", words) from None
     if auditor.has_errors and len(document.modelspace()) == 0:
         raise LotInputError("file", "is damaged, and its model space is empty: save it again as DXF 2000 or later")
-    return document
+    return cast("Document", document)
 
 
 def _hidden(document: Document) -> frozenset[str]:
@@ -173,9 +172,7 @@ def _add_outline(entity: Any, outlines: list[tuple[str, str, Floats]], notes: No
 def _corners(entity: Any) -> Floats:
     """Return the corners of a polyline (N, 2) in the world's coordinates; arcs as chains of corners."""
     if entity.has_arc:
-        from ezdxf.path import make_path
-
-        places = list(make_path(entity).flattening(_SAGITTA))
+        places = list(load("ezdxf.path").make_path(entity).flattening(_SAGITTA))
     elif entity.dxftype() == "LWPOLYLINE":
         places = list(entity.vertices_in_wcs())
     else:

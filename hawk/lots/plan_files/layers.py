@@ -27,6 +27,7 @@ from hawk.lots.plan_files.geojson import STALL, crs_name
 from hawk.lots.plan_files.text import text_of
 from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Facts, Floats, Notes
 from hawk.lots.values import LotInputError
+from hawk.runtime.late import load
 
 AREAS: Final = "hawk.lots.plan_files.layers:areas"
 """Name of the reader of lots' outlines, for the box."""
@@ -37,6 +38,8 @@ _SURFACES: Final = frozenset(
 )
 """Types of geometry that may be polygons; the last ones are any."""
 _DIMENSIONS: Final = re.compile(r"(?i)^(2\.5D |Measured |3D )+|(?<=[a-z]) ?(25D|ZM|Z|M)$")
+_BROKEN: Final = ("DataSourceError", "DataLayerError", "FeatureError", "FieldError")
+"""Names of pyogrio's errors at a file that is damaged."""
 _MISSING: Final = (
     '{} is read with pyogrio, which is not installed here: pip install "hawk-drone[plans]", or save it as GeoJSON'
 )
@@ -127,10 +130,10 @@ def _layers(data: bytes, kind: str, log: bytes) -> list[Layer]:
         raise LotInputError("file", str(kind_of(data[:HEAD_BYTES])))
     gdal.prepare()
     try:
-        import pyogrio
-        from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, FieldError
+        pyogrio = load("pyogrio", "errors")
     except ImportError:
         raise LotInputError("file", _MISSING.format(kind)) from None
+    broken = tuple(getattr(pyogrio.errors, name) for name in _BROKEN)
     with tempfile.TemporaryDirectory(prefix="hawk-plan-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of heights and measures that are left out
         path = Path(folder) / f"plan{ENDINGS[kind]}"
@@ -146,7 +149,7 @@ def _layers(data: bytes, kind: str, log: bytes) -> list[Layer]:
             ]
         except LotInputError:
             raise
-        except (DataSourceError, DataLayerError, FeatureError, FieldError, ValueError, RuntimeError) as error:
+        except (*broken, ValueError, RuntimeError) as error:
             reason = " ".join(str(error).replace(str(path), "it").split())[:160]
             raise LotInputError("file", f"cannot be read as {kind} ({reason}): {_SAVE}") from None
 

@@ -20,6 +20,7 @@ from hawk.picture.city.worker import CityWorker, look_here
 from hawk.picture.orthophoto.tile_results import ResultError
 from hawk.picture.orthophoto.windows import Task
 from hawk.picture.values import PictureError
+from hawk.runtime.late import load
 from hawk.runtime.programs import remedy
 
 MEMORY: Final = "2GiB"
@@ -121,7 +122,7 @@ def _on_this_computer(count: int) -> Iterator[LocalCluster]:
 def _own_keys() -> Security:
     """Return keys for this run, which stand in no file. Raises PictureError."""
     try:
-        import cryptography  # noqa: F401 - Dask's own import names neither extra nor remedy
+        load("cryptography")  # Dask's own import names neither extra nor remedy
 
         made: Security = Security.temporary()
         return made

@@ -10,7 +10,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 
 from hawk.algo.vision.network import EngineChoice
@@ -26,6 +26,46 @@ from hawk.picture.orthophoto.tile_results import ResultError, Results
 from hawk.picture.orthophoto.windows import CORE_M, Task
 from hawk.picture.values import PictureError, PictureSurvey, Provenance
 from hawk.runtime.programs import remedy
+
+
+@dataclass(frozen=True, slots=True)
+class CityWork:
+    """A picture to map by many workers, and how.
+
+    Attributes:
+        path: The picture, as for `map_orthophoto`; a VRT for many files.
+        out: Folder of the results, a file a window.
+        outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
+        workers: Processes on this computer.
+        scheduler: A Dask scheduler, whose workers are used instead; they share the disk at the same paths.
+        crs: The picture's system of coordinates, where its file does not say it.
+        model: The network's ONNX file; None: that of the package.
+        engine: Runs the network on all workers; "auto": the fastest that this computer has.
+        core_m: Side of a window's core, metres.
+        load: Loads the detector; workers import it by its name.
+        provenance: Name of the picture, and what a person says of it; None: that of its file.
+    """
+
+    path: Path
+    _: KW_ONLY
+    out: Path
+    outline: Path | LotOutline | None = None
+    workers: int = 1
+    scheduler: Scheduler | None = None
+    crs: str | None = None
+    model: Path | None = None
+    engine: EngineChoice = "auto"
+    core_m: float = CORE_M
+    load: LoadDetector = TileDetector.load
+    provenance: Provenance | None = None
+
+    def check(self) -> None:
+        """Raise PictureError where its workers cannot be had."""
+        if self.workers < 1:
+            raise PictureError(f"--workers: {self.workers} is no number of processes; give 1 or more")
+        if self.scheduler is not None:
+            self.scheduler.check()
+            self.scheduler.check_reached()
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,26 +110,12 @@ def map_orthophoto(
     """
     provenance = Provenance(path.name, SourceKind.ORTHOPHOTO)
     with tempfile.TemporaryDirectory(prefix="hawk-windows-") as folder:
-        return map_city(
-            path, out=Path(folder), outline=outline, crs=crs, model=model, progress=progress, provenance=provenance
-        ).mapped
+        work = CityWork(path, out=Path(folder), outline=outline, crs=crs, model=model, provenance=provenance)
+        return map_city(work, progress).mapped
 
 
 def map_city(
-    path: Path,
-    *,
-    out: Path,
-    outline: Path | LotOutline | None = None,
-    workers: int = 1,
-    scheduler: Scheduler | None = None,
-    crs: str | None = None,
-    model: Path | None = None,
-    engine: EngineChoice = "auto",
-    progress: Progress = lambda *_: None,
-    core_m: float = CORE_M,
-    load: LoadDetector | None = None,
-    accept: Callable[[Orthophoto], None] = lambda _: None,
-    provenance: Provenance | None = None,
+    work: CityWork, progress: Progress = lambda *_: None, accept: Callable[[Orthophoto], None] = lambda _: None
 ) -> CityRun:
     """Find the stalls of a large picture by many workers. The same call goes on where an earlier one was cut off.
 
@@ -97,55 +123,45 @@ def map_city(
     ``if __name__ == "__main__":``.
 
     Args:
-        path: The picture, as for `map_orthophoto`; a VRT for many files.
-        out: Folder of the results, a file a window.
-        outline: Outlines of lots, or a file with them; nothing else is mapped. None: the whole picture.
-        workers: Processes on this computer.
-        scheduler: A Dask scheduler, whose workers are used instead; they share the disk at the same paths.
-        crs: The picture's system of coordinates, where its file does not say it.
-        model: The network's ONNX file; None: that of the package.
-        engine: Runs the network on all workers; "auto": the fastest that this computer has.
+        work: The picture, and how it is mapped.
         progress: Is called before the first window and after each one.
-        core_m: Side of a window's core, metres.
-        load: Loads the detector; workers import it by its name. None: `TileDetector.load`.
         accept: Is called before the work with the picture; what it raises goes on.
-        provenance: Name of the picture, and what a person says of it; None: that of its file.
 
     Raises:
         PictureError: Picture, outlines, folder, scheduler or a worker cannot be used, or no window can be looked at;
             the text has the remedy. Results that are done stay.
     """
-    if workers < 1:
-        raise PictureError(f"--workers: {workers} is no number of processes; give 1 or more")
-    if scheduler is not None:
-        scheduler.check()
-        scheduler.check_reached()
-    load = load or TileDetector.load
-    started = start(path.resolve(), outline=outline, crs=crs, load=lambda: load(model, engine), core_m=core_m)
+    work.check()
+    started = start(
+        work.path.resolve(),
+        outline=work.outline,
+        crs=work.crs,
+        load=lambda: work.load(work.model, work.engine),
+        core_m=work.core_m,
+    )
     accept(started.source)
-    results = Results(out.resolve())
+    results = Results(work.out.resolve())
     results.prepare()
     missing, count = started.missing(results), len(started.tasks)
-    job = _job(started, crs, model, results.folder, load)
     done = count - len(missing)
-    with _ended(job, started.detector, results, missing, workers, scheduler) as ended:
+    with _ended(_job(started, work, results.folder), started.detector, results, missing, work) as ended:
         began = time.monotonic()  # starting the workers is no looking
         progress(done, count)
         failures = _failures(enumerate(ended, done + 1), count, progress, results, started.source.grid)
     seconds = time.monotonic() - began
-    return CityRun(merge_results(started, results, failures, provenance), count, done, seconds)
+    return CityRun(merge_results(started, results, failures, work.provenance), count, done, seconds)
 
 
-def _job(plan: MappingPlan, crs: str | None, model: Path | None, folder: Path, load: LoadDetector) -> Job:
+def _job(plan: MappingPlan, work: CityWork, folder: Path) -> Job:
     return Job(
         source=plan.source,
-        crs=crs,
-        model=None if model is None else model.resolve(),
+        crs=work.crs,
+        model=None if work.model is None else work.model.resolve(),
         sha=plan.detector.model,
         program=program_name(plan.detector.model),
         engine=plan.detector.engine,
         folder=folder,
-        load=load,
+        load=work.load,
     )
 
 
@@ -165,15 +181,10 @@ def _failures(
 
 @contextlib.contextmanager
 def _ended(
-    job: Job,
-    detector: TileDetector,
-    results: Results,
-    tasks: Sequence[Task],
-    workers: int,
-    scheduler: Scheduler | None,
+    job: Job, detector: TileDetector, results: Results, tasks: Sequence[Task], work: CityWork
 ) -> Iterator[Iterator[tuple[Task, str]]]:
     """Give the tasks as they end, with why they failed, once the workers are there. Raises PictureError."""
-    if not tasks or (workers == 1 and scheduler is None):
+    if not tasks or (work.workers == 1 and work.scheduler is None):
         with contextlib.closing(map_tasks(tasks, job.source, detector, results)) as ended:
             yield ended
         return
@@ -182,7 +193,7 @@ def _ended(
     except ImportError as error:
         raise PictureError(f"distributed is not installed, which runs workers: {remedy('cluster')}") from error
     with (
-        workers_of(scheduler, min(workers, len(tasks))) as client,
+        workers_of(work.scheduler, min(work.workers, len(tasks))) as client,
         _marked(job) as marked,
         contextlib.closing(run_on(client, marked, tasks)) as outcomes,
     ):

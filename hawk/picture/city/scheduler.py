@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 from hawk.picture.values import PictureError
+from hawk.runtime.late import load
 
 if TYPE_CHECKING:
     from distributed import Security
@@ -67,9 +68,7 @@ class Scheduler:
         """Return Dask's settings of TLS; None without files. Raises PictureError for files that cannot be used."""
         if self.ca_file is None or self.cert is None or self.key is None:
             return None
-        from distributed import Security
-
-        made = Security(
+        made: Security = load("distributed").Security(
             require_encryption=True,
             tls_ca_file=str(self.ca_file),
             tls_client_cert=str(self.cert),

@@ -23,6 +23,7 @@ from hawk.model.pictures import CameraModel, angles, rotation
 from hawk.picture.film.course import Course, FloatArray, turning_between
 from hawk.picture.photographs.tags import looking_down
 from hawk.picture.values import PictureError
+from hawk.runtime.late import load
 from hawk.runtime.programs import remedy
 
 SUFFIXES: Final = (".tlog", ".bin")
@@ -101,7 +102,7 @@ def _in_order(rows: list[tuple[float, ...]]) -> FloatArray:
 
 def _opened(path: Path) -> Any:
     try:
-        from pymavlink import DFReader, mavutil  # only desks that read logs have it
+        pymavlink = load("pymavlink", "DFReader", "mavutil")  # only desks that read logs have it
     except ImportError as error:
         raise PictureError(f"pymavlink is not installed, which reads {path.suffix} logs: {remedy('sim')}") from error
     try:
@@ -109,9 +110,9 @@ def _opened(path: Path) -> Any:
             raise PictureError(f"{path}: is empty; {_DAMAGED}")
         with redirect_stderr(StringIO()):  # it prints each byte that it cannot read
             # its mavlink_connection runs what lies in a folder named bin, and connects to names such as tcp:a.bin
-            mavutil.set_dialect("ardupilotmega")
+            pymavlink.mavutil.set_dialect("ardupilotmega")
             is_telemetry = path.suffix.lower() == ".tlog"
-            return mavutil.mavmmaplog(str(path)) if is_telemetry else DFReader.DFReader_binary(str(path))
+            return (pymavlink.mavutil.mavmmaplog if is_telemetry else pymavlink.DFReader.DFReader_binary)(str(path))
     except OSError as error:
         raise PictureError(f"{path} cannot be read ({error.strerror or error}); {_DAMAGED}") from None
     except PictureError:

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.picture.values import PictureError
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    from rasterio import errors, windows
+else:
+    errors = late("rasterio.errors")
+    windows = late("rasterio.windows")
 
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
@@ -95,14 +102,11 @@ def bands_of(dataset: Any, name: str) -> Bands:
 
 def _has_white(dataset: Any, bands: Bands) -> bool:
     """Return whether a square of pure white lies at the first or last rows of a file: a border takes one of them in."""
-    import rasterio.windows
-    from rasterio.errors import RasterioError
-
     high = min(_COLLAR, dataset.height)
     for top in (0, dataset.height - high):
         try:
-            values = dataset.read(bands.colours, window=rasterio.windows.Window(0, top, dataset.width, high))
-        except RasterioError:  # a part that is cut off: the window that reads it says so
+            values = dataset.read(bands.colours, window=windows.Window(0, top, dataset.width, high))
+        except errors.RasterioError:  # a part that is cut off: the window that reads it says so
             continue
         white = (values == np.iinfo(values.dtype).max).all(axis=(0, 1))
         edges = np.flatnonzero(np.diff(np.concatenate([[False], white, [False]])))
@@ -113,15 +117,13 @@ def _has_white(dataset: Any, bands: Bands) -> bool:
 
 def _white_of(dataset: Any, bands: Bands) -> Mask | None:
     """Return which parts (H, W) of a file are white from its border; None where that would cost much."""
-    from rasterio.errors import RasterioError
-
     scale = max(1.0, max(dataset.width, dataset.height) / _WHOLE)
     if scale > 2 * max(dataset.overviews(bands.colours[0]), default=1):
         return None
     size = (max(1, round(dataset.height / scale)), max(1, round(dataset.width / scale)))
     try:
         values = dataset.read(bands.colours, out_shape=(len(bands.colours), *size))
-    except RasterioError:  # a part that is cut off: the window that reads it says so
+    except errors.RasterioError:  # a part that is cut off: the window that reads it says so
         return None
     return _joined(_collar(np.iinfo(values.dtype).max - values, scale), _edges(size, (True,) * 4))
 
@@ -135,8 +137,6 @@ def _palette(dataset: Any, band: int, kinds: list[str]) -> tuple[tuple[int, int,
 
 def _levels(dataset: Any, bands: Bands, name: str) -> tuple[float, float]:
     """Return the brightness to show as black and white, one pair for all colours: their balance stays."""
-    import rasterio.windows
-
     is_small = max(dataset.width, dataset.height) <= _SAMPLES * _BLOCK
     parts = []
     if is_small or dataset.overviews(bands.colours[0]):
@@ -149,7 +149,7 @@ def _levels(dataset: Any, bands: Bands, name: str) -> tuple[float, float]:
                 (k % _SAMPLES, k // _SAMPLES), (dataset.width, dataset.height), strict=True
             ))  # fmt: skip
             wide, high = min(_BLOCK, dataset.width - left), min(_BLOCK, dataset.height - top)
-            parts.append((rasterio.windows.Window(left, top, wide, high), (high, wide)))
+            parts.append((windows.Window(left, top, wide, high), (high, wide)))
     values, is_silent = [], _is_silent(dataset, bands)
     for window, size in parts:
         colours = dataset.read(bands.colours, window=window, out_shape=(len(bands.colours), *size))
@@ -171,10 +171,8 @@ def _levels(dataset: Any, bands: Bands, name: str) -> tuple[float, float]:
 
 def read(dataset: Any, bands: Bands, box: tuple[int, int, int, int]) -> Pixels:
     """Return a part of an opened file, in the order of its own rows. Raises rasterio's errors."""
-    import rasterio.windows
-
     left, top, right, bottom = box
-    window, size = rasterio.windows.Window(left, top, right - left, bottom - top), (bottom - top, right - left)
+    window, size = windows.Window(left, top, right - left, bottom - top), (bottom - top, right - left)
     values = dataset.read(bands.colours, window=window)
     valid = valid_pixels(dataset, bands, window, size)
     if _is_silent(dataset, bands) and not bands.palette:

@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.picture.values import PictureError
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:
+    import pyproj
+else:
+    pyproj = late("pyproj")
 
 FloatArray = NDArray[np.float64]
 Box = tuple[int, int, int, int]
@@ -66,8 +72,6 @@ class PixelGrid:
 
     def _axes(self, column: float, row: float) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return metres a pixel and azimuth (degrees) of the axis along a row and of that along a column."""
-        import pyproj
-
         reach_x, reach_y = min(_REACH, self.columns / 2), min(_REACH, self.rows / 2)
         ends = np.array([(-reach_x, 0), (reach_x, 0), (0, -reach_y), (0, reach_y)]) + np.array((column, row))
         at = self.on_earth(ends)
@@ -112,15 +116,12 @@ def system(text: str, name: str, option: str = "--crs") -> tuple[str, str]:
     Raises:
         PictureError: PROJ does not know it, or it is on no place on Earth.
     """
-    import pyproj
-    from pyproj.exceptions import CRSError
-
     try:
         crs = pyproj.CRS.from_user_input(text)
         crs = (crs.sub_crs_list[0] if crs.is_compound else crs).to_2d()
         if crs.is_geocentric or not (crs.is_geographic or crs.is_projected):
-            raise CRSError("it has no two coordinates on a map of the Earth")
-    except CRSError as error:
+            raise pyproj.exceptions.CRSError("it has no two coordinates on a map of the Earth")
+    except pyproj.exceptions.CRSError as error:
         reason = str(error).splitlines()[0][:120]
         raise PictureError(
             f"{name}: its system of coordinates is not known ({reason}); name it with {option}, as EPSG:25832"
@@ -132,6 +133,4 @@ def system(text: str, name: str, option: str = "--crs") -> tuple[str, str]:
 
 @functools.lru_cache(maxsize=8)
 def _transformer(crs: str) -> Any:
-    import pyproj
-
     return pyproj.Transformer.from_crs(pyproj.CRS.from_user_input(crs), WGS_84, always_xy=True)

@@ -24,6 +24,7 @@ from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
 from hawk.picture.orthophoto.grid import Box, PixelGrid, measure_grid, system
 from hawk.picture.values import COARSE_M, COARSEST_M, PictureError, is_coarser, list_names
+from hawk.runtime.late import load
 from hawk.runtime.programs import remedy
 
 LEAST_M: Final = 2.0
@@ -129,20 +130,18 @@ def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
 @contextlib.contextmanager
 def open_dataset(path: Path, *, is_checked: bool = False) -> Iterator[Any]:
     """Open a picture as `hawk.formats.gdal` does. Raises PictureError for what cannot be opened or read."""
-    gdal.prepare()
     try:
-        import pyproj  # noqa: F401 - of the same extra
-        import rasterio
-        from rasterio.errors import NotGeoreferencedWarning, RasterioError
+        load("pyproj")  # of the same extra
+        rasterio = gdal.rasterio()
     except ImportError as error:
         words = f"rasterio and pyproj are not installed, which read orthophotos: {remedy('pictures')}"
         raise PictureError(words) from error
     try:
         with rasterio.Env(GDAL_CACHEMAX=_CACHE_MIB), warnings.catch_warnings():
-            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
             with gdal.open_picture(path, is_checked=is_checked) as dataset:
                 yield dataset
-    except RasterioError as error:
+    except rasterio.errors.RasterioError as error:
         _parts(path)
         reason = str(error.__cause__ or error).splitlines()[0][:160]
         raise PictureError(f"{path.name}: cannot be read as a picture ({reason}); export it again") from error

@@ -10,6 +10,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Any, Final
 
 from hawk.picture.values import PictureError
+from hawk.runtime.late import load
 from hawk.runtime.programs import remedy
 
 _MAKE, _MODEL, _ORIENTATION, _SOFTWARE, _CHANGED = 271, 272, 274, 305, 306
@@ -87,11 +88,11 @@ def read_exif(data: bytes, longer: int) -> Exif:
 
 def _directories(data: bytes) -> tuple[Mapping[int, Any], Mapping[int, Any], Mapping[int, Any]]:
     try:
-        from PIL import Image  # only desks that map pictures have it
+        pil = load("PIL", "Image")  # only desks that map pictures have it
     except ImportError as error:
         raise PictureError(f"Pillow is not installed, which reads EXIF: {remedy('pictures')}") from error
     try:
-        exif = Image.Exif()
+        exif = pil.Image.Exif()
         exif.load(b"Exif\x00\x00" + data)
         return dict(exif), dict(exif.get_ifd(_EXIF_IFD)), dict(exif.get_ifd(_GPS_IFD))
     except Exception as error:  # Pillow raises SyntaxError, struct.error, KeyError and others for torn bytes

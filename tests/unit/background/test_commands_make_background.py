@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import builtins
 import math
 import stat
 import subprocess
@@ -191,14 +190,7 @@ def test_more_tiles_than_a_disk_takes_are_refused(tmp_path: Path, monkeypatch: p
 
 
 def test_without_rasterio_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = builtins.__import__
-
-    def missing(name: str, *arguments: Any, **more: Any) -> Any:
-        if name.startswith("rasterio"):
-            raise ImportError(name)
-        return real(name, *arguments, **more)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
+    monkeypatch.setitem(sys.modules, "rasterio", None)
     with pytest.raises(PictureError) as raised, open_picture(Path("lot.tif")):
         pass
     assert str(raised.value) == MISSING

@@ -10,7 +10,6 @@ import pytest
 
 from benchmarks.city import once
 from benchmarks.city.__main__ import _same
-from benchmarks.city.eyes import LOOKS, CountedDetector
 from benchmarks.city.picture import PIECE, write_mosaic
 from hawk.picture.orthophoto.source import open_orthophoto
 from hawk.picture.orthophoto.windows import windows_of
@@ -32,30 +31,16 @@ def test_a_mosaic_has_the_windows_that_its_side_says(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.nightly
-def test_a_run_says_what_it_found_counts_its_looks_and_goes_on_where_one_has_stopped(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_a_run_says_what_it_found_and_goes_on_where_one_has_stopped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    picture, looks = mosaic(tmp_path), tmp_path / "looks"
-    monkeypatch.setenv(LOOKS, str(looks))
+    picture = mosaic(tmp_path)
     for name, reused in (("one", 0), ("other", 0), ("one", 4)):
         assert once.main([str(picture), str(tmp_path / name), "--core", str(CORE_M)]) == 0
         found = json.loads(capsys.readouterr().out)
         assert (found["windows"], found["reused"], found["failed"]) == (4, reused, 0)
         assert found["mib_client"] > 50
-    assert len(looks.read_text().splitlines()) == 8
     assert _same(tmp_path / "one", tmp_path / "other")
     next((tmp_path / "other" / "windows").iterdir()).unlink()
     assert not _same(tmp_path / "one", tmp_path / "other")
     assert once.main([str(tmp_path / "gone.tif"), str(tmp_path / "none")]) == 1
-
-
-def test_a_look_counts_before_it_ends(tmp_path: Path) -> None:
-    class Cut(CountedDetector):
-        """Has no eye behind it."""
-
-        def __init__(self) -> None:
-            self._looks = tmp_path / "looks"
-
-    with pytest.raises(AttributeError):
-        Cut().detect(np.zeros((4, 4, 3), np.uint8), 0.1)
-    assert len((tmp_path / "looks").read_text().splitlines()) == 1

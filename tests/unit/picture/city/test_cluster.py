@@ -23,7 +23,7 @@ from distributed.config import config
 
 from hawk.picture.city import cluster
 from hawk.picture.city.cluster import run_on
-from hawk.picture.city.run import map_city
+from hawk.picture.city.run import CityWork, map_city
 from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.orthophoto.tile_results import ResultError, Results
 from hawk.picture.values import PictureError
@@ -45,15 +45,13 @@ def client() -> Iterator[Client]:
 
 def test_a_killed_worker_repeats_its_window_alone_and_changes_no_byte(tmp_path: Path) -> None:
     path = fakes.city(tmp_path)
-    alone = map_city(path, out=tmp_path / "alone", model=tmp_path / "model", core_m=CORE_M, load=load_fake)
+    work = CityWork(path, out=tmp_path / "alone", model=tmp_path / "model", core_m=CORE_M, load=load_fake)
+    alone = map_city(work)
     (tmp_path / LOOKS).unlink()
     kill_once(tmp_path)
     before = set(fakes.spawned())
     steps: list[tuple[int, int]] = []
-    run = map_city(
-        path, out=tmp_path / "out", model=tmp_path / "model", core_m=CORE_M, load=load_fake, workers=2,
-        progress=lambda *step: steps.append(step),
-    )  # fmt: skip
+    run = map_city(replace(work, out=tmp_path / "out", workers=2), lambda *step: steps.append(step))
     assert run.mapped.left_out == ()
     assert looks(tmp_path) == WINDOWS + 1
     by, memory = zip(*(line.split() for line in (tmp_path / LOOKS).read_text().splitlines()), strict=True)
@@ -222,9 +220,12 @@ def test_a_scheduler_with_tls_is_used_by_those_who_have_its_keys(tmp_path: Path,
         security=keys,
     ) as local:
         path = fakes.city(tmp_path)
+        scheduler = Scheduler(local.scheduler_address, **files)
         run = map_city(
-            path, out=tmp_path / "out", model=tmp_path / "model", core_m=CORE_M, load=load_fake,
-            scheduler=Scheduler(local.scheduler_address, **files),
+            CityWork(
+                path, out=tmp_path / "out", model=tmp_path / "model", core_m=CORE_M, load=load_fake,
+                scheduler=scheduler,
+            )
         )  # fmt: skip
     assert looks(tmp_path) == run.windows == WINDOWS
 
@@ -277,5 +278,7 @@ def test_a_scheduler_that_others_can_use_is_refused(tmp_path: Path, files: dict[
         ),
     ):
         with pytest.raises(PictureError, match=words):
-            map_city(path, out=tmp_path / "out", model=tmp_path / "model", load=load_fake, scheduler=scheduler)
+            map_city(
+                CityWork(path, out=tmp_path / "out", model=tmp_path / "model", load=load_fake, scheduler=scheduler)
+            )
         assert not (tmp_path / "out").exists()

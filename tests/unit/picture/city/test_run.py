@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.picture.city.run import CityRun, map_city, map_orthophoto
+from hawk.picture.city.run import CityRun, CityWork, map_city, map_orthophoto
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.steps import map_task
@@ -27,14 +27,8 @@ from tests.unit.picture.orthophoto.drawn import detector, lot_file
 def mapped(folder: Path, name: str = "out", steps: list[tuple[int, int]] | None = None) -> CityRun:
     path = folder / "city.tif" if (folder / "city.tif").exists() else fakes.city(folder)
     report: list[tuple[int, int]] = [] if steps is None else steps
-    return map_city(
-        path,
-        out=folder / name,
-        model=folder / "model",
-        core_m=CORE_M,
-        load=load_fake,
-        progress=lambda *step: report.append(step),
-    )
+    work = CityWork(path, out=folder / name, model=folder / "model", core_m=CORE_M, load=load_fake)
+    return map_city(work, lambda *step: report.append(step))
 
 
 def same(one: PictureSurvey, other: PictureSurvey) -> bool:
@@ -69,9 +63,9 @@ def test_a_run_that_was_cut_off_goes_on(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     path = fakes.city(tmp_path)
-    options = {"out": tmp_path / "out", "model": tmp_path / "model", "core_m": CORE_M, "load": load_fake}
+    work = CityWork(path, out=tmp_path / "out", model=tmp_path / "model", core_m=CORE_M, load=load_fake)
     with pytest.raises(KeyboardInterrupt):
-        map_city(path, progress=stop, **options)  # type: ignore[arg-type]
+        map_city(work, stop)
     assert mapped(tmp_path).reused == 5
     assert looks(tmp_path) == WINDOWS
     assert [each.name for each in (tmp_path / "out").iterdir() if each.name.startswith(".")] == []
@@ -144,9 +138,8 @@ def test_outlines_limit_the_windows_and_the_stalls(tmp_path: Path) -> None:
     grid = open_orthophoto(path).grid
     corner = np.array([(0, 0), (150, 0), (150, 150), (0, 150)], np.float64)
     lots = LotOutline((shapely.Polygon(grid.on_earth(corner)[:, ::-1]),))
-    run = map_city(
-        path, out=tmp_path / "out", outline=lots, model=tmp_path / "model", core_m=CORE_M, load=load_fake
-    )  # fmt: skip
+    work = CityWork(path, out=tmp_path / "out", outline=lots, model=tmp_path / "model", core_m=CORE_M, load=load_fake)
+    run = map_city(work)
     assert run.windows == 4
     assert run.mapped.area_m2 == pytest.approx(225, rel=0.01)
     whole = mapped(tmp_path).mapped
@@ -156,7 +149,7 @@ def test_outlines_limit_the_windows_and_the_stalls(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_city_of_one_window_is_the_orthophoto_itself(tmp_path: Path) -> None:
     path = lot_file(tmp_path)
-    run = map_city(path, out=tmp_path / "out", load=lambda model, engine: detector())
+    run = map_city(CityWork(path, out=tmp_path / "out", load=lambda model, engine: detector()))
     assert same(run.mapped, map_orthophoto(path))
     assert len(run.mapped.survey.stalls) > 30
 
@@ -166,7 +159,7 @@ def test_bad_numbers_of_workers_and_a_missing_extra_are_refused(
 ) -> None:
     path, out = fakes.city(tmp_path), tmp_path / "out"
     with pytest.raises(PictureError, match="--workers: 0 is no number"):
-        map_city(path, out=out, workers=0)
+        map_city(CityWork(path, out=out, workers=0))
     monkeypatch.setitem(sys.modules, "hawk.picture.city.cluster", None)
     with pytest.raises(PictureError, match=r"distributed is not installed.*\[cluster\]"):
-        map_city(path, out=out, workers=2, model=tmp_path / "model", core_m=CORE_M, load=load_fake)
+        map_city(CityWork(path, out=out, workers=2, model=tmp_path / "model", core_m=CORE_M, load=load_fake))

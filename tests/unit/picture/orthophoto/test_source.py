@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import builtins
 import os
 import pickle
+import sys
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -276,14 +275,8 @@ def test_a_part_that_is_cut_off_is_named(tmp_path: Path) -> None:
 
 
 def test_without_the_extra_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, usual = blank(tmp_path), builtins.__import__
-
-    def refuse(name: str, *rest: Any) -> Any:
-        if name.startswith("rasterio"):
-            raise ImportError(name)
-        return usual(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", refuse)
+    path = blank(tmp_path)
+    monkeypatch.setitem(sys.modules, "rasterio", None)
     with pytest.raises(PictureError, match=r"rasterio and pyproj are not installed.*\[pictures\]"):
         open_orthophoto(path)
 
