@@ -38,6 +38,7 @@ EXCEPTIONS: Final = {
     ("hawk/model/operation.py", "way"): "the key in journals of versions before 0.3, which must be read",
     ("tests/unit/model/test_operation.py", "way"): "the same key",
     ("hawk/lots/plan_files/osm.py", "way"): "OpenStreetMap's element",
+    ("tests/unit/docs/data/general_words.toml", "way"): 'part of the field term "under way"',
     ("tests/unit/lots/plan_files/files.py", "way"): "the same element",
     ("tests/unit/lots/plan_files/test_osm.py", "way"): "the same element",
     ("tests/unit/picture/orthophoto/test_outline.py", "way"): "the same element",
@@ -47,6 +48,9 @@ EXCEPTIONS: Final = {
 """File and private word -> the reason for it."""
 
 REPLACEMENTS: Final = {
+    ("is none of",): "is not one of, does not belong to",
+    ("sees to it that", "see to it that"): "makes sure that",
+    ("what lies beside",): "the noun that is beside",
     ("lay", "lays", "laid"): "project, place, store",
     ("tell", "tells", "told"): "report, show, distinguish, state",
     ("way", "ways"): "path, route, direction, distance, manner",

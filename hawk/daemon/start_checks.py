@@ -37,7 +37,7 @@ def check_files(config: Config) -> None:
 
 
 def check_access(config: Config) -> None:
-    """Raise ConfigError where the page's address is taken, is none of this computer, or needs a token.
+    """Raise ConfigError where the page's address is taken, belongs to another computer, or needs a token.
 
     A port that is found free can be taken before the daemon opens it: that is reported then.
     """

@@ -67,7 +67,7 @@ def made(connection: Connection, survey_id: str, pictures: PictureFolder, suffix
         _, data = cv2.imencode(PICTURE, lot_picture(survey, ground))
         return CONTENT_TYPES[PICTURE], data.tobytes()
     if suffix != ARCHIVE:
-        raise LotStoreError(f"kind: {suffix} is none of {', '.join(WRITTEN)}")
+        raise LotStoreError(f"kind: {suffix} must be one of {', '.join(WRITTEN)}")
     with tempfile.TemporaryDirectory(prefix="hawk-export-") as folder:
         written = write_rasters(survey, ground, Path(folder) / f"survey-{survey.survey[:8]}{RASTER}")
         out = io.BytesIO()

@@ -163,7 +163,7 @@ def stalls(
 
     Raises:
         NotFoundError: There is no such lot.
-        LotInputError: The place is none of this list.
+        LotInputError: The place is not in this list.
     """
     lot_row(connection, lot_id)
     conditions = [in_plan(STALL.c, lot_id), *_behind(STALL.c.key, asked)]

@@ -37,7 +37,7 @@ STEEPEST: Final = math.radians(10.0)
 LEAST_APART_M: Final = 10.0
 """Of points nearer to each other, half a metre of error is 3 degrees."""
 _LOT_M: Final = 20_000.0
-"""Places farther from the datum are none of the lot."""
+"""Places farther from the datum do not belong to the lot."""
 _ALIKE: Final = 1e-9
 """Radians that are no turn."""
 
@@ -123,7 +123,7 @@ def _points(given: object, datum: tuple[float, float]) -> list[tuple[Floats, Flo
 def _on_plane(given: object, field: str, datum: tuple[float, float]) -> Floats:
     place = about(datum, np.array([checked_degrees(given, field)]))[0, :2]
     if not np.isfinite(place).all() or np.hypot(*place) > _LOT_M:
-        raise LotInputError(field, "is none of this lot: it is more than 20 km away")
+        raise LotInputError(field, "must lie at this lot: it is more than 20 km away")
     return np.asarray(place, np.float64)
 
 

@@ -76,7 +76,7 @@ class OperatorCamera:
             self._thread.begin(self._receive())
 
     def get_image(self) -> NDArray[np.uint8]:
-        """Return the latest picture, (height, width, 3) BGR. Raises NoImage when there is none of the last seconds."""
+        """Return the latest picture, (height, width, 3) BGR. Raises NoImage when the last seconds brought none."""
         with self._lock:
             data, age, problem = self._jpeg, self._clock() - self._arrived, self._problem
         if data is None or age > STALE_S:

@@ -1,6 +1,6 @@
 """The folder of recordings: listing, the mark "keep", deletion, and room for new ones.
 
-A mark is a file beside the recording, ``NAME.keep``. Who asks sees to it that no drone flies: removing a large file
+A mark is a file beside the recording, ``NAME.keep``. The caller makes sure that no drone flies: removing a large file
 takes a disk long, and the recording under way is never touched.
 """
 

@@ -129,7 +129,7 @@ def _states(stalls: Sequence[TrueStall], moves: Sequence[Move]) -> tuple[TrueSta
 
 
 class _Lot:
-    """The labelled stalls of a picture, and what lies beside each."""
+    """The labelled stalls of a picture, and the ground beside each."""
 
     def __init__(self, spots: Sequence[Spot], ground: Ground) -> None:
         self.spots = spots

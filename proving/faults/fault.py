@@ -402,8 +402,24 @@ class See:
 
 
 @dataclass(frozen=True, slots=True)
+class Answer:
+    """A row of docs/faults.md, below the title ``subject``; faults with equal ones share it.
+
+    ``drone`` is what the drone does; ``{WORDS}`` in it stands for the seconds until a sight with these words (a pattern
+    as of file names), the least and the greatest. ``you``: what the operator sees and does.
+    """
+
+    subject: str
+    fault: str
+    drone: str
+    you: str
+
+
+@dataclass(frozen=True, slots=True)
 class Fault:
     """One fault. ``steps``: acts and what must be seen after them, in order; each time counts from the last act.
+
+    ``answer``: its row of docs/faults.md; None: a row of `proving.faults.page_rows` names it.
 
     ``ends_flight``: daemon and drone start again afterwards (otherwise the next fault goes on in the same flight).
     ``falls``: motors off in the air are its end. ``own_disk``: the store lies on a small disk of its own.
@@ -415,6 +431,7 @@ class Fault:
     ends_flight: bool = False
     falls: bool = False
     own_disk: bool = False
+    answer: Answer | None = None
 
 
 def dropped(direction: Direction, *kinds: str, share: float = 1.0) -> Rule:

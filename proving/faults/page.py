@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Final
 
-from proving.faults.fault import Outcome, See
+from proving.faults.fault import Answer, Fault, Outcome, See
 
 _MEASURED: Final = re.compile(r"\{([^}]+)\}")
 _HEAD: Final = "| fault | the drone | you | flights |\n|---|---|---|---|"
@@ -39,6 +39,18 @@ class Subject:
 
     title: str
     rows: tuple[Row, ...]
+
+
+def with_answers(subjects: Iterable[Subject], faults: Iterable[Fault]) -> tuple[Subject, ...]:
+    """Return the subjects with the rows that faults bring themselves, behind those of their subject; new ones last."""
+    rows = {subject.title: list(subject.rows) for subject in subjects}
+    named: dict[Answer, dict[str, None]] = {}
+    for fault in faults:
+        if fault.answer is not None:
+            named.setdefault(fault.answer, {})[fault.name] = None
+    for answer, names in named.items():
+        rows.setdefault(answer.subject, []).append(Row(answer.fault, answer.drone, answer.you, tuple(names)))
+    return tuple(Subject(title, tuple(found)) for title, found in rows.items())
 
 
 def section(subjects: Iterable[Subject], outcomes: Sequence[Outcome]) -> str:

@@ -1,4 +1,4 @@
-"""The rows of docs/faults.md. Every fault that is flown belongs to one of them."""
+"""The subjects of docs/faults.md in order, and rows of several tables' faults; other faults bring theirs (`Answer`)."""
 
 from __future__ import annotations
 
@@ -416,30 +416,7 @@ SUBJECTS: Final[tuple[Subject, ...]] = (
             ),
         ),
     ),
-    Subject(
-        "People",
-        (
-            Row(
-                "somebody without control changes plan, pin or outline of the lot that is surveyed again",
-                "flies on as it began; the change is offered within {a changed plan is offered*}",
-                "**Fly it** or **Leave it**",
-                (
-                    "somebody without control changes the plan of the lot in a tour",
-                    "somebody without control changes the pin of the lot in a tour",
-                    "somebody without control changes the outline of the lot in a tour",
-                ),
-            ),
-            Row(
-                "the page of the operator is hidden while it explores, as in a pocket",
-                "holds after {CommunicationLost}, then returns home; shown again before, it holds",
-                "look at the page; **Explore** goes on",
-                (
-                    "the page of the operator is hidden while it explores",
-                    "a hidden page is shown again before the return",
-                ),
-            ),
-        ),
-    ),
+    Subject("People", ()),
     Subject(
         "Program and computer",
         (

@@ -9,6 +9,7 @@ from hawk.model.operation import StateName
 from proving.faults.fault import (
     DOWN,
     UP,
+    Answer,
     Bring,
     ChangeLot,
     Fault,
@@ -55,6 +56,20 @@ _WENT_THERE: Final = Sight(
 _BEGIN: Final = (KnowLot(), See(_tour(1.0), 60.0), Bring(When.EXPLORING))
 
 
+_CHANGED: Final = Answer(
+    "People",
+    "somebody without control changes plan, pin or outline of the lot that is surveyed again",
+    "flies on as it began; the change is offered within {a changed plan is offered*}",
+    "**Fly it** or **Leave it**",
+)
+_HIDDEN: Final = Answer(
+    "People",
+    "the page of the operator is hidden while it explores, as in a pocket",
+    "holds after {CommunicationLost}, then returns home; shown again before, it holds",
+    "look at the page; **Explore** goes on",
+)
+
+
 def _changed(what: Literal["plan", "pin", "outline"]) -> Fault:
     """Return the fault of a lot that somebody without control changes in its tour."""
     return Fault(
@@ -69,6 +84,7 @@ def _changed(what: Literal["plan", "pin", "outline"]) -> Fault:
             See(both(UP, absent(_WENT_THERE)), 12.0, lasts=True),
         ),
         ends_flight=True,
+        answer=_CHANGED,
     )
 
 
@@ -89,6 +105,7 @@ PEOPLE: Final = (
             See(either(state(_HOVER), DOWN), 5.0),
         ),
         ends_flight=True,
+        answer=_HIDDEN,
     ),
     Fault(
         "a hidden page is shown again before the return",
@@ -100,5 +117,6 @@ PEOPLE: Final = (
             See(state(_HOVER), 3.0),
             See(both(UP, absent(state(_EXPLORE))), 5.0, lasts=True),
         ),
+        answer=_HIDDEN,
     ),
 )

@@ -48,7 +48,7 @@ class Faults(logging.Handler):
         self.found: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep it. A malformed request is logged as an error of aiohttp's, without a traceback: it is none of ours."""
+        """Keep it. A malformed request is logged as an error of aiohttp's, without a traceback: not one of ours."""
         text = record.getMessage()
         if record.exc_info or not _MALFORMED.match(text):
             if record.exc_info and record.exc_info[1] is not None:

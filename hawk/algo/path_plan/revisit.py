@@ -175,7 +175,7 @@ class Revisit:
         self._looked[index] = _shows_whole(picture, self._boxes[index])
 
     def _look_at_rim(self, scene: RevisitScene, lot_map: LotMap) -> None:
-        """Add what lies beside new stalls to what is looked at: their rows go on, maybe."""
+        """Add the ground beside new stalls to the ground to look at: their rows may go on."""
         if self._frame % _RIM_LOOK or self._rim_flown > _RIM_PATH_M or not isinstance(lot_map, KnownMap):
             return
         reach = math.hypot(scene.footprint.width, scene.footprint.depth) / 2

@@ -374,7 +374,7 @@ class PerceptionStatus(Outgoing):
     taken: int = 0
     unknown: int = 0
     suggested: int = 0
-    """Places without marks on which a car stood in several passes; they are none of the others."""
+    """Places without marks on which a car stood in several passes. The other counts leave them out."""
     free_range: tuple[int, int] | None = None
     """Least and greatest number of free stalls of the lot found, or of the outline, which hold the true one in nine
     surveys of ten; null until it is explored and seen whole: nothing is said of ground that was not seen."""

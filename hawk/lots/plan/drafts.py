@@ -181,7 +181,7 @@ def _split(stall: PlanStall, count: int, context: Context) -> Draft:
 def _zone(named: str, zones: Sequence[Zone]) -> Zone:
     zone = next((each for each in zones if each.id == named), None)
     if zone is None:
-        raise LotInputError("zone", "is none of this plan: read the plan again")
+        raise LotInputError("zone", "must be of this plan: read the plan again")
     return zone
 
 

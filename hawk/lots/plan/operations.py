@@ -16,7 +16,7 @@ from hawk.lots.plan.kinds import Kind
 from hawk.lots.values import LotInputError
 
 FARTHEST_M: Final = 20_000.0
-"""Places farther from the lot's datum are none of the lot."""
+"""Places farther from the lot's datum do not belong to the lot."""
 WIDTHS_M: Final = (0.5, 10.0)
 LENGTHS_M: Final = (0.5, 25.0)
 MOST_STALLS: Final = 1000
@@ -96,7 +96,7 @@ class AddRow(Asked):
         if self.count is not None and self.pitch is not None:
             raise FieldError("pitch", "follows from the count: leave one of both out")
         if self.parallel and self.lean:
-            raise FieldError("lean", "is none of a parallel row: leave it out")
+            raise FieldError("lean", "must be left out: a parallel row does not lean")
         return self
 
 

@@ -73,7 +73,7 @@ def read(data: bytes, asked: Asked, notes: Notes, log: bytes = b"") -> Drawing:
     if asked.layer:
         named = [each for each in layers if each.name == asked.layer]
         if not named:
-            words = f"is none of the layers of polygons: {_names(layers)}"
+            words = f"must be one of the layers of polygons: {_names(layers)}"
             raise LotInputError("layer", words)
         layers = named
     systems = {each.crs for each in layers}
@@ -109,7 +109,7 @@ def areas(data: bytes, asked: dict[str, Any]) -> bytes:
 
 
 def log_beside(path: Path) -> bytes:
-    """Return what lies beside a database that a program has open; b"" for others. Raises OSError."""
+    """Return the log beside a database that a program has open; b"" for others. Raises OSError."""
     beside = path.with_name(f"{path.name}-wal")
     return beside.read_bytes() if beside.is_file() else b""
 

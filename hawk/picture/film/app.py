@@ -81,7 +81,7 @@ def read_film(
 
     Args:
         path: MP4, MOV or AVI, or hawk's own recording (MCAP), which needs nothing else.
-        log: DJI's captions (SRT) or an ArduPilot log (tlog, bin); None: what lies beside the film under its name.
+        log: DJI's captions (SRT) or an ArduPilot log (tlog, bin); None: the file beside the film that has its name.
         log_offset_s: Seconds from the log's first place to the film's first frame, where its fit needs help.
         lens: A person's word on the lens.
         height_m: Height above the ground in the middle of the film, metres, where the log gives none or another one.

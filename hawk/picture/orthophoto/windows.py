@@ -284,7 +284,7 @@ def encode_runs(mask: Mask) -> Runs:
 
 
 def decode_runs(runs: Runs) -> Mask:
-    """Return the mask of `encode_runs`. Raises ValueError for runs that are none of a mask."""
+    """Return the mask of `encode_runs`. Raises ValueError for runs that make no mask."""
     rows, columns, *lengths = (int(value) for value in runs)
     values = np.arange(len(lengths)) % 2 == 1
     if rows < 1 or columns < 1 or min(lengths, default=0) < 0 or sum(lengths) != rows * columns:

@@ -188,7 +188,7 @@ class LoginPage:
 
 
 async def session(request: web.Request) -> web.StreamResponse:
-    """Role of the one who asks, and whether there is a login to end."""
+    """Role of the client, and whether there is a login to end."""
     access = access_of(request)
     role = Role.VIEWER if access is None else access.role
     is_login = access is not None and access.login is not None

@@ -15,7 +15,7 @@ from hawk.exports.formats import CONTENT_TYPES
 ROOT: Final = "/api/v1"
 """Address below which every address of this API lies."""
 NOTHING: Final = f"there is nothing at this address; GET {ROOT}/openapi.json lists the addresses"
-"""Words for an address that is none of this API."""
+"""Words for an address that this API does not have."""
 PATTERNS: Final = {
     "id": "[0-9a-f-]{36}",
     "version": "[0-9]{1,9}",

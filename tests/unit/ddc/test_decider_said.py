@@ -32,7 +32,7 @@ from tests.unit.ddc.state_table import COLUMNS, EVENTS, LATER, Column, Event, Pr
 from tests.unit.ddc.written_facts import DATUM, PARTS, SETTINGS, flying, on_ground
 
 OTHERS = {"Not now.", "Vision: no answer."}
-"""Words that the facts of the tests quote: the autopilot's, and those of a part that is none of this room."""
+"""Words that the facts of the tests quote: the autopilot's, and those of a part of another room."""
 
 _ENGLISH = re.compile(r"^[a-z]{2,}|[a-z]{2,} | [a-z]{2,}")
 

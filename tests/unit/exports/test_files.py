@@ -69,7 +69,7 @@ def test_gdal_opens_the_table(stored: Stored, tmp_path: Path) -> None:
 def test_rasters_come_in_one_archive(stored: Stored) -> None:
     with stored.store.reading() as connection:
         content_type, data = made(connection, stored.first.survey, stored.pictures, ".zip")
-        with pytest.raises(LotStoreError, match=r"kind: \.exe is none of \.csv, \.geojson, \.gpkg"):
+        with pytest.raises(LotStoreError, match=r"kind: \.exe must be one of \.csv, \.geojson, \.gpkg"):
             made(connection, stored.first.survey, stored.pictures, ".exe")
     assert content_type == "application/zip"
     with zipfile.ZipFile(io.BytesIO(data)) as archive:

@@ -166,7 +166,7 @@ def test_two_points_are_met_in_turn_and_middle_and_what_is_left_is_reported(
         ([{"from": [52.0, 5.0], "to": [52.0, "5"]}], r"points\[0\].to: must be \[latitude"),
         ([{"from": [52.0, 5.0], "to": [52.0, math.nan]}], r"points\[0\].to: must be \[latitude"),
         ([{"from": [52.0, 5.0], "to": [99.0, 5.0]}], r"points\[0\].to: must be degrees"),
-        ([{"from": [10.0, 5.0], "to": [10.0, 5.0]}], r"points\[0\].from: is none of this lot"),
+        ([{"from": [10.0, 5.0], "to": [10.0, 5.0]}], r"points\[0\].from: must lie at this lot"),
         ([point((0.0, 0.0), Move(31.0))], r"points\[0\].to: is 31 m from where the lot has it, 30 m is the most"),
         ([point((0.0, 0.0), Move()), point((0.0, 9.0), Move())], "points: are 9.0 m apart: take points 10 m"),
         ([point((0.0, 0.0), Move(turn=0.2)), point((0.0, 20.0), Move(turn=0.2))], "points: turn the lot by 11.5°, 10°"),

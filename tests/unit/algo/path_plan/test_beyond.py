@@ -91,7 +91,7 @@ def test_the_drone_goes_out_over_ground_that_looks_like_lot_only_to_look_beyond(
 
 @pytest.mark.parametrize(("metres", "open_"), [(SETTINGS.beyond_width_m - 2 * COARSE_M, False), (19.2, True)])
 def test_the_fence_decides_what_belongs(metres: float, open_: bool) -> None:
-    """Of the ground between what was seen and the fence, a strip too narrow for rows is none of the lot."""
+    """Of the ground between what was seen and the fence, a strip too narrow for rows does not belong to the lot."""
     ours = EVERYWHERE.copy()
     ours[: LOT.start - round((4.8 + metres) / COARSE_M)] = 0
     assert (north_m2(field(layers(4.8), ours)) > 0) is open_

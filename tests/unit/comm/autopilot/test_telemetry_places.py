@@ -142,7 +142,7 @@ def test_a_link_whose_delay_changes_makes_no_leap_of_a_flight_at_speed(rig: Rig)
 
 
 @pytest.mark.parametrize("shift", [(5.0, 0.0, 0.0), (0.0, -5.0, 0.0), (0.0, 0.0, 5.0)])
-def test_a_leap_that_the_frames_take_up_is_none_of_the_estimate(rig: Rig, shift: tuple[float, float, float]) -> None:
+def test_a_leap_that_the_frames_take_up_is_not_of_the_estimate(rig: Rig, shift: tuple[float, float, float]) -> None:
     """EKF-local moves its origin: the local position leaps, the place on the globe stays."""
     in_the_air(rig)
     leaps: list[float] = []

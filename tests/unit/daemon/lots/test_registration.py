@@ -297,7 +297,7 @@ def test_a_place_that_a_person_chose_stays_when_the_survey_goes_on(store: Databa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [None, -1, 2, 0.0, True, "0", [0]])
-def test_a_place_that_is_none_of_them_is_refused_with_its_remedy(store: Database, place: object) -> None:
+def test_a_place_that_is_not_listed_is_refused_with_its_remedy(store: Database, place: object) -> None:
     _, second = endless(store)
     with store.writing() as connection, pytest.raises(LotInputError) as refused:
         commands.choose(connection, second.survey, {"place": place}, "operator", BEGAN)

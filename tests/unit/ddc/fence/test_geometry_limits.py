@@ -327,7 +327,7 @@ class TestSight:
         assert not sees_all(ZONED, ORIGIN)
         bay = polygon_fence(OUTER, 5, 100, 3, [((65, -10), (65, 10), (58, 0))])
         assert sees_all(bay, ORIGIN)
-        assert not sees_all(bay, MapPoint(59, -50)), "the bay hides what lies beside it"
+        assert not sees_all(bay, MapPoint(59, -50)), "the bay hides the ground beside it"
 
 
 class TestSameness:

@@ -206,7 +206,7 @@ class TestParameters:
         assert kept.tick(flying(1.2), unread, autopilot_view(flying(1.2), SETTINGS), may_write=True) == ()
 
     def test_what_is_wrong_for_another_reason_is_put_back_all_the_same(self) -> None:
-        """Six cells or five: a low voltage of 21 V that was right is none of five cells. Off is worse."""
+        """Six cells or five: a low voltage of 21 V that was right does not fit five cells. Off is worse."""
         facts = flying(1.0)
         facts = replace(facts, battery=replace(facts.battery, cells=(5, 6)))
         kept = KeptParameters({"BATT_LOW_VOLT": 21.0})

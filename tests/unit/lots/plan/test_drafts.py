@@ -153,7 +153,7 @@ def test_a_zone_with_a_name_is_drawn_and_erased_and_changes_no_stall(ann: Person
         ann.do("draw_zone", outline=AREA, name="Short stay")
     assert len(ann.do("draw_zone", outline=AREA, name="Long stay")["named_zones"]) == 2  # zones may overlap
     assert ann.do(**{**ADD, "north": 0.0, "east": 40.0})["named_zones"] != []
-    with pytest.raises(LotInputError, match="zone: is none of this plan"):
+    with pytest.raises(LotInputError, match="zone: must be of this plan"):
         ann.do("allow", zone=zone["id"])
     assert [each["name"] for each in ann.do("erase_zone", zone=zone["id"])["named_zones"]] == ["Long stay"]
 
@@ -201,7 +201,7 @@ BAD: list[tuple[Any, str]] = [
     ({**ROW, "count": 501, "double": True}, "count: makes 1002 stalls: write one for 1000 or fewer"),
     ({**ROW, "count": 9, "pitch": 2.5}, "pitch: follows from the count"),
     ({**ROW, "lean": 1.3}, "lean: must be 1.134464014 or less"),
-    ({**ROW, "lean": 0.5, "parallel": True}, "lean: is none of a parallel row"),
+    ({**ROW, "lean": 0.5, "parallel": True}, "lean: must be left out: a parallel row"),
     ({**ROW, "front": [[0, 0], [0, 25]], "far": [5, 0]}, r"front: .* would overlap A \d+ by \d+%"),
     ({"do": "remove"}, "stalls: names no stalls, or twice"),
     ({"do": "remove", "stalls": []}, "stalls: must be a list of 1 or more, not 0"),
@@ -232,12 +232,12 @@ BAD: list[tuple[Any, str]] = [
     ({"do": "forbid", "outline": [[0, 0]] * 101}, "outline: must be a list of 100 or fewer, not 101"),
     ({"do": "forbid", "outline": [[0, 0], [2, 2], [2, math.nan]]}, r"outline\[2\]\[1\]: must be a finite number"),
     ({"do": "forbid", "outline": AREA, "name": "a\0b"}, "name: holds characters that cannot be shown"),
-    ({"do": "allow", "zone": NOBODY}, "zone: is none of this plan: read the plan again"),
+    ({"do": "allow", "zone": NOBODY}, "zone: must be of this plan: read the plan again"),
     ({"do": "draw_zone", "outline": AREA}, "name: is missing: write it"),
     ({"do": "draw_zone", "outline": AREA, "name": " "}, "name: .*is empty or holds characters that cannot be shown"),
     ({"do": "draw_zone", "outline": AREA, "name": "A", "kind": "no_stalls"}, "kind: .*is no kind"),
     ({"do": "draw_zone", "outline": [[0, 0], [2, 2], [2, 0], [0, 2]], "name": "A"}, "outline: crosses or touches"),
-    ({"do": "erase_zone", "zone": NOBODY}, "zone: is none of this plan: read the plan again"),
+    ({"do": "erase_zone", "zone": NOBODY}, "zone: must be of this plan: read the plan again"),
 ]  # fmt: skip
 
 

@@ -343,7 +343,7 @@ def test_a_full_disk_during_an_operation_leaves_the_plan_as_it_was(ann: Person) 
 
 
 @pytest.mark.parametrize("odd", ["\ud800", "\0", "x" * 5000, "' OR 1 = 1 --"])
-def test_an_id_that_is_no_text_of_ours_is_none_of_the_plan(ann: Person, odd: str) -> None:
+def test_an_id_that_is_no_text_of_ours_is_not_in_the_plan(ann: Person, odd: str) -> None:
     for act, asked in (
         (edits.undo, {"edit": odd}),
         (edits.do, {"edit": ann.edit, "operation": {"do": "split", "stall": odd, "parts": 2}}),

@@ -69,7 +69,7 @@ def test_a_file_without_a_layer_of_polygons_is_refused_with_those_that_it_has(tm
 def test_a_layer_is_chosen_by_its_name(tmp_path: Path) -> None:
     data = geopackage(tmp_path, [(SHAPES[0], "1")])
     assert labels(plan(data, layer="stalls")) == ["1"]
-    with pytest.raises(LotInputError, match="layer: is none of the layers of polygons: stalls"):
+    with pytest.raises(LotInputError, match="layer: must be one of the layers of polygons: stalls"):
         plan(data, layer="trees")
 
 

@@ -5,14 +5,15 @@ import re
 import pytest
 
 from proving.faults.__main__ import PAGE
-from proving.faults.fault import DOWN, Drone, Fault, Outcome, See, When, both, mode
-from proving.faults.page import PageError, Row, Subject, section
+from proving.faults.fault import DOWN, Answer, Drone, Fault, Outcome, See, When, both, mode
+from proving.faults.page import PageError, Row, Subject, section, with_answers
 from proving.faults.page_rows import SUBJECTS
 from proving.faults.record import SIMULATED, read_outcomes
 from proving.faults.report import rewritten
 from proving.faults.run import ALL
 
-ROWS = [row for subject in SUBJECTS for row in subject.rows]
+WHOLE = with_answers(SUBJECTS, ALL)
+ROWS = [row for subject in WHOLE for row in subject.rows]
 LOST = (Drone({"gps": "lost"}), See(both(mode("LAND"), DOWN), 9.0), See(mode("RTL"), 9.0), See(DOWN, 9.0, lasts=True))
 FAULTS = [Fault("GNSS is lost", when, LOST) for when in (When.HOVERING, When.EXPLORING)]
 
@@ -48,6 +49,18 @@ def test_a_row_that_its_flights_do_not_carry_is_refused(drone: str, flown: str, 
         rows_of(drone, Outcome(FAULTS[0], (1.0, 2.0, 9.0)), flown=flown)
 
 
+def test_faults_bring_a_row_and_share_it_when_it_is_the_same() -> None:
+    answer = Answer("Position", "no GNSS", "lands after {mode LAND}", "wait")
+    faults = [Fault("GNSS is lost", when, LOST, answer=answer) for when in (When.HOVERING, When.EXPLORING)]
+    others = [Fault("GNSS fails", When.HOVERING, LOST, answer=answer), Fault("no row", When.HOVERING, LOST)]
+    first = Row("drift", "holds", "wait", ("drift",))
+    (found,) = with_answers([Subject("Position", (first,))], [*faults, *others])
+    assert found == Subject("Position", (first, Row("no GNSS", answer.drone, "wait", ("GNSS is lost", "GNSS fails"))))
+    assert with_answers([], faults) == (
+        Subject("Position", (Row("no GNSS", answer.drone, "wait", ("GNSS is lost",)),)),
+    )
+
+
 def test_every_fault_belongs_to_one_row() -> None:
     named = [name for row in ROWS for name in row.flown]
     assert sorted(named) == sorted({fault.name for fault in ALL})
@@ -62,7 +75,7 @@ def test_times_in_the_rows_are_measured_ones() -> None:
 
 def test_the_page_has_the_rows_and_the_last_outcomes() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    assert rewritten(page, section(SUBJECTS, read_outcomes(SIMULATED, ALL))) == page, (
+    assert rewritten(page, section(WHOLE, read_outcomes(SIMULATED, ALL))) == page, (
         "write it again: python -m proving.faults --page"
     )
 
