@@ -57,7 +57,7 @@ export interface Begun {
   stalls: number;
 }
 
-/** Ends between which a figure lies; null: no end is known. */
+/** Ends between which a figure lies. `high`: null where nothing limits it; `low`: null where nothing is known. */
 export interface Bracket {
   low: number | null;
   high: number | null;
@@ -78,21 +78,13 @@ export interface ChangeList {
   next: string | null;
 }
 
-/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. */
+/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `came` and `left`: stalls that are taken, free now. */
 export interface Changed {
   compared: number;
   unknown: number;
   came: Estimate;
   left: Estimate;
-  stalls: ChangedStall[];
-}
-
-/** A stall whose state changed; `taken`: now. `chance`: probability that both states are right. */
-export interface ChangedStall {
-  id: string;
-  label: string;
-  taken: boolean;
-  chance: number;
+  stalls: StateChange[];
 }
 
 /** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
@@ -118,7 +110,7 @@ export interface Comparison {
   missed: NamedStall[];
 }
 
-/** Mean over the surveyed hours of a day of the week. */
+/** Mean over the surveyed hours of a day of the week: `days` of them, `hours` in all. */
 export interface Day {
   day: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
   days: number;
@@ -222,7 +214,7 @@ export interface Estimate {
   surveys: number;
 }
 
-/** Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value. */
+/** Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value. `by` says what `parts` are. */
 export interface Figures {
   lot: string;
   name: string;
@@ -257,7 +249,7 @@ export interface Geometry {
   coordinates: unknown[];
 }
 
-/** Mean over the days with a survey in an hour of the day. */
+/** Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing. */
 export interface Hour {
   hour: number;
   days: number;
@@ -636,6 +628,14 @@ export interface StallsUse {
   high: (number | null)[];
 }
 
+/** A stall whose state changed; `taken`: now. `chance`: probability that both states are right. */
+export interface StateChange {
+  id: string;
+  label: string;
+  taken: boolean;
+  chance: number;
+}
+
 /** A stall of the plan as the file has it; `former`: its label. */
 export interface StayingShape {
   north: number;
@@ -771,7 +771,7 @@ export interface TakenBack {
   taken_back: boolean;
 }
 
-/** Arrivals and stays between surveys that follow each other within `hours`. */
+/** Cars that came to a group of stalls in the `hours` between surveys, and how long they stayed. */
 export interface Turnover {
   hours: number;
   pairs: number;
@@ -787,7 +787,7 @@ export interface Undone {
   kind: string;
 }
 
-/** Use of a part of the lot, or of all of it. `above`: shares of the surveyed hours at or above an occupancy. */
+/** Use of a part of the lot, or of all of it, over the surveyed hours of a period. */
 export interface Use {
   name: string;
   capacity: number;
