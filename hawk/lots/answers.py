@@ -32,7 +32,7 @@ BLURRED: Final = "stalls that only blurred pictures showed; null: not measured"
 class Shown(BaseModel):
     """An object of an answer."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class PossiblePlace(Shown):
@@ -341,57 +341,55 @@ class PossiblePlaces(Shown):
     places: list[PlacedStalls]
 
 
-class ChangeList(Shown):
+class Part(Shown):
+    """Part of a list."""
+
+    next: Next
+
+
+class ChangeList(Part):
     """Part of the list of changes."""
 
     items: list[Change]
-    next: Next
 
 
-class LotList(Shown):
+class LotList(Part):
     """Part of the list of lots."""
 
     items: list[ListedLot]
-    next: Next
 
 
-class LayoutList(Shown):
+class LayoutList(Part):
     """Part of the list of layouts."""
 
     items: list[Layout]
-    next: Next
 
 
-class PlanStallList(Shown):
+class PlanStallList(Part):
     """Part of the list of a layout's stalls."""
 
     items: list[PlanStall]
-    next: Next
 
 
-class StallList(Shown):
+class StallList(Part):
     """Part of the list of stalls."""
 
     items: list[ListedStall]
-    next: Next
 
 
-class ZoneList(Shown):
+class ZoneList(Part):
     """Part of the list of zones."""
 
     items: list[Zone]
-    next: Next
 
 
-class SurveyList(Shown):
+class SurveyList(Part):
     """Part of the list of surveys."""
 
     items: list[Survey]
-    next: Next
 
 
-class ObservationList(Shown):
+class ObservationList(Part):
     """Part of the list of observations."""
 
     items: list[Observation]
-    next: Next

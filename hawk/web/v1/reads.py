@@ -13,9 +13,9 @@ from sqlalchemy import ColumnElement, Connection
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson
 from hawk.lots import lists, queries
-from hawk.lots.answers import Comparison
+from hawk.lots.answers import Comparison, Part
 from hawk.lots.change_detection.comparison import newest_registered
-from hawk.lots.lists import Asked, Part
+from hawk.lots.lists import Asked
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import SURVEY
 from hawk.lots.values import Placed
@@ -30,11 +30,10 @@ from hawk.web.v1.parameters import Query, Request
 
 
 def _listed(part: Part) -> Answer:
-    return Answer({"items": part.items, "next": part.next}, part.next)
+    return Answer(part, part.next)
 
 
 def _part(query: forms.Listed) -> Asked:
-
     return Asked(query.limit, query.after)
 
 

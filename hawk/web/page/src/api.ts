@@ -74,8 +74,8 @@ export interface Change {
 
 /** Part of the list of changes. */
 export interface ChangeList {
-  items: Change[];
   next: string | null;
+  items: Change[];
 }
 
 /** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `came` and `left`: stalls that are taken, free now. */
@@ -273,8 +273,8 @@ export interface Layout {
 
 /** Part of the list of layouts. */
 export interface LayoutList {
-  items: Layout[];
   next: string | null;
+  items: Layout[];
 }
 
 /** A survey of the period that no figure uses, and why. */
@@ -344,8 +344,8 @@ export interface Lot {
 
 /** Part of the list of lots. */
 export interface LotList {
-  items: ListedLot[];
   next: string | null;
+  items: ListedLot[];
 }
 
 /** A survey of a lot. */
@@ -392,8 +392,8 @@ export interface Observation {
 
 /** Part of the list of observations. */
 export interface ObservationList {
-  items: Observation[];
   next: string | null;
+  items: Observation[];
 }
 
 /** An open edit. `undo`, `redo`: operations that can be undone, done again. */
@@ -505,8 +505,8 @@ export interface PlanStall {
 
 /** Part of the list of a layout's stalls. */
 export interface PlanStallList {
-  items: PlanStall[];
   next: string | null;
+  items: PlanStall[];
 }
 
 /** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
@@ -611,8 +611,8 @@ export interface Stall {
 
 /** Part of the list of stalls. */
 export interface StallList {
-  items: ListedStall[];
   next: string | null;
+  items: ListedStall[];
 }
 
 /** Stalls of a lot in columns: `share` of the `surveys` that saw each in which it was taken, `low` to `high`. */
@@ -707,8 +707,8 @@ export interface SurveyFeature {
 
 /** Part of the list of surveys. */
 export interface SurveyList {
-  items: Survey[];
   next: string | null;
+  items: Survey[];
 }
 
 /** Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise. */
@@ -815,6 +815,6 @@ export interface Zone {
 
 /** Part of the list of zones. */
 export interface ZoneList {
-  items: Zone[];
   next: string | null;
+  items: Zone[];
 }
