@@ -241,7 +241,7 @@ class Change(Shown):
     undone: Utc | None
 
 
-class BeginningStall(Shown):
+class ProposedBeginning(Shown):
     """A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps."""
 
     id: int
@@ -255,7 +255,7 @@ class BeginningStall(Shown):
     corners: list[Degrees]
 
 
-class EndingStall(Shown):
+class ProposedEnd(Shown):
     """A stall of the layout that surveys did not find."""
 
     id: Id
@@ -269,8 +269,8 @@ class SurveyProposals(Shown):
 
     survey: Id
     ended: Utc
-    begin: list[BeginningStall]
-    end: list[EndingStall]
+    begin: list[ProposedBeginning]
+    end: list[ProposedEnd]
 
 
 class DoubtfulSurvey(Shown):
@@ -303,7 +303,7 @@ class FoundStall(Shown):
     state: State
 
 
-class NamedStall(Shown):
+class Missed(Shown):
     """A stall of the layout."""
 
     id: Id
@@ -317,7 +317,7 @@ class Comparison(Shown):
 
     survey: Id | None
     found: list[FoundStall]
-    missed: list[NamedStall]
+    missed: list[Missed]
 
 
 Shape = Annotated[
@@ -326,7 +326,7 @@ Shape = Annotated[
 ]  # fmt: skip
 
 
-class PlacedStalls(Shown):
+class PlacedShapes(Shown):
     """Stalls of a survey at one of its possible places."""
 
     stalls: list[Shape]
@@ -338,7 +338,7 @@ class PossiblePlaces(Shown):
     survey: Id
     lot: Id
     known: list[Shape]
-    places: list[PlacedStalls]
+    places: list[PlacedShapes]
 
 
 class Part(Shown):

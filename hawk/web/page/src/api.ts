@@ -36,19 +36,6 @@ export interface BeginningShape {
   kind: string;
 }
 
-/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
-export interface BeginningStall {
-  id: number;
-  north: number;
-  east: number;
-  angle: number;
-  width: number;
-  length: number;
-  state: "free" | "taken" | "unknown";
-  instead: string[];
-  corners: [number, number][];
-}
-
 /** A lot that a plan made; `stalls`: how many it has. */
 export interface Begun {
   seq: number;
@@ -107,7 +94,7 @@ export interface Compared {
 export interface Comparison {
   survey: string | null;
   found: FoundStall[];
-  missed: NamedStall[];
+  missed: Missed[];
 }
 
 /** Mean over the surveyed hours of a day of the week: `days` of them, `hours` in all. */
@@ -196,14 +183,6 @@ export interface EndingShape {
   length: number;
   label: string;
   id: string;
-}
-
-/** A stall of the layout that surveys did not find. */
-export interface EndingStall {
-  id: string;
-  label: string;
-  is_confirmed: boolean;
-  corners: [number, number][];
 }
 
 /** A figure with the ends of its interval and the number of surveys behind it; null where nobody flew. */
@@ -374,7 +353,7 @@ export interface LotSurvey {
 }
 
 /** A stall of the layout. */
-export interface NamedStall {
+export interface Missed {
   id: string;
   label: string;
 }
@@ -429,7 +408,7 @@ export interface Pinned {
 }
 
 /** Stalls of a survey at one of its possible places. */
-export interface PlacedStalls {
+export interface PlacedShapes {
   stalls: [number, number, number, number, number][];
 }
 
@@ -522,7 +501,7 @@ export interface PossiblePlaces {
   survey: string;
   lot: string;
   known: [number, number, number, number, number][];
-  places: PlacedStalls[];
+  places: PlacedShapes[];
 }
 
 /** Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value. */
@@ -542,6 +521,27 @@ export interface Proposals {
   datum: [number, number];
   surveys: SurveyProposals[];
   doubtful: DoubtfulSurvey[];
+}
+
+/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
+export interface ProposedBeginning {
+  id: number;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  state: "free" | "taken" | "unknown";
+  instead: string[];
+  corners: [number, number][];
+}
+
+/** A stall of the layout that surveys did not find. */
+export interface ProposedEnd {
+  id: string;
+  label: string;
+  is_confirmed: boolean;
+  corners: [number, number][];
 }
 
 /** Lot of a recorded flight. */
@@ -722,8 +722,8 @@ export interface SurveyPlace {
 export interface SurveyProposals {
   survey: string;
   ended: string;
-  begin: BeginningStall[];
-  end: EndingStall[];
+  begin: ProposedBeginning[];
+  end: ProposedEnd[];
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */
