@@ -25,8 +25,8 @@ from hawk.lots.values import FinishedSurvey
 from hawk.stats.panel import Period
 from hawk.stats.partition import PARTITIONS
 from hawk.stats.queries import changes, statistics
-from hawk.stats.stalls import heat_json
-from hawk.stats.surveys import surveys_json
+from hawk.stats.stalls import stalls_use
+from hawk.stats.surveys import surveys_use
 from hawk.web.v1 import features, reads
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import Read, encoded
@@ -156,8 +156,8 @@ def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
     before, after = (f"{number:08d}-0000-4000-8000-000000000000" for number in (100, 103))
     day = Period(_moment(25), _moment(26), UTC, "UTC")
     ever = Period(None, None, UTC, "UTC")
-    yield "surveys, all", lambda connection: surveys_json(connection, lot, ever)
-    yield "heat, all", lambda connection: heat_json(connection, lot, ever)
+    yield "surveys, all", lambda connection: surveys_use(connection, lot, ever)
+    yield "heat, all", lambda connection: stalls_use(connection, lot, ever)
     yield "changes, day", lambda connection: changes(connection, lot, before, after, day)
 
 

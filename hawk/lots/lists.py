@@ -9,37 +9,57 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from sqlalchemy import ColumnElement, Connection, Row, Select, and_, select, true, tuple_
 
+from hawk.lots.answers import (
+    ChangeList,
+    LayoutList,
+    ListedStall,
+    Lot,
+    LotList,
+    Observation,
+    ObservationList,
+    Part,
+    PlanStall,
+    PlanStallList,
+    Shown,
+    Stall,
+    StallList,
+    Survey,
+    SurveyList,
+    Zone,
+    ZoneList,
+)
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan.queries import in_plan
-from hawk.lots.plan.serialize import layout_json
+from hawk.lots.plan.serialize import layout_of
 from hawk.lots.plan.values import LASTING, NO_STALLS
 from hawk.lots.queries import (
     CHANGE_SHOWN,
     SURVEY_SHOWN,
-    change_json,
-    lot_json,
-    lot_place_json,
+    change_of,
+    listed_lot,
     lot_row,
     survey_row,
-    surveys_json,
+    surveys_of,
+    whole_lot,
 )
 from hawk.lots.registration.georeference import on_earth
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.rows import is_among
 from hawk.lots.schema import CHANGE, FORMER, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.survey.order import is_last_look
-from hawk.lots.values import LotInputError, NotFoundError, utc
+from hawk.lots.values import LotInputError, NotFoundError, moment
 
 _DEGREES: Final = 8
 """Decimals: a millimetre."""
 _LONGEST_NUMBER: Final = 15
 Found = dict[str, Any]
+P = TypeVar("P", bound=Part)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,15 +75,7 @@ class Asked:
     of: Sequence[ColumnElement[bool]] = field(default=(), repr=False)
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
-    """Items of a list as JSON values. ``next``: the place behind the last one, None at the end of the list."""
-
-    items: list[Found]
-    next: str | None
-
-
-def lots(connection: Connection, asked: Asked) -> Part:
+def lots(connection: Connection, asked: Asked) -> LotList:
     """Return lots that were not merged into another one, the oldest first. Raises LotInputError for the place."""
     is_behind: ColumnElement[bool] = true()
     if asked.after is not None:
@@ -73,42 +85,44 @@ def lots(connection: Connection, asked: Asked) -> Part:
             raise _no_place()
         is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
     rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
-    return _part(connection, rows, asked, lambda row: lot_json(connection, row._mapping), lambda row: str(row.id))
+    return _part(
+        LotList, connection, rows, asked, lambda row: listed_lot(connection, row._mapping), lambda row: str(row.id)
+    )
 
 
-def lot(connection: Connection, lot_id: str) -> Found:
+def lot(connection: Connection, lot_id: str) -> Lot:
     """Return a lot with its place on Earth, and who edits its plan. Raises NotFoundError."""
     row = lot_row(connection, lot_id).values
     assert row is not None  # noqa: S101 - it is there
-    return {**lot_json(connection, row), **lot_place_json(connection, row)}
+    return whole_lot(connection, row)
 
 
-def layouts(connection: Connection, lot_id: str, asked: Asked) -> Part:
+def layouts(connection: Connection, lot_id: str, asked: Asked) -> LayoutList:
     """Return the versions of a lot's layout, the first one first. Raises NotFoundError, LotInputError."""
     lot_row(connection, lot_id)
     rows = select(LAYOUT).where(LAYOUT.c.lot == lot_id, *_behind(LAYOUT.c.version, asked)).order_by(LAYOUT.c.version)
-    return _part(connection, rows, asked, layout_json, lambda row: str(row.version))
+    return _part(LayoutList, connection, rows, asked, layout_of, lambda row: str(row.version))
 
 
-def zones(connection: Connection, lot_id: str, asked: Asked) -> Part:
+def zones(connection: Connection, lot_id: str, asked: Asked) -> ZoneList:
     """Return the zones of a lot's plan, those without stalls too, by their ids. Raises NotFoundError, LotInputError."""
     lot_row(connection, lot_id)
     is_behind = true() if asked.after is None else ZONE.c.id > asked.after
     rows = select(ZONE).where(in_plan(ZONE.c, lot_id), is_behind).order_by(ZONE.c.id)
     datum = datum_of(connection, lot_id)
 
-    def shown(row: Row[Any]) -> Found:
+    def shown(row: Row[Any]) -> Zone:
         corners = [list(corner) for corner in ring_of(row.outline)]
         kind = "" if row.kind == NO_STALLS else row.kind
-        return {
-            "id": row.id, "name": row.name, "kind": kind, "has_stalls": row.kind != NO_STALLS, "outline": corners,
-            "ground": _on_earth(datum, corners),
-        }  # fmt: skip
+        return Zone(
+            id=row.id, name=row.name, kind=kind, has_stalls=row.kind != NO_STALLS, outline=corners,
+            ground=_on_earth(datum, corners),
+        )  # fmt: skip
 
-    return _part(connection, rows, asked, shown, lambda row: str(row.id))
+    return _part(ZoneList, connection, rows, asked, shown, lambda row: str(row.id))
 
 
-def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> Part:
+def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> SurveyList:
     """Return surveys in the order in which they were stored; None: those of every lot, and of none.
 
     Raises NotFoundError, LotInputError.
@@ -119,19 +133,15 @@ def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> 
     rows = select(*SURVEY_SHOWN).where(is_of, *asked.of, *_behind(SURVEY.c.seq, asked))
     in_order = rows.order_by(SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq)
     found = _rows(connection, in_order, asked)
-    return _cut(_surveys_shown(connection, found[: asked.limit]), found, asked, lambda row: str(row.seq))
+    items = surveys_of(connection, [row._mapping for row in found[: asked.limit]])
+    return _cut(SurveyList, items, found, asked, lambda row: str(row.seq))
 
 
-def survey(connection: Connection, survey_id: str) -> Found:
+def survey(connection: Connection, survey_id: str) -> Survey:
     """Return a survey by its id. Raises NotFoundError."""
     seq = survey_row(connection, survey_id).key[0]
     shown = select(*SURVEY_SHOWN).where(SURVEY.c.seq == seq)
-    return _surveys_shown(connection, connection.execute(shown).all())[0]
-
-
-def _surveys_shown(connection: Connection, rows: Sequence[Row[Any]]) -> list[Found]:
-    shown = surveys_json(connection, [row._mapping for row in rows])
-    return [{**survey, "candidates": json.loads(row.candidates)} for row, survey in zip(rows, shown, strict=True)]
+    return surveys_of(connection, connection.execute(shown).mappings().all())[0]
 
 
 _LOOK: Final = (
@@ -139,18 +149,18 @@ _LOOK: Final = (
 )  # fmt: skip
 
 
-def changes(connection: Connection, asked: Asked) -> Part:
+def changes(connection: Connection, asked: Asked) -> ChangeList:
     """Return the changes that persons made, the newest first. Raises LotInputError for the place."""
     rows = select(*CHANGE_SHOWN)
     is_asked = (CHANGE.c.edit.is_(None), *_behind(CHANGE.c.seq, replace(asked, newest_first=True)))
     in_order = rows.where(*is_asked).order_by(CHANGE.c.seq.desc())
-    return _part(connection, in_order, asked, change_json, lambda row: str(row.seq))
+    return _part(ChangeList, connection, in_order, asked, change_of, lambda row: str(row.seq))
 
 
 def stalls(
     connection: Connection, lot_id: str, asked: Asked, *, row: str | None = None, kind: str | None = None,
     state: str | None = None,
-) -> Part:  # fmt: skip
+) -> StallList:  # fmt: skip
     """Return the stalls of a lot's plan with the last look at each, in the order of the store.
 
     Args:
@@ -175,17 +185,18 @@ def stalls(
         conditions.append(OBSERVATION.c.state == state)
     rows = _with_look(connection, *conditions).order_by(STALL.c.key)
     found = _rows(connection, rows, asked)
-    items = [shown | _look_of(each) for shown, each in zip(_placed(connection, lot_id, found), found, strict=True)]
-    return _cut(items, found, asked, _key_of)
+    placed = _placed(connection, lot_id, found)
+    items = [ListedStall(**shown, **_look_of(each)) for shown, each in zip(placed, found, strict=True)]
+    return _cut(StallList, items, found, asked, _key_of)
 
 
-def stall(connection: Connection, stall_id: str) -> Found:
+def stall(connection: Connection, stall_id: str) -> Stall:
     """Return a stall by its id, of any layout. Raises NotFoundError."""
     found = connection.execute(_with_look(connection, STALL.c.id == stall_id)).one_or_none()
     if found is None:
         raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
     (shown,) = _placed(connection, found.lot, [found])
-    return {"lot": found.lot, "begins": found.begins, "ends": found.ends, **shown, **_look_of(found)}
+    return Stall(lot=found.lot, begins=found.begins, ends=found.ends, **shown, **_look_of(found))
 
 
 def _with_look(connection: Connection, *conditions: ColumnElement[bool]) -> Select[Any]:
@@ -200,12 +211,12 @@ def _look_of(row: Row[Any]) -> Found:
     return {
         "state": row.state,
         "taken_probability": row.taken_probability,
-        "observed": None if row.looked is None else utc(row.looked),
+        "observed": None if row.looked is None else moment(row.looked),
         "survey": row.by,
     }
 
 
-def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: Asked) -> Part:
+def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: Asked) -> PlanStallList:
     """Return the stalls of a version of a lot's layout as they were in it. Raises NotFoundError, LotInputError."""
     lot_row(connection, lot_id)
     is_there = select(LAYOUT.c.version).where(LAYOUT.c.lot == lot_id, LAYOUT.c.version == version)
@@ -219,8 +230,8 @@ def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: A
     former = connection.execute(select(FORMER).where(is_former).order_by(FORMER.c.ends.desc()), among)
     were = {row.stall: row for row in former}  # that of the smallest `ends` is last
     items = _placed(connection, lot_id, [were.get(row.key, row) for row in found])
-    named = [shown | {"id": row.id} for shown, row in zip(items, found, strict=True)]
-    return _cut(named, found, asked, _key_of)
+    named = [PlanStall(**shown | {"id": row.id}) for shown, row in zip(items, found, strict=True)]
+    return _cut(PlanStallList, named, found, asked, _key_of)
 
 
 def _placed(connection: Connection, lot_id: str, rows: Sequence[Row[Any]]) -> list[Found]:
@@ -249,7 +260,7 @@ def _on_earth(datum: tuple[float, float], places: Sequence[Sequence[float]]) -> 
 def observations(
     connection: Connection, asked: Asked, *, lot_id: str | None = None, survey_id: str | None = None,
     stall_id: str | None = None,
-) -> Part:  # fmt: skip
+) -> ObservationList:  # fmt: skip
     """Return the looks of surveys at stalls, survey by survey: of a lot, of a survey, of a stall, or of two of these.
 
     Raises NotFoundError, LotInputError.
@@ -274,13 +285,13 @@ def observations(
     survey_order = SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq
     rows = select(*columns).select_from(joined).where(*conditions).order_by(survey_order, OBSERVATION.c.stall)
 
-    def shown(row: Row[Any]) -> Found:
-        return {
-            "survey": row.by, "stall": row.id, "label": row.label, "state": row.state,
-            "taken_probability": row.taken_probability, "observed": utc(row.looked), "picture_count": row.seen,
-        }  # fmt: skip
+    def shown(row: Row[Any]) -> Observation:
+        return Observation(
+            survey=row.by, stall=row.id, label=row.label, state=row.state,
+            taken_probability=row.taken_probability, observed=moment(row.looked), picture_count=row.seen,
+        )  # fmt: skip
 
-    return _part(connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")
+    return _part(ObservationList, connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")
 
 
 def _behind_look(asked: Asked) -> ColumnElement[bool]:
@@ -314,16 +325,19 @@ def _rows(connection: Connection, rows: Select[Any], asked: Asked) -> Sequence[R
 
 
 def _part(
-    connection: Connection, rows: Select[Any], asked: Asked, shown: Callable[[Row[Any]], Found],
+    model: type[P], connection: Connection, rows: Select[Any], asked: Asked, shown: Callable[[Row[Any]], Shown],
     place: Callable[[Row[Any]], str],
-) -> Part:  # fmt: skip
+) -> P:  # fmt: skip
     found = _rows(connection, rows, asked)
-    return _cut([shown(row) for row in found[: asked.limit]], found, asked, place)
+    return _cut(model, [shown(row) for row in found[: asked.limit]], found, asked, place)
 
 
-def _cut(items: list[Found], rows: Sequence[Row[Any]], asked: Asked, place: Callable[[Row[Any]], str]) -> Part:
+def _cut(
+    model: type[P], items: Sequence[Shown], rows: Sequence[Row[Any]], asked: Asked, place: Callable[[Row[Any]], str]
+) -> P:
     """Return the items that were asked for, with the place behind the last one where another follows."""
-    return Part(items[: asked.limit], place(rows[asked.limit - 1]) if len(rows) > asked.limit else None)
+    following = place(rows[asked.limit - 1]) if len(rows) > asked.limit else None
+    return model.model_validate({"items": items[: asked.limit], "next": following})
 
 
 def _key_of(row: Row[Any]) -> str:

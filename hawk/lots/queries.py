@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import Connection, RowMapping, func, select
 from sqlalchemy import Row as SqlRow
 
+from hawk.lots.answers import Change, ListedLot, Lot, LotSurvey, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.outlines import outline_of
@@ -24,7 +25,7 @@ from hawk.lots.registration.survey_place import (
     move_of,
 )
 from hawk.lots.rows import Row, row_of
-from hawk.lots.schema import CHANGE, LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.schema import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of
@@ -33,6 +34,7 @@ from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import (
     NotFoundError,
     Placed,
+    moment,
     utc,
 )
 
@@ -50,12 +52,12 @@ SURVEY_SHOWN: Final = (
 def lots(connection: Connection) -> dict[str, Any]:
     """Return every lot that was not merged into another one, the surveys that wait for an answer, and the changes."""
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
-    shown = [lot_json(connection, row) for row in rows]
+    shown = [listed_lot(connection, row).model_dump(mode="json") for row in rows]
     known = {lot["id"] for lot in shown}
     asked = connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings().all()
     waiting = [
-        {**survey, "candidates": [lot for lot in json.loads(row["candidates"]) if lot in known]}
-        for row, survey in zip(asked, surveys_json(connection, asked), strict=True)
+        {**survey.model_dump(mode="json"), "candidates": [lot for lot in survey.candidates if lot in known]}
+        for survey in surveys_of(connection, asked)
     ]
     return {"lots": shown, "undecided": waiting, "changes": _changes(connection)}
 
@@ -74,12 +76,12 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
     surveys = (
         connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings().all()
     )
+    layouts = select(LAYOUT).where(LAYOUT.c.lot == lot_id).order_by(LAYOUT.c.version)
     looks = _last_looks(connection, lot_id)
     unseen = {"state": None, "taken_probability": None, "looked": None}
     return {
-        **lot_json(connection, row),
-        **lot_place_json(connection, row),
-        "surveys": surveys_json(connection, surveys),
+        **whole_lot(connection, row).model_dump(mode="json"),
+        "surveys": [each.model_dump(mode="json", exclude={"candidates"}) for each in surveys_of(connection, surveys)],
         "stalls": [
             {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
             | {"width": stall.width, "length": stall.length, "kind": stall.kind, "is_confirmed": stall.is_confirmed}
@@ -87,7 +89,7 @@ def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
             for stall in all_stalls(connection, lot_id)
         ],
         **serialize.all_zones_json(connection, lot_id),
-        "layouts": serialize.layouts_json(connection, lot_id),
+        "layouts": [serialize.layout_of(each).model_dump(mode="json") for each in connection.execute(layouts)],
         "newest_registered": newest_registered(connection, lot_id),
     }
 
@@ -152,35 +154,50 @@ def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
     return found
 
 
-def lot_json(connection: Connection, row: _Shown) -> dict[str, Any]:
+def listed_lot(connection: Connection, row: _Shown) -> ListedLot:
     """Return a lot of the table with its numbers of stalls and surveys, and the newest survey."""
     of_lot = SURVEY.c.lot == row["id"]
     surveys = connection.execute(select(func.count()).select_from(SURVEY).where(of_lot)).scalar_one()
     last = connection.execute(select(*SURVEY_SHOWN).where(of_lot).order_by(*newest_first()).limit(1)).mappings().first()
     present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
-    return {
-        "id": row["id"],
-        "name": row["name"],
-        "stalls": stalls,
-        "survey_count": surveys,
-        "last_survey": None if last is None else surveys_json(connection, [last])[0],
-    }
+    return ListedLot(
+        id=row["id"], name=row["name"], stalls=stalls, survey_count=surveys,
+        last_survey=None if last is None else LotSurvey(**_values(connection, [last])[0]),
+    )  # fmt: skip
 
 
-def surveys_json(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
-    """Return surveys, rows of `SURVEY_SHOWN`, each with its counts."""
-    return [_survey_json(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+def whole_lot(connection: Connection, row: _Shown) -> Lot:
+    """Return a lot of the table with its place on Earth, and who edits its plan."""
+    return Lot(
+        **dict(listed_lot(connection, row)), datum=list(datum_of(connection, row["id"])),
+        datum_is_pinned=row["datum_is_pinned"],
+        outline=[[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
+        edit=serialize.edit_json(connection, row["id"]), revision=revisions.revision_of(connection, row["id"]),
+    )  # fmt: skip
 
 
-def _survey_json(row: _Shown) -> dict[str, Any]:
+def surveys_of(connection: Connection, rows: Sequence[_Shown]) -> list[Survey]:
+    """Return surveys, rows of `SURVEY_SHOWN`, each with its counts and the lots that it may be of."""
+    values = _values(connection, rows)
+    return [
+        Survey(**each, candidates=json.loads(row["candidates"])) for row, each in zip(rows, values, strict=True)
+    ]  # fmt: skip
+
+
+def _values(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
+    """Return the fields of `LotSurvey` of rows of `SURVEY_SHOWN`."""
+    return [_survey_values(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+
+
+def _survey_values(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
-    shown |= {"began": utc(row["began"]), "ended": utc(row["ended"]), "time_is_sure": row["time_is_sure"]}
+    shown |= {"began": moment(row["began"]), "ended": moment(row["ended"]), "time_is_sure": row["time_is_sure"]}
     return {**shown, **source_json(row)}
 
 
@@ -197,25 +214,14 @@ def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]
 
 def _changes(connection: Connection) -> list[dict[str, Any]]:
     newest = select(*CHANGE_SHOWN).where(CHANGE.c.edit.is_(None)).order_by(CHANGE.c.seq.desc()).limit(CHANGES_SHOWN)
-    return [change_json(row) for row in connection.execute(newest)]
+    return [change_of(row).model_dump(mode="json") for row in connection.execute(newest)]
 
 
 CHANGE_SHOWN: Final = tuple(CHANGE.c[name] for name in ("seq", "kind", "who", "made", "undone"))
 """Columns of a change that are shown."""
 
 
-def change_json(row: SqlRow[Any]) -> dict[str, Any]:
+def change_of(row: SqlRow[Any]) -> Change:
     """Return a change, a row of `CHANGE_SHOWN`."""
-    undone = None if row.undone is None else utc(row.undone)
-    return {"seq": row.seq, "kind": row.kind, "who": row.who, "made": utc(row.made), "undone": undone}
-
-
-def lot_place_json(connection: Connection, row: _Shown) -> dict[str, Any]:
-    """Return where a lot of the table is on Earth, and who edits its plan."""
-    return {
-        "datum": list(datum_of(connection, row["id"])),
-        "datum_is_pinned": row["datum_is_pinned"],
-        "outline": [[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
-        "edit": serialize.edit_json(connection, row["id"]),
-        "revision": revisions.revision_of(connection, row["id"]),
-    }
+    undone = None if row.undone is None else moment(row.undone)
+    return Change(seq=row.seq, kind=row.kind, who=row.who, made=moment(row.made), undone=undone)

@@ -60,9 +60,14 @@ def new_id() -> str:
     return str(uuid.uuid4())
 
 
+def moment(seconds: float) -> datetime:
+    """Return a time, Unix seconds, in UTC, as answers show it: without the fraction of the second."""
+    return datetime.fromtimestamp(seconds, UTC).replace(microsecond=0)
+
+
 def utc(seconds: float) -> str:
     """Return a time, Unix seconds, as ISO 8601 text in UTC."""
-    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+    return moment(seconds).isoformat().replace("+00:00", "Z")
 
 
 def fitting_name(text: str) -> str:

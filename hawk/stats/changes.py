@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
+from hawk.lots.answers import Count, Id, Shown
 from hawk.stats.counts import WIDER
 from hawk.stats.values import (
     DEVIATIONS,
@@ -16,10 +19,10 @@ from hawk.stats.values import (
     UNSEEN,
     Bools,
     Estimate,
+    Figure,
     Floats,
     Group,
     Panel,
-    PanelColumn,
     summed,
 )
 
@@ -28,29 +31,28 @@ LEAST_LOOKS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
-    """A stall whose state differs: ``is_taken`` now. ``chance``: that both states are right, by their looks."""
+class StateChange:
+    """A stall whose state changed; `taken`: now. `chance`: probability that both states are right."""
 
-    stall: PanelColumn
-    is_taken: bool
-    chance: float
+    id: Id
+    label: str
+    taken: bool
+    chance: Annotated[Figure, Field(ge=0, le=1)]
 
 
-@dataclass(frozen=True, slots=True)
-class Changes:
-    """Changes between two surveys, by their numbers: ``came`` and ``left`` are stalls that are taken, free now.
-
-    ``compared``: stalls with a state at both; ``unknown``: the others of both layouts.
+class Changed(Shown):
+    """Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `came`
+    and `left`: stalls that are taken, free now.
     """
 
-    stalls: tuple[Changed, ...]
-    compared: int
-    unknown: int
+    compared: Count
+    unknown: Count
     came: Estimate
     left: Estimate
+    stalls: tuple[StateChange, ...]
 
 
-def changes_between(panel: Panel, before: int, after: int) -> Changes:
+def changes_between(panel: Panel, before: int, after: int) -> Changed:
     """Return what changed between two surveys of a panel."""
     there = panel.is_there[before] & panel.is_there[after]
     first, then = panel.state[before], panel.state[after]
@@ -60,30 +62,26 @@ def changes_between(panel: Panel, before: int, after: int) -> Changes:
     for k in np.flatnonzero(both & (first != then)).tolist():
         is_taken = bool(then[k] == TAKEN)
         chance = (1 - one[k]) * other[k] if is_taken else one[k] * (1 - other[k])
-        found.append(Changed(panel.stalls[k], is_taken, float(chance)))
+        found.append(StateChange(panel.stalls[k].id, panel.stalls[k].label, is_taken, float(chance)))
     unknown = int(there.sum()) - int(both.sum())
-    return Changes(
-        tuple(found), int(both.sum()), unknown,
+    return Changed(
+        stalls=tuple(found), compared=int(both.sum()), unknown=unknown,
         came=_counted(both & (first == FREE) & (then == TAKEN), (1 - one) * other, both, unknown, 2),
         left=_counted(both & (first == TAKEN) & (then == FREE), one * (1 - other), both, unknown, 2),
     )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
-class Steady:
-    """Stalls of a group that no survey of a period saw taken, and that every one saw taken, of ``LEAST_LOOKS`` or more.
+class Steady(Estimate):
+    """Number of stalls that every survey saw in one state, and their labels."""
 
-    The numbers are those of the surveys' moments: a stall may be taken between them.
+    stalls: tuple[str, ...]
+
+
+def steady(panel: Panel, groups: Sequence[Group]) -> list[tuple[Steady, Steady]]:
+    """Return the stalls of each group that no survey of a period saw taken, and those that every one saw taken, of
+    `LEAST_LOOKS` or more. The numbers are those of the surveys' moments: a stall may be taken between them.
     """
-
-    never: Estimate
-    always: Estimate
-    never_stalls: tuple[PanelColumn, ...]
-    always_stalls: tuple[PanelColumn, ...]
-
-
-def steady(panel: Panel, groups: Sequence[Group]) -> list[Steady]:
-    """Return the stalls of each group that were the same in all surveys that saw them."""
     is_seen = panel.is_there & (panel.state != UNSEEN)
     looks = is_seen.sum(axis=0)
     probability = np.clip(np.nan_to_num(panel.taken), 1e-6, 1 - 1e-6)
@@ -98,16 +96,16 @@ def steady(panel: Panel, groups: Sequence[Group]) -> list[Steady]:
     for group, count in zip(groups, surveys, strict=True):
         known, unknown = enough & group.members, int((ever & ~enough & group.members).sum())
         never, always = (
-            _counted(one & group.members, chance, known, unknown, count)
+            _steady(panel, one & group.members, _counted(one & group.members, chance, known, unknown, count))
             for one, chance in zip(lists, chances, strict=True)
         )
-        named = [_named(panel, one & group.members) for one in lists]
-        found.append(Steady(never, always, named[0], named[1]))
+        found.append((never, always))
     return found
 
 
-def _named(panel: Panel, chosen: Bools) -> tuple[PanelColumn, ...]:
-    return tuple(panel.stalls[k] for k in np.flatnonzero(chosen).tolist())
+def _steady(panel: Panel, chosen: Bools, number: Estimate) -> Steady:
+    labels = tuple(panel.stalls[k].label for k in np.flatnonzero(chosen).tolist())
+    return Steady(number.value, number.low, number.high, number.surveys, labels)
 
 
 def _counted(found: Bools, chance: Floats, known: Bools, unknown: int, surveys: int) -> Estimate:

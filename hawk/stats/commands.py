@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from contextlib import closing
 from pathlib import Path
@@ -84,5 +83,5 @@ def _answer(store: Path, options: argparse.Namespace) -> str:
         with opened.reading() as connection:
             found = queries.statistics(connection, lot, during, options.by)
     if options.json:
-        return json.dumps(serialize.figures_json(found), indent=1)
+        return found.model_dump_json(indent=1)
     return serialize.figures_csv(found).rstrip("\n") if options.csv else serialize.figures_text(found)

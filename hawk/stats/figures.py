@@ -6,54 +6,59 @@ Terms and formulas: docs/statistics.md.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from datetime import datetime
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Final
+from typing import Annotated, Final, Literal, get_args
 
 import numpy as np
+from pydantic import Field
 
+from hawk.lots.answers import Count, Id, Share, Shown
 from hawk.stats.changes import Steady, steady
 from hawk.stats.counts import count
 from hawk.stats.flow import Flow, Moves
 from hawk.stats.groups import groups_of, whole
 from hawk.stats.hours import Hours, around, flown_hours
+from hawk.stats.partition import Partition
 from hawk.stats.turnover import Turnover, longest_gap, turnover
-from hawk.stats.values import NOTHING, Estimate, Floats, Group, LeftOut, Panel
+from hawk.stats.values import LEVEL, NOTHING, Estimate, Floats, Group, LeftOut, Panel
 
 PRACTICAL: Final = (0.85, 0.90)
 """Occupancies from which a lot counts as full: drivers circle (docs/statistics.md)."""
-WEEKDAYS: Final = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
+WEEKDAYS: Final[tuple[Weekday, ...]] = get_args(Weekday)
+Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
 
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """The flown hour of highest occupancy. ``rivals``: other flown hours whose interval reaches its own."""
+    """The surveyed hour of highest occupancy. `rivals`: other hours whose interval reaches its own."""
 
-    begin: str
+    begin: Local
     occupancy: Estimate
     accumulation: Estimate
-    rivals: int
+    rivals: Count
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """Use of a group of stalls over the flown hours of a period.
+    """Use of a part of the lot, or of all of it, over the surveyed hours of a period.
 
-    ``occupancy``: mean share of taken stalls, of hours that count alike; ``load``: space-hours taken; ``accumulation``:
-    mean number of taken stalls, the load by the hours; ``above``: shares of the flown hours at or above `PRACTICAL`.
+    `occupancy`: mean share of taken stalls, of hours that count alike; `load_space_hours`: those taken; `accumulation`:
+    mean number of taken stalls, the load by the hours; `above`: shares of the surveyed hours at or above an occupancy.
     """
 
     name: str
-    capacity: int
-    surveys: int
-    hours: int
+    capacity: Count
+    surveys: Count
+    hours: Count
     occupancy: Estimate
     accumulation: Estimate
-    load: Estimate
+    load_space_hours: Estimate
     peak: Peak | None
-    above: tuple[Estimate, ...]
-    steady: Steady
+    above: dict[str, Estimate]
+    never_taken: Steady
+    always_taken: Steady
     turnover: Turnover
 
 
@@ -61,64 +66,67 @@ class Use:
 class Hour:
     """Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing.
 
-    ``days``: dates; where a clock shows an hour twice on one, both count in the mean.
+    `days`: dates; where a clock shows an hour twice on one, both count in the mean.
     """
 
-    hour: int
-    days: int
+    hour: Annotated[int, Field(ge=0, le=23)]
+    days: Count
     occupancy: Estimate
     accumulation: Estimate
 
 
 @dataclass(frozen=True, slots=True)
 class Day:
-    """Days of the week with surveys: ``days`` of them, ``hours`` flown in all."""
+    """Mean over the surveyed hours of a day of the week: `days` of them, `hours` in all."""
 
-    weekday: int
-    days: int
-    hours: int
+    day: Weekday
+    days: Count
+    hours: Count
     occupancy: Estimate
 
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Two days of the week, by the hours of the day that both have: by how much the second is fuller (share)."""
+    """Two days of the week by the hours that both have: by how much the second is fuller, a share."""
 
-    first: int
-    second: int
-    hours: int
+    first: Weekday
+    second: Weekday
+    hours: Count
     difference: Estimate
 
 
-@dataclass(frozen=True, slots=True)
-class Figures:
-    """All figures of a period. ``by`` says what ``parts`` are; empty for none."""
+class Figures(Shown):
+    """Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value.
+    `by` says what `parts` are.
+    """
 
-    lot: str
+    lot: Id
     name: str
     clock: str
-    first: datetime | None
-    last: datetime | None
-    surveys: int
+    interval: Share
+    surveys: Count
+    first: Local | None
+    last: Local | None
     left_out: tuple[LeftOut, ...]
     whole: Use | None
-    by: str
-    parts: tuple[Use, ...] = field(repr=False)
-    hours: tuple[Hour, ...] = field(repr=False)
-    days: tuple[Day, ...] = field(repr=False)
-    compared: tuple[Compared, ...] = field(repr=False)
+    by: Partition | None
+    parts: tuple[Use, ...] = Field(repr=False)
+    hours: tuple[Hour, ...] = Field(repr=False)
+    days: tuple[Day, ...] = Field(repr=False)
+    compared: tuple[Compared, ...] = Field(repr=False)
 
 
-def figures(panel: Panel, by: str = "") -> Figures:
-    """Return the figures of a panel. ``by``: a `Partition`; "" for none."""
+def figures(panel: Panel, by: Partition | None = None) -> Figures:
+    """Return the figures of a panel."""
     groups = [*whole(panel), *groups_of(panel, by)]
     hours, moves = _flown(panel, groups)
     total, *parts = _uses(panel, groups, hours, moves)
-    at = panel.local_times
+    at = [each.isoformat(timespec="minutes") for each in panel.local_times]
     return Figures(
-        panel.lot, panel.name, panel.clock_name, at[0] if at else None, at[-1] if at else None, len(at),
-        panel.left_out, total if at else None, by, tuple(parts), hours_of_day(hours), days_of_week(hours),
-        compared(hours),
+        lot=panel.lot, name=panel.name, clock=panel.clock_name, interval=LEVEL, surveys=len(at),
+        first=at[0] if at else None, last=at[-1] if at else None, left_out=panel.left_out,
+        whole=total if at else None, by=by, parts=tuple(parts), hours=hours_of_day(hours), days=days_of_week(hours),
+        compared=compared(hours),
     )  # fmt: skip
 
 
@@ -134,7 +142,7 @@ def _flown(panel: Panel, groups: Sequence[Group]) -> tuple[Hours, Moves]:
 
 def _uses(panel: Panel, groups: Sequence[Group], hours: Hours, moves: Moves) -> list[Use]:
     mean, load, bounds, still = hours.over(), hours.load(), hours.bounds(), steady(panel, groups)
-    above = [_above(hours, bounds, limit) for limit in PRACTICAL]
+    above = {f"{limit:.2f}": _above(hours, bounds, limit) for limit in PRACTICAL}
     turnovers = turnover(moves, longest_gap(moves))
     flown = np.isfinite(hours.mean).sum(axis=0).tolist()
     newest = panel.is_there[-1] if len(panel.surveys) else np.zeros(len(panel.stalls), np.bool_)
@@ -142,7 +150,7 @@ def _uses(panel: Panel, groups: Sequence[Group], hours: Hours, moves: Moves) -> 
         Use(
             group.name, int((newest & group.members).sum()), mean[k].surveys, flown[k], mean[k],
             load[k].times(1 / max(flown[k], 1)), load[k], _peak(hours, bounds, k),
-            tuple(each[k] for each in above), still[k], turnovers[k],
+            {limit: each[k] for limit, each in above.items()}, *still[k], turnovers[k],
         )
         for k, group in enumerate(groups)
     ]  # fmt: skip
@@ -197,7 +205,7 @@ def days_of_week(hours: Hours) -> tuple[Day, ...]:
     found = []
     for k, number in enumerate(numbers):
         dates = {day for day, weight in zip(hours.day, weights[:, k].tolist(), strict=True) if weight}
-        found.append(Day(number, len(dates), int((weights[:, k] > 0).sum()), shares[k]))
+        found.append(Day(WEEKDAYS[number], len(dates), int((weights[:, k] > 0).sum()), shares[k]))
     return tuple(found)
 
 
@@ -223,7 +231,7 @@ def compared(hours: Hours) -> tuple[Compared, ...]:
                 weights[is_it, k] = sign / is_it.sum() / len(common)
     shares = _sums(hours, weights, low=-1.0)
     return tuple(
-        Compared(first, second, len(common), share)
+        Compared(WEEKDAYS[first], WEEKDAYS[second], len(common), share)
         for (first, second, common), share in zip(pairs, shares, strict=True)
     )  # fmt: skip
 

@@ -22,7 +22,7 @@ def whole(panel: Panel) -> list[Group]:
     return [Group(panel.name or WHOLE, np.ones(len(panel.stalls), np.bool_))]
 
 
-def groups_of(panel: Panel, by: str) -> list[Group]:
+def groups_of(panel: Panel, by: Partition | None) -> list[Group]:
     """Return the groups of a lot by a `Partition` of its stalls, else none. A stall in two zones is in two groups."""
     if by not in _NAMES:
         return []
@@ -31,8 +31,8 @@ def groups_of(panel: Panel, by: str) -> list[Group]:
     return [Group(name, np.array([name in each for each in names], np.bool_)) for name in found]
 
 
-_NAMES: Final[Mapping[str, Callable[[PanelColumn], tuple[str, ...]]]] = {
-    Partition.ROW: lambda stall: (stall.row or NO_ROW,),
-    Partition.ZONE: lambda stall: stall.zones or (NO_ZONE,),
-    Partition.KIND: lambda stall: (stall.kind or KINDS[""],),
+_NAMES: Final[Mapping[Partition | None, Callable[[PanelColumn], tuple[str, ...]]]] = {
+    "row": lambda stall: (stall.row or NO_ROW,),
+    "zone": lambda stall: stall.zones or (NO_ZONE,),
+    "kind": lambda stall: (stall.kind or KINDS[""],),
 }

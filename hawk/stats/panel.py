@@ -19,7 +19,7 @@ from hawk.lots.schema import LOOKS, LOT, STALL, SURVEY, ZONE
 from hawk.lots.storage.database import version_of
 from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.survey.order import has_been, is_sure
-from hawk.lots.values import PLACED, NotFoundError
+from hawk.lots.values import PLACED, NotFoundError, moment
 from hawk.model.lot_map import StallState
 from hawk.stats.values import (
     FREE,
@@ -117,7 +117,7 @@ class _Looked:
         """Return the panel of a period within that of these surveys; its tables are not copied where all are asked."""
         is_in = period.has(self.at)
         left_out = tuple(
-            LeftOut(self.ids[number], float(self.at[number]), self.why[number])
+            LeftOut(self.ids[number], moment(float(self.at[number])), self.why[number])
             for number in np.flatnonzero(is_in & (self.line < 0)).tolist()
         )
         lines = np.sort(self.line[is_in & (self.line >= 0)])

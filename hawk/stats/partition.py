@@ -2,18 +2,9 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import Final
+from typing import Final, Literal, get_args
 
-
-class Partition(StrEnum):
-    """Partition of a lot: by hours of the day, or by its stalls."""
-
-    HOUR = "hour"
-    ROW = "row"
-    ZONE = "zone"
-    KIND = "kind"
-
-
-PARTITIONS: Final = tuple(each.value for each in Partition)
+Partition = Literal["hour", "row", "zone", "kind"]
+"""Partition of a lot: by hours of the day, or by its stalls."""
+PARTITIONS: Final[tuple[Partition, ...]] = get_args(Partition)
 """Values of ``by``."""

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from sqlalchemy import Connection
 
+from hawk.stats.answers import StallsUse
 from hawk.stats.panel import Period, read_panel
 from hawk.stats.values import DEVIATIONS, LEVEL, TAKEN, UNSEEN, Floats
 
 
-def heat_json(connection: Connection, lot: str, period: Period) -> dict[str, Any]:
-    """Return of each stall the share of a period's surveys in which it was taken, as JSON values in columns.
+def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:
+    """Return of each stall the share of a period's surveys in which it was taken, in columns.
 
     ``surveys``: those that saw its state; ``share``, ``low``, ``high``: None without any. The shares are those of the
     surveys' moments. Raises NotFoundError, LotStoreError.
@@ -25,17 +24,11 @@ def heat_json(connection: Connection, lot: str, period: Period) -> dict[str, Any
     low, high = share_bounds(taken, looks, wrong)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = taken / looks
-    return {
-        "lot": lot,
-        "interval": LEVEL,
-        "surveys_in_period": len(panel.surveys),
-        "ids": [stall.id for stall in panel.stalls],
-        "labels": [stall.label for stall in panel.stalls],
-        "surveys": looks.astype(int).tolist(),
-        "share": _listed(share),
-        "low": _listed(low),
-        "high": _listed(high),
-    }
+    return StallsUse(
+        lot=lot, interval=LEVEL, surveys_in_period=len(panel.surveys),
+        ids=[stall.id for stall in panel.stalls], labels=[stall.label for stall in panel.stalls],
+        surveys=looks.astype(int).tolist(), share=_listed(share), low=_listed(low), high=_listed(high),
+    )  # fmt: skip
 
 
 def share_bounds(taken: Floats, looks: Floats, wrong: Floats) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from sqlalchemy import Connection, select
@@ -11,42 +11,38 @@ from hawk.lots.schema import SURVEY
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
-from hawk.lots.values import utc
+from hawk.lots.values import moment
+from hawk.stats.answers import SurveysUse, SurveyUse
 from hawk.stats.counts import count
 from hawk.stats.panel import CODES, Period, read_panel
-from hawk.stats.serialize import estimate_json
 from hawk.stats.values import LEVEL, NOTHING, Estimate, Group, Panel
 
 _SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")
 
 
-def surveys_json(connection: Connection, lot: str, period: Period) -> dict[str, Any]:
-    """Return the surveys of a lot that the figures of a period use or leave out, the newest first, as JSON values.
+def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
+    """Return the surveys of a lot that the figures of a period use or leave out, the newest first.
 
     ``occupancy``: share of taken stalls with its interval, by the looks. ``left_out``: why no figure uses a survey, ""
     for the others. Raises NotFoundError, LotStoreError.
     """
     panel = read_panel(connection, lot, period)
     shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
-    reasons = {each.id: each.why for each in panel.left_out}
+    reasons = {each.survey: each.why for each in panel.left_out}
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have()).order_by(*newest_first())
     rows = [row for row in connection.execute(asked).mappings() if row["id"] in shares or row["id"] in reasons]
-    return {
-        "lot": lot,
-        "name": panel.name,
-        "clock": panel.clock_name,
-        "interval": LEVEL,
-        "surveys": [
-            {name: row[name] for name in _SHOWN}
-            | counts
-            | source_json(row)
-            | {"began": utc(row["began"]), "ended": utc(row["ended"])}
-            | {"occupancy": estimate_json(shares.get(row["id"], NOTHING))}
-            | {"left_out": reasons.get(row["id"], ""), "left_out_code": CODES.get(reasons.get(row["id"], ""), "")}
+    return SurveysUse(
+        lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
+        surveys=[
+            SurveyUse(
+                **{name: row[name] for name in _SHOWN} | counts | source_json(row),
+                began=moment(row["began"]), ended=moment(row["ended"]), occupancy=shares.get(row["id"], NOTHING),
+                left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
+            )
             for row, counts in zip(rows, counts_of(connection, rows), strict=True)
         ],
-    }
+    )  # fmt: skip
 
 
 def _shares(panel: Panel) -> list[Estimate]:

@@ -12,8 +12,9 @@ from typing import Final
 
 import numpy as np
 
+from hawk.lots.answers import Count
 from hawk.stats.flow import Moves, arrivals, rates
-from hawk.stats.values import DEVIATIONS, FREE, TAKEN, Floats
+from hawk.stats.values import DEVIATIONS, FREE, TAKEN, Figure, Floats
 
 LONGEST: Final = 0.5
 """Share of the mean stay from which a gap between two surveys hides too many stays for an upper end."""
@@ -31,26 +32,26 @@ LEAST_DEPARTURES: Final = 30
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """Ends of a figure. ``high`` is None where nothing limits it; ``low`` is None where nothing is known."""
+    """Ends between which a figure lies. `high`: null where nothing limits it; `low`: null where nothing is known."""
 
-    low: float | None
-    high: float | None
+    low: Figure | None
+    high: Figure | None
 
 
 @dataclass(frozen=True, slots=True)
 class Turnover:
-    """Cars that came to a group of stalls in the ``hours`` between surveys, and how long they stayed.
+    """Cars that came to a group of stalls in the `hours` between surveys, and how long they stayed.
 
-    ``arrivals``: cars; ``per_stall``: cars a stall in an hour; ``stay``: hours, by Little's law the stall-hours taken
-    over the arrivals. ``pairs`` of surveys are behind it, of which ``open_pairs`` have no upper end.
+    `arrivals`: cars; `per_stall_hour`: cars a stall in an hour; `stay_hours`: by Little's law the stall-hours taken
+    over the arrivals. `pairs` of surveys are behind it, of which `open_pairs` have no upper end.
     """
 
-    hours: float
+    hours: Figure
+    pairs: Count
+    open_pairs: Count
     arrivals: Bracket
-    per_stall: Bracket
-    stay: Bracket
-    pairs: int
-    open_pairs: int
+    per_stall_hour: Bracket
+    stay_hours: Bracket
 
 
 _UNKNOWN: Final = Bracket(None, None)
@@ -83,11 +84,11 @@ def _turnover(
     hours: float, pairs: int, is_open: int, low: float, high: float, stall_hours: float, taken_hours: float
 ) -> Turnover:
     if not pairs:
-        return Turnover(0.0, _UNKNOWN, _UNKNOWN, _UNKNOWN, 0, 0)
+        return Turnover(0.0, 0, 0, _UNKNOWN, _UNKNOWN, _UNKNOWN)
     top = high if math.isfinite(high) else None
     per_stall = Bracket(low / stall_hours, None if top is None else top / stall_hours)
     stay = Bracket(taken_hours / top if top else None, taken_hours / low if low > 0 else None)
-    return Turnover(hours, Bracket(low, top), per_stall, stay, pairs, is_open)
+    return Turnover(hours, pairs, is_open, Bracket(low, top), per_stall, stay)
 
 
 def least(moves: Moves) -> Floats:

@@ -8,16 +8,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, tzinfo
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import PlainSerializer
+
+from hawk.lots.answers import Count, Id, Utc
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 States = NDArray[np.int8]
+Figure = Annotated[float, PlainSerializer(lambda value: round(value, DIGITS), return_type=float)]
+"""A number of an answer, which shows `DIGITS` decimals."""
+DIGITS: Final = 4
 
 LEVEL: Final = 0.9
 """Share of figures whose interval is to hold the true value."""
@@ -52,8 +58,8 @@ class PanelRow:
 class LeftOut:
     """A survey of the period that no figure uses, and why."""
 
-    id: str
-    at: float
+    survey: Id
+    ended: Utc
     why: str
 
 
@@ -130,12 +136,12 @@ def capacity_of(is_there: Bools, groups: Sequence[Group]) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A figure with its interval and the number of surveys behind it; all are None where there is none."""
+    """A figure with the ends of its interval and the number of surveys behind it; null where nobody flew."""
 
-    value: float | None
-    low: float | None
-    high: float | None
-    surveys: int
+    value: Figure | None
+    low: Figure | None
+    high: Figure | None
+    surveys: Count
 
     def times(self, factor: float) -> Estimate:
         """Return the figure in another unit."""

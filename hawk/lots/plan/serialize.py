@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, RowMapping, select
 
+from hawk.lots.answers import Layout
 from hawk.lots.change_log import rows_touched, unpacked
 from hawk.lots.plan import revisions
 from hawk.lots.plan.queries import COLUMNS, all_stalls, named_zones, stalls_in, zones_of
@@ -15,7 +16,7 @@ from hawk.lots.plan.values import LASTING, PlanStall, Zone
 from hawk.lots.plan.versions import edit_of
 from hawk.lots.rows import is_among
 from hawk.lots.schema import CHANGE, FORMER, LAYOUT, STALL
-from hawk.lots.values import NotFoundError, utc
+from hawk.lots.values import NotFoundError, moment, utc
 
 _TOUCHED: Final = (
     select(*(STALL.c[name] for name in COLUMNS), STALL.c.ends).where(is_among(STALL.c.key)).order_by(STALL.c.key)
@@ -91,12 +92,6 @@ def edit_json(connection: Connection, lot: str) -> dict[str, Any] | None:
     return {"who": edit.who, "since": utc(edit.began), "last": utc(edit.touched), "layout": edit.version}
 
 
-def layouts_json(connection: Connection, lot: str) -> list[dict[str, Any]]:
-    """Return the versions of a lot's layout: when, by whom and why each began."""
-    rows = connection.execute(select(LAYOUT).where(LAYOUT.c.lot == lot).order_by(LAYOUT.c.version))
-    return [layout_json(row) for row in rows]
-
-
-def layout_json(row: Row[Any]) -> dict[str, Any]:
-    """Return a version of a layout."""
-    return {"version": row.version, "valid_from": utc(row.valid_from), "who": row.who, "why": row.why}
+def layout_of(row: Row[Any]) -> Layout:
+    """Return a version of a layout: when, by whom and why it began."""
+    return Layout(version=row.version, valid_from=moment(row.valid_from), who=row.who, why=row.why)

@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from hawk.lots.answers import Count, Degrees, EditedStall, EditedZone, Shown, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME
-from hawk.web.v1.models import Count, Degrees, EditedStall, EditedZone, Shown, Utc
 from hawk.web.v1.parameters import Id
 
 Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]

@@ -11,10 +11,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from hawk.exports.feed_table import VALID_S
 from hawk.formats.validation import wrong_values
+from hawk.lots.answers import ID
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.operations import FORMS as OPERATION_FORMS
 from hawk.lots.plan.operations import LETTER
 from hawk.lots.values import LotInputError
+from hawk.stats.partition import Partition
 from hawk.web.access.admission import TOKEN_PARAMETER
 
 MOST_ITEMS: Final = 1000
@@ -26,7 +28,6 @@ _LONGEST_ZONE: Final = 64
 _LONGEST_TIME: Final = 40
 
 
-_ID: Final = "^[0-9a-f-]{36}$"
 _PLACE: Final = "^[0-9A-Za-z.-]+$"
 
 
@@ -52,10 +53,10 @@ Place = Annotated[
         description="`next` of the part before; the list begins behind it",
     ),
 ]  # fmt: skip
-Id = Annotated[str, Field(pattern=_ID)]
+Id = Annotated[str, Field(pattern=ID)]
 FORMS: Final[Mapping[str, str]] = {
     **OPERATION_FORMS,
-    _ID: "must be an id, 36 characters, as the lists have it",
+    ID: "must be an id, 36 characters, as the lists have it",
     _PLACE: "is no place in this list: write `next` of the part before, or leave it out",
 }
 """Pattern of a text -> reason for one that has not this form."""
@@ -141,7 +142,7 @@ class Statistics(Period):
     """Division of the figures of a period."""
 
     by: Annotated[
-        Literal["hour", "row", "zone", "kind"] | None,
+        Partition | None,
         Field(description="parts of the lot that are counted by themselves, beside the whole"),
     ] = None
 

@@ -13,29 +13,27 @@ from sqlalchemy import ColumnElement, Connection
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson
 from hawk.lots import lists, queries
+from hawk.lots.answers import Comparison, Part
 from hawk.lots.change_detection.comparison import newest_registered
-from hawk.lots.lists import Asked, Part
+from hawk.lots.lists import Asked
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import SURVEY
 from hawk.lots.values import Placed
 from hawk.stats import queries as uses
+from hawk.stats import stalls as stall_figures
+from hawk.stats import surveys as survey_figures
 from hawk.stats.panel import Period
 from hawk.stats.period import period_of
-from hawk.stats.serialize import changes_json, figures_json
-from hawk.stats.stalls import heat_json
-from hawk.stats.surveys import surveys_json
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import GEOJSON, Answer
-from hawk.web.v1.models import Comparison
 from hawk.web.v1.parameters import Query, Request
 
 
 def _listed(part: Part) -> Answer:
-    return Answer({"items": part.items, "next": part.next}, part.next)
+    return Answer(part, part.next)
 
 
 def _part(query: forms.Listed) -> Asked:
-
     return Asked(query.limit, query.after)
 
 
@@ -149,23 +147,23 @@ def places(connection: Connection, asked: Request[Query]) -> Answer:
 
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
-    return Answer(figures_json(uses.statistics(connection, asked.id, _period(asked.query), asked.query.by)))
+    return Answer(uses.statistics(connection, asked.id, _period(asked.query), asked.query.by))
 
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    return Answer(surveys_json(connection, asked.id, _period(asked.query)))
+    return Answer(survey_figures.surveys_use(connection, asked.id, _period(asked.query)))
 
 
 def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return of each stall of a lot the share of the surveys in which it was taken."""
-    return Answer(heat_json(connection, asked.id, _period(asked.query)))
+    return Answer(stall_figures.stalls_use(connection, asked.id, _period(asked.query)))
 
 
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
     query = asked.query
-    return Answer(changes_json(uses.changes(connection, asked.id, query.before, query.after, _period(query))))
+    return Answer(uses.changes(connection, asked.id, query.before, query.after, _period(query)))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:

@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hawk.web.v1.models import BLURRED, Count, Shown, Utc
-from hawk.web.v1.parameters import Id
+from hawk.lots.answers import BLURRED, Count, Id, Shown, Utc
 
 
 class Link(Shown):

@@ -9,15 +9,19 @@ from pydantic import BaseModel
 
 from hawk.exports.feed_table import FEEDS as ALL_FEEDS
 from hawk.exports.formats import CONTENT_TYPES
+from hawk.lots import answers as lots
+from hawk.lots.answers import Shown
 from hawk.runtime.late import late_functions
-from hawk.web.v1 import bodies, exports, figures, links, models, parameters, plan_files, recordings, shapes
+from hawk.stats import answers as figures
+from hawk.stats.changes import Changed
+from hawk.stats.figures import Figures
+from hawk.web.v1 import bodies, exports, links, models, parameters, plan_files, recordings, shapes
 from hawk.web.v1 import features_parameters as forms
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
 from hawk.web.v1.features_parameters import ROOT as FEATURES_ROOT
 from hawk.web.v1.looks import keep_missing_looks
-from hawk.web.v1.models import Shown
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 
@@ -91,51 +95,51 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
 
     return (
         one("/observations", "observations", "Looks of all surveys at the stalls of a lot", SURVEYS,
-            reads.observations, models.ObservationList, parameters.Observations),
+            reads.observations, lots.ObservationList, parameters.Observations),
         one("/surveys/{survey}/stalls", "survey_stalls", "A survey of a lot with its stalls, as its GeoJSON file",
             SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
-            STATISTICS, reads.statistics, figures.Figures, parameters.Statistics, keep_missing_looks),
+            STATISTICS, reads.statistics, Figures, parameters.Statistics, keep_missing_looks),
         one("/statistics/surveys", "surveys_use", "Surveys of a lot, each with its share of taken stalls", STATISTICS,
             reads.surveys_use, figures.SurveysUse, parameters.Period, keep_missing_looks),
         one("/statistics/stalls", "stalls_use", "Stalls of a lot by the share of surveys that found them taken",
             STATISTICS, reads.stalls_use, figures.StallsUse, parameters.Period, keep_missing_looks),
         one("/statistics/between", "between", "Changes of a lot's stalls from one survey to another one", STATISTICS,
-            reads.between, figures.Changed, parameters.Between, keep_missing_looks),
+            reads.between, Changed, parameters.Between, keep_missing_looks),
     )  # fmt: skip
 
 
 _READS: Final = (
-    _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, models.LotList, parameters.Listed),
-    _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, models.Lot),
+    _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, lots.LotList, parameters.Listed),
+    _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, lots.Lot),
     _read("/lots/{id}/layouts", "layouts", "Versions of a lot's layout, the first one first", LOTS, reads.layouts,
-          models.LayoutList, parameters.Listed),
+          lots.LayoutList, parameters.Listed),
     _read("/lots/{id}/layouts/{version}/stalls", "layout_stalls", "Stalls of a version of a lot's layout, as they were",
-          LOTS, reads.stalls_of_layout, models.PlanStallList, parameters.Listed),
+          LOTS, reads.stalls_of_layout, lots.PlanStallList, parameters.Listed),
     _read("/lots/{id}/stalls", "stalls", "Stalls of a lot's plan with the last look at each", LOTS, reads.stalls,
-          models.StallList, parameters.Stalls),
-    _read("/stalls/{id}", "stall", "A stall of any layout", LOTS, reads.stall, models.Stall),
+          lots.StallList, parameters.Stalls),
+    _read("/stalls/{id}", "stall", "A stall of any layout", LOTS, reads.stall, lots.Stall),
     _read("/lots/{id}/zones", "zones", "Zones of a lot's plan, and areas without stalls", LOTS, reads.zones,
-          models.ZoneList, parameters.Listed),
-    _read("/surveys", "surveys", "Surveys of all lots, and of none", SURVEYS, reads.surveys, models.SurveyList,
+          lots.ZoneList, parameters.Listed),
+    _read("/surveys", "surveys", "Surveys of all lots, and of none", SURVEYS, reads.surveys, lots.SurveyList,
           parameters.Surveys),
-    _read("/lots/{id}/surveys", "lot_surveys", "Surveys of a lot", SURVEYS, reads.surveys, models.SurveyList,
+    _read("/lots/{id}/surveys", "lot_surveys", "Surveys of a lot", SURVEYS, reads.surveys, lots.SurveyList,
           parameters.Surveys),
-    _read("/surveys/{id}", "survey", "A survey", SURVEYS, reads.survey, models.Survey),
+    _read("/surveys/{id}", "survey", "A survey", SURVEYS, reads.survey, lots.Survey),
     _read("/lots/{id}/comparison", "comparison", "Newest registered survey of a lot beside its layout", SURVEYS,
-          reads.comparison, models.Comparison),
+          reads.comparison, lots.Comparison),
     _read("/surveys/{id}/places", "survey_places", "Places where a survey in doubt may lie, with its stalls at each",
-          SURVEYS, reads.places, models.PossiblePlaces),
+          SURVEYS, reads.places, lots.PossiblePlaces),
     _read("/surveys/{id}/observations", "survey_observations", "Looks of a survey at the stalls of its lot", SURVEYS,
-          reads.observations_of_survey, models.ObservationList, parameters.Listed),
+          reads.observations_of_survey, lots.ObservationList, parameters.Listed),
     *_of_lot(False),
 )  # fmt: skip
 
 _CHANGES: Final = (
     _read("/changes", "changes", "Changes that persons made, the newest first", CHANGES, reads.changes,
-          models.ChangeList, parameters.Listed),
+          lots.ChangeList, parameters.Listed),
     _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
-          CHANGES, reads.proposals, models.Proposals),
+          CHANGES, reads.proposals, lots.Proposals),
     _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, commands.undo, bodies.Nothing,
             bodies.Undone),
     _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, commands.rename, bodies.LotName, bodies.Done),
@@ -158,7 +162,7 @@ _CHANGES: Final = (
 
 _PLANS: Final = (
     _read("/lots/{id}/plan", "plan", "Plan of a lot: all of it, its changes since a revision, or an earlier version",
-          PLANS, reads.plan, models.Plan, parameters.PlanPart),
+          PLANS, reads.plan, lots.Plan, parameters.PlanPart),
     _change("/lots/{id}/edit", "open_edit", "Open an edit of a lot's plan, or go on with one's own", PLANS,
             commands.open_edit, bodies.OpenEdit, bodies.Opened),
     _change("/lots/{id}/plan", "edit_plan", "Do an operation on the plan", PLANS, commands.edit_plan, bodies.Do,

@@ -23,8 +23,8 @@ from hawk.lots.training_set import read_lesson
 from hawk.lots.values import LotStoreError
 from hawk.stats.period import period_of
 from hawk.stats.queries import statistics
-from hawk.stats.stalls import heat_json
-from hawk.stats.surveys import surveys_json
+from hawk.stats.stalls import stalls_use
+from hawk.stats.surveys import surveys_use
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import NOW
 from tests.unit.lots.surveys import BEGAN
@@ -63,8 +63,8 @@ DOORS: dict[str, Door] = {
     "files": lambda c, stored: [make(read_survey(c, stored.first.survey)) for make in TABLES.values()],
     "feeds": lambda c, stored: [feed_text(c, name, Wanted(stored.lot), BEGAN) for name in FEEDS],
     "figures": lambda c, stored: statistics(c, stored.lot, PERIOD, "zone"),
-    "surveys with figures": lambda c, stored: surveys_json(c, stored.lot, PERIOD),
-    "stalls with figures": lambda c, stored: heat_json(c, stored.lot, PERIOD),
+    "surveys with figures": lambda c, stored: surveys_use(c, stored.lot, PERIOD).model_dump(mode="json"),
+    "stalls with figures": lambda c, stored: stalls_use(c, stored.lot, PERIOD),
     "the lot about a drone": lambda c, stored: [
         known_lot.lot_near(c, (52.0, 5.0)),
         known_lot.lots_ahead(c, (52.0, 5.0)),

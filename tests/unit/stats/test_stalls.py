@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from hawk.lots.storage.database import Database
 from hawk.model.lot_map import StallState
-from hawk.stats.stalls import heat_json, share_bounds
+from hawk.stats.stalls import share_bounds, stalls_use
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
 
@@ -26,7 +26,7 @@ def test_heat_is_the_share_of_surveys_that_saw_a_stall_taken(store: Database) ->
     taken, unknown = StallState.TAKEN, StallState.UNKNOWN
     lot = lot_of(store, seen({1: taken, 2: taken}), later(seen({1: taken, 2: unknown}), 1))
     with store.reading() as connection:
-        found = heat_json(connection, lot, EVER)
+        found = stalls_use(connection, lot, EVER).model_dump(mode="json")
     assert found["surveys_in_period"] == 2
     assert dict(zip(found["labels"][:3], zip(found["surveys"], found["share"], strict=True), strict=False)) == {
         "A 1": (2, 1.0), "A 2": (1, 1.0), "A 3": (2, 0.0),
@@ -40,7 +40,7 @@ def test_heat_is_the_share_of_surveys_that_saw_a_stall_taken(store: Database) ->
 def test_a_stall_that_no_survey_saw_has_no_share(store: Database) -> None:
     lot = lot_of(store, seen({3: StallState.UNKNOWN}))
     with store.reading() as connection:
-        found = heat_json(connection, lot, EVER)
+        found = stalls_use(connection, lot, EVER).model_dump(mode="json")
     assert (found["surveys"][2], found["share"][2], found["low"][2], found["high"][2]) == (0, None, None, None)
 
 

@@ -13,7 +13,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import NotFoundError
 from hawk.model.lot_map import StallState
-from hawk.stats.surveys import surveys_json
+from hawk.stats.surveys import surveys_use
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
 
@@ -28,7 +28,7 @@ def test_surveys_are_listed_with_their_share_the_newest_first(store: Database) -
     half = dict.fromkeys(range(1, 11), StallState.TAKEN)
     lot = lot_of(store, seen({}), later(seen(half), 1))
     with store.reading() as connection:
-        found = surveys_json(connection, lot, EVER)
+        found = surveys_use(connection, lot, EVER).model_dump(mode="json")
     newest, first = found["surveys"]
     assert (newest["free"], newest["taken"], newest["left_out"], newest["placed"]) == (10, 10, "", "registered")
     assert newest["occupancy"]["value"] == 0.5
@@ -41,7 +41,7 @@ def test_pictures_of_an_earlier_day_are_listed_at_their_date(store: Database) ->
     source = PictureSource(SourceKind.PHOTOGRAPHS, "flight", ())
     lot = lot_of(store, later(seen({}), 2), replace(seen({}), pictures=source))
     with store.reading() as connection:
-        listed = surveys_json(connection, lot, EVER)["surveys"]
+        listed = surveys_use(connection, lot, EVER).model_dump(mode="json")["surveys"]
     assert [each["kind"] for each in listed] == ["flown", "picture"]
     assert listed[0]["ended"] > listed[1]["ended"]
 
@@ -50,7 +50,7 @@ def test_a_survey_that_no_figure_uses_says_why_and_has_no_share(store: Database)
     lot = lot_of(store, seen({}), later(replace(seen({}), time_is_sure=False), 1))
     with store.writing() as connection:
         connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(placed="unregistered"))
-        newest, first = surveys_json(connection, lot, EVER)["surveys"]
+        newest, first = surveys_use(connection, lot, EVER).model_dump(mode="json")["surveys"]
     assert (newest["left_out_code"], first["left_out_code"]) == ("no_time", "unregistered")
     assert "neither GNSS nor a time server" in newest["left_out"]
     assert newest["occupancy"] == first["occupancy"] == {"value": None, "low": None, "high": None, "surveys": 0}
@@ -60,17 +60,17 @@ def test_a_survey_that_no_figure_uses_says_why_and_has_no_share(store: Database)
 def test_a_deleted_survey_is_in_no_list_and_comes_back_whole(store: Database) -> None:
     lot = lot_of(store, seen({}), later(seen({1: StallState.TAKEN}), 1))
     with store.writing() as connection:
-        before = surveys_json(connection, lot, EVER)
+        before = surveys_use(connection, lot, EVER).model_dump(mode="json")
         stalls = queries.lot(connection, lot)["stalls"]
         done = commands.delete(connection, before["surveys"][0]["id"], "operator", 1.8e9)
-        (left,) = surveys_json(connection, lot, EVER)["surveys"]
+        (left,) = surveys_use(connection, lot, EVER).model_dump(mode="json")["surveys"]
         assert left == before["surveys"][1]
         assert all(each["state"] == "free" for each in queries.lot(connection, lot)["stalls"])
         assert commands.undo(connection, done.seq, 1.8e9 + 1) == "delete"
-        assert surveys_json(connection, lot, EVER) == before
+        assert surveys_use(connection, lot, EVER).model_dump(mode="json") == before
         assert queries.lot(connection, lot)["stalls"] == stalls
 
 
 def test_a_lot_that_is_not_there_is_named(store: Database) -> None:
     with store.reading() as connection, pytest.raises(NotFoundError, match="there is no lot with this id"):
-        surveys_json(connection, "0" * 36, EVER)
+        surveys_use(connection, "0" * 36, EVER).model_dump(mode="json")

@@ -71,14 +71,14 @@ def test_a_bracket_holds_the_arrivals_and_the_mean_stay_and_has_no_end_where_sur
     (found,) = turnover(moves, longest_gap(moves))
     assert found.arrivals.low is not None
     assert found.arrivals.high is not None
-    assert found.stay.low
-    assert found.stay.high
+    assert found.stay_hours.low
+    assert found.stay_hours.high
     assert found.arrivals.low <= came <= found.arrivals.high
-    assert found.stay.low <= MEAN_H <= found.stay.high
+    assert found.stay_hours.low <= MEAN_H <= found.stay_hours.high
     far, came = seen_at(drawn, 1.0)
     moves = Moves.of(far, everything(far))
     (found,) = turnover(moves, longest_gap(moves))
-    assert (found.arrivals.high, found.stay.low, found.open_pairs) == (None, None, found.pairs)
+    assert (found.arrivals.high, found.stay_hours.low, found.open_pairs) == (None, None, found.pairs)
     assert found.arrivals.low is not None
     assert found.arrivals.low <= came
 

@@ -36,19 +36,6 @@ export interface BeginningShape {
   kind: string;
 }
 
-/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
-export interface BeginningStall {
-  id: number;
-  north: number;
-  east: number;
-  angle: number;
-  width: number;
-  length: number;
-  state: "free" | "taken" | "unknown";
-  instead: string[];
-  corners: [number, number][];
-}
-
 /** A lot that a plan made; `stalls`: how many it has. */
 export interface Begun {
   seq: number;
@@ -57,7 +44,7 @@ export interface Begun {
   stalls: number;
 }
 
-/** Ends between which a figure lies; null: no end is known. */
+/** Ends between which a figure lies. `high`: null where nothing limits it; `low`: null where nothing is known. */
 export interface Bracket {
   low: number | null;
   high: number | null;
@@ -74,25 +61,17 @@ export interface Change {
 
 /** Part of the list of changes. */
 export interface ChangeList {
-  items: Change[];
   next: string | null;
+  items: Change[];
 }
 
-/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. */
+/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `came` and `left`: stalls that are taken, free now. */
 export interface Changed {
   compared: number;
   unknown: number;
   came: Estimate;
   left: Estimate;
-  stalls: ChangedStall[];
-}
-
-/** A stall whose state changed; `taken`: now. `chance`: probability that both states are right. */
-export interface ChangedStall {
-  id: string;
-  label: string;
-  taken: boolean;
-  chance: number;
+  stalls: StateChange[];
 }
 
 /** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
@@ -115,10 +94,10 @@ export interface Compared {
 export interface Comparison {
   survey: string | null;
   found: FoundStall[];
-  missed: NamedStall[];
+  missed: Missed[];
 }
 
-/** Mean over the surveyed hours of a day of the week. */
+/** Mean over the surveyed hours of a day of the week: `days` of them, `hours` in all. */
 export interface Day {
   day: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
   days: number;
@@ -206,14 +185,6 @@ export interface EndingShape {
   id: string;
 }
 
-/** A stall of the layout that surveys did not find. */
-export interface EndingStall {
-  id: string;
-  label: string;
-  is_confirmed: boolean;
-  corners: [number, number][];
-}
-
 /** A figure with the ends of its interval and the number of surveys behind it; null where nobody flew. */
 export interface Estimate {
   value: number | null;
@@ -222,7 +193,7 @@ export interface Estimate {
   surveys: number;
 }
 
-/** Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value. */
+/** Figures of a lot's use in a period. `interval`: share of figures whose interval is to hold the true value. `by` says what `parts` are. */
 export interface Figures {
   lot: string;
   name: string;
@@ -257,7 +228,7 @@ export interface Geometry {
   coordinates: unknown[];
 }
 
-/** Mean over the days with a survey in an hour of the day. */
+/** Mean over the days with a survey in an hour of the day. An hour that nobody flew has nothing. */
 export interface Hour {
   hour: number;
   days: number;
@@ -281,8 +252,8 @@ export interface Layout {
 
 /** Part of the list of layouts. */
 export interface LayoutList {
-  items: Layout[];
   next: string | null;
+  items: Layout[];
 }
 
 /** A survey of the period that no figure uses, and why. */
@@ -352,8 +323,8 @@ export interface Lot {
 
 /** Part of the list of lots. */
 export interface LotList {
-  items: ListedLot[];
   next: string | null;
+  items: ListedLot[];
 }
 
 /** A survey of a lot. */
@@ -382,7 +353,7 @@ export interface LotSurvey {
 }
 
 /** A stall of the layout. */
-export interface NamedStall {
+export interface Missed {
   id: string;
   label: string;
 }
@@ -400,8 +371,8 @@ export interface Observation {
 
 /** Part of the list of observations. */
 export interface ObservationList {
-  items: Observation[];
   next: string | null;
+  items: Observation[];
 }
 
 /** An open edit. `undo`, `redo`: operations that can be undone, done again. */
@@ -437,7 +408,7 @@ export interface Pinned {
 }
 
 /** Stalls of a survey at one of its possible places. */
-export interface PlacedStalls {
+export interface PlacedShapes {
   stalls: [number, number, number, number, number][];
 }
 
@@ -513,8 +484,8 @@ export interface PlanStall {
 
 /** Part of the list of a layout's stalls. */
 export interface PlanStallList {
-  items: PlanStall[];
   next: string | null;
+  items: PlanStall[];
 }
 
 /** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
@@ -530,7 +501,7 @@ export interface PossiblePlaces {
   survey: string;
   lot: string;
   known: [number, number, number, number, number][];
-  places: PlacedStalls[];
+  places: PlacedShapes[];
 }
 
 /** Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value. */
@@ -550,6 +521,27 @@ export interface Proposals {
   datum: [number, number];
   surveys: SurveyProposals[];
   doubtful: DoubtfulSurvey[];
+}
+
+/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
+export interface ProposedBeginning {
+  id: number;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  state: "free" | "taken" | "unknown";
+  instead: string[];
+  corners: [number, number][];
+}
+
+/** A stall of the layout that surveys did not find. */
+export interface ProposedEnd {
+  id: string;
+  label: string;
+  is_confirmed: boolean;
+  corners: [number, number][];
 }
 
 /** Lot of a recorded flight. */
@@ -619,8 +611,8 @@ export interface Stall {
 
 /** Part of the list of stalls. */
 export interface StallList {
-  items: ListedStall[];
   next: string | null;
+  items: ListedStall[];
 }
 
 /** Stalls of a lot in columns: `share` of the `surveys` that saw each in which it was taken, `low` to `high`. */
@@ -634,6 +626,14 @@ export interface StallsUse {
   share: (number | null)[];
   low: (number | null)[];
   high: (number | null)[];
+}
+
+/** A stall whose state changed; `taken`: now. `chance`: probability that both states are right. */
+export interface StateChange {
+  id: string;
+  label: string;
+  taken: boolean;
+  chance: number;
 }
 
 /** A stall of the plan as the file has it; `former`: its label. */
@@ -707,8 +707,8 @@ export interface SurveyFeature {
 
 /** Part of the list of surveys. */
 export interface SurveyList {
-  items: Survey[];
   next: string | null;
+  items: Survey[];
 }
 
 /** Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise. */
@@ -722,8 +722,8 @@ export interface SurveyPlace {
 export interface SurveyProposals {
   survey: string;
   ended: string;
-  begin: BeginningStall[];
-  end: EndingStall[];
+  begin: ProposedBeginning[];
+  end: ProposedEnd[];
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */
@@ -771,7 +771,7 @@ export interface TakenBack {
   taken_back: boolean;
 }
 
-/** Arrivals and stays between surveys that follow each other within `hours`. */
+/** Cars that came to a group of stalls in the `hours` between surveys, and how long they stayed. */
 export interface Turnover {
   hours: number;
   pairs: number;
@@ -787,7 +787,7 @@ export interface Undone {
   kind: string;
 }
 
-/** Use of a part of the lot, or of all of it. `above`: shares of the surveyed hours at or above an occupancy. */
+/** Use of a part of the lot, or of all of it, over the surveyed hours of a period. */
 export interface Use {
   name: string;
   capacity: number;
@@ -815,6 +815,6 @@ export interface Zone {
 
 /** Part of the list of zones. */
 export interface ZoneList {
-  items: Zone[];
   next: string | null;
+  items: Zone[];
 }

@@ -141,7 +141,7 @@ def test_a_moment_that_is_not_sure_decides_nothing(
         assert {stall["looked"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
         panel = read_panel(connection, flown.lot, period_of(None, None, None))
         assert [each.id for each in panel.surveys] == [flown.survey]
-        assert [(each.id, each.why) for each in panel.left_out] == [(wrong.survey, why)]
+        assert [(each.survey, each.why) for each in panel.left_out] == [(wrong.survey, why)]
         assert extent(connection).end == max(each for each in (survey().ended, ended) if each <= NOW)
         feed = valid_at(read_survey(connection, wrong.survey), ended + 1.0, VALID_S)
         assert not feed.time_is_sure

@@ -11,6 +11,7 @@ import pytest
 
 from hawk.comm.protocol.heartbeat import DroneStatus, VehicleStatus
 from hawk.config.sections import StoreSettings
+from hawk.lots import answers as lots
 from hawk.lots.ingest import save
 from hawk.lots.values import Doubtful, PossiblePlace
 from hawk.store.recordings import Recordings
@@ -67,7 +68,7 @@ async def test_a_viewer_a_stranger_and_another_origin_change_nothing(archive: Ar
 async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive: Archive) -> None:
     before = await archive.get("/lots")
     path = f"/lots/{archive.lot}"
-    asked: list[tuple[str, Mapping[str, Any], type[models.Shown]]] = [
+    asked: list[tuple[str, Mapping[str, Any], type[lots.Shown]]] = [
         ("name", {"name": "North"}, bodies.Done),
         ("pin", {"points": [{"from": [52.0, 5.0], "to": [52.00001, 5.0]}]}, bodies.Pinned),
         ("split", {"name": "South", "outline": CORNERS}, bodies.Done),
@@ -81,7 +82,7 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
         done = await archive.done(f"{path}/{kind}", **body)
         model.model_validate(done)
         assert (done["kind"], done["lot"]) == (kind, archive.lot)
-    listed = (await archive.shown("/changes", models.ChangeList))["items"]
+    listed = (await archive.shown("/changes", lots.ChangeList))["items"]
     assert [each["kind"] for each in listed] == ["split", "pin", "name"]
     assert await archive.items("/changes?limit=1") == listed
     for each in listed:
@@ -101,11 +102,11 @@ async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
     doubtful = Doubtful("Two places fit", (PossiblePlace(0.0, 0.0, 0.0, 3.0), PossiblePlace(0.0, 2.5, 0.0, 2.0)))
     given = later(survey(seed=5), 7, hours=200.0)
     saved = await archive.store.write(lambda connection: save(connection, given, lambda *_: doubtful))
-    shown = await archive.shown(f"/surveys/{saved.survey}", models.Survey)
+    shown = await archive.shown(f"/surveys/{saved.survey}", lots.Survey)
     assert (shown["placed"], shown["doubt"]["why"], len(shown["doubt"]["places"])) == (
         "unregistered", "Two places fit", 2,
     )  # fmt: skip
-    (waiting,) = (await archive.shown(f"/lots/{archive.lot}/proposals", models.Proposals))["doubtful"]
+    (waiting,) = (await archive.shown(f"/lots/{archive.lot}/proposals", lots.Proposals))["doubtful"]
     assert waiting["survey"] == saved.survey
     assert (await archive.done(f"/surveys/{saved.survey}/place", place=0))["kind"] == "place"
     assert (await archive.get(f"/surveys/{saved.survey}"))["placed"] == "registered"
@@ -118,7 +119,7 @@ async def test_a_deleted_survey_is_listed_only_when_it_is_asked_for_and_comes_ba
     bodies.Done.model_validate(deleted)
     assert gone not in [each["id"] for each in await archive.items("/surveys")]
     assert [each["id"] for each in await archive.items("/surveys?placed=deleted")] == [gone]
-    assert (await archive.shown(f"/surveys/{gone}", models.Survey))["placed"] == "deleted"
+    assert (await archive.shown(f"/surveys/{gone}", lots.Survey))["placed"] == "deleted"
     assert (await archive.get("/features/collections/surveys/items"))["numberMatched"] == 3
     await archive.done(f"/changes/{deleted['seq']}/undo")
     assert await archive.get("/surveys") == before
@@ -130,7 +131,7 @@ async def test_proposals_are_taken_over_or_dropped(archive: Archive) -> None:
         given = extra(replace(flown(number), stalls=flown(number).stalls[:40]))
         await archive.store.write(lambda connection, given=given: save(connection, given, archive.store.register))  # type: ignore[misc]
     path = f"/lots/{archive.lot}"
-    (proposed,) = (await archive.shown(f"{path}/proposals", models.Proposals))["surveys"]
+    (proposed,) = (await archive.shown(f"{path}/proposals", lots.Proposals))["surveys"]
     assert len(proposed["begin"]) == 1
     done = await archive.done(f"{path}/drop", survey=proposed["survey"], begin="all")
     await archive.done(f"/changes/{done['seq']}/undo")

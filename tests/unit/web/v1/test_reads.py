@@ -8,8 +8,13 @@ from typing import Any
 import pytest
 from sqlalchemy import delete
 
+from hawk.lots import answers as lots
 from hawk.lots.schema import LOOKS
-from hawk.web.v1 import figures, models, shapes
+from hawk.stats import answers as uses
+from hawk.stats.changes import Changed
+from hawk.stats.figures import Figures
+from hawk.stats.partition import Partition
+from hawk.web.v1 import models, shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
 from tests.sweep import sweep
@@ -17,7 +22,7 @@ from tests.unit.web.v1.archive import NOWHERE, Archive
 
 
 async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive) -> None:
-    whole = await archive.shown("/lots", models.LotList)
+    whole = await archive.shown("/lots", lots.LotList)
     assert [each["id"] for each in whole["items"]] == [archive.lot, archive.far]
     assert (whole["items"][0]["stalls"], whole["items"][0]["survey_count"], whole["next"]) == (40, 3, None)
     assert await archive.items("/lots?limit=1") == whole["items"]
@@ -26,17 +31,17 @@ async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive)
 
 
 async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -> None:
-    shown = await archive.shown(f"/lots/{archive.lot}", models.Lot)
+    shown = await archive.shown(f"/lots/{archive.lot}", lots.Lot)
     assert shown["datum"] == pytest.approx([52.0, 5.0], abs=1e-6)
     assert (shown["edit"], len(shown["outline"][0])) == (None, 4)
     await archive.done(f"/lots/{archive.lot}/edit", who="Ann")
-    assert (await archive.shown(f"/lots/{archive.lot}", models.Lot))["edit"]["who"] == "Ann"
+    assert (await archive.shown(f"/lots/{archive.lot}", lots.Lot))["edit"]["who"] == "Ann"
 
 
 @pytest.mark.slow
 async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
-    stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", models.StallList))["items"]
-    plan = await archive.shown(f"/lots/{archive.lot}/plan", models.Plan)
+    stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", lots.StallList))["items"]
+    plan = await archive.shown(f"/lots/{archive.lot}/plan", lots.Plan)
     assert (plan["whole"], plan["datum"]) == (True, pytest.approx([52.0, 5.0], abs=1e-6))
     assert [each["id"] for each in stalls] == [each["id"] for each in plan["stalls"]]
     for stall, planned in zip(stalls, plan["stalls"], strict=True):
@@ -45,7 +50,7 @@ async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> N
         assert (stall["latitude"], stall["longitude"]) == pytest.approx((52.0, 5.0), abs=1e-3)
     assert await archive.items(f"/lots/{archive.lot}/stalls?limit=7") == stalls
     (alone,) = [each for each in stalls if each["label"] == "B 3"]
-    found = await archive.shown(f"/stalls/{alone['id']}", models.Stall)
+    found = await archive.shown(f"/stalls/{alone['id']}", lots.Stall)
     assert found == {"lot": archive.lot, "begins": 1, "ends": None, **alone}
 
 
@@ -71,13 +76,13 @@ async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
         {"do": "set_kind", "stalls": [ids[5]], "kind": "disabled"},
     ):
         await archive.done(f"{path}/plan", edit=edit, operation=operation)
-    layouts = (await archive.shown(f"{path}/layouts", models.LayoutList))["items"]
+    layouts = (await archive.shown(f"{path}/layouts", lots.LayoutList))["items"]
     assert [(each["version"], each["who"]) for each in layouts] == [(1, "hawk"), (2, "Ann")]
-    assert (await archive.shown(f"{path}/layouts/1/stalls", models.PlanStallList))["items"] == before
+    assert (await archive.shown(f"{path}/layouts/1/stalls", lots.PlanStallList))["items"] == before
     now = await archive.items(f"{path}/layouts/2/stalls?limit=5")
     assert [each["id"] for each in now] == ids[1:]
     assert [each["kind"] for each in now if each["id"] == ids[5]] == ["disabled"]
-    gone = await archive.shown(f"/stalls/{ids[0]}", models.Stall)
+    gone = await archive.shown(f"/stalls/{ids[0]}", lots.Stall)
     assert (gone["begins"], gone["ends"]) == (1, 2)
 
 
@@ -87,7 +92,7 @@ async def test_zones_are_listed_with_their_ground(archive: Archive) -> None:
     outline = [[-2, -2], [-2, 12], [3, 12], [3, -2]]
     operation = {"do": "draw_zone", "outline": outline, "name": "Front", "kind": "staff"}
     await archive.done(f"{path}/plan", edit=edit, operation=operation)
-    (zone,) = (await archive.shown(f"{path}/zones", models.ZoneList))["items"]
+    (zone,) = (await archive.shown(f"{path}/zones", lots.ZoneList))["items"]
     assert (zone["name"], zone["kind"], zone["has_stalls"], zone["outline"]) == ("Front", "staff", True, outline)
     assert zone["ground"][0] == pytest.approx([52.0 - 2 / 111_270, 5.0 - 2 / 68_680], abs=1e-6)
 
@@ -95,7 +100,7 @@ async def test_zones_are_listed_with_their_ground(archive: Archive) -> None:
 @pytest.mark.slow
 async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/surveys"
-    oldest = (await archive.shown(path, models.SurveyList))["items"]
+    oldest = (await archive.shown(path, lots.SurveyList))["items"]
     assert [each["id"] for each in oldest] == archive.surveys
     assert await archive.items(f"{path}?order=newest&limit=1") == oldest[::-1]
     assert [each["placed"] for each in oldest] == ["first", "registered", "registered"]
@@ -103,14 +108,14 @@ async def test_surveys_are_listed_from_either_end_and_by_time(archive: Archive) 
     assert await archive.items(f"{path}?from=2026-02-03&to=2026-02-03&time_zone=UTC") == oldest[1:2]
     assert await archive.items(f"{path}?from=2026-02-03T02:55:00Z") == oldest[1:]
     assert await archive.items(f"{path}?to=2026-02-03T02:55:00Z") == oldest[:1]
-    assert await archive.shown(f"/surveys/{oldest[1]['id']}", models.Survey) == oldest[1]
+    assert await archive.shown(f"/surveys/{oldest[1]['id']}", lots.Survey) == oldest[1]
     assert len(await archive.items("/surveys?limit=3")) == 4
 
 
 @pytest.mark.slow
 async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/observations"
-    looks = (await archive.shown(f"{path}?limit=1000", models.ObservationList))["items"]
+    looks = (await archive.shown(f"{path}?limit=1000", lots.ObservationList))["items"]
     assert [each["survey"] for each in looks[::40]] == archive.surveys
     assert await archive.items(f"{path}?limit=33") == looks
     newest = await archive.items(f"{path}?limit=33&order=newest")
@@ -128,16 +133,15 @@ async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -
 
 
 @pytest.mark.parametrize("by", [None, "hour", "row", "zone", "kind"])
-async def test_statistics_are_those_of_the_command(archive: Archive, by: str | None) -> None:
+async def test_statistics_are_those_of_the_command(archive: Archive, by: Partition | None) -> None:
     asked = "time_zone=UTC" if by is None else f"time_zone=UTC&by={by}"
-    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", figures.Figures)
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{asked}", Figures)
 
     def printed(connection: Any) -> Any:
         from hawk.stats.period import period_of
         from hawk.stats.queries import statistics
-        from hawk.stats.serialize import figures_json
 
-        return figures_json(statistics(connection, archive.lot, period_of(None, None, "UTC"), by))
+        return statistics(connection, archive.lot, period_of(None, None, "UTC"), by).model_dump(mode="json")
 
     assert found == json.loads(json.dumps(await archive.store.read(printed)))
     assert (found["surveys"], found["by"]) == (3, by)
@@ -147,9 +151,9 @@ async def test_statistics_are_those_of_the_command(archive: Archive, by: str | N
 async def test_statistics_of_a_period_use_the_surveys_with_looks_of_it_alone(archive: Archive) -> None:
     """All looks of the archive are of 2 February; two of its surveys ended on the days after it."""
     looked, ended = "from=2026-02-02&to=2026-02-02&time_zone=UTC", "from=2026-02-03&to=2026-02-04&time_zone=UTC"
-    found = await archive.shown(f"/lots/{archive.lot}/statistics?{looked}", figures.Figures)
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{looked}", Figures)
     assert (found["surveys"], found["first"][:10]) == (3, "2026-02-02")
-    found = await archive.shown(f"/lots/{archive.lot}/statistics?{ended}", figures.Figures)
+    found = await archive.shown(f"/lots/{archive.lot}/statistics?{ended}", Figures)
     assert (found["surveys"], found["first"]) == (0, None)
 
 
@@ -213,13 +217,13 @@ async def test_what_is_not_there_is_said(archive: Archive, path: str) -> None:
 
 async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Archive) -> None:
     path = f"/lots/{archive.lot}"
-    listed = await archive.shown(f"{path}/statistics/surveys", figures.SurveysUse)
+    listed = await archive.shown(f"{path}/statistics/surveys", uses.SurveysUse)
     assert [each["id"] for each in listed["surveys"]] == [*reversed(archive.surveys)]
     assert {each["blurred"] for each in listed["surveys"]} == {None}
-    stalls = await archive.shown(f"{path}/statistics/stalls", figures.StallsUse)
+    stalls = await archive.shown(f"{path}/statistics/stalls", uses.StallsUse)
     assert (len(stalls["ids"]), stalls["surveys_in_period"]) == (40, 3)
     before, after = archive.surveys[:2]
-    changed = await archive.shown(f"{path}/statistics/between?before={before}&after={after}", figures.Changed)
+    changed = await archive.shown(f"{path}/statistics/between?before={before}&after={after}", Changed)
     assert changed["compared"] + changed["unknown"] == 40
     found = await archive.shown(f"{path}/surveys/{after}/stalls", shapes.SurveyStalls)
     assert (found["hawk"]["survey_id"], len(found["features"])) == (after, 41)

@@ -1,0 +1,395 @@
+"""Answers about lots: what a list or a question says, declared once. The API's definition, its page and the types of
+the page are made of these models, and pydantic encodes them.
+
+Places are [north, east], metres in the lot's frame, or degrees of WGS-84, latitude first; times are UTC (RFC 3339).
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+
+from hawk.lots.plan.kinds import Kind
+
+ID: Final = "^[0-9a-f-]{36}$"
+Id = Annotated[str, WithJsonSchema({"pattern": ID, "type": "string"})]
+"""Id of an answer: the store made it, and nobody checks it again."""
+Utc = Annotated[datetime, Field(description="UTC")]
+Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
+Metres = Annotated[list[float], Field(min_length=2, max_length=2, description="north and east, metres")]
+State = Literal["free", "taken", "unknown"]
+Source = Literal["", "photographs", "orthophoto", "film"]
+Limit = Literal["by_gps", "stretched", "coarse", "partly"]
+Placed = Literal["first", "registered", "unregistered", "undecided", "nothing", "deleted"]
+Next = Annotated[str | None, Field(description="`after` of the next part; null at the end of the list")]
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=0)]
+BLURRED: Final = "stalls that only blurred pictures showed; null: not measured"
+
+
+class Shown(BaseModel):
+    """An object of an answer."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class PossiblePlace(Shown):
+    """A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits."""
+
+    north: float
+    east: float
+    turn: float
+    score: float
+
+
+class Doubt(Shown):
+    """Reason why the place of a survey is not certain, with the places to choose from."""
+
+    why: str
+    places: list[PossiblePlace]
+    chosen: int | None
+
+
+class SurveyPlace(Shown):
+    """Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise."""
+
+    north: float
+    east: float
+    turn: float
+
+
+class Sourced(Shown):
+    """Source of a survey."""
+
+    kind: Annotated[Literal["flown", "picture"], Field(description="picture: made of pictures that others took")]
+    source: Annotated[Source, Field(description="kind of those pictures")]
+    source_name: Annotated[str, Field(description="name of their folder or file")]
+    limits: Annotated[
+        list[Limit],
+        Field(
+            description="what limits a survey by pictures: places by GPS alone, a map that GPS leaves turned or "
+            "stretched, coarse ground (over 12 cm a pixel), a part of the lot that was not seen"
+        ),
+    ]
+
+
+class LotSurvey(Sourced):
+    """A survey of a lot."""
+
+    id: Id
+    seq: Annotated[int, Field(description="number in the order of the landings")]
+    lot: Id | None
+    layout: Annotated[int | None, Field(description="version of the layout by which its stalls are known")]
+    placed: Placed
+    free: Count
+    taken: Count
+    unknown: Count
+    blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
+    simulated: bool
+    program: Annotated[str, Field(description="version of hawk-drone that flew it")]
+    datum: Degrees
+    place: SurveyPlace | None
+    doubt: Doubt | None
+    began: Utc
+    ended: Utc
+    time_is_sure: Annotated[bool, Field(description="false: no sure clock says the time, or it is later than now")]
+
+
+class Survey(LotSurvey):
+    """A survey, with the lots that it may be of."""
+
+    candidates: list[Id]
+
+
+class ListedLot(Shown):
+    """A lot, with its newest survey."""
+
+    id: Id
+    name: str
+    stalls: Count
+    survey_count: Count
+    last_survey: LotSurvey | None
+
+
+class Edit(Shown):
+    """Person who edits a plan, and since when; `layout`: the version that it makes."""
+
+    who: str
+    since: Utc
+    last: Utc
+    layout: int
+
+
+class Lot(ListedLot):
+    """A lot. `datum`: origin of its frame, north up. `revision` rises with every change of its plan."""
+
+    datum: Degrees
+    datum_is_pinned: bool
+    outline: Annotated[list[list[Degrees]], Field(description="rings of the ground")]
+    edit: Edit | None
+    revision: Count
+
+
+class Layout(Shown):
+    """A version of a lot's layout."""
+
+    version: int
+    valid_from: Utc
+    who: str
+    why: str
+
+
+class EditedStall(Shown):
+    """A stall of the plan: its middle, and the direction of its length, radians clockwise from north."""
+
+    id: Id
+    label: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    kind: Annotated[Kind, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
+    is_confirmed: bool
+
+
+class PlanStall(EditedStall):
+    """A stall of a layout, with its row and its place on Earth."""
+
+    row: Annotated[str | None, Field(description="letter of its row; null under an owner's own label")]
+    latitude: float
+    longitude: float
+
+
+class ListedStall(PlanStall):
+    """A stall with the last look at it, all null where no survey looked; `survey`: which survey looked."""
+
+    state: State | None
+    taken_probability: Share | None
+    observed: Utc | None
+    survey: Id | None
+
+
+class Stall(ListedStall):
+    """A stall of a lot: `begins` is the first version of the layout that has it, `ends` the first that has not."""
+
+    lot: Id
+    begins: int
+    ends: int | None
+
+
+class Zone(Shown):
+    """An area of a plan: one without stalls, or one that statistics count by itself, for a kind of stalls."""
+
+    id: Id
+    name: str
+    kind: Kind
+    has_stalls: bool
+    outline: list[Metres]
+    ground: list[Degrees]
+
+
+class EditedZone(Shown):
+    """A zone of the plan, or an area without stalls."""
+
+    id: Id
+    name: str
+    kind: Kind | Literal["no_stalls"]
+    outline: list[Metres]
+
+
+class Plan(Shown):
+    """A lot's plan: all of it where `whole`, else the stalls that changed after a revision, and the ids of those that
+    are `gone`. `zones`: areas without stalls; `named_zones`: those that statistics count. `layout`: the version that
+    was asked for, which has neither a `revision` nor an `edit`; null for the present plan. `datum`: origin of the
+    lot's frame, north up. A file with all of it is imported as an owner's plan.
+    """
+
+    lot: Id
+    datum: Degrees
+    layout: int | None
+    revision: Count | None
+    edit: Edit | None
+    whole: bool
+    stalls: list[EditedStall]
+    gone: list[Id]
+    zones: list[EditedZone]
+    named_zones: list[EditedZone]
+
+
+class Observation(Shown):
+    """Look of a survey at a stall. `picture_count`: pictures behind it."""
+
+    survey: Id
+    stall: Id
+    label: str
+    state: State
+    taken_probability: Share
+    observed: Utc
+    picture_count: Count
+
+
+class Change(Shown):
+    """A change that a person made; `undone`: when it was undone."""
+
+    seq: int
+    kind: str
+    who: str
+    made: Utc
+    undone: Utc | None
+
+
+class ProposedBeginning(Shown):
+    """A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps."""
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    state: State
+    instead: list[Id]
+    corners: list[Degrees]
+
+
+class ProposedEnd(Shown):
+    """A stall of the layout that surveys did not find."""
+
+    id: Id
+    label: str
+    is_confirmed: bool
+    corners: list[Degrees]
+
+
+class SurveyProposals(Shown):
+    """Changes of the layout that a survey proposes."""
+
+    survey: Id
+    ended: Utc
+    begin: list[ProposedBeginning]
+    end: list[ProposedEnd]
+
+
+class DoubtfulSurvey(Shown):
+    """A survey whose place a person may choose: the number of places."""
+
+    survey: Id
+    ended: Utc
+    why: str
+    places: Count
+
+
+class Proposals(Shown):
+    """Changes of a lot's layout that its newest surveys propose."""
+
+    lot: Id
+    datum: Degrees
+    surveys: list[SurveyProposals]
+    doubtful: list[DoubtfulSurvey]
+
+
+class FoundStall(Shown):
+    """A stall that a survey found, in the lot's frame, with the number that the survey gave it."""
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    state: State
+
+
+class Missed(Shown):
+    """A stall of the layout."""
+
+    id: Id
+    label: str
+
+
+class Comparison(Shown):
+    """Newest registered survey of a lot beside the layout; null where there is none. `found`: stalls that the layout
+    lacks; `missed`: stalls of the layout that it did not find where it saw their ground.
+    """
+
+    survey: Id | None
+    found: list[FoundStall]
+    missed: list[Missed]
+
+
+Shape = Annotated[
+    list[float],
+    Field(min_length=5, max_length=5, description="north, east, angle, width and length in the lot's frame"),
+]  # fmt: skip
+
+
+class PlacedShapes(Shown):
+    """Stalls of a survey at one of its possible places."""
+
+    stalls: list[Shape]
+
+
+class PossiblePlaces(Shown):
+    """Places of a survey's doubt, in their order, with its stalls at each; `known`: stalls of its lot."""
+
+    survey: Id
+    lot: Id
+    known: list[Shape]
+    places: list[PlacedShapes]
+
+
+class Part(Shown):
+    """Part of a list."""
+
+    next: Next
+
+
+class ChangeList(Part):
+    """Part of the list of changes."""
+
+    items: list[Change]
+
+
+class LotList(Part):
+    """Part of the list of lots."""
+
+    items: list[ListedLot]
+
+
+class LayoutList(Part):
+    """Part of the list of layouts."""
+
+    items: list[Layout]
+
+
+class PlanStallList(Part):
+    """Part of the list of a layout's stalls."""
+
+    items: list[PlanStall]
+
+
+class StallList(Part):
+    """Part of the list of stalls."""
+
+    items: list[ListedStall]
+
+
+class ZoneList(Part):
+    """Part of the list of zones."""
+
+    items: list[Zone]
+
+
+class SurveyList(Part):
+    """Part of the list of surveys."""
+
+    items: list[Survey]
+
+
+class ObservationList(Part):
+    """Part of the list of observations."""
+
+    items: list[Observation]

@@ -1,0 +1,54 @@
+"""Answers about the surveys and the stalls of a lot, one by one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hawk.lots.answers import BLURRED, Count, Id, Placed, Share, Shown, Sourced, Utc
+from hawk.stats.values import Estimate
+
+
+class SurveyUse(Sourced):
+    """A survey with its share of taken stalls. `left_out`: why no figure uses it; empty where figures do."""
+
+    id: Id
+    layout: int | None
+    placed: Placed
+    free: Count
+    taken: Count
+    unknown: Count
+    blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
+    simulated: bool
+    program: str
+    accuracy: Annotated[float | None, Field(description="metres, the receiver's own estimate at the landing")]
+    began: Utc
+    ended: Utc
+    occupancy: Estimate
+    left_out: str
+    left_out_code: Literal["", "unregistered", "no_time", "no_looks"]
+
+
+class SurveysUse(Shown):
+    """Surveys of a lot in a period, the newest first."""
+
+    lot: Id
+    name: str
+    clock: str
+    interval: Share
+    surveys: list[SurveyUse]
+
+
+class StallsUse(Shown):
+    """Stalls of a lot in columns: `share` of the `surveys` that saw each in which it was taken, `low` to `high`."""
+
+    lot: Id
+    interval: Share
+    surveys_in_period: Count
+    ids: list[Id]
+    labels: list[str]
+    surveys: list[Count]
+    share: list[Share | None]
+    low: list[Share | None]
+    high: list[Share | None]
