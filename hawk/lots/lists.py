@@ -50,10 +50,10 @@ from hawk.lots.queries import (
 )
 from hawk.lots.registration.georeference import on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.rows import is_among
+from hawk.lots.rows import is_among, readable
 from hawk.lots.schema import CHANGE, FORMER, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.survey.order import is_last_look
-from hawk.lots.values import LotInputError, NotFoundError, moment
+from hawk.lots.values import DAMAGED, LotInputError, LotStoreError, NotFoundError, moment
 
 _DEGREES: Final = 8
 """Decimals: a millimetre."""
@@ -141,7 +141,10 @@ def survey(connection: Connection, survey_id: str) -> Survey:
     """Return a survey by its id. Raises NotFoundError."""
     seq = survey_row(connection, survey_id).key[0]
     shown = select(*SURVEY_SHOWN).where(SURVEY.c.seq == seq)
-    return surveys_of(connection, connection.execute(shown).mappings().all())[0]
+    found = surveys_of(connection, connection.execute(shown).mappings().all())
+    if not found:
+        raise LotStoreError(DAMAGED)
+    return found[0]
 
 
 _LOOK: Final = (
@@ -186,7 +189,8 @@ def stalls(
     rows = _with_look(connection, *conditions).order_by(STALL.c.key)
     found = _rows(connection, rows, asked)
     placed = _placed(connection, lot_id, found)
-    items = [ListedStall(**shown, **_look_of(each)) for shown, each in zip(placed, found, strict=True)]
+    pairs = zip(placed, found, strict=True)
+    items = readable(lambda pair: ListedStall(**pair[0], **_look_of(pair[1])), pairs)
     return _cut(StallList, items, found, asked, _key_of)
 
 
@@ -230,7 +234,7 @@ def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: A
     former = connection.execute(select(FORMER).where(is_former).order_by(FORMER.c.ends.desc()), among)
     were = {row.stall: row for row in former}  # that of the smallest `ends` is last
     items = _placed(connection, lot_id, [were.get(row.key, row) for row in found])
-    named = [PlanStall(**shown | {"id": row.id}) for shown, row in zip(items, found, strict=True)]
+    named = readable(lambda pair: PlanStall(**pair[0] | {"id": pair[1].id}), zip(items, found, strict=True))
     return _cut(PlanStallList, named, found, asked, _key_of)
 
 
@@ -329,7 +333,7 @@ def _part(
     place: Callable[[Row[Any]], str],
 ) -> P:  # fmt: skip
     found = _rows(connection, rows, asked)
-    return _cut(model, [shown(row) for row in found[: asked.limit]], found, asked, place)
+    return _cut(model, readable(shown, found[: asked.limit]), found, asked, place)
 
 
 def _cut(

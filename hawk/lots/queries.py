@@ -24,7 +24,7 @@ from hawk.lots.registration.survey_place import (
     datum_of,
     move_of,
 )
-from hawk.lots.rows import Row, row_of
+from hawk.lots.rows import Row, readable, row_of
 from hawk.lots.schema import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
@@ -158,12 +158,13 @@ def listed_lot(connection: Connection, row: _Shown) -> ListedLot:
     """Return a lot of the table with its numbers of stalls and surveys, and the newest survey."""
     of_lot = SURVEY.c.lot == row["id"]
     surveys = connection.execute(select(func.count()).select_from(SURVEY).where(of_lot)).scalar_one()
-    last = connection.execute(select(*SURVEY_SHOWN).where(of_lot).order_by(*newest_first()).limit(1)).mappings().first()
+    newest = select(*SURVEY_SHOWN).where(of_lot).order_by(*newest_first()).limit(1)
+    last_rows = connection.execute(newest).mappings().all()
     present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
     return ListedLot(
         id=row["id"], name=row["name"], stalls=stalls, survey_count=surveys,
-        last_survey=None if last is None else LotSurvey(**_values(connection, [last])[0]),
+        last_survey=next(iter(readable(lambda values: LotSurvey(**values), _values(connection, last_rows))), None),
     )  # fmt: skip
 
 
@@ -179,10 +180,8 @@ def whole_lot(connection: Connection, row: _Shown) -> Lot:
 
 def surveys_of(connection: Connection, rows: Sequence[_Shown]) -> list[Survey]:
     """Return surveys, rows of `SURVEY_SHOWN`, each with its counts and the lots that it may be of."""
-    values = _values(connection, rows)
-    return [
-        Survey(**each, candidates=json.loads(row["candidates"])) for row, each in zip(rows, values, strict=True)
-    ]  # fmt: skip
+    pairs = zip(rows, _values(connection, rows), strict=True)
+    return readable(lambda pair: Survey(**pair[1], candidates=json.loads(pair[0]["candidates"])), pairs)
 
 
 def _values(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:

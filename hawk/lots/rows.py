@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
-from typing import Any
+from typing import Any, TypeVar
 
+from pydantic import ValidationError
 from sqlalchemy import Connection, Table, bindparam, func, select
 
+from hawk.formats.validation import first_wrong
 from hawk.lots.schema import METADATA
+
+_LOG = logging.getLogger(__name__)
+G = TypeVar("G")
+M = TypeVar("M")
 
 Key = tuple[Any, ...]
 """Values of a table's primary key."""
@@ -75,3 +82,14 @@ def is_among(column: Any) -> Any:
     """Return the condition that a column is one of any number of values: those in ``among``, a JSON list."""
     found = func.json_each(bindparam("among")).table_valued("value")
     return column.in_(select(found.c.value))
+
+
+def readable(made: Callable[[G], M], rows: Iterable[G]) -> list[M]:
+    """Return what is made of rows of a list; one whose values cannot be is damaged: it is passed over, and logged."""
+    found = []
+    for row in rows:
+        try:
+            found.append(made(row))
+        except ValidationError as error:
+            _LOG.warning("a row in the store of lots is damaged: %s", first_wrong(error))
+    return found

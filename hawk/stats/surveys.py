@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, RowMapping, select
 
+from hawk.lots.rows import readable
 from hawk.lots.schema import SURVEY
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import newest_first
@@ -32,16 +33,18 @@ def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have()).order_by(*newest_first())
     rows = [row for row in connection.execute(asked).mappings() if row["id"] in shares or row["id"] in reasons]
+
+    def use(pair: tuple[RowMapping, dict[str, Any]]) -> SurveyUse:
+        row, counts = pair
+        return SurveyUse(
+            **{name: row[name] for name in _SHOWN} | counts | source_json(row),
+            began=moment(row["began"]), ended=moment(row["ended"]), occupancy=shares.get(row["id"], NOTHING),
+            left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
+        )  # fmt: skip
+
     return SurveysUse(
         lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
-        surveys=[
-            SurveyUse(
-                **{name: row[name] for name in _SHOWN} | counts | source_json(row),
-                began=moment(row["began"]), ended=moment(row["ended"]), occupancy=shares.get(row["id"], NOTHING),
-                left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
-            )
-            for row, counts in zip(rows, counts_of(connection, rows), strict=True)
-        ],
+        surveys=readable(use, zip(rows, counts_of(connection, rows), strict=True)),
     )  # fmt: skip
 
 

@@ -6,9 +6,18 @@ from collections.abc import Mapping
 from typing import Final
 
 from aiohttp import web
+from pydantic import ValidationError
 
 from hawk.comm.protocol.authority import Role
-from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, StoreBusyError, utc
+from hawk.lots.values import (
+    DAMAGED,
+    BeingEditedError,
+    LotInputError,
+    LotStoreError,
+    NotFoundError,
+    StoreBusyError,
+    utc,
+)
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.access import ACCESS
 
@@ -27,7 +36,7 @@ class RefusedError(Exception):
         self.more = more or {}
 
 
-REFUSALS: Final = (RefusedError, LotStoreError, NotThatRecordingError)
+REFUSALS: Final = (RefusedError, LotStoreError, NotThatRecordingError, ValidationError)
 """Errors that `refusal_of` explains, besides those of the disk."""
 
 
@@ -52,6 +61,8 @@ def refusal_of(error: Exception) -> RefusedError:
             is_gone = "there is no recording" in str(error)
             name, _, reason = str(error).partition(": ")
             return RefusedError((web.HTTPNotFound if is_gone else web.HTTPConflict).status_code, name, reason)
+        case ValidationError():  # of an answer: bodies are refused by their fields before
+            return RefusedError(web.HTTPConflict.status_code, "", DAMAGED)
         case OSError():
             words = f"{error.strerror or error}: look at the disk"
             return RefusedError(web.HTTPConflict.status_code, "recordings", words)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
@@ -156,3 +157,26 @@ def test_a_change_that_would_write_over_a_damaged_outline_is_refused(zoned: Stor
         acts[change](connection)
     with zoned.store.reading() as connection:
         assert {*connection.execute(select(LOT.c.outline)).scalars()} == {CUT}
+
+
+@pytest.mark.fault(
+    "a value in the store of lots that cannot be: a probability of 1.5, a state or a kind of no name",
+    "its item is passed over, and the log says it; the list goes on; by its id it is refused in words",
+)
+@pytest.mark.parametrize(
+    ("table", "column", "value"),
+    [
+        ("observation", "taken", 1.5),
+        ("observation", "state", "gone"),
+        ("stall", "kind", "no kind"),
+        ("survey", "placed", "?"),
+    ],
+)
+def test_every_list_goes_on_beside_a_value_that_cannot_be(
+    zoned: Stored, table: str, column: str, value: object, caplog: pytest.LogCaptureFixture
+) -> None:
+    damage(zoned, table, column, value)
+    assert [each for each in answers(zoned).values() if not isinstance(each, LotStoreError)] == []
+    assert "a row in the store of lots is damaged" in caplog.text
+    with zoned.store.reading() as connection, pytest.raises(LotStoreError) if table == "survey" else nullcontext():
+        lists.survey(connection, zoned.first.survey)
