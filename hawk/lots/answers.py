@@ -241,7 +241,7 @@ class Change(Shown):
     undone: Utc | None
 
 
-class ProposedBeginning(Shown):
+class BeginProposal(Shown):
     """A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps."""
 
     id: int
@@ -255,7 +255,7 @@ class ProposedBeginning(Shown):
     corners: list[Degrees]
 
 
-class ProposedEnd(Shown):
+class EndProposal(Shown):
     """A stall of the layout that surveys did not find."""
 
     id: Id
@@ -269,8 +269,8 @@ class SurveyProposals(Shown):
 
     survey: Id
     ended: Utc
-    begin: list[ProposedBeginning]
-    end: list[ProposedEnd]
+    begin: list[BeginProposal]
+    end: list[EndProposal]
 
 
 class DoubtfulSurvey(Shown):
@@ -303,7 +303,7 @@ class FoundStall(Shown):
     state: State
 
 
-class Missed(Shown):
+class MissedStall(Shown):
     """A stall of the layout."""
 
     id: Id
@@ -317,7 +317,7 @@ class Comparison(Shown):
 
     survey: Id | None
     found: list[FoundStall]
-    missed: list[Missed]
+    missed: list[MissedStall]
 
 
 Shape = Annotated[

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 LONGEST_NAME: Final = 80
 """Characters of a name of a lot or a person."""
-DAMAGED: Final = "The store of lots holds a value that cannot be: hawk-drone verify tells what is damaged."
+DAMAGED: Final = "The store of lots holds a value that cannot be: hawk-drone verify reports what is damaged."
 
 
 class LotStoreError(Exception):

@@ -26,6 +26,9 @@ def declared(requirements: list[str]) -> set[str]:
     return {re.split(r"[\s<>=!~\[;]", text, maxsplit=1)[0].lower().replace("_", "-") for text in requirements}
 
 
+LATE = ("late", "late_functions", "load")
+
+
 def imported(folder: str) -> set[str]:
     """Return the top-level modules of others that a folder's files import."""
     files = (path for path in (ROOT / folder).rglob("*.py") if "node_modules" not in path.parts)
@@ -34,13 +37,15 @@ def imported(folder: str) -> set[str]:
 
 @cache
 def imported_by(path: Path) -> frozenset[str]:
-    """Return the top-level modules that a file imports."""
+    """Return the top-level modules that a file imports, or loads late (`hawk.runtime.late`)."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             found.add(node.module.split(".")[0])
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in LATE:
+            found |= {str(given.value).split(".")[0] for given in node.args[:1] if isinstance(given, ast.Constant)}
     return frozenset(found)
 
 

@@ -25,6 +25,19 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
+/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
+export interface BeginProposal {
+  id: number;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  state: "free" | "taken" | "unknown";
+  instead: string[];
+  corners: [number, number][];
+}
+
 /** A stall that the plan would have besides. */
 export interface BeginningShape {
   north: number;
@@ -94,7 +107,7 @@ export interface Compared {
 export interface Comparison {
   survey: string | null;
   found: FoundStall[];
-  missed: Missed[];
+  missed: MissedStall[];
 }
 
 /** Mean over the surveyed hours of a day of the week: `days` of them, `hours` in all. */
@@ -172,6 +185,14 @@ export interface EditedZone {
   name: string;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
   outline: [number, number][];
+}
+
+/** A stall of the layout that surveys did not find. */
+export interface EndProposal {
+  id: string;
+  label: string;
+  is_confirmed: boolean;
+  corners: [number, number][];
 }
 
 /** A stall that the plan would have no more. */
@@ -353,7 +374,7 @@ export interface LotSurvey {
 }
 
 /** A stall of the layout. */
-export interface Missed {
+export interface MissedStall {
   id: string;
   label: string;
 }
@@ -521,27 +542,6 @@ export interface Proposals {
   datum: [number, number];
   surveys: SurveyProposals[];
   doubtful: DoubtfulSurvey[];
-}
-
-/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
-export interface ProposedBeginning {
-  id: number;
-  north: number;
-  east: number;
-  angle: number;
-  width: number;
-  length: number;
-  state: "free" | "taken" | "unknown";
-  instead: string[];
-  corners: [number, number][];
-}
-
-/** A stall of the layout that surveys did not find. */
-export interface ProposedEnd {
-  id: string;
-  label: string;
-  is_confirmed: boolean;
-  corners: [number, number][];
 }
 
 /** Lot of a recorded flight. */
@@ -722,8 +722,8 @@ export interface SurveyPlace {
 export interface SurveyProposals {
   survey: string;
   ended: string;
-  begin: ProposedBeginning[];
-  end: ProposedEnd[];
+  begin: BeginProposal[];
+  end: EndProposal[];
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */
