@@ -40,7 +40,7 @@ def imported_by(path: Path) -> frozenset[str]:
     """Return the top-level modules that a file imports, or loads late (`hawk.runtime.late`)."""
     found: set[str] = set()
     text = path.read_text(encoding="utf-8")
-    late = LATE if "from hawk.runtime.late import" in text else ()
+    late = LATE if path.is_relative_to(ROOT / "hawk") else ()
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             found |= {alias.name.split(".")[0] for alias in node.names}
