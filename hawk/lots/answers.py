@@ -75,12 +75,10 @@ class Sourced(Shown):
     ]
 
 
-class LotSurvey(Sourced):
-    """A survey of a lot."""
+class CountedSurvey(Sourced):
+    """A survey with its counts, and the program that flew it."""
 
     id: Id
-    seq: Annotated[int, Field(description="number in the order of the landings")]
-    lot: Id | None
     layout: Annotated[int | None, Field(description="version of the layout by which its stalls are known")]
     placed: Placed
     free: Count
@@ -89,11 +87,18 @@ class LotSurvey(Sourced):
     blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
     simulated: bool
     program: Annotated[str, Field(description="version of hawk-drone that flew it")]
+    began: Utc
+    ended: Utc
+
+
+class LotSurvey(CountedSurvey):
+    """A survey of a lot."""
+
+    seq: Annotated[int, Field(description="number in the order of the landings")]
+    lot: Id | None
     datum: Degrees
     place: SurveyPlace | None
     doubt: Doubt | None
-    began: Utc
-    ended: Utc
     time_is_sure: Annotated[bool, Field(description="false: no sure clock says the time, or it is later than now")]
 
 
@@ -241,8 +246,8 @@ class Change(Shown):
     undone: Utc | None
 
 
-class BeginProposal(Shown):
-    """A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps."""
+class FoundStall(Shown):
+    """A stall that a survey found, in the lot's frame, with the number that the survey gave it."""
 
     id: int
     north: float
@@ -251,6 +256,11 @@ class BeginProposal(Shown):
     width: float
     length: float
     state: State
+
+
+class BeginProposal(FoundStall):
+    """A stall that surveys found where the layout has none. `instead`: stalls that it overlaps."""
+
     instead: list[Id]
     corners: list[Degrees]
 
@@ -289,18 +299,6 @@ class Proposals(Shown):
     datum: Degrees
     surveys: list[SurveyProposals]
     doubtful: list[DoubtfulSurvey]
-
-
-class FoundStall(Shown):
-    """A stall that a survey found, in the lot's frame, with the number that the survey gave it."""
-
-    id: int
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    state: State
 
 
 class MissedStall(Shown):

@@ -6,25 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hawk.lots.answers import BLURRED, Count, Id, Placed, Share, Shown, Sourced, Utc
+from hawk.lots.answers import Count, CountedSurvey, Id, Share, Shown
 from hawk.stats.values import Estimate
 
 
-class SurveyUse(Sourced):
+class SurveyUse(CountedSurvey):
     """A survey with its share of taken stalls. `left_out`: why no figure uses it; empty where figures do."""
 
-    id: Id
-    layout: int | None
-    placed: Placed
-    free: Count
-    taken: Count
-    unknown: Count
-    blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
-    simulated: bool
-    program: str
     accuracy: Annotated[float | None, Field(description="metres, the receiver's own estimate at the landing")]
-    began: Utc
-    ended: Utc
     occupancy: Estimate
     left_out: str
     left_out_code: Literal["", "unregistered", "no_time", "no_looks"]

@@ -25,7 +25,7 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
-/** A stall that surveys found where the layout has none, in the lot's frame. `instead`: stalls that it overlaps. */
+/** A stall that surveys found where the layout has none. `instead`: stalls that it overlaps. */
 export interface BeginProposal {
   id: number;
   north: number;
@@ -355,8 +355,6 @@ export interface LotSurvey {
   source_name: string;
   limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
   id: string;
-  seq: number;
-  lot: string | null;
   layout: number | null;
   placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
   free: number;
@@ -365,11 +363,13 @@ export interface LotSurvey {
   blurred: number | null;
   simulated: boolean;
   program: string;
+  began: string;
+  ended: string;
+  seq: number;
+  lot: string | null;
   datum: [number, number];
   place: SurveyPlace | null;
   doubt: Doubt | null;
-  began: string;
-  ended: string;
   time_is_sure: boolean;
 }
 
@@ -678,8 +678,6 @@ export interface Survey {
   source_name: string;
   limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
   id: string;
-  seq: number;
-  lot: string | null;
   layout: number | null;
   placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
   free: number;
@@ -688,11 +686,13 @@ export interface Survey {
   blurred: number | null;
   simulated: boolean;
   program: string;
+  began: string;
+  ended: string;
+  seq: number;
+  lot: string | null;
   datum: [number, number];
   place: SurveyPlace | null;
   doubt: Doubt | null;
-  began: string;
-  ended: string;
   time_is_sure: boolean;
   candidates: string[];
 }
@@ -748,9 +748,9 @@ export interface SurveyUse {
   blurred: number | null;
   simulated: boolean;
   program: string;
-  accuracy: number | null;
   began: string;
   ended: string;
+  accuracy: number | null;
   occupancy: Estimate;
   left_out: string;
   left_out_code: "" | "unregistered" | "no_time" | "no_looks";
