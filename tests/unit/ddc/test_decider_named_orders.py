@@ -97,7 +97,6 @@ async def test_control_given_back_in_the_air_holds_and_then_returns_home(fresh: 
     assert fresh.command(Hold()).accepted is False, "nobody has control, and the cause lasts"
 
 
-@pytest.mark.slow
 async def test_one_who_takes_control_that_was_given_back_goes_on_from_hover(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     fresh.desk.client, fresh.desk.former = None, "Ana"

@@ -114,7 +114,6 @@ async def test_a_fence_that_is_not_taken_keeps_it_on_the_ground_and_is_tried_aga
     rig.order(Takeoff())
 
 
-@pytest.mark.slow
 @pytest.mark.fault("another station replaced the fence between two flights", "uploaded again at the next arming")
 async def test_a_fence_that_was_replaced_since_the_last_flight_is_uploaded_again(rig: Rig) -> None:
     by_somebody_else(rig)
@@ -161,7 +160,6 @@ async def test_in_the_air_without_failsafes_no_task_begins_and_every_return_is_o
     await rig.close()
 
 
-@pytest.mark.slow
 @pytest.mark.fault("the autopilot refuses the fence")
 @pytest.mark.parametrize("command", TASKS, ids=lambda command: type(command).__name__)
 async def test_in_the_air_no_task_begins_before_the_fence_is_up(flying: Rig, command: Command) -> None:
@@ -197,7 +195,6 @@ async def test_a_restart_in_the_air_compares_the_fence_and_writes_nothing_when_i
     fresh.order(CompulsiveMove(x=20.0, y=0.0))
 
 
-@pytest.mark.slow
 @pytest.mark.fault("link lost and back in flight", "fence and parameters are looked at again before any task")
 async def test_the_fence_is_compared_again_after_a_lost_link(flying: Rig) -> None:
     await flying.run(1)

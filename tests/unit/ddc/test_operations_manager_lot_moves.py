@@ -91,7 +91,6 @@ async def test_a_route_that_begins_beyond_the_fence_from_here_is_refused(flying:
     assert not (await move(flying, 30, 40)).accepted
 
 
-@pytest.mark.slow
 async def test_a_route_that_is_cut_off_in_flight_holds_and_says_why(flying: Rig) -> None:
     flying.sight.route = AROUND
     await move(flying, 30, 40)
@@ -226,7 +225,6 @@ async def test_many_may_ask_and_each_gets_an_answer(flying: Rig) -> None:
     assert all(answers[n].refused == "You asked for another route since." for n in range(6))
 
 
-@pytest.mark.slow
 async def test_a_crowd_is_refused_politely(flying: Rig) -> None:
     for n in range(12):
         flying.manager.handle(f"client {n}", RouteRequest(id=n, x=n, y=1, frame="Map"))

@@ -96,7 +96,6 @@ async def test_an_rtl_of_the_autopilot_to_a_rally_point_begins_again_once_it_is_
     assert "The autopilot's return is right again: it begins again." in flying.log
 
 
-@pytest.mark.slow
 @pytest.mark.fault(
     "the autopilot's own failsafe begins RTL within 3 s after a rally point was cleared",
     "BRAKE, RTL again: it may fly there still",

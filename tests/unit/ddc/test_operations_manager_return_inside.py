@@ -639,7 +639,6 @@ async def test_paths_are_prepared_off_the_loop_when_the_fence_comes_into_force(
     assert {name.startswith("hawk-parameters") for _, name in made} == {True}
 
 
-@pytest.mark.slow
 @pytest.mark.fault(
     "the reserve counts the straight line where the path is longer",
     "it counts the path, so that the drone turns home in time",

@@ -109,7 +109,6 @@ def camera_agrees(flying: Rig) -> None:
     flying.inputs.ground_step.publish(GroundStep(now - 0.4, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 35.0))
 
 
-@pytest.mark.slow
 async def test_a_flight_is_reported(flying: Rig) -> None:
     flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
     flying.order(CompulsiveMove(x=20, y=0))

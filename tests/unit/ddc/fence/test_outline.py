@@ -199,7 +199,6 @@ async def test_what_lies_outside_the_fence_is_left_out_and_reported_with_its_siz
     assert any("outside the fence are left out." in line for line in flying.log)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("state", [S.IDLE, S.HOVER])
 async def test_an_outline_outside_the_fence_is_refused(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -242,7 +241,6 @@ async def test_an_outline_that_a_later_fence_leaves_out_is_not_explored(fresh: R
     fresh.expect(S.HOVER)
 
 
-@pytest.mark.slow
 async def test_with_an_outline_a_target_outside_the_fence_is_not_sent(flying: Rig) -> None:
     flying.order(command(box(100, -10, 200, 10)))
     await flying.run(0.2)
@@ -276,7 +274,6 @@ async def test_at_the_end_what_was_left_out_is_reported_with_its_size(flying: Ri
     assert status_of(flying).operation.user_error is UserError.NONE
 
 
-@pytest.mark.slow
 async def test_before_take_off_the_battery_is_judged_by_the_outline(rig: Rig) -> None:
     await rig.run(1.0)
     assert status_of(rig).vehicle.survey_basis == "fence"

@@ -105,7 +105,6 @@ async def test_a_drawn_fence_is_uploaded_and_enabled_at_arm_with_our_margin_insi
     assert rig.fence == uploaded
 
 
-@pytest.mark.slow
 async def test_a_later_start_over_the_same_place_takes_it_up(rig: Rig, tmp_path: Path) -> None:
     await draw(rig, fence(U_SHAPE, 70))
     again = Rig(tmp_path)
@@ -176,7 +175,6 @@ async def test_drawn_goes_before_the_configured_file(tmp_path: Path) -> None:
     await rig.close()
 
 
-@pytest.mark.slow
 async def test_operators_are_sent_another_object_after_each_change_only(rig: Rig) -> None:
     first = rig.manager.fences.setup
     await rig.run(1)
@@ -192,7 +190,6 @@ async def test_operators_are_sent_another_object_after_each_change_only(rig: Rig
 AIRBORNE = sorted(set(StateName) - {StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("state", AIRBORNE)
 @pytest.mark.parametrize("command", [fence(), ClearFence()], ids=lambda c: c.type)
 async def test_in_the_air_the_fence_is_not_changed(
@@ -284,7 +281,6 @@ async def test_the_end_of_the_program_waits_for_a_fence_that_is_being_saved(
     assert (tmp_path / FENCE_FILE).exists()
 
 
-@pytest.mark.slow
 async def test_a_pilot_who_arms_while_it_is_saved_flies_in_the_fence_in_force(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(1)
@@ -316,7 +312,6 @@ async def test_a_kept_fence_that_cannot_be_read_keeps_the_drone_on_the_ground(tm
     await rig.close()
 
 
-@pytest.mark.slow
 async def test_a_kept_fence_that_is_too_narrow_for_a_wider_margin_is_a_problem_too(rig: Rig, tmp_path: Path) -> None:
     await draw(rig, fence(((-20, -20), (20, -20), (20, 20), (-20, 20))))
     again = Rig(tmp_path, settings=DdcSettings(fence=FenceSettings(margin_m=25)))
@@ -477,7 +472,6 @@ async def test_a_fence_is_checked_on_a_thread_of_its_own(rig: Rig, monkeypatch: 
     assert threads[0].startswith("hawk-fence")
 
 
-@pytest.mark.slow
 @pytest.mark.fault(
     "256 Check Fence of one client",
     "the tick does none of it: a thread answers the newest, the others are refused at once",

@@ -97,7 +97,6 @@ async def test_operators_see_the_zones_of_the_plan_and_those_in_force(aloft: Rig
     assert min(point.north for point in site.fence_zone_limits[0]) == pytest.approx(20, abs=0.01)
 
 
-@pytest.mark.slow
 async def test_a_later_start_takes_the_zones_up_from_interior_rings(rig: Rig, tmp_path: Path) -> None:
     await draw(rig, zoned(ROOF, MAST))
     coordinates = json.loads((tmp_path / FENCE_FILE).read_text())["geometry"]["coordinates"]

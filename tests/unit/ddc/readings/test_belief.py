@@ -124,7 +124,6 @@ class TestInTheAir:
         await fresh.run(1.0)
         fresh.expect(S.COMPULSIVE_MOVE)
 
-    @pytest.mark.slow
     @pytest.mark.fault(
         'The landed state says "on the ground" at 30 m for ever',
         "It is not believed; shown after 0.5 s; the flight goes on",
@@ -143,7 +142,6 @@ class TestInTheAir:
         await flying.run(1.0)
         flying.expect(S.RETURN_TO_LAUNCH)
 
-    @pytest.mark.slow
     async def test_it_goes_on_when_the_landed_state_stops(self, flying: Rig) -> None:
         flying.autopilot.landed_flows = False
         await flying.run(5.0)
@@ -218,7 +216,6 @@ class TestOnTheGround:
         assert not answer.accepted
         assert "on the ground" in answer.reason
 
-    @pytest.mark.slow
     async def test_a_disarm_while_arming_only_stops_the_arming(self, fresh: Rig) -> None:
         await fresh.run(2.0)
         fresh.autopilot.silent.add("arm")

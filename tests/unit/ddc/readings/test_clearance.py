@@ -200,7 +200,6 @@ async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     assert "rangefinder" not in dict(flying.manager.situation().facts.parts)
 
 
-@pytest.mark.slow
 @pytest.mark.fault("single readings of the rangefinder are too short", "no state changes")
 async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
     readings = iter([0.0] * 40 + [27.0] * 2 + [0.0] * 10_000)

@@ -137,7 +137,6 @@ def test_the_same_pose_again_and_a_reset() -> None:
     assert reading.slope() is None
 
 
-@pytest.mark.slow
 async def test_the_check_is_there_on_a_slope_alone_and_never_refuses(rig: Rig) -> None:
     assert "Slope" not in [item.name for item in rig.manager.situation().checks]
     rig.autopilot.tilt = (0.0, math.radians(2.9))

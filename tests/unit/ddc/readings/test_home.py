@@ -85,7 +85,6 @@ async def test_a_home_that_was_moved_up_or_down_is_set_back(flying: Rig, up: flo
     assert flying.autopilot.home == GlobalPose(PLACE.latitude, PLACE.longitude, PLACE.altitude)
 
 
-@pytest.mark.slow
 async def test_a_home_within_the_tolerance_is_left_alone(flying: Rig) -> None:
     await flying.run(1)
     move_home(flying, HOME_TOLERANCE_M - 0.2)
@@ -232,7 +231,6 @@ async def test_where_home_stays_moved_the_operators_return_is_led_home_and_lands
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
 
 
-@pytest.mark.slow
 @pytest.mark.fault(
     "home cannot be set back, and the drone cannot be led (no position, no charge)",
     "Land where it is; Hover with the reason when the operator asked",
@@ -314,7 +312,6 @@ async def test_at_the_end_of_the_program_the_drone_lands_where_home_is_outside(f
     flying.expect(S.LAND)
 
 
-@pytest.mark.slow
 async def test_hold_ends_a_return_that_waits(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -371,7 +368,6 @@ async def test_an_old_home_does_not_pass(rig: Rig) -> None:
     assert (found_item.passed, found_item.value) == (False, "not known")
 
 
-@pytest.mark.slow
 async def test_a_carried_drone_arms_at_its_new_place_and_nothing_was_moved(tmp_path: Path, rig: Rig) -> None:
     """After a battery swap the arm place of the last flight is still known when "armed" is heard."""
     del tmp_path

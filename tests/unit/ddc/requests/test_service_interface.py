@@ -40,7 +40,6 @@ async def test_a_good_target_goes_out(flying: Rig) -> None:
     assert (sent.north, sent.east, sent.height, sent.yaw) == (3.0, 2.0, 31.0, 0.5)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("state", sorted(set(StateName) - COMMANDING_STATES))
 async def test_only_commanding_states_send(flying: Rig, state: StateName) -> None:
     refused(flying, "sends no targets", state=state)
@@ -80,7 +79,6 @@ async def test_not_on_a_pose_that_is_not_finite(flying: Rig) -> None:
     refused(flying, "pose")
 
 
-@pytest.mark.slow
 async def test_not_without_a_link(flying: Rig) -> None:
     flying.autopilot.connected = False
     flying.autopilot.publish()
@@ -368,7 +366,6 @@ async def test_a_comparison_that_the_link_outlived_says_nothing(rig: Rig, monkey
     assert rig.service.held_fence is None
 
 
-@pytest.mark.slow
 async def test_the_fence_is_switched_on_by_command(rig: Rig) -> None:
     await rig.service.enable_fence()
     assert rig.autopilot.count("enable_fence") == 1

@@ -132,7 +132,6 @@ async def test_a_fault_that_passes_is_shown_and_forgiven(flying: Rig, monkeypatc
     flying.expect(S.HOVER)
 
 
-@pytest.mark.slow
 @pytest.mark.fault("a step fails every second tick", "Return To Launch within 4 s")
 async def test_a_step_that_fails_every_second_tick_is_a_fault_too(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     real, calls = guard.reaction, iter(range(10_000))

@@ -302,7 +302,6 @@ async def test_a_start_on_the_ground_is_idle_and_not_counted(rig: Rig) -> None:
 # -- a lost link ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("state", "after"),
     [
@@ -388,7 +387,6 @@ async def test_a_mode_change_that_we_did_not_ask_for(fresh: Rig, mode: int, stat
     assert len(fresh.autopilot.targets) == sent
 
 
-@pytest.mark.slow
 async def test_the_window_of_our_own_request_is_two_seconds(flying: Rig) -> None:
     flying.autopilot.refuse["set_mode"] = "busy"
     flying.ask(flying.service.set_mode(CopterMode.BRAKE))
@@ -437,7 +435,6 @@ async def test_a_refused_return_does_not_keep_the_program_from_ending(flying: Ri
     assert await flying.manager.shutdown_in_air()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("state", "mode"), [(S.RETURN_TO_LAUNCH, CopterMode.RTL), (S.LAND, CopterMode.LAND)])
 async def test_our_own_descent_is_asked_for_again_when_the_mode_is_another_after_a_lost_link(
     fresh: Rig, state: StateName, mode: CopterMode
@@ -461,7 +458,6 @@ def _held(rig: Rig) -> object:
     return next(each["limits"] for each in reversed(facts) if "limits" in each).held
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fails", [False, True], ids=["", "while every tick fails"])
 async def test_the_fence_that_was_held_before_a_lost_link_is_not_believed_after_it(
     flying: Rig, monkeypatch: pytest.MonkeyPatch, fails: bool

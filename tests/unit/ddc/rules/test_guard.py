@@ -47,7 +47,6 @@ async def test_the_battery_reserve_brings_it_home(fresh: Rig) -> None:
     assert "The battery is needed for the flight home. Returning home." in fresh.log
 
 
-@pytest.mark.slow
 async def test_the_battery_reserve_acts_in_takeoff(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     fresh.autopilot.battery = 22.0
@@ -55,7 +54,6 @@ async def test_the_battery_reserve_acts_in_takeoff(fresh: Rig) -> None:
     fresh.expect(S.RETURN_TO_LAUNCH)
 
 
-@pytest.mark.slow
 async def test_a_dip_under_load_is_no_reserve(flying: Rig) -> None:
     flying.autopilot.battery = 15.0
     await flying.run(2.5)
@@ -64,7 +62,6 @@ async def test_a_dip_under_load_is_no_reserve(flying: Rig) -> None:
     flying.expect(S.HOVER)
 
 
-@pytest.mark.slow
 async def test_farther_away_it_returns_with_more(flying: Rig) -> None:
     flying.autopilot.battery = 33.0
     await flying.run(4)
@@ -125,7 +122,6 @@ async def test_a_lost_operator_changes_nothing_of_higher_rank(fresh: Rig) -> Non
 # -- fence and ceiling ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("state", TASKS)
 async def test_beyond_our_fence_it_goes_two_metres_inside_and_holds(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -207,7 +203,6 @@ async def test_a_perception_fault_ends_what_flies_by_sight(fresh: Rig, part: str
     assert "lens covered" in fresh.log[-1]
 
 
-@pytest.mark.slow
 async def test_perception_that_falls_silent_is_a_fault(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.sight.flows = False
@@ -216,7 +211,6 @@ async def test_perception_that_falls_silent_is_a_fault(fresh: Rig) -> None:
     assert "No result lately" in fresh.log[-1]
 
 
-@pytest.mark.slow
 async def test_one_bad_picture_is_no_fault(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     for _ in range(5):
@@ -262,7 +256,6 @@ async def test_a_jump_while_holding_holds_where_it_is_by_the_new_position(flying
     assert flying.autopilot.targets[-1].north == pytest.approx(15, abs=0.7)
 
 
-@pytest.mark.slow
 @pytest.mark.fault("local and global position jump together by 25 m (EKF reset after a GPS glitch) in a task")
 @pytest.mark.parametrize("state", TASKS)
 async def test_a_jump_of_the_estimate_ends_a_task_at_the_new_place(fresh: Rig, state: StateName) -> None:

@@ -197,7 +197,6 @@ async def test_what_a_state_refuses_changes_nothing_and_says_why(state: StateNam
     await rig.close()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("state", StateName)
 async def test_what_is_offered_is_what_is_taken(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
@@ -205,7 +204,6 @@ async def test_what_is_offered_is_what_is_taken(fresh: Rig, state: StateName) ->
     assert offered - {"Kill", "Survey Again"} == {name for name, states in ACCEPTED.items() if state in states}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("state", StateName)
 async def test_kill_is_taken_in_every_state(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)

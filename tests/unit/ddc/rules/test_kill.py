@@ -221,7 +221,6 @@ async def test_it_cuts_confirms_and_locks_arm_until_it_is_cleared(flying: Rig) -
     flying.order(Arm())
 
 
-@pytest.mark.slow
 async def test_nothing_else_is_sent_while_it_is_being_sent(flying: Rig) -> None:
     flying.autopilot.silent.add("kill")
     flying.manager.handle_now("ana", Kill(token=token_of(flying)))
@@ -232,7 +231,6 @@ async def test_nothing_else_is_sent_while_it_is_being_sent(flying: Rig) -> None:
     assert flying.autopilot.count("set_mode") == 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "state", "mode"),
     [
@@ -319,7 +317,6 @@ async def test_a_kill_goes_on_when_what_would_replace_it_fails(
     assert not any("came first" in text for text in flying.log)
 
 
-@pytest.mark.slow
 async def test_land_that_replaced_a_kill_ends_in_a_landing(flying: Rig) -> None:
     flying.autopilot.silent.add("kill")
     flying.manager.handle_now("ana", Kill(token=token_of(flying)))

@@ -93,7 +93,6 @@ BREAK: dict[str, Callable[[Rig], None]] = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("what", BREAK)
 async def test_one_failed_check_refuses_arm_with_reason_and_remedy(fresh: Rig, what: str) -> None:
     BREAK[what](fresh)
@@ -168,7 +167,6 @@ async def test_a_refused_failsafe_is_reported_in_the_autopilots_words(tmp_path: 
     await rig.close()
 
 
-@pytest.mark.slow
 async def test_parameters_that_do_not_answer_have_not_passed(fresh: Rig) -> None:
     fresh.autopilot.refuse["get_parameter"] = "timeout"
     await fresh.run(5)
@@ -186,7 +184,6 @@ async def test_a_parameter_that_somebody_changes_is_noticed(rig: Rig) -> None:
     assert not check(rig, "Fence in the autopilot").passed
 
 
-@pytest.mark.slow
 async def test_parameters_are_read_again_after_a_lost_link(rig: Rig) -> None:
     rig.autopilot.values["FS_GCS_ENABLE"] = 0
     rig.autopilot.connected = False

@@ -92,7 +92,6 @@ async def test_a_landing_stays_a_landing(flying: Rig) -> None:
     flying.expect(StateName.LAND)
 
 
-@pytest.mark.slow
 @pytest.mark.fault("downlink dead while a pilot flies", "nothing is sent; our heartbeats are held back")
 async def test_while_a_pilot_flies_nothing_is_reported(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LOITER)
@@ -103,7 +102,6 @@ async def test_while_a_pilot_flies_nothing_is_reported(flying: Rig) -> None:
     flying.expect(StateName.MANUAL)
 
 
-@pytest.mark.slow
 async def test_what_the_autopilot_began_itself_is_left_to_it(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LAND)
     await flying.tick(2)
@@ -131,7 +129,6 @@ async def test_on_the_ground_nothing_is_reported_and_heartbeats_go_on(fresh: Rig
     assert fresh.autopilot.count("send_mode") == fresh.autopilot.count("set_voice") == 0
 
 
-@pytest.mark.slow
 @pytest.mark.fault(
     "the link comes back",
     "heartbeats begin at the next tick, RTL is asked for with an answer, Hold is possible",

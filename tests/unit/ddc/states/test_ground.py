@@ -26,7 +26,6 @@ S = StateName
 # -- Arm --------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 async def test_arm_uploads_the_fence_then_guided_then_arms(rig: Rig) -> None:
     rig.autopilot.calls.clear()
     rig.order(Arm())
@@ -170,7 +169,6 @@ async def test_a_refused_takeoff_leads_back_to_the_ground(fresh: Rig, armed: boo
         assert fresh.manager.log.entries[-1].details == "Mode change failed"
 
 
-@pytest.mark.slow
 async def test_hold_below_min_brakes_at_the_present_height(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     await fresh.run(2.0)

@@ -23,7 +23,6 @@ S = StateName
 # -- Hover ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 async def test_hold_aims_at_the_stopping_point(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     await fresh.run(4.0)
