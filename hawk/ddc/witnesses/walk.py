@@ -178,30 +178,30 @@ class Record:
 
     def keep(self, now: Sample) -> None:
         """Keep a moment where the last one is old enough."""
-        if not self._samples or now.time - self._samples[-1].time >= SAMPLE_S:
-            self._samples.append(now)
-            self._thin(now.time)
+        if not self._samples:
+            self._samples = [now]
+        elif now.time - self._samples[-1].time >= SAMPLE_S:
+            self._samples = [*self._thinned(now), now]
 
     def last(self, before: float) -> tuple[complex, complex]:
         """Return disagreement and place of the last moment that was kept until a time; zeros without one."""
         return next(((each.off, each.place) for each in reversed(self._samples) if each.time <= before), (0j, 0j))
 
-    def _thin(self, now: float) -> None:
-        """Drop the moments that lie close together; the first one, and the last ones, stay."""
-        kept = self._samples[:1]
-        for each, after in pairwise(self._samples[1:]):
-            if after.time - kept[-1].time >= SPARSE * (now - after.time):
+    def _thinned(self, now: Sample) -> list[Sample]:
+        """Return the moments before ``now`` without those that lie close together; the first one stays."""
+        first, *rest = self._samples
+        kept = [first]
+        for each, after in pairwise([*rest, now]):
+            if after.time - kept[-1].time >= SPARSE * (now.time - after.time):
                 kept.append(each)
-        self._samples = kept + self._samples[max(1, len(self._samples) - 1) :]
+        return kept
 
     def _between(self, before: Sample, now: Sample, scale: Scale) -> Found:
         moved, seen = now.place - before.place, now.off_since(before)
-        own = self._own * floor(max(before.height, now.height))
-        if abs(seen - scale.learned * moved) < own:
-            return NOTHING
         if abs(moved) > STILL_M and abs(moved + seen) < STILL_SHARE * abs(moved):
             return NOTHING
         off = seen - scale.learned * moved
+        own = self._own * floor(max(before.height, now.height))
         may_be = scale.allowed(abs(off), abs(moved), self._share) + abs(now.tilt - before.tilt)
         flown, noise = now.flown - before.flown, now.noise - before.noise
         may_be += PATH_SHARE * flown + own * (MOVING_M / FLOOR_M) * min(1.0, flown / MOVING_WITHIN_M) + math.sqrt(noise)

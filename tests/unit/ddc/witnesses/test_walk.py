@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from itertools import pairwise
 
@@ -116,9 +117,10 @@ def test_a_record_takes_off_what_the_scale_the_path_and_the_gaps_explain() -> No
 
 
 def test_a_small_disagreement_is_nothing_and_so_is_a_picture_that_stands_still() -> None:
-    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, complex(FLOOR_M - 0.01), 0j)) is NOTHING
+    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, complex(FLOOR_M - 0.01), 0j)).beyond < 0.0
     assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -9.5 + 0j, 10 + 0j)) is NOTHING
     assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -8.5 + 0j, 10 + 0j)) is not NOTHING
+    assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -9 + 0j, 10 + 0j)) is not NOTHING, "a tenth of the path is seen"
     assert looked(Sample(0.0, 0j, 0j), Sample(9.0, -2.9 + 0j, 2.9 + 0j)) is not NOTHING
 
 
@@ -161,16 +163,16 @@ def test_the_sum_of_the_steps_goes_on_over_a_gap_and_begins_again_after_a_long_o
     assert (found.off, found.since) == (6 + 0j, 0.4)
     assert found.beyond == pytest.approx(6.0 - FLOOR_M - wandered(9.6) - math.sqrt(0.5))
     walk.forget_steps()
-    assert walk.look(step(10.8), PROVEN, False) is NOTHING
-    assert walk.look(step(11.2, 1 + 0j), PROVEN, False) is NOTHING
+    assert walk.look(step(10.8), PROVEN, False).beyond <= 0.0
+    assert walk.look(step(11.2, 1 + 0j), PROVEN, False).beyond <= 0.0
 
 
 def test_an_earlier_picture_counts_from_its_own_moment_and_only_where_it_counts() -> None:
     walk = SlowWalk()
     again = GroundAgain(5.0, (0.0, 9.0), (1.0, 0.0), math.pi)
-    assert walk.look(step(20.0, again=again), PROVEN, False) is NOTHING
+    assert walk.look(step(20.0, again=again), PROVEN, False).beyond <= 0.0
     for now in (20.4, 20.8):
-        assert walk.look(step(now, again=again), PROVEN, True) is NOTHING, "a match alone may be a wrong one"
+        assert walk.look(step(now, again=again), PROVEN, True).beyond <= 0.0, "a match alone may be a wrong one"
     found = walk.look(step(21.2, again=again), PROVEN, True)
     assert (found.off, found.since) == (9j, 5.0)
     assert found.beyond == pytest.approx(
@@ -197,10 +199,10 @@ def test_matches_that_differ_or_lie_apart_in_time_confirm_nothing() -> None:
     walk = SlowWalk()
     for k in range(20):
         again = GroundAgain(0.0, (8.0 + 1.1 * (k % 2), 0.0), (0.0, 0.0), 0.0)
-        assert walk.look(step(10.0 + 0.5 * k, again=again), PROVEN, True) is NOTHING
+        assert walk.look(step(10.0 + 0.5 * k, again=again), PROVEN, True).beyond <= 0.0
     again = GroundAgain(0.0, (8.0, 0.0), (0.0, 0.0), 0.0)
     for k in range(20):
-        assert walk.look(step(30.0 + 2.1 * k, again=again), PROVEN, True) is NOTHING
+        assert walk.look(step(30.0 + 2.1 * k, again=again), PROVEN, True).beyond <= 0.0
 
 
 def test_the_comparisons_of_the_last_pictures_are_kept() -> None:
@@ -209,3 +211,99 @@ def test_the_comparisons_of_the_last_pictures_are_kept() -> None:
         walk.look(step(200.0 + k, again=GroundAgain(float(k), (0.0, 0.0), (0.0, 0.0), 0.0)), PROVEN, True)
     assert len(walk._pictures) == RECORDS
     assert min(walk._pictures) == 5.0
+
+
+# -- limits ------------------------------------------------------------------------------------------------------------
+
+
+def test_no_receiver_is_allowed_for_more_than_four_metres() -> None:
+    assert wandered(300.0, 50.0) == pytest.approx(SIGMAS * 4.0 * math.sqrt(2 * (1 - math.exp(-0.5))))
+
+
+def test_a_camera_that_is_known_to_be_off_hides_no_walk_against_its_error() -> None:
+    """It sees 10 % more than 50 m; it saw 5 m less: the position has walked by 10 m."""
+    found = looked(Sample(0.0, 0j, 0j), Sample(9.0, -5 + 0j, 50 + 0j), Scale(0.1 + 0j, True))
+    assert found.off == pytest.approx(-10 + 0j)
+    assert found.beyond > 0.0
+
+
+def test_what_a_moment_does_not_say_adds_nothing() -> None:
+    """It has no noise of its own, and the other moment's height counts."""
+    bare = looked(Sample(0.0, 0j, 0j), Sample(9.0, 8 + 0j, 0j))
+    assert bare.beyond == pytest.approx(8.0 - FLOOR_M - wandered(9.0))
+    noisy = looked(Sample(0.0, 0j, 0j), Sample(9.0, 8 + 0j, 0j, noise=1.0))
+    assert noisy.beyond == pytest.approx(bare.beyond - 1.0)
+
+
+def test_a_record_without_a_moment_until_then_says_zero() -> None:
+    record = Record(NET_SHARE, Sample(10.0, 3 + 0j, 4 + 0j))
+    assert record.last(10.0) == (3 + 0j, 4 + 0j)
+    assert record.last(9.9) == (0j, 0j)
+
+
+@pytest.mark.parametrize(("off", "is_walk"), [(3.5, False), (4.0, True)])
+def test_a_flight_of_ten_metres_allows_for_a_metre_and_a_half_more(off: float, is_walk: bool) -> None:
+    """There and back: 1.5 m of floor, 1.5 m of sways, 3 % of ten metres, and what the receiver may wander in 1 s."""
+    walk = SlowWalk()
+    walk.look(step(0.4), PROVEN, False)
+    walk.look(step(0.8, reported=5 + 0j), PROVEN, False)
+    found = walk.look(step(1.4, complex(0.0, off), -5 + 0j), PROVEN, False)
+    assert (found.beyond > 0.0) is is_walk
+
+
+def test_ground_that_grows_and_turns_as_the_steps_say_is_no_walk() -> None:
+    """Each picture shows 4 m as 6 % longer, and turned by 0.04 rad more against the clock, than the one before."""
+    walk, seen = SlowWalk(), 4 + 0j
+    walk.look(step(0.0), PROVEN, False)
+    for k in range(1, 10):
+        seen *= cmath.exp(complex(0.06, -0.04))
+        until = 0.2 * k
+        turned = GroundStep(until - 0.2, until, (seen.real, seen.imag), (4.0, 0.0), 0.06, 0.04, 20.0)
+        assert walk.look(turned, PROVEN, False).beyond < 0.0
+
+
+def matched(walk: SlowWalk, now: float, off: float, reported: float = 0.0, since: float = 0.0) -> Found:
+    """Look at a step that is compared with the picture of ``since``, which shows ``off`` metres east."""
+    return walk.look(step(now, again=GroundAgain(since, (0.0, off), (reported, 0.0), 0.0)), PROVEN, True)
+
+
+def test_an_earlier_picture_shows_a_walk_from_far_as_well() -> None:
+    """20 m away it may be off by 2.4 m more."""
+    walk = SlowWalk()
+    found = [matched(walk, 10.0 + 0.4 * k, 9.0, 20.0).beyond for k in range(3)]
+    assert found[-1] > 0.0
+
+
+@pytest.mark.parametrize(("apart", "is_walk"), [(0.9, True), (1.0, True), (1.1, False)])
+def test_matches_that_differ_by_up_to_a_metre_confirm_each_other(apart: float, is_walk: bool) -> None:
+    walk = SlowWalk()
+    found = [matched(walk, 10.0 + 0.4 * k, 8.0 + apart * (k % 2)) for k in range(4)]
+    assert (found[-1].beyond > 0.0) is is_walk
+
+
+@pytest.mark.parametrize(("every", "is_walk"), [(2.0, True), (2.1, False)])
+def test_matches_up_to_two_seconds_apart_confirm_each_other(every: float, is_walk: bool) -> None:
+    walk = SlowWalk()
+    found = [matched(walk, 10.0 + every * k, 8.0) for k in range(4)]
+    assert (found[-1].beyond > 0.0) is is_walk
+
+
+def test_matches_that_show_no_walk_confirm_none() -> None:
+    """3 m are less than the floor of 2.25 m, and what the receiver may wander in 10 s: 1.45 m; 3.9 m are more."""
+    walk = SlowWalk()
+    for k in range(5):
+        assert matched(walk, 10.0 + 0.1 * k, 3.0).beyond < 0.0
+    assert matched(walk, 10.5, 3.9).beyond < 0.0
+    assert matched(walk, 10.6, 3.9).beyond < 0.0
+    assert matched(walk, 10.7, 3.9).beyond > 0.0
+
+
+def test_how_far_the_drone_is_off_counts_from_what_the_picture_showed_last_while_the_report_was_right() -> None:
+    """It was off by 1 m before the walk, and by 2 m in it: the whole of 5 m beyond the first is the walk's."""
+    walk = SlowWalk()
+    matched(walk, 10.0, 1.0, 10.0)
+    matched(walk, 20.0, 2.0, 10.0)
+    again = GroundAgain(0.0, (0.0, 6.0), (20.0, 0.0), 0.0)
+    assert walk.off_by(again, 0j, 15.0) == 5j
+    assert walk.off_by(again, 0j, 25.0) == 4j
+    assert walk.off_by(again, 0.1 + 0j, 15.0) == pytest.approx(5j - 1.0)
