@@ -85,8 +85,7 @@ async def test_recordings_of_its_folder_are_seen_and_downloaded(browser: Browser
     recorded = write(tmp_path / "recordings" / "20260504T000000Z.mcap", flight())
     page = await (await browser.new_context(viewport={"width": 1440, "height": 900})).new_page()
     errors = watch(page)
-    await page.goto(f"{address}archive")
-    await press(page, "Recordings", 30)
+    await page.goto(f"{address}#/recordings")
     await shows(page, "1 recording", 30)
     async with page.expect_download() as began:
         await page.get_by_role("link", name="Download").click()

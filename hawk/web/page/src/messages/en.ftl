@@ -1245,10 +1245,19 @@ escape-key = Esc
 tab-key = Tab
 enter-key = Enter
 
-## Lots over time: the page /archive, which has a bundle of its own
+## Lots over time: the views that are read when one is opened
 
 archive-title = Lots over time
-archive-to-map = Back to the map
+views = Views
+view-fly = Fly
+view-lots = Lots
+view-compare = Compare
+view-report = Report
+view-recordings = Recordings
+title-view = { $view } · { $lot }
+no-drone = No drone
+archive-view-parts = Parts of this view
+archive-ask-again = Ask again
 archive-lot = Lot
 archive-from = From
 archive-to = To

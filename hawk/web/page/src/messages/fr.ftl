@@ -1229,10 +1229,19 @@ escape-key = Échap
 tab-key = Tab
 enter-key = Entrée
 
-## Les parkings dans le temps : la page /archive
+## Les parkings dans le temps : les vues lues à l’ouverture
 
 archive-title = Les parkings dans le temps
-archive-to-map = Retour à la carte
+views = Vues
+view-fly = Voler
+view-lots = Parkings
+view-compare = Comparer
+view-report = Rapport
+view-recordings = Enregistrements
+title-view = { $view } · { $lot }
+no-drone = Pas de drone
+archive-view-parts = Parties de cette vue
+archive-ask-again = Demander de nouveau
 archive-lot = Parking
 archive-from = Du
 archive-to = Au

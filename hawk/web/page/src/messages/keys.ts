@@ -791,7 +791,16 @@ export interface Messages {
   "tab-key": Record<string, never>;
   "enter-key": Record<string, never>;
   "archive-title": Record<string, never>;
-  "archive-to-map": Record<string, never>;
+  "views": Record<string, never>;
+  "view-fly": Record<string, never>;
+  "view-lots": Record<string, never>;
+  "view-compare": Record<string, never>;
+  "view-report": Record<string, never>;
+  "view-recordings": Record<string, never>;
+  "title-view": { view: string | number; lot: string | number };
+  "no-drone": Record<string, never>;
+  "archive-view-parts": Record<string, never>;
+  "archive-ask-again": Record<string, never>;
   "archive-lot": Record<string, never>;
   "archive-from": Record<string, never>;
   "archive-to": Record<string, never>;
