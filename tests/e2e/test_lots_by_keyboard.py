@@ -66,7 +66,7 @@ async def test_a_repaint_is_shown_and_taken_over_and_a_doubt_is_answered(
     page = await opened(browser, address)
     errors = watch(page)
     await press_by_key(page, "Show survey")
-    await expect(page.get_by_text("18 stalls begin, 20 stalls end")).to_be_visible(timeout=30_000)  # the store opens
+    await expect(page.get_by_text("18 stalls begin, 20 stalls end")).to_be_visible()  # the store opens
     await expect(page.get_by_role("img", name="Place 2")).to_be_visible()
     await press_by_key(page, "Show on the map")
     await expect(page.get_by_role("button", name="Show on the map")).to_have_attribute("aria-pressed", "true")
