@@ -34,16 +34,18 @@ present flight alone are in [Protocol](protocol.md#http).
     curl -s -d '{"name": "North Street"}' http://127.0.0.1:3000/api/v1/lots/LOT/name
 
 - Viewers read, operators change ([roles](access.md)). Where the daemon has tokens, send `Authorization: Bearer TOKEN`.
-- "A list of" is an object with `items` and `next`: a list comes in parts, and `next` is `after` of the next part,
-  `null` at the end; the header `Link` has its address. A part begins behind the last item of the one before, whatever
-  was added meanwhile.
+- An answer `Name[]` of an address is an object with `items` and `next`: a list comes in parts, and takes `limit`
+  and `after`. `next` is `after` of the next part, `null` at the end; the header `Link` has its address. A part begins
+  behind the last item of the one before, whatever was added meanwhile.
 - An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed. Answers
   are packed with gzip where `Accept-Encoding` allows it.
 - A refusal is a [Problem](#problem), `application/problem+json` (RFC 9457). 400 and 422: a value; 401: no token; 403: a
   viewer, or the page of another server; 404: an id; 409: it does not fit what is there; 503: busy, ask again.
 - A request takes 10 s at most. The store has a thread of its own, which a flight never waits for.
 - Where nothing else is said, times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84,
-  latitude first, and ids UUIDs. `integer` is 0 or more. A question mark: the value may be null.
+  latitude first, and ids UUIDs. `integer` is 0 or more. Types are written as in TypeScript: `[]` a list, `|` or, `?`
+  may be null; braces hold the least and the greatest value, number of characters, or number of items. A field without
+  a type is a [shared one](#shared-fields), else a string.
 """
 _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC API Features, Part 1 (Core, GeoJSON),
 read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
@@ -51,8 +53,8 @@ standard. A lot has the time of its last survey, a stall that of the last look a
 """
 _LEAST_CONTAINED: Final = 3
 """Fields of a value that a larger one names as a whole."""
-_SHORTEST: Final = 3
-"""Words of a field that is worth a place of its own among the shared ones."""
+_LIST: Final = ("limit", "after")
+"""Parameters of every list."""
 
 
 def page() -> str:
@@ -69,7 +71,7 @@ def page() -> str:
     values = {name: _fields(each) for name, each in sorted(schemas.items()) if name in known and not _is_list(each)}
     wider = {name: _contained(name, values) for name in values}
     own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
-    fields = _repeated(pair for each in own.values() for pair in each.items() if len(pair[1].split()) >= _SHORTEST)
+    fields = _repeated(pair for each in own.values() for pair in each.items() if ". " in pair[1] or "|" in pair[1])
     blocks = [_HEADER, "## Shared parameters\n", *_list(dict(sorted(parameters)))]
     said: dict[str, str] = {}
     for tag in (each["name"] for each in found["tags"]):
@@ -78,7 +80,7 @@ def page() -> str:
             blocks.append(_OF_FEATURES)
         lines = [_operation(*each, schemas, parameters, said) for each in operations if tag in each[1]["tags"]]
         blocks.append("\n".join([*lines, ""]))
-    blocks += ["## Shared fields\n", "The values below name these fields without their description.\n"]
+    blocks.append("## Shared fields\n")
     blocks += [*_list(dict(sorted(fields))), "## Values\n"]
     for name, found_fields in values.items():
         if found_fields:
@@ -140,7 +142,11 @@ def _operation(
         takes = _taken(content["schema"], schemas) if "schema" in content else "the file"
         words += f"; takes {takes}" if takes else ""
     parameters = [_parameter(each) for each in _in_query(operation)]
-    short = [f"`{name}`" for name, text in parameters if (name, text) in shared]
+    is_list = bool(found) and _is_list(schemas.get(_name(found[0]), {}))
+    if is_list and not {_LIST[0], _LIST[1]} <= {name for name, _ in parameters}:
+        raise ValueError(f"{address}: a list without {' and '.join(_LIST)}")
+    left_out = _LIST if is_list else ()
+    short = [f"`{name}`" for name, text in parameters if (name, text) in shared and name not in left_out]
     words += f". Query: {', '.join(short)}.\n" if short else ".\n"
     words += "".join(f"  - `{name}`: {text}\n" for name, text in parameters if (name, text) not in shared)
     former = said.setdefault(words, address)
@@ -148,13 +154,17 @@ def _operation(
 
 
 def _answer(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
-    model = schemas.get(str(schema.get("$ref", "")).removeprefix(_SCHEMAS), {})
-    return f"a {_type(model['properties']['items'])}" if _is_list(model) else _type(schema)
+    model = schemas.get(_name(schema), {})
+    return _type(model["properties"]["items"] if _is_list(model) else schema)
+
+
+def _name(schema: Mapping[str, Any]) -> str:
+    return str(schema.get("$ref", "")).removeprefix(_SCHEMAS)
 
 
 def _taken(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
     """Return the words for a body; none for one without values."""
-    model = schemas.get(str(schema.get("$ref", "")).removeprefix(_SCHEMAS), {"properties": {"": {}}})
+    model = schemas.get(_name(schema), {"properties": {"": {}}})
     return _type(schema) if model.get("properties") else ""
 
 
@@ -168,11 +178,14 @@ def _contained(name: str, values: Mapping[str, Mapping[str, str]]) -> str:
 def _model(name: str, about: str, wider: str, fields: Mapping[str, str], shared: set[tuple[str, str]]) -> Iterator[str]:
     yield f"### {name}\n"
     yield f"{_sentence(' '.join(about.replace('``', '`').split()))}\n"
-    short = [f"`{key}`" for key, words in fields.items() if (key, words) in shared]
-    if wider:
-        short.append(f"all of [{wider}](#{wider.lower()})")
-    others = {key: words for key, words in fields.items() if (key, words) not in shared}
-    yield "".join([*_list(others), f"- {', '.join(short)}\n" if short else ""])
+    described = {key: words for key, words in fields.items() if (key, words) not in shared and ". " in words}
+    alike: dict[str, list[str]] = {}
+    for key, words in fields.items():
+        if key not in described:
+            alike.setdefault("" if (key, words) in shared or words == "string" else f": {words}", []).append(f"`{key}`")
+    short = [f"{', '.join(keys)}{words}" for words, keys in sorted(alike.items(), key=lambda each: each[0] != "")]
+    short += [f"all of [{wider}](#{wider.lower()})"] * bool(wider)
+    yield "".join([f"- {'; '.join(short)}\n" if short else "", *_list(described)])
 
 
 def _fields(model: Mapping[str, Any]) -> dict[str, str]:
@@ -181,7 +194,7 @@ def _fields(model: Mapping[str, Any]) -> dict[str, str]:
     found = {}
     for key, value in model.get("properties", {}).items():
         default = value.get("default")
-        words = f", default `{json.dumps(default)}`" if key not in needed and default not in (None, "", []) else ""
+        words = f"=`{json.dumps(default)}`" if key not in needed and default not in (None, "", []) else ""
         about = f". {_sentence(value['description'])}" if value.get("description", "UTC") != "UTC" else ""
         found[key] = f"{_type(value)}{words}{about}"
     return found
@@ -204,32 +217,28 @@ def _type(value: Mapping[str, Any]) -> str:
     for key in ("anyOf", "oneOf"):
         if key in value and "type" not in value:
             kinds = list(dict.fromkeys(_type(each) for each in value[key]))
-            return " or ".join(kind for kind in kinds if kind != "null") + ("?" if "null" in kinds else "")
+            return "|".join(kind for kind in kinds if kind != "null") + ("?" if "null" in kinds else "")
     if "const" in value:
         return f"`{json.dumps(value['const'])}`"
     if "enum" in value:
-        return ", ".join(f"`{json.dumps(each)}`" for each in value["enum"])
+        return f"`{'|'.join(json.dumps(each) for each in value['enum'])}`"
     if "prefixItems" in value:
-        return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
+        return f"[{','.join(_type(each) for each in value['prefixItems'])}]"
     if value.get("type") == "array":
-        return f"list of {_type(value['items'])}{_bounds(value, 'Items', ' items')}"
+        return f"{_type(value['items'])}[]{_bounds(value, 'Items')}"
     if isinstance(value.get("additionalProperties"), dict):
         return f"object of {_type(value['additionalProperties'])}"
     kind = value.get("format") or value.get("type", "any value")
-    return f"{kind}{_bounds(value, 'Length', ' characters')}"
+    return f"{kind}{_bounds(value, 'Length')}"
 
 
-def _bounds(value: Mapping[str, Any], kind: str, noun: str) -> str:
+def _bounds(value: Mapping[str, Any], kind: str) -> str:
     least, most = value.get(f"min{kind}"), value.get(f"max{kind}")
     if least is None and most is None:
-        least, most, noun = value.get("minimum"), value.get("maximum"), ""
-    if least is None and most is None:
-        return ""
-    if least == most:
-        return f", {least:g}{noun}"
+        least, most = value.get("minimum"), value.get("maximum")
     if most is None:
-        return f", {least:g}{noun} or more" if least or noun else ""
-    return f", {least or 0:g} to {most:g}{noun}"
+        return f"{{{least:g}..}}" if least else ""
+    return f"{{{most:g}}}" if least == most else f"{{{least or 0:g}..{most:g}}}"
 
 
 def _sentence(text: str) -> str:

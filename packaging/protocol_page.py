@@ -14,14 +14,12 @@ import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from itertools import groupby
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
 from hawk.comm.protocol.authority import Sender
 from hawk.comm.protocol.base import Model, Outgoing, wire_key
-from hawk.comm.protocol.command_table import COMMAND_TABLE, TO_MOVE, CommandRow
+from hawk.comm.protocol.command_table import COMMAND_TABLE, TO_MOVE, CommandRow, Need
 from hawk.comm.protocol.commands import schema
 
 DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
@@ -33,10 +31,13 @@ SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
 """Requests whose answers are shown; all of them stand in the file."""
 EXCERPTS: Final = {
     "Check Fence": ("Type", "Id", "Ceiling"),
+    "Set Fence": ("Type", "Id", "Ceiling"),
     "Set Outline": ("Type", "Id", "Polygons"),
 }
 """Keys that are shown of an example which would fill pages."""
 _USUAL: Final = Sender.CONTROL
+_OFTEN: Final = 4
+"""Commands from which on a need of them is said once, above all of them."""
 ELSEWHERE: Final = {"Sentences": ""}
 """Texts on this page of keys that several messages have; the rules above the messages describe them."""
 
@@ -66,8 +67,10 @@ _RULES: Final = """## WebSocket
 - Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
   `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
   value that is not known.
-- `number?` is a number or null. `Sentences` lists the sentences among a message's texts, each once, and is
-  left out when there are none. Texts that others worded, such as the autopilot's, are not listed.
+- Types are written as in [the API](api.md): `[]` a list, `|` or, `?` may be null; braces hold least and greatest value,
+  number of characters, or number of items. A key without a type is a string; one whose words were said is named alone.
+- `Sentences` lists the sentences among a message's texts, each once, and is left out when there are none. Texts that
+  others worded, such as the autopilot's, are not listed.
 - Close code 4401: the login or its token has ended. 1008: messages came too fast. 1001: the drone's server stops.
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
@@ -81,6 +84,7 @@ def page() -> str:
     sent = messages["toDrone"]["$defs"]
     commands = {name: model for name, model in sent.items() if "Type" in model["properties"]}
     received = messages["fromDrone"]
+    said: set[tuple[str, str]] = set()
     parts = {name: model for name, model in sent.items() if name not in commands}
     for model in received.values():
         parts |= model.get("$defs", {})
@@ -96,14 +100,14 @@ def page() -> str:
     for kind, example in sorted(sent_examples().items()):
         row = COMMAND_TABLE[kind]
         name = type(row.example).__name__
-        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_needs(row)])
+        blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_needs(row)], said)
     blocks.append("## From the drone\n")
     blocks.append("An example of each: [messages.json](examples/messages.json).\n")
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
-        blocks += _message(name, model, {}, [f"{_summary(model)}\n"])
+        blocks += _message(name, model, {}, [f"{_summary(model)}\n"], said)
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
-        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model)]
+        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model, said)]
     return "\n".join(blocks)
 
 
@@ -150,23 +154,44 @@ def _groups() -> Iterator[str]:
         sender = "" if row.sender is _USUAL else f"From {row.sender.value}"
         confirmed = f"Confirmed {row.confirm.value}" if row.confirm.value else ""
         order = f"{row.urgency.value[:1].upper()}{row.urgency.value[1:]}"
-        for words in filter(None, (sender, confirmed, order)):
+        move = "Need what a move needs" if _is_move(row) else ""
+        for words in filter(None, (sender, confirmed, order, move)):
             said.setdefault(words, []).append(kind)
+    said |= {f"Need {need.value}": kinds for need, kinds in _shared_needs().items()}
     yield "\n".join([*(f"- {words}: {', '.join(kinds)}." for words, kinds in sorted(said.items())), ""])
 
 
+def _shared_needs() -> dict[Need, list[str]]:
+    """Return the needs of several commands with these, but for the needs of a move."""
+    found: dict[Need, list[str]] = {}
+    for kind, row in sorted(COMMAND_TABLE.items()):
+        for need in _own_needs(row):
+            found.setdefault(need, []).append(kind)
+    return {need: kinds for need, kinds in found.items() if len(kinds) >= _OFTEN}
+
+
+def _own_needs(row: CommandRow) -> tuple[Need, ...]:
+    """Return what a command needs besides the needs of a move."""
+    return row.needs[len(TO_MOVE) :] if _is_move(row) else row.needs
+
+
+def _is_move(row: CommandRow) -> bool:
+    return row.needs[: len(TO_MOVE)] == TO_MOVE
+
+
 def _needs(row: CommandRow) -> Iterator[str]:
-    """Yield what a command needs."""
-    if row.needs:
-        is_move = row.needs[: len(TO_MOVE)] == TO_MOVE
-        needs = row.needs[len(TO_MOVE) :] if is_move else row.needs
-        yield f"Needs: {'; '.join([*['what a move needs'] * is_move, *(need.value for need in needs)])}.\n"
+    """Yield what a command needs, and the others do not."""
+    needs = [need.value for need in _own_needs(row) if need not in _shared_needs()]
+    if needs:
+        yield f"Needs: {'; '.join(needs)}.\n"
 
 
-def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], texts: Iterable[str]) -> Iterator[str]:
+def _message(
+    name: str, model: Mapping[str, Any], example: Mapping[str, Any], texts: Iterable[str], said: set[tuple[str, str]]
+) -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
     yield from texts
-    yield from _keys(name, model)
+    yield from _keys(name, model, said)
     if set(example) <= {"Type", "Id"}:
         return  # nothing that the rules do not say
     shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
@@ -175,25 +200,32 @@ def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], te
     yield f"```json\n{compact(shown)}\n```\n"
 
 
-def _keys(name: str, model: Mapping[str, Any]) -> Iterator[str]:
+def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]]) -> Iterator[str]:
+    """Yield a line with the keys without words of their own, then one for each other; ``said``: keys of before."""
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
     needed |= set(model["properties"]) if issubclass(_models()[name], Outgoing) else set()  # it is always there
-    rows = (
-        (key, f"{_type(value)}{_default(value) if key not in needed else ''}{_words(texts.get(key, ''))}")
-        for key, value in model["properties"].items()
-        if key != "Type" and not (is_sent and key == "Id")
-    )
-    lines = [
-        f"- {', '.join(f'`{key}`' for key, _ in alike)}: {words}" for words, alike in groupby(rows, key=itemgetter(1))
-    ]
-    if lines:
-        yield "\n".join([*lines, ""])
+    short: dict[str, list[str]] = {}
+    lines = []
+    for key, value in model["properties"].items():
+        if key == "Type" or (is_sent and key == "Id"):
+            continue
+        kind = f"{_type(value)}{_default(value) if key not in needed else ''}"
+        words = _words(texts.get(key, ""))
+        row = (key, f"{kind}{words}")
+        if not words or row in said:
+            short.setdefault("" if kind == "string" or row in said else f": {kind}", []).append(f"`{key}`")
+        else:
+            said.add(row)
+            lines.append(f"- `{key}`: {kind}{words}")
+    alike = [f"{', '.join(keys)}{kind}" for kind, keys in sorted(short.items(), key=lambda each: each[0] != "")]
+    if alike or lines:
+        yield "\n".join([*[f"- {'; '.join(alike)}"] * bool(alike), *lines, ""])
 
 
 def _default(value: Mapping[str, Any]) -> str:
     default = value.get("default")
-    return f", default `{json.dumps(default)}`" if default not in (None, "", [], {}) else ""
+    return f"=`{json.dumps(default)}`" if default not in (None, "", [], {}) else ""
 
 
 def _type(value: Mapping[str, Any]) -> str:
@@ -202,15 +234,15 @@ def _type(value: Mapping[str, Any]) -> str:
         name = str(value["$ref"]).rsplit("/", 1)[-1]
         return f"[{name}](#{name.lower()})"
     if "enum" in value:
-        return ", ".join(f"`{json.dumps(each)}`" for each in value["enum"])
+        return f"`{'|'.join(json.dumps(each) for each in value['enum'])}`"
     if "anyOf" in value:
         kinds = dict.fromkeys(_type(each) for each in value["anyOf"])
         others = [kind for kind in kinds if kind != "null"]
-        return " or ".join(others) + ("?" if "null" in kinds else "")
+        return "|".join(others) + ("?" if "null" in kinds else "")
     if "prefixItems" in value:
-        return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
+        return f"[{','.join(_type(each) for each in value['prefixItems'])}]"
     if value.get("type") == "array":
-        return f"list of {_type(value['items'])}{_bounds(value, 'Items')}"
+        return f"{_type(value['items'])}[]{_bounds(value, 'Items')}"
     return f"{value['type']}{_bounds(value, 'Length')}"
 
 
@@ -218,11 +250,11 @@ def _bounds(value: Mapping[str, Any], kind: str) -> str:
     least, most = value.get(f"min{kind}"), value.get(f"max{kind}")
     if least is None and most is None:
         least, most, above = value.get("minimum"), value.get("maximum"), value.get("exclusiveMinimum")
-        bounds = [f"{least:g} to {most:g}"] if least is not None and most is not None else []
-        bounds += [f"above {above:g} to {most:g}"] if above is not None else []
-        return f", {bounds[0]}" if bounds else ""
-    noun = "characters" if kind == "Length" else "items"
-    return f", {least or 0} to {most} {noun}" if most is not None else f", {least} {noun} or more"
+        least = least if above is None else f">{above:g}"
+    if least is None and most is None:
+        return ""
+    ends = [each if isinstance(each, str) else f"{each:g}" for each in (least or 0, most) if each is not None]
+    return f"{{{'..'.join(ends)}{'' if most is not None else '..'}}}"
 
 
 @cache

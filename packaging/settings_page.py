@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from itertools import groupby
@@ -18,14 +19,16 @@ TARGET = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
 
 _HEADER = """# Settings
 
-Written by `packaging/settings_page.py` from `config.toml`: change that and run this again.
+Written by `packaging/settings_page.py` from `config.toml`, whose comments say more of each: change that and run this
+again.
 
 A file (`hawk-drone run --config FILE`), then the environment (`HAWK_<SECTION>__<KEY>`, as `HAWK_WEB__PORT=3001`), then
 command-line options set them; the last wins. They are checked as a whole before anything starts. A setting that cannot
 be used is named with file, line, key and remedy, and the status is 2; so is a variable `HAWK_...` that is no setting,
 and an option that would change nothing. `~` in a path is the home folder. The page shows all of them with their present
 values under **Settings**, programs find them at `/api/settings.json`. How to add one:
-[Add a setting](how-to/add-a-setting.md). A key is followed by its default and its bounds.
+[Add a setting](how-to/add-a-setting.md). A key is followed by its default and its bounds; one
+without a text is as the one above.
 """
 
 
@@ -35,8 +38,8 @@ def page(found: Sequence[Setting]) -> str:
     for section, group in groupby(found, lambda each: each.section):
         rows, before = [], ""
         for each in group:
-            text = "as above" if each.text == before else _plain(each.text)
-            rows.append(f"- `{each.key}` ({_value(each)}): {text}")
+            text = "" if each.text == before else f": {_short(each.text)}"
+            rows.append(f"- `{each.key}` ({_value(each)}){text}")
             before = each.text
         blocks.append("\n".join([f"## {section}", "", *rows, ""]))
     return "\n".join(blocks)
@@ -59,8 +62,10 @@ def _text(value: Value) -> str:
     return "" if value is None else str(value)
 
 
-def _plain(text: str) -> str:
-    return text.replace("<", "\\<")
+def _short(text: str) -> str:
+    """Return the first clause of a text; what parentheses hold belongs to it."""
+    clause = re.match(r"(?:\([^)]*\)|(?!; |\. |: true or false).)*", text)
+    return (clause[0] if clause else text).replace("<", "\\<")
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""Speed of simulated flights: a slower computer flies them slower."""
+"""Pace of tests: how fast flights are simulated here, and how long a test waits for what must come."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ import numpy as np
 
 from hawk.algo.vision.network import StallNetwork
 
+PATIENCE_S: Final = 90.0
+"""A test waits so long for what must come, real seconds: on a busy computer it comes late. Where
+quickness itself is asked for, a test judges it by an event or by the drone's own time."""
 FAST_S: Final = 0.045
 """The network takes no longer for a frame where simulator, daemon and browser share two cores at three times the real
 speed, seconds of one core. On a core of 0.11 s pictures come late at that speed, and the planner waits in vain."""

@@ -13,7 +13,6 @@ from sqlalchemy import Row as SqlRow
 
 from hawk.lots.answers import Change, ListedLot, Lot, LotSurvey, Survey
 from hawk.lots.change_detection import proposals
-from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan import revisions, serialize
 from hawk.lots.plan.queries import all_stalls
@@ -25,17 +24,15 @@ from hawk.lots.registration.survey_place import (
     move_of,
 )
 from hawk.lots.rows import Row, readable, row_of
-from hawk.lots.schema import CHANGE, LAYOUT, LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of
-from hawk.lots.survey.order import is_last_look, is_sure, newest_first
+from hawk.lots.survey.order import is_sure, newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import (
     NotFoundError,
-    Placed,
     moment,
-    utc,
 )
 
 _Shown = Mapping[str, Any] | RowMapping
@@ -47,51 +44,6 @@ SURVEY_SHOWN: Final = (
     *(SURVEY.c[name] for name in (*_SHOWN, *_MORE, *SOURCE_COLUMNS)), is_sure().label("time_is_sure"),
 )  # fmt: skip
 """Columns of a survey that are shown."""
-
-
-def lots(connection: Connection) -> dict[str, Any]:
-    """Return every lot that was not merged into another one, the surveys that wait for an answer, and the changes."""
-    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
-    shown = [listed_lot(connection, row).model_dump(mode="json") for row in rows]
-    known = {lot["id"] for lot in shown}
-    asked = connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.placed == Placed.UNDECIDED.value)).mappings().all()
-    waiting = [
-        {**survey.model_dump(mode="json"), "candidates": [lot for lot in survey.candidates if lot in known]}
-        for survey in surveys_of(connection, asked)
-    ]
-    return {"lots": shown, "undecided": waiting, "changes": _changes(connection)}
-
-
-def lot(connection: Connection, lot_id: str) -> dict[str, Any]:
-    """Return a lot with its outline, its surveys in their order, and its stalls with the last look at each.
-
-    ``zones``: areas without stalls; ``named_zones``: those that statistics count; ``layouts``: the versions of the
-    layout; ``edit``: who edits the plan, whose ``revision`` rises with every change. ``newest_registered`` says how
-    that survey differs from the layout. Nothing follows from it without a person.
-
-    Raises NotFoundError.
-    """
-    row = lot_row(connection, lot_id).values
-    assert row is not None  # noqa: S101 - it is there
-    surveys = (
-        connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.lot == lot_id).order_by(SURVEY.c.seq)).mappings().all()
-    )
-    layouts = select(LAYOUT).where(LAYOUT.c.lot == lot_id).order_by(LAYOUT.c.version)
-    looks = _last_looks(connection, lot_id)
-    unseen = {"state": None, "taken_probability": None, "looked": None}
-    return {
-        **whole_lot(connection, row).model_dump(mode="json"),
-        "surveys": [each.model_dump(mode="json", exclude={"candidates"}) for each in surveys_of(connection, surveys)],
-        "stalls": [
-            {"id": stall.id, "label": stall.label, "north": stall.north, "east": stall.east, "angle": stall.angle}
-            | {"width": stall.width, "length": stall.length, "kind": stall.kind, "is_confirmed": stall.is_confirmed}
-            | looks.get(stall.key, unseen)
-            for stall in all_stalls(connection, lot_id)
-        ],
-        **serialize.all_zones_json(connection, lot_id),
-        "layouts": [serialize.layout_of(each).model_dump(mode="json") for each in connection.execute(layouts)],
-        "newest_registered": newest_registered(connection, lot_id),
-    }
 
 
 def places(connection: Connection, survey_id: str) -> dict[str, Any]:
@@ -198,22 +150,6 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     shown["doubt"] = None if doubt is None else asdict(doubt)
     shown |= {"began": moment(row["began"]), "ended": moment(row["ended"]), "time_is_sure": row["time_is_sure"]}
     return {**shown, **source_json(row)}
-
-
-def _last_looks(connection: Connection, lot_id: str) -> dict[int, dict[str, Any]]:
-    """Return the look of the newest survey at each stall of a lot, by the stall's key."""
-    joined = STALL.join(OBSERVATION, is_last_look(connection))
-    asked = select(OBSERVATION).select_from(joined).where(STALL.c.lot == lot_id)
-    rows = connection.execute(asked).mappings()
-    return {
-        row["stall"]: {"state": row["state"], "taken_probability": row["taken"], "looked": utc(row["looked"])}
-        for row in rows
-    }
-
-
-def _changes(connection: Connection) -> list[dict[str, Any]]:
-    newest = select(*CHANGE_SHOWN).where(CHANGE.c.edit.is_(None)).order_by(CHANGE.c.seq.desc()).limit(CHANGES_SHOWN)
-    return [change_of(row).model_dump(mode="json") for row in connection.execute(newest)]
 
 
 CHANGE_SHOWN: Final = tuple(CHANGE.c[name] for name in ("seq", "kind", "who", "made", "undone"))

@@ -13,8 +13,7 @@ from typing import Final
 from hawk.sim.launch import SimulationOptions
 from proving.faults import shown_by_tests
 from proving.faults.fault import Fault, Outcome
-from proving.faults.page import section, with_answers
-from proving.faults.page_rows import SUBJECTS
+from proving.faults.page import rows, section
 from proving.faults.record import DOCS, SIMULATED, keep_outcome, read_outcomes, with_words
 from proving.faults.report import names, reporter, rewrite, summary, table
 from proving.faults.run import ALL, SEED, START, run_faults
@@ -77,7 +76,7 @@ def fly(faults: Sequence[Fault], options: argparse.Namespace) -> int:
 
 def write_page() -> None:
     """Write the page's rows again, from the last outcomes."""
-    rewrite(PAGE, section(with_answers(SUBJECTS, ALL), read_outcomes(SIMULATED, ALL)))
+    rewrite(PAGE, section(rows(ALL), read_outcomes(SIMULATED, ALL)))
 
 
 if __name__ == "__main__":

@@ -401,6 +401,19 @@ class See:
         return f"{self.sight.words}: {seconds:g} of {self.within_s:g} s"
 
 
+class Subject(StrEnum):
+    """Parts of the drone, the titles of docs/faults.md in their order."""
+
+    LINK = "Link to the autopilot"
+    POSITION = "Position, height, heading"
+    BATTERY = "Battery"
+    CAMERA = "Camera"
+    PILOT = "Pilot and operators"
+    STATIONS = "Other ground stations"
+    PEOPLE = "People"
+    PROGRAM = "Program and computer"
+
+
 @dataclass(frozen=True, slots=True)
 class Answer:
     """A row of docs/faults.md, below the title ``subject``; faults with equal ones share it.
@@ -409,7 +422,7 @@ class Answer:
     as of file names), the least and the greatest. ``you``: what the operator sees and does.
     """
 
-    subject: str
+    subject: Subject
     fault: str
     drone: str
     you: str
@@ -419,7 +432,7 @@ class Answer:
 class Fault:
     """One fault. ``steps``: acts and what must be seen after them, in order; each time counts from the last act.
 
-    ``answer``: its row of docs/faults.md; None: a row of `proving.faults.page_rows` names it.
+    ``answer``: its row of docs/faults.md; None: a fault of a real ArduCopter, which that page has not.
 
     ``ends_flight``: daemon and drone start again afterwards (otherwise the next fault goes on in the same flight).
     ``falls``: motors off in the air are its end. ``own_disk``: the store lies on a small disk of its own.

@@ -7,6 +7,7 @@ from typing import Final
 from hawk.comm.autopilot.commands import MavCommand
 from hawk.comm.protocol.commands import Arm, AutonomousExplore, Takeoff
 from hawk.model.operation import StateName
+from proving.faults import answers
 from proving.faults.fault import (
     DOWN,
     MOTORS_OFF,
@@ -43,12 +44,14 @@ POSITION: Final = (
         When.HOVERING,
         (Drone({"gps": "lost"}), See(unhealthy("position"), 12.0), See(mode("LAND", "ALT_HOLD"), 25.0)),
         ends_flight=True,
+        answer=answers.GNSS_LOST,
     ),
     Fault(
         "GNSS is lost",
         When.EXPLORING,
         (Drone({"gps": "lost"}), See(absent(state(_EXPLORE)), 14.0), See(mode("LAND", "ALT_HOLD", "BRAKE"), 25.0)),
         ends_flight=True,
+        answer=answers.GNSS_LOST,
     ),
     Fault(
         "GNSS is lost on the ground",
@@ -61,18 +64,21 @@ POSITION: Final = (
             Drone({"gps": "ok"}),
             See(absent(check_fails("GPS")), 30.0),
         ),
+        answer=answers.GNSS_LOST,
     ),
     Fault(
         "the estimate of the position jumps by 25 m",
         When.HOVERING,
         (Drone({"gps_jump": (25.0, 0.0, 0.0)}), See(reported("position"), 4.0), See(both(UP, state(_HOVER)), 5.0)),
         ends_flight=True,
+        answer=answers.POSITION_JUMP,
     ),
     Fault(
         "the estimate of the position jumps by 25 m",
         When.EXPLORING,
         (Drone({"gps_jump": (0.0, 25.0, 0.0)}), See(absent(state(_EXPLORE)), 4.0), See(reported("position"), 4.0)),
         ends_flight=True,
+        answer=answers.POSITION_JUMP,
     ),
     Fault(
         "the autopilot's own origin moves by 20 m",
@@ -82,6 +88,7 @@ POSITION: Final = (
             See(state(_EXPLORE, _HOVER), 3.0),
             See(both(UP, absent(state(_RETURN, StateName.LAND))), 8.0, lasts=True),
         ),
+        answer=answers.GNSS_SMALL_ERROR,
     ),
 )
 
@@ -91,6 +98,7 @@ POWER: Final = (
         When.EXPLORING,
         (Drone({"battery": 15.0}), See(mode("RTL"), 12.0), See(state(_RETURN), 13.0), See(DOWN, 180.0)),
         ends_flight=True,
+        answer=answers.CHARGE_LOW,
     ),
     Fault(
         "the battery falls to 10 % on the ground",
@@ -103,12 +111,14 @@ POWER: Final = (
             Drone({"battery": 100.0}),
             See(absent(check_fails("Battery")), 10.0),
         ),
+        answer=answers.BATTERY_ON_GROUND,
     ),
     Fault(
         "the pilot's radio is lost",
         When.HOVERING,
         (Drone({"radio": "lost"}), See(mode("RTL"), 8.0), See(state(_RETURN), 10.0)),
         ends_flight=True,
+        answer=answers.REMOTE_CONTROL_LOST,
     ),
 )
 
@@ -125,6 +135,7 @@ AUTOPILOT: Final = (
             See(both(healthy("link"), state(StateName.IDLE)), 20.0),
         ),
         ends_flight=True,
+        answer=answers.AUTOPILOT_BOOTS,
     ),
     Fault(
         "the autopilot boots on the ground",
@@ -135,11 +146,13 @@ AUTOPILOT: Final = (
             See(absent(check_fails("GPS")), 60.0),
         ),
         ends_flight=True,
+        answer=answers.AUTOPILOT_BOOTS,
     ),
     Fault(
         "nobody takes off",
         When.ARMED,
         (See(MOTORS_OFF, 15.0), See(state(StateName.IDLE), 17.0)),
+        answer=answers.NO_TAKEOFF,
     ),
 )
 
@@ -154,6 +167,7 @@ CAMERA: Final = (
             Drone({"camera": "ok"}),
             See(healthy("camera"), 5.0),
         ),
+        answer=answers.NO_PICTURE,
     ),
     Fault(
         "the camera sends no picture on the ground",
@@ -166,11 +180,13 @@ CAMERA: Final = (
             Drone({"camera": "ok"}),
             See(absent(check_fails("Camera")), 5.0),
         ),
+        answer=answers.NO_PICTURE,
     ),
     Fault(
         "the camera sends broken pictures",
         When.EXPLORING,
         (Drone({"camera": "garbage"}), See(absent(state(_EXPLORE)), 6.0), See(state(_HOVER), 6.0)),
+        answer=answers.NO_PICTURE,
     ),
     Fault(
         "the camera refuses connections",
@@ -182,11 +198,13 @@ CAMERA: Final = (
             Drone({"camera": "ok"}),
             See(healthy("camera"), 8.0),
         ),
+        answer=answers.NO_PICTURE,
     ),
     Fault(
         "the camera sends no time stamps",
         When.EXPLORING,
         (Drone({"camera": "unstamped"}), See(state(_EXPLORE), 8.0, lasts=True)),
+        answer=answers.PICTURE_DAMAGE,
     ),
     Fault(
         "the camera sends one picture with new time stamps",
@@ -198,30 +216,35 @@ CAMERA: Final = (
             Drone({"camera": "ok"}),
             See(healthy("camera"), 5.0),
         ),
+        answer=answers.NO_PICTURE,
     ),
     Fault(
         "the camera sits turned by 90°",
         When.ARMED,
         (Drone({"camera_turn_deg": 90.0}), *_EXPLORES, See(unhealthy("camera", "mount_yaw_deg to 90"), 25.0), _STOPS),
         ends_flight=True,
+        answer=answers.CAMERA_TURNED,
     ),
     Fault(
         "the camera sits upside down",
         When.ARMED,
         (Drone({"camera_turn_deg": 180.0}), *_EXPLORES, See(unhealthy("camera", "mount_yaw_deg to 180"), 25.0), _STOPS),
         ends_flight=True,
+        answer=answers.CAMERA_TURNED,
     ),
     Fault(
         "the camera mirrors its pictures",
         When.ARMED,
         (Drone({"camera": "mirrored"}), *_EXPLORES, See(unhealthy("camera", "mirrored"), 25.0), _STOPS),
         ends_flight=True,
+        answer=answers.CAMERA_TURNED,
     ),
     Fault(
         "the camera comes loose and turns by 90°",
         When.EXPLORING,
         (Drone({"camera_turn_deg": 90.0}), See(unhealthy("camera"), 30.0), See(state(_HOVER), 32.0)),
         ends_flight=True,
+        answer=answers.CAMERA_TURNED,
     ),
 )
 
@@ -235,6 +258,7 @@ OTHERS: Final = (
             See(mode("ALT_HOLD"), 5.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.PILOT,
     ),
     Fault(
         "a second station lands it",
@@ -244,6 +268,7 @@ OTHERS: Final = (
             See(state(StateName.LAND), 2.0),
             See(DOWN, 90.0),
         ),
+        answer=answers.STATION_COMMANDS,
     ),
     Fault(
         "a second station sends it home",
@@ -253,24 +278,28 @@ OTHERS: Final = (
             See(state(_RETURN), 2.0),
             See(DOWN, 120.0),
         ),
+        answer=answers.STATION_COMMANDS,
     ),
     Fault(
         "a second station stops it",
         When.EXPLORING,
         (Station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, 17.0)), See(absent(state(_EXPLORE)), 2.0)),
         ends_flight=True,
+        answer=answers.STATION_COMMANDS,
     ),
     Fault(
         "a second station turns the fence off",
         When.HOVERING,
         (Station("PARAM_SET", parameter_fields("FENCE_ENABLE", 0.0)), See(reported("ence"), 5.0)),
         ends_flight=True,
+        answer=answers.STATION_FENCE,
     ),
     Fault(
         "a second station turns our failsafe off",
         When.HOVERING,
         (Station("PARAM_SET", parameter_fields("FS_GCS_ENABLE", 0.0)), See(reported("FS_GCS_ENABLE"), 10.0)),
         ends_flight=True,
+        answer=answers.STATION_PARAMETERS,
     ),
     Fault(
         "a second station moves home",
@@ -280,6 +309,7 @@ OTHERS: Final = (
             See(reported("ome"), 5.0),
         ),
         ends_flight=True,
+        answer=answers.STATION_HOME,
     ),
     Fault(
         "a second station moves home every 6 s",
@@ -291,6 +321,7 @@ OTHERS: Final = (
             See(DOWN, 120.0),
         ),
         ends_flight=True,
+        answer=answers.STATION_HOME,
     ),
 )
 

@@ -6,6 +6,7 @@ from typing import Final
 
 from hawk.comm.protocol.commands import Arm, CompulsiveMove, Land, ReturnToLaunch
 from hawk.model.operation import StateName
+from proving.faults import answers
 from proving.faults.fault import (
     ACCEPTED,
     DOWN,
@@ -62,11 +63,13 @@ SILENCE: Final = (
         "the autopilot is not heard, it hears us",
         When.HOVERING,
         (Link((dropped(_DOWN),)), See(mode("RTL"), 5.0), _WELL, See(state(_RETURN), 5.0)),
+        answer=answers.NOT_HEARD,
     ),
     Fault(
         "the autopilot is not heard, it hears us",
         When.EXPLORING,
         (Link((dropped(_DOWN),)), See(mode("RTL"), 5.0), _WELL, See(state(_RETURN), 5.0)),
+        answer=answers.NOT_HEARD,
     ),
     Fault(
         "the autopilot does not hear us, we hear it",
@@ -78,11 +81,13 @@ SILENCE: Final = (
             _WELL,
             See(DOWN, 120.0),
         ),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the autopilot does not hear us, we hear it",
         When.EXPLORING,
         (Link((dropped(_UP),)), *_SENT_HOME),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the link is cut in both directions",
@@ -94,47 +99,56 @@ SILENCE: Final = (
             _WELL,
             See(both(state(_RETURN), healthy("link")), 10.0),
         ),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the link is cut in both directions",
         When.EXPLORING,
         (Link(_BOTH), See(unhealthy("link"), 4.0), See(mode("RTL"), 10.0, real=True), See(DOWN, 180.0)),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the link is cut in both directions",
         When.RETURNING,
         (Link(_BOTH), See(unhealthy("link"), 4.0), See(DOWN, 120.0), _WELL, See(state(StateName.IDLE), 10.0)),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the link is cut in both directions",
         When.GROUND,
         (Link(_BOTH), See(unhealthy("link"), 4.0), See(check_fails("Link"), 5.0), _WELL, See(healthy("link"), 10.0)),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the link is cut in both directions",
         When.ARMED,
         (Link(_BOTH), See(MOTORS_OFF, 15.0), _WELL, See(both(state(StateName.IDLE), healthy("link")), 10.0)),
+        answer=answers.LINK_CUT,
     ),
     Fault(
         "the link is cut for a second",
         When.HOVERING,
         (Link(_BOTH), See(_STAYS, 1.0, lasts=True), _WELL, See(both(state(_HOVER), _STAYS), 10.0, lasts=True)),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "HEARTBEAT alone is lost before it reaches us",
         When.HOVERING,
         (Link((dropped(_DOWN, "HEARTBEAT"),)), See(unhealthy("link"), 4.0), See(mode("RTL"), 6.0)),
+        answer=answers.NOT_HEARD,
     ),
     Fault(
         "the autopilot is not heard and the operator wants it down",
         When.HOVERING,
         (Link((dropped(_DOWN),)), See(unhealthy("link"), 4.0), Order(Land()), See(mode("LAND"), 4.0)),
         ends_flight=True,
+        answer=answers.NOT_HEARD_AND_ASKED,
     ),
     Fault(
         "the autopilot is not heard and the operator wants it home",
         When.EXPLORING,
         (Link((dropped(_DOWN),)), See(unhealthy("link"), 4.0), Order(ReturnToLaunch()), See(mode("RTL"), 4.0)),
+        answer=answers.NOT_HEARD_AND_ASKED,
     ),
     Fault(
         "the autopilot is not heard and the operator cuts the motors",
@@ -142,6 +156,7 @@ SILENCE: Final = (
         (Link((dropped(_DOWN),)), See(unhealthy("link"), 4.0), KillMotors(), See(MOTORS_OFF, 2.0)),
         ends_flight=True,
         falls=True,
+        answer=answers.NOT_HEARD_AND_ASKED,
     ),
 )
 
@@ -155,6 +170,7 @@ LOSSES: Final = (
             _WELL,
             See(healthy("link"), 5.0),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "a third of all datagrams is lost",
@@ -165,6 +181,7 @@ LOSSES: Final = (
             Order(ReturnToLaunch()),
             See(mode("RTL"), 10.0),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "the position is lost before it reaches us",
@@ -174,6 +191,7 @@ LOSSES: Final = (
             See(unhealthy("position"), 3.0),
             See(state(_HOVER, _RETURN, StateName.LAND), 6.0),
         ),
+        answer=answers.NO_POSITION,
     ),
     Fault(
         "the position is lost before it reaches us",
@@ -185,6 +203,7 @@ LOSSES: Final = (
             See(absent(ACCEPTED), 1.0),
             See(UP, 4.0, lasts=True),
         ),
+        answer=answers.NO_POSITION,
     ),
     Fault(
         "the landed state is lost before it reaches us",
@@ -196,11 +215,13 @@ LOSSES: Final = (
             See(mode("RTL"), 3.0),
             See(DOWN, 120.0),
         ),
+        answer=answers.LANDED_WRONG,
     ),
     Fault(
         "the battery is lost before it reaches us",
         When.HOVERING,
         (Link((dropped(_DOWN, "SYS_STATUS", "BATTERY_STATUS"),)), See(mode("RTL"), 45.0), See(state(_RETURN), 46.0)),
+        answer=answers.NO_CHARGE_SENT,
     ),
     Fault(
         "parameters do not come",
@@ -210,6 +231,7 @@ LOSSES: Final = (
             Order(Arm()),
             See(both(absent(UP), absent(state(StateName.TAKEOFF))), 12.0, lasts=True),
         ),
+        answer=answers.NO_PARAMETERS,
     ),
     Fault(
         "no command is acknowledged",
@@ -220,6 +242,7 @@ LOSSES: Final = (
             See(mode("RTL"), 3.0),
             See(state(_RETURN), 4.0),
         ),
+        answer=answers.NO_CHARGE_SENT,
     ),
     Fault(
         "the fence's upload is not acknowledged",
@@ -229,6 +252,7 @@ LOSSES: Final = (
             Order(Arm()),
             See(both(absent(UP), absent(state(StateName.TAKEOFF))), 20.0, lasts=True),
         ),
+        answer=answers.NO_PARAMETERS,
     ),
 )
 
@@ -240,6 +264,7 @@ ORDER: Final = (
             Link((Rule(_DOWN, frozenset({"HEARTBEAT"}), delay_s=1.2, times=1),)),
             See(both(state(_HOVER), _STAYS, absent(reported("Landed"))), 6.0, lasts=True),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "one position comes 1.2 s late",
@@ -248,6 +273,7 @@ ORDER: Final = (
             Link((Rule(_DOWN, frozenset({"LOCAL_POSITION_NED"}), delay_s=1.2, times=1),)),
             See(both(state(_EXPLORE), UP, absent(reported("booted"))), 6.0, lasts=True),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "datagrams come out of order, up to 0.3 s late",
@@ -256,6 +282,7 @@ ORDER: Final = (
             Link((Rule(_DOWN, jitter_s=0.3), Rule(_UP, jitter_s=0.3))),
             See(both(state(_HOVER), _STAYS, absent(reported("booted"))), 15.0, lasts=True),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "every datagram comes three times",
@@ -264,6 +291,7 @@ ORDER: Final = (
             Link((Rule(_DOWN, copies=2), Rule(_UP, copies=2))),
             See(both(state(_EXPLORE), UP), 10.0, lasts=True),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "every datagram comes a second late",
@@ -274,6 +302,7 @@ ORDER: Final = (
             Order(ReturnToLaunch()),
             See(mode("RTL"), 5.0),
         ),
+        answer=answers.LINK_POOR,
     ),
     Fault(
         "all datagrams wait for 4 s and then come at once",
@@ -286,6 +315,7 @@ ORDER: Final = (
                 both(UP, absent(reported("Motors off")), absent(state(StateName.IDLE, StateName.ARM))), 8.0, lasts=True
             ),
         ),
+        answer=answers.LINK_POOR,
     ),
 )
 
@@ -297,6 +327,7 @@ FORGED: Final = (
             Forge("HEARTBEAT", _HEARTBEAT, foreign=True, times=40),
             See(both(UP, state(_HOVER), absent(reported("Motors off"))), 3.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
     Fault(
         "another system says that the motors are off",
@@ -305,6 +336,7 @@ FORGED: Final = (
             Forge("HEARTBEAT", _HEARTBEAT, system=7, times=40),
             See(both(UP, state(_HOVER), absent(reported("Motors off"))), 3.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
     Fault(
         "another sender says that the drone is elsewhere",
@@ -313,6 +345,7 @@ FORGED: Final = (
             Forge("GLOBAL_POSITION_INT", _POSITION, foreign=True, times=40),
             See(both(UP, state(_EXPLORE)), 3.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
     Fault(
         "the link says once that the drone has landed",
@@ -321,6 +354,7 @@ FORGED: Final = (
             Forge("EXTENDED_SYS_STATE", {"vtol_state": 0, "landed_state": 1}),
             See(both(UP, state(_HOVER)), 5.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
     Fault(
         "the link says all the time that the drone has landed",
@@ -331,6 +365,7 @@ FORGED: Final = (
             Order(ReturnToLaunch()),
             See(mode("RTL"), 3.0),
         ),
+        answer=answers.LANDED_WRONG,
     ),
     Fault(
         "the link says once that the autopilot has just booted",
@@ -344,6 +379,7 @@ FORGED: Final = (
             ),
             See(both(UP, state(_HOVER), absent(reported("booted"))), 6.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
     Fault(
         "the link says once that the motors are off",
@@ -352,6 +388,7 @@ FORGED: Final = (
             Forge("HEARTBEAT", _HEARTBEAT),
             See(both(UP, absent(state(StateName.IDLE, StateName.ARM)), absent(lower_than(5.0))), 6.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
 )
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 from hawk.comm.autopilot.commands import MavCommand
 from hawk.comm.protocol.commands import Arm, AutonomousExplore, ReturnToLaunch, Takeoff
 from hawk.model.operation import StateName
+from proving.faults import answers
 from proving.faults.fault import (
     DOWN,
     MOTORS_OFF,
@@ -74,18 +75,44 @@ KEPT: Final = (
         "a second station sets BATT_FS_LOW_ACT to 5, which cuts the motors",
         When.EXPLORING,
         (*_put_back("BATT_FS_LOW_ACT", 5.0), See(UP, 5.0, lasts=True)),
+        answer=answers.STATION_PARAMETERS,
     ),
     Fault(
         "a second station sets BATT_FS_CRT_ACT to 5, which cuts the motors",
         When.HOVERING,
         (*_put_back("BATT_FS_CRT_ACT", 5.0), See(UP, 5.0, lasts=True)),
+        answer=answers.STATION_PARAMETERS,
     ),
-    Fault("a second station sets RTL_ALT to 300 m", When.EXPLORING, _put_back("RTL_ALT", 30000.0)),
-    Fault("a second station sets BATT_LOW_VOLT to 0", When.HOVERING, _put_back("BATT_LOW_VOLT", 0.0)),
-    Fault("a second station sets FENCE_ACTION to 0", When.HOVERING, _put_back("FENCE_ACTION", 0.0)),
-    Fault("a second station sets FENCE_ENABLE to 0", When.EXPLORING, _put_back("FENCE_ENABLE", 0.0)),
     Fault(
-        "a second station sets FS_GCS_ENABLE to 0", When.EXPLORING, _put_back("FS_GCS_ENABLE", 0.0), ends_flight=True
+        "a second station sets RTL_ALT to 300 m",
+        When.EXPLORING,
+        _put_back("RTL_ALT", 30000.0),
+        answer=answers.STATION_PARAMETERS,
+    ),
+    Fault(
+        "a second station sets BATT_LOW_VOLT to 0",
+        When.HOVERING,
+        _put_back("BATT_LOW_VOLT", 0.0),
+        answer=answers.STATION_PARAMETERS,
+    ),
+    Fault(
+        "a second station sets FENCE_ACTION to 0",
+        When.HOVERING,
+        _put_back("FENCE_ACTION", 0.0),
+        answer=answers.STATION_PARAMETERS,
+    ),
+    Fault(
+        "a second station sets FENCE_ENABLE to 0",
+        When.EXPLORING,
+        _put_back("FENCE_ENABLE", 0.0),
+        answer=answers.STATION_PARAMETERS,
+    ),
+    Fault(
+        "a second station sets FS_GCS_ENABLE to 0",
+        When.EXPLORING,
+        _put_back("FS_GCS_ENABLE", 0.0),
+        ends_flight=True,
+        answer=answers.STATION_PARAMETERS,
     ),
     Fault(
         "a second station switches the fence off by a command",
@@ -95,8 +122,11 @@ KEPT: Final = (
             See(reported("ence"), _BACK_S),
         ),
         ends_flight=True,
+        answer=answers.STATION_FENCE,
     ),
-    Fault("a second station clears the fence", When.HOVERING, _fence({"station": [_CLEAR]})),
+    Fault(
+        "a second station clears the fence", When.HOVERING, _fence({"station": [_CLEAR]}), answer=answers.STATION_FENCE
+    ),
     Fault(
         "a second station clears the fence, and again and again",
         When.EXPLORING,
@@ -106,9 +136,14 @@ KEPT: Final = (
             *_fence({"fence": []}),
             See(UP, 3.0, lasts=True),
         ),
+        answer=answers.STATION_FENCE,
     ),
     Fault(
-        "a second station replaces the fence by a wide one", When.EXPLORING, _fence({"fence": _WIDE}), ends_flight=True
+        "a second station replaces the fence by a wide one",
+        When.EXPLORING,
+        _fence({"fence": _WIDE}),
+        ends_flight=True,
+        answer=answers.STATION_FENCE,
     ),
     Fault(
         "a second station replaces the fence by one that is elsewhere",
@@ -121,6 +156,7 @@ KEPT: Final = (
             See(either(DOWN, both(UP, absent(state(_EXPLORE)))), 10.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.STATION_FENCE,
     ),
     Fault(
         "a second station clears the fence between Arm and Takeoff",
@@ -132,6 +168,7 @@ KEPT: Final = (
             See(absent(state(_EXPLORE)), 3.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.STATION_FENCE,
     ),
     Fault(
         "after the fence is cleared no task begins until it is back",
@@ -145,6 +182,7 @@ KEPT: Final = (
             Order(AutonomousExplore()),
             See(state(_EXPLORE), 5.0),
         ),
+        answer=answers.STATION_FENCE,
     ),
 )
 
@@ -159,6 +197,7 @@ HOMEWARD: Final = (
             See(both(DOWN, stayed(4.0)), 150.0),
         ),
         ends_flight=True,
+        answer=answers.STATION_RALLY,
     ),
     Fault(
         "a rally point is there before the flight",
@@ -173,6 +212,7 @@ HOMEWARD: Final = (
             See(refused(), 1.0),
         ),
         ends_flight=True,
+        answer=answers.STATION_RALLY,
     ),
     Fault(
         "rally points come while the drone returns",
@@ -183,6 +223,7 @@ HOMEWARD: Final = (
             See(DOWN, 120.0),
         ),
         ends_flight=True,
+        answer=answers.STATION_RALLY,
     ),
     Fault(
         "a second station clears the fence and uploads a rally point outside",
@@ -194,6 +235,7 @@ HOMEWARD: Final = (
             See(FENCE_IS_OURS, _BACK_S),
         ),
         ends_flight=True,
+        answer=answers.STATION_RALLY,
     ),
     Fault(
         "a second station sends it 30 m away by a target of its own",
@@ -216,6 +258,7 @@ HOMEWARD: Final = (
             Order(ReturnToLaunch()),
             See(DOWN, 120.0),
         ),
+        answer=answers.STATION_COMMANDS,
     ),
 )
 
@@ -233,6 +276,7 @@ FALL: Final = (
         ),
         ends_flight=True,
         falls=True,
+        answer=answers.MOTORS_STOPPED,
     ),
     Fault(
         "the motors stop in the air by themselves",
@@ -246,6 +290,7 @@ FALL: Final = (
         ),
         ends_flight=True,
         falls=True,
+        answer=answers.MOTORS_STOPPED,
     ),
 )
 
@@ -262,6 +307,7 @@ STRANGERS: Final = (
             See(mode("STABILIZE", "GUIDED", "LAND", "RTL"), 1.0),
         ),
         ends_flight=True,
+        answer=answers.OTHERS_ON_LINK,
     ),
     Fault(
         "a gimbal is heard before the copter",
@@ -272,6 +318,7 @@ STRANGERS: Final = (
             See(both(state(_IDLE), healthy("link"), absent(check_fails("GPS")), absent(check_fails("Battery"))), 25.0),
         ),
         ends_flight=True,
+        answer=answers.OTHERS_ON_LINK,
     ),
     Fault(
         "a second copter is heard before ours",
@@ -288,6 +335,7 @@ STRANGERS: Final = (
             ),
         ),
         ends_flight=True,
+        answer=answers.OTHERS_ON_LINK,
     ),
     Fault(
         "antenna tracker, gimbal and second copter come onto the link",
@@ -298,6 +346,7 @@ STRANGERS: Final = (
                 both(state(_EXPLORE), UP, absent(reported("Motors off")), absent(reported("booted"))), 12.0, lasts=True
             ),
         ),
+        answer=answers.OTHERS_ON_LINK,
     ),
     Fault(
         "the link speaks MAVLink 1 from the start",
@@ -310,6 +359,7 @@ STRANGERS: Final = (
             See(refused(), 1.0),
         ),
         ends_flight=True,
+        answer=answers.MAVLINK_1,
     ),
     Fault(
         "the link falls back to MAVLink 1",
@@ -321,6 +371,7 @@ STRANGERS: Final = (
             See(mode("RTL"), 5.0),
         ),
         ends_flight=True,
+        answer=answers.MAVLINK_1,
     ),
     Fault(
         "the autopilot says what is no text",
@@ -329,6 +380,7 @@ STRANGERS: Final = (
             Forge("STATUSTEXT", {"severity": 2, "text": _UNPRINTABLE}, times=3),
             See(both(UP, state(_HOVER), CLEAN), 5.0, lasts=True),
         ),
+        answer=answers.FORGED,
     ),
 )
 

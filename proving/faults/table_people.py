@@ -19,6 +19,7 @@ from proving.faults.fault import (
     Order,
     See,
     Sight,
+    Subject,
     TakePlan,
     When,
     absent,
@@ -55,15 +56,14 @@ _WENT_THERE: Final = Sight(
 )
 _BEGIN: Final = (KnowLot(), See(_tour(1.0), 60.0), Bring(When.EXPLORING))
 
-
 _CHANGED: Final = Answer(
-    "People",
+    Subject.PEOPLE,
     "somebody without control changes plan, pin or outline of the lot that is surveyed again",
     "flies on as it began; the change is offered within {a changed plan is offered*}",
     "**Fly it** or **Leave it**",
 )
 _HIDDEN: Final = Answer(
-    "People",
+    Subject.PEOPLE,
     "the page of the operator is hidden while it explores, as in a pocket",
     "holds after {CommunicationLost}, then returns home; shown again before, it holds",
     "look at the page; **Explore** goes on",

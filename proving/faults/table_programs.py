@@ -8,6 +8,7 @@ from typing import Final
 from hawk.comm.protocol.commands import CheckFence, Hold, Land, ReturnToLaunch
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.model.operation import StateName
+from proving.faults import answers
 from proving.faults.fault import (
     ACCEPTED,
     DOWN,
@@ -58,6 +59,7 @@ PROGRAM: Final = (
             See(UP, 3.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.PROGRAM_ENDS,
     ),
     Fault(
         "our program is killed",
@@ -68,17 +70,20 @@ PROGRAM: Final = (
             See(state(_HOVER, _LOST, _RETURN), 17.0, real=True),
         ),
         ends_flight=True,
+        answer=answers.PROGRAM_ENDS,
     ),
     Fault(
         "our program is killed",
         When.RETURNING,
         (Signal(_KILL), See(restarted(), 15.0, real=True), See(DOWN, 180.0), See(state(StateName.IDLE), 190.0)),
         ends_flight=True,
+        answer=answers.PROGRAM_ENDS,
     ),
     Fault(
         "our program is killed",
         When.GROUND,
         (Signal(_KILL), See(both(restarted(), state(StateName.IDLE)), 15.0, real=True)),
+        answer=answers.PROGRAM_ENDS,
     ),
     Fault(
         "our program is killed twice within a minute",
@@ -91,18 +96,21 @@ PROGRAM: Final = (
             See(DOWN, 180.0),
         ),
         ends_flight=True,
+        answer=answers.PROGRAM_ENDS_TWICE,
     ),
     Fault(
         "our program gets SIGTERM",
         When.HOVERING,
         (Signal(_TERM), See(mode("RTL"), 4.0, real=True), See(exited(0), 10.0, real=True), See(DOWN, 180.0)),
         ends_flight=True,
+        answer=answers.PROGRAM_STOPPED,
     ),
     Fault(
         "our program stands still",
         When.HOVERING,
         (Signal(_STOP), *_TAKEN_UP),
         ends_flight=True,
+        answer=answers.PROGRAM_ENDS,
     ),
     Fault(
         "our program stands still",
@@ -113,6 +121,7 @@ PROGRAM: Final = (
             See(state(_HOVER, _LOST, _RETURN), 17.0, real=True),
         ),
         ends_flight=True,
+        answer=answers.PROGRAM_ENDS,
     ),
 )
 
@@ -126,6 +135,7 @@ COMPUTER: Final = (
             See(state(StateName.IDLE), 3.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.SECOND_DAEMON,
     ),
     Fault(
         "a second daemon is started on the same store",
@@ -136,6 +146,7 @@ COMPUTER: Final = (
             See(both(state(_HOVER), UP), 5.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.SECOND_DAEMON,
     ),
     Fault(
         "a second daemon is started on the same autopilot",
@@ -146,6 +157,7 @@ COMPUTER: Final = (
             See(both(state(_HOVER), UP), 10.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.SECOND_DAEMON,
     ),
     Fault(
         "the disk is full",
@@ -158,6 +170,7 @@ COMPUTER: Final = (
         ),
         ends_flight=True,
         own_disk=True,
+        answer=answers.DISK_FULL,
     ),
     Fault(
         "the disk is full and our program is killed twice",
@@ -173,12 +186,14 @@ COMPUTER: Final = (
         ),
         ends_flight=True,
         own_disk=True,
+        answer=answers.DISK_FULL,
     ),
     Fault(
         "the wall clock steps by 31 minutes and our program is killed",
         When.EXPLORING,
         (WallClock(1860.0), Signal(_KILL), *_TAKEN_UP),
         ends_flight=True,
+        answer=answers.CLOCK_STEP,
     ),
     Fault(
         "the wall clock steps back by an hour and our program is killed twice",
@@ -192,6 +207,7 @@ COMPUTER: Final = (
             See(DOWN, 180.0),
         ),
         ends_flight=True,
+        answer=answers.CLOCK_STEP,
     ),
     Fault(
         "the wall clock steps by three days between two starts",
@@ -204,6 +220,7 @@ COMPUTER: Final = (
             See(both(restarted(), state(StateName.IDLE)), 15.0, real=True),
         ),
         ends_flight=True,
+        answer=answers.CLOCK_STEP,
     ),
 )
 
@@ -212,32 +229,38 @@ PEOPLE: Final = (
         "the operator is gone",
         When.HOVERING,
         (Leave(), See(state(_LOST), 8.0), See(mode("RTL"), 20.0), See(state(_RETURN), 20.0)),
+        answer=answers.OPERATOR_GONE,
     ),
     Fault(
         "the operator is gone",
         When.EXPLORING,
         (Leave(), See(state(_LOST), 8.0), See(mode("RTL"), 20.0), See(DOWN, 200.0)),
+        answer=answers.OPERATOR_GONE,
     ),
     Fault(
         "the operator is gone and comes back",
         When.HOVERING,
         (Leave(), See(state(_LOST), 8.0), Return(), See(state(_HOVER), 5.0)),
+        answer=answers.OPERATOR_GONE,
     ),
     Fault(
         "the operator is gone and somebody else lands it",
         When.HOVERING,
         (Leave(), See(state(_LOST), 8.0), Order(Land(), stranger=True), See(mode("LAND"), 2.0), See(DOWN, 90.0)),
+        answer=answers.OPERATOR_GONE,
     ),
     Fault(
         "somebody without control sends it home",
         When.EXPLORING,
         (Order(ReturnToLaunch(), stranger=True), See(refused(), 1.0), See(state(_EXPLORE), 3.0, lasts=True)),
+        answer=answers.WITHOUT_CONTROL,
     ),
     Fault(
         "a thousand half requests",
         When.EXPLORING,
         (HalfRequests(1000), Order(Hold()), See(ACCEPTED, 1.0), See(both(state(_HOVER), UP), 3.0)),
         ends_flight=True,
+        answer=answers.WITHOUT_CONTROL,
     ),
     Fault(
         "a viewer asks for 250 costly answers at once",
@@ -248,6 +271,7 @@ PEOPLE: Final = (
             See(ACCEPTED, 1.0),
             See(both(state(_HOVER), UP), 3.0),
         ),
+        answer=answers.WITHOUT_CONTROL,
     ),
     Fault(
         "the operator cuts the motors",
@@ -255,12 +279,14 @@ PEOPLE: Final = (
         (KillMotors(), See(MOTORS_OFF, 1.0)),
         ends_flight=True,
         falls=True,
+        answer=answers.MOTORS_CUT,
     ),
     Fault(
         "the operator cuts the motors",
         When.GROUND,
         (KillMotors(), See(both(MOTORS_OFF, absent(UP)), 5.0, lasts=True)),
         ends_flight=True,
+        answer=answers.MOTORS_CUT,
     ),
 )
 

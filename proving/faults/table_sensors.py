@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from hawk.comm.protocol.commands import Arm, Land, ReturnToLaunch
 from hawk.model.operation import StateName
+from proving.faults import answers
 from proving.faults.fault import (
     DOWN,
     MOTORS_OFF,
@@ -75,30 +76,35 @@ SLOW: Final = (
         When.HOVERING,
         _held_by_camera({"gps_walk": (0.06, -0.08)}, 110.0, 14.0),
         ends_flight=True,
+        answer=answers.GNSS_SLOW_WALK,
     ),
     Fault(
         "GNSS walks at 0.25 m/s, the autopilot with it",
         When.HOVERING,
         _held_by_camera({"gps_walk": (0.15, 0.2)}, 40.0, 12.0),
         ends_flight=True,
+        answer=answers.GNSS_SLOW_WALK,
     ),
     Fault(
         "GNSS walks at 0.25 m/s over ground without texture",
         When.HOVERING,
         _held_by_camera({"gps_walk": (0.25, 0.0), "camera_contrast": 0.3}, 40.0, 12.0),
         ends_flight=True,
+        answer=answers.GNSS_SLOW_WALK,
     ),
     Fault(
         "GNSS walks at 0.7 m/s in a flight's first hover, in wind",
         When.HOVERING,
         _held_by_camera({"gps_walk": (-0.7, 0.0), "wind": 8.0}, 15.0, 12.0),
         ends_flight=True,
+        answer=answers.GNSS_SLOW_WALK,
     ),
     Fault(
         "GNSS walks at 0.7 m/s while every fourth picture shows nothing",
         When.HOVERING,
         _held_by_camera({"gps_walk": (0.0, 0.7), "camera_blank_every": 4}, 15.0, 12.0),
         ends_flight=True,
+        answer=answers.GNSS_SLOW_WALK,
     ),
     Fault(
         "GNSS has walked at 0.25 m/s, then the battery falls to 15 %",
@@ -110,6 +116,7 @@ SLOW: Final = (
             See(DOWN, 120.0),
         ),
         ends_flight=True,
+        answer=answers.GNSS_SLOW_WALK,
     ),
     Fault(
         "the camera sees nothing for 15 s",
@@ -121,6 +128,7 @@ SLOW: Final = (
             Drone({"camera_contrast": 1.0}),
             See(healthy("witness"), 10.0),
         ),
+        answer=answers.NO_WITNESS,
     ),
 )
 
@@ -134,6 +142,7 @@ PLACE: Final = (
             See(both(stayed(20.0), _HELD), 40.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.GNSS_WALK,
     ),
     Fault(
         "GNSS walks west at 0.7 m/s, the autopilot with it",
@@ -146,6 +155,7 @@ PLACE: Final = (
             See(both(stayed(15.0), _HELD), 30.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.GNSS_WALK,
     ),
     Fault(
         "GNSS walks south-east at 1.4 m/s for 12 s, from the first metre of the task on",
@@ -157,17 +167,20 @@ PLACE: Final = (
             See(_HELD, 15.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.GNSS_WALK,
     ),
     Fault(
         "GNSS walks at 0.7 m/s while the drone returns",
         When.RETURNING,
         _ends_a_return({"gps_walk": (0.5, 0.5)}, "camera sees", 45.0),
         ends_flight=True,
+        answer=answers.GNSS_WALK,
     ),
     Fault(
         "GNSS wanders at 0.04 m/s",
         When.EXPLORING,
         (Drone({"gps_walk": (0.04, 0.0)}), See(_GOES_ON, 20.0, lasts=True)),
+        answer=answers.GNSS_SMALL_ERROR,
     ),
     Fault(
         "GNSS is off by 10 m from the boot on",
@@ -183,6 +196,7 @@ PLACE: Final = (
             See(both(DOWN, stayed(3.0)), 120.0),
         ),
         ends_flight=True,
+        answer=answers.GNSS_SMALL_ERROR,
     ),
     Fault(
         "GNSS is off by 25 m for 4 s",
@@ -192,6 +206,7 @@ PLACE: Final = (
             See(both(UP, stayed(4.0)), 15.0, lasts=True),
             See(state(_HOVER), 16.0),
         ),
+        answer=answers.GNSS_SMALL_ERROR,
     ),
     Fault(
         "GNSS is off by 30 m and stays so",
@@ -203,17 +218,20 @@ PLACE: Final = (
             See(_HELD, 15.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.POSITION_JUMP,
     ),
     Fault(
         "GNSS steps by 1.5 m",
         When.EXPLORING,
         (Drone({"gps_bias": (1.5, 0.0, 0.0)}), See(_GOES_ON, 15.0, lasts=True)),
+        answer=answers.GNSS_SMALL_ERROR,
     ),
     Fault(
         "GNSS is lost",
         When.RETURNING,
         (Drone({"gps": "lost"}), See(mode("LAND"), 25.0), See(DOWN, 90.0)),
         ends_flight=True,
+        answer=answers.GNSS_LOST,
     ),
 )
 
@@ -227,6 +245,7 @@ HEIGHT: Final = (
             See(either(DOWN, truly_between(8.0, 30.0)), 40.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.BAROMETER_DRIFT,
     ),
     Fault(
         "the barometer rises by 0.5 m/s",
@@ -237,6 +256,7 @@ HEIGHT: Final = (
             See(absent(both(state(_EXPLORE), lower_than(8.0))), 30.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.BAROMETER_DRIFT,
     ),
     Fault(
         "the barometer falls by 0.5 m/s",
@@ -247,12 +267,14 @@ HEIGHT: Final = (
             See(either(DOWN, truly_between(0.0, 40.0)), 30.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.BAROMETER_DRIFT,
     ),
     Fault(
         "the barometer rises by 0.5 m/s while the drone returns",
         When.RETURNING,
         _ends_a_return({"baro_drift": 0.5}, "height", 40.0),
         ends_flight=True,
+        answer=answers.BAROMETER_DRIFT,
     ),
     Fault(
         "the barometer rises by 0.05 m/s, too slowly for the camera's minute",
@@ -264,6 +286,7 @@ HEIGHT: Final = (
             See(both(UP, truly_between(12.0, 24.0)), 20.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.BAROMETER_DRIFT,
     ),
     Fault(
         "the barometer steps by 6 m",
@@ -274,11 +297,13 @@ HEIGHT: Final = (
             See(warned("height", "altitude", "barometer"), 20.0),
         ),
         ends_flight=True,
+        answer=answers.BAROMETER_DRIFT,
     ),
     Fault(
         "the barometer rises by 0.02 m/s, as with the weather",
         When.EXPLORING,
         (Drone({"baro_drift": 0.02}), See(_GOES_ON, 25.0, lasts=True)),
+        answer=answers.BAROMETER_WEATHER,
     ),
     Fault(
         "the barometer rises by 0.2 m/s before the flight",
@@ -290,6 +315,7 @@ HEIGHT: Final = (
             See(both(absent(UP), state(_IDLE)), 5.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.BAROMETER_WEATHER,
     ),
 )
 
@@ -305,12 +331,14 @@ HEADING: Final = (
             See(both(UP, state(_HOVER)), 10.0),
         ),
         ends_flight=True,
+        answer=answers.COMPASSES_FAIL,
     ),
     Fault(
         "all compasses fail",
         When.EXPLORING,
         (Drone({"compass": "lost"}), See(both(UP, warned("ompass", "eading")), 10.0)),
         ends_flight=True,
+        answer=answers.COMPASSES_FAIL,
     ),
     Fault(
         "all compasses fail on the ground",
@@ -323,6 +351,7 @@ HEADING: Final = (
             Drone({"compass": "ok"}),
             See(both(healthy("compass"), absent(check_fails("Autopilot"))), 20.0),
         ),
+        answer=answers.COMPASSES_FAIL,
     ),
     Fault(
         "all compasses turn by 45°",
@@ -334,6 +363,7 @@ HEADING: Final = (
             See(both(UP, stayed(25.0)), 20.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.COMPASSES_TURN,
     ),
     Fault(
         "all compasses turn by −60°",
@@ -344,6 +374,7 @@ HEADING: Final = (
             See(both(UP, stayed(30.0)), 25.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.COMPASSES_TURN,
     ),
 )
 
@@ -357,6 +388,7 @@ BATTERY: Final = (
             See(either(DOWN, state(_RETURN, _LAND)), 25.0),
         ),
         ends_flight=True,
+        answer=answers.VOLTAGE_SAG,
     ),
     Fault(
         "a battery sags to 3.1 V a cell",
@@ -367,6 +399,7 @@ BATTERY: Final = (
             See(DOWN, 90.0),
         ),
         ends_flight=True,
+        answer=answers.VOLTAGE_SAG,
     ),
     Fault(
         "a battery sags to 3.1 V a cell for 2 s, in a gust",
@@ -378,12 +411,14 @@ BATTERY: Final = (
             See(both(UP, state(_HOVER)), 15.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.VOLTAGE_SAG,
     ),
     Fault(
         "the counter of charge stands still",
         When.EXPLORING,
         (Drone({"battery_counter": "still"}), See(warned("attery", "harge"), 90.0)),
         ends_flight=True,
+        answer=answers.CHARGE_COUNTER,
     ),
     Fault(
         "the counter of charge begins at 100 % again",
@@ -395,32 +430,38 @@ BATTERY: Final = (
             See(warned("attery", "harge"), 15.0),
         ),
         ends_flight=True,
+        answer=answers.CHARGE_COUNTER,
     ),
     Fault(
         "the true charge is 8 % and the counter says 100 %",
         When.EXPLORING,
         (Drone({"battery_charge": 8.0}), See(both(_STOPPED, mode("RTL", "LAND")), 16.0), See(DOWN, 120.0)),
         ends_flight=True,
+        answer=answers.CHARGE_LOW,
     ),
     Fault(
         "11.0 V and “100 %” on the ground",
         When.GROUND,
         _refuses_arm({"battery_charge": 40.0}, "Battery", {"battery": 100.0}),
+        answer=answers.BATTERY_ON_GROUND,
     ),
     Fault(
         "3.53 V a cell on the ground",
         When.GROUND,
         _refuses_arm({"battery_rest_v": 10.6}, "Battery", {"battery_rest_v": 0.0}),
+        answer=answers.BATTERY_ON_GROUND,
     ),
     Fault(
         "no voltage is measured on the ground",
         When.GROUND,
         _refuses_arm({"battery_rest_v": 0.02}, "Battery", {"battery_rest_v": 0.0}),
+        answer=answers.BATTERY_ON_GROUND,
     ),
     Fault(
         "two cells in place of three",
         When.GROUND,
         _refuses_arm({"battery_cells": 2}, "Battery thresholds", {"battery_cells": 3}),
+        answer=answers.BATTERY_ON_GROUND,
     ),
     Fault(
         "four cells where the autopilot's threshold is for three",
@@ -436,6 +477,7 @@ BATTERY: Final = (
             Drone({"battery_cells": 3}),
         ),
         ends_flight=True,
+        answer=answers.BATTERY_ON_GROUND,
     ),
 )
 
@@ -444,18 +486,21 @@ PICTURES: Final = (
         "3 kB are lost within one picture of ten",
         When.EXPLORING,
         (Drone({"camera": "damaged"}), See(_GOES_ON, 15.0, lasts=True)),
+        answer=answers.PICTURE_DAMAGE,
     ),
     Fault(
         "the camera's stamps step back by 0.5 s",
         When.EXPLORING,
         (Drone({"camera_stamp_step_s": -0.5}), See(UP, 20.0, lasts=True)),
         ends_flight=True,
+        answer=answers.PICTURE_DAMAGE,
     ),
     Fault(
         "the camera's stamps step ahead by 0.9 s",
         When.EXPLORING,
         (Drone({"camera_stamp_step_s": 0.9}), See(UP, 20.0, lasts=True)),
         ends_flight=True,
+        answer=answers.PICTURE_DAMAGE,
     ),
     Fault(
         "pictures claim an EXIF orientation",
@@ -465,16 +510,19 @@ PICTURES: Final = (
             See(either(_GOES_ON, warned("rientation", "camera", "turned")), 15.0, lasts=True),
         ),
         ends_flight=True,
+        answer=answers.PICTURE_DAMAGE,
     ),
     Fault(
         "4000 bytes follow each picture's end",
         When.EXPLORING,
         (Drone({"camera_tail_bytes": 4000}), See(_GOES_ON, 12.0, lasts=True)),
+        answer=answers.PICTURE_DAMAGE,
     ),
     Fault(
         "the camera sends no picture while the drone returns",
         When.RETURNING,
         (Drone({"camera": "dark"}), See(both(state(_RETURN), mode("RTL")), 5.0, lasts=True), See(DOWN, 120.0)),
+        answer=answers.NO_PICTURE_ON_RETURN,
     ),
 )
 

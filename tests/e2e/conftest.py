@@ -14,7 +14,7 @@ from playwright.async_api import Browser, async_playwright
 
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
-from tests.pace import speed_here
+from tests.pace import PATIENCE_S, speed_here
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 LAUNCHER = f"""#!{sys.executable}
@@ -76,7 +76,7 @@ async def fake() -> AsyncIterator[Callable[..., Awaitable[tuple[asyncio.subproce
         )
         started.append(process)
         assert process.stdout is not None
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(PATIENCE_S):
             return process, (await process.stdout.readline()).decode().strip()
 
     yield start

@@ -3,8 +3,21 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
-from playwright.async_api import Locator, Page, expect
+from playwright.async_api import Browser, Locator, Page, expect
+
+from tests.pace import PATIENCE_S
+
+PATIENCE_MS = PATIENCE_S * 1e3
+
+
+async def new_page(browser: Browser, **options: Any) -> Page:
+    """Open an empty page in a context of its own, with these options, for people who have patience."""
+    expect.set_options(timeout=PATIENCE_MS)
+    context = await browser.new_context(**options)
+    context.set_default_timeout(PATIENCE_MS)
+    return await context.new_page()
 
 
 def button(page: Page, name: str) -> Locator:
@@ -12,9 +25,9 @@ def button(page: Page, name: str) -> Locator:
     return page.get_by_role("button", name=re.compile(f"^{name}")).locator("visible=true").first
 
 
-async def press(page: Page, name: str, timeout_s: float) -> None:
+async def press(page: Page, name: str) -> None:
     """Click a button as soon as a person could."""
-    await button(page, name).click(timeout=timeout_s * 1e3)
+    await button(page, name).click()
 
 
 def visible(page: Page, text: str) -> Locator:
@@ -22,14 +35,14 @@ def visible(page: Page, text: str) -> Locator:
     return page.get_by_text(text).locator("visible=true").first
 
 
-async def shows(page: Page, text: str, timeout_s: float = 10.0) -> None:
+async def shows(page: Page, text: str) -> None:
     """Wait until the text can be read."""
-    await expect(visible(page, text)).to_be_visible(timeout=timeout_s * 1e3)
+    await expect(visible(page, text)).to_be_visible()
 
 
-async def state_is(page: Page, title: str, timeout_s: float = 10.0) -> None:
+async def state_is(page: Page, title: str) -> None:
     """Wait until the line that is read at a glance says so."""
-    await expect(page.locator("hawk-glance").get_by_role("status")).to_have_text(title, timeout=timeout_s * 1e3)
+    await expect(page.locator("hawk-glance").get_by_role("status")).to_have_text(title)
 
 
 async def keep_pressed(page: Page, target: Locator, milliseconds: float) -> None:
@@ -57,7 +70,7 @@ async def hold_enter(page: Page) -> None:
     over = "() => !document.querySelector('hawk-confirm') || document.querySelector('hawk-slide').missed"
     for _ in range(5):
         await page.keyboard.down("Enter")
-        await page.wait_for_function(over, timeout=10_000)
+        await page.wait_for_function(over)
         await page.keyboard.up("Enter")
         if not await page.locator("hawk-confirm").count():
             return
@@ -65,10 +78,10 @@ async def hold_enter(page: Page) -> None:
     await expect(page.locator("hawk-confirm")).to_have_count(0)
 
 
-async def confirm(page: Page, name: str, timeout_s: float) -> None:
+async def confirm(page: Page, name: str) -> None:
     """Click a button that asks first, and slide. While checks fail, Arm shows them instead: a person waits for them."""
-    await expect(button(page, name)).not_to_contain_text("failed", timeout=timeout_s * 1e3)
-    await press(page, name, timeout_s)
+    await expect(button(page, name)).not_to_contain_text("failed")
+    await press(page, name)
     track = page.locator("hawk-slide button")
     await expect(track).to_be_enabled()
     await slide(page, track)

@@ -18,10 +18,11 @@ from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import pictures_of
-from tests.e2e.hands import button, press, shows
+from tests.e2e.hands import button, new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, chosen, done
 from tests.e2e.watching import watch
+from tests.pace import PATIENCE_S
 from tests.unit.lots.surveys import survey
 from tests.unit.lots.test_training_set import mosaic
 from tests.unit.replay.recordings import flight, write
@@ -42,12 +43,12 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
     )
     assert process.stdout is not None
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(PATIENCE_S):
         line = (await process.stdout.readline()).decode()
     assert line.startswith("hawk: open http")
     yield line.split()[2]
     process.terminate()
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(PATIENCE_S):
         assert await process.wait() == 0
 
 
@@ -55,18 +56,18 @@ async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
     browser: Browser, address: str, screenshots: Path
 ) -> None:
     store = Store(address)
-    page = await (await browser.new_context(viewport={"width": 1440, "height": 900})).new_page()
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
     await page.add_init_script(path=AXE)
     await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
     errors = watch(page)
     pictures: set[str] = set()
     page.on("response", lambda answer: pictures.add(answer.url) if "api/mosaic/" in answer.url and answer.ok else None)
     await page.goto(address)
-    await expect(page.get_by_role("region", name="Desk")).to_contain_text("No drone is here", timeout=30_000)
+    await expect(page.get_by_role("region", name="Desk")).to_contain_text("No drone is here")
     flying = "hawk-bar, hawk-glance, hawk-video, hawk-counts, hawk-fence-button, hawk-heights-button"
     assert await page.locator(flying).count() == 0, "nothing to fly with"
-    await press(page, "Correct the plan", 30)
-    await shows(page, "You edit since", 30)
+    await press(page, "Correct the plan")
+    await shows(page, "You edit since")
     before = await store.stalls()
     await page.mouse.click(*await at(page, before["A 3"]))
     await expect(chosen(page)).to_contain_text("A 3")
@@ -83,17 +84,17 @@ async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
 async def test_recordings_of_its_folder_are_seen_and_downloaded(browser: Browser, address: str, tmp_path: Path) -> None:
     (tmp_path / "recordings").mkdir()
     recorded = write(tmp_path / "recordings" / "20260504T000000Z.mcap", flight())
-    page = await (await browser.new_context(viewport={"width": 1440, "height": 900})).new_page()
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
     errors = watch(page)
     await page.goto(f"{address}#/recordings")
-    await shows(page, "1 recording", 30)
+    await shows(page, "1 recording")
     async with page.expect_download() as began:
         await page.get_by_role("link", name="Download").click()
     await (await began.value).save_as(tmp_path / "downloaded")
     assert filecmp.cmp(tmp_path / "downloaded", recorded, shallow=False)
-    await press(page, "Delete", 5)
+    await press(page, "Delete")
     assert recorded.exists(), "it asks once more"
-    await press(page, "Delete", 5)
+    await press(page, "Delete")
     await expect(page.get_by_text("1 recording")).to_have_count(0)
     assert not recorded.exists()
     assert not errors
@@ -101,13 +102,13 @@ async def test_recordings_of_its_folder_are_seen_and_downloaded(browser: Browser
 
 async def test_every_command_to_a_drone_is_refused(address: str) -> None:
     async with aiohttp.ClientSession() as session, session.ws_connect(f"{address}ws") as socket:
-        welcome = await socket.receive_json(timeout=10)
+        welcome = await socket.receive_json(timeout=PATIENCE_S)
         assert welcome["Desk"] is True
         for number, command in enumerate(("Arm", "Takeoff", "Explore", "Kill")):
             await socket.send_json({"Type": command, "Id": number})
         answers: dict[int, dict[str, object]] = {}
         while len(answers) < 4:
-            message = await socket.receive_json(timeout=10)
+            message = await socket.receive_json(timeout=PATIENCE_S)
             if message.get("Type") == "Ack":
                 answers[message["Id"]] = message
         assert not any(answer["Accepted"] for answer in answers.values())

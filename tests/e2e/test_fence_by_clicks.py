@@ -14,7 +14,7 @@ from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.comm.protocol.heartbeat import FenceSetup
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, confirm, is_within, press, shows, slide, state_is
+from tests.e2e.hands import button, confirm, is_within, new_page, press, shows, slide, state_is
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, health, kill_daemon, operator, over_a_picture
 
@@ -48,7 +48,7 @@ async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
     stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:
         url = (await stack.start()).url
-        page = await (await browser.new_context(viewport=DESK, color_scheme="light")).new_page()  # type: ignore[arg-type]
+        page = await new_page(browser, viewport=DESK, color_scheme="light")
         await page.goto(url)
         yield Scene(stack, url, page)
     finally:
@@ -58,15 +58,15 @@ async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
 async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path, tmp_path: Path) -> None:
     page = scene.page
     errors = watch(page)
-    await press(page, "Take control", 20)
+    await press(page, "Take control")
     await page.screenshot(path=screenshots / "fence-1-before.png")
-    await press(page, "Edit fence", 60)
+    await press(page, "Edit fence")
     await shows(page, "Draw the fence")
     await drawing_by_clicks(page, screenshots)
     await putting_it_right(page)
     await everything_fits(page, screenshots)
     await a_file_goes_out_and_comes_in(page, tmp_path)
-    await press(page, "Save fence", 10)
+    await press(page, "Save fence")
     await shows(page, "The fence is saved. The next Arm uploads it.")
     await shows(page, "Fence of 8 corners")
     await page.screenshot(path=screenshots / "fence-3-saved.png")
@@ -76,7 +76,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
 
     await kill_daemon(scene.stack)
     await scene.stack.start_daemon()
-    await press(page, "Take control", 30)
+    await press(page, "Take control")
     assert (await fence_of(scene.url)).corners == kept.corners
     await scene.stack.watch_fence([(each.latitude, each.longitude) for each in kept.inner], kept.ceiling)
 
@@ -89,7 +89,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await move_to(page, AT_ITS_FOOT)
     await slide(page, page.locator("hawk-slide button"))
     await state_is(page, "Moving")
-    await state_is(page, "Holding", 60)
+    await state_is(page, "Holding")
     status = await scene.stack.status()
     assert status["excursions"] == 0
     await page.screenshot(path=screenshots / "fence-5-moved.png")
@@ -102,13 +102,12 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
     stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:
         url = (await stack.start()).url
-        phone = await browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)  # type: ignore[arg-type]
-        page = await phone.new_page()
+        page = await new_page(browser, viewport=PHONE, has_touch=True, is_mobile=True)
         errors = watch(page)
         await page.goto(url)
-        await button(page, "Take control").tap(timeout=20_000)
-        await button(page, "Show checks").tap(timeout=60_000)
-        await button(page, "Edit fence").tap(timeout=20_000)
+        await button(page, "Take control").tap()
+        await button(page, "Show checks").tap()
+        await button(page, "Edit fence").tap()
         await shows(page, "Tap its corners on the map")
         await the_map_follows_nothing(page)
         # near the middle: the map opens at either of two zooms, and its tools lie over its rim
@@ -118,9 +117,9 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
             await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
             await page.wait_for_timeout(EASE_MS)
         await page.touchscreen.tap(*places[0])
-        await expect(title(page)).to_have_text(re.compile(r"Fence (59|6[01]) × (59|6[01]) m, 4 corners"), timeout=5_000)
+        await expect(title(page)).to_have_text(re.compile(r"Fence (59|6[01]) × (59|6[01]) m, 4 corners"))
         await drag_by_finger(page, await pixel(page, (30, 30)), await pixel(page, (30, 55)))
-        await expect(title(page)).to_have_text(re.compile(r"Fence 8[4-6] × "), timeout=5_000)
+        await expect(title(page)).to_have_text(re.compile(r"Fence 8[4-6] × "))
         await page.screenshot(path=screenshots / "fence-by-finger.png")
         await button(page, "Save fence").tap()
         await shows(page, "The fence is saved. The next Arm uploads it.")
@@ -153,7 +152,7 @@ async def drag_by_finger(page: Page, start: tuple[float, float], end: tuple[floa
 
 async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
     """Corner by corner, closed by a click on the first one."""
-    await press(page, "Follow the drone", 5)
+    await press(page, "Follow the drone")
     await page.wait_for_timeout(EASE_MS)
     await expect(button(page, "Save fence")).to_be_disabled()
     places = [await pixel(page, place) for place in U_SHAPE]
@@ -161,14 +160,14 @@ async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
         await page.mouse.click(*place)
         await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
         await page.wait_for_timeout(300)  # two clicks within 250 ms at one place are a double click
-    await press(page, "Undo", 5)
+    await press(page, "Undo")
     await shows(page, "7 corners set")
     await page.mouse.click(*places[-1])
     await shows(page, "8 corners set")
     await page.screenshot(path=screenshots / "fence-2-drawing.png")
     await page.wait_for_timeout(300)
     await page.mouse.click(*places[0])
-    await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"), timeout=5_000)
+    await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"))
     await shows(page, "From parts of it the straight path home leaves the fence")
 
 
@@ -179,18 +178,18 @@ async def putting_it_right(page: Page) -> None:
     await shows(page, "This fence cannot be saved")
     await shows(page, "cross: move a corner so that no side crosses another")
     await expect(button(page, "Save fence")).to_be_disabled()
-    await press(page, "Undo", 5)
+    await press(page, "Undo")
     ceiling = page.get_by_label("Ceiling, metres above")
     await ceiling.fill("9")
     await shows(page, "Ceiling: 9 m is too low for flying up to 10 m, which needs 13 m")
     await ceiling.fill("60")
     await expect(title(page)).to_have_text(re.compile("8 corners"))
     await expect(button(page, "Save fence")).to_be_enabled()
-    await press(page, "Remove corners", 5)
+    await press(page, "Remove corners")
     await page.mouse.click(*await pixel(page, U_SHAPE[2]))
-    await expect(title(page)).to_have_text(re.compile("7 corners"), timeout=5_000)
-    await press(page, "Undo", 5)
-    await expect(title(page)).to_have_text(re.compile("8 corners"), timeout=5_000)
+    await expect(title(page)).to_have_text(re.compile("7 corners"))
+    await press(page, "Undo")
+    await expect(title(page)).to_have_text(re.compile("8 corners"))
 
 
 async def everything_fits(page: Page, screenshots: Path) -> None:
@@ -212,26 +211,26 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
 async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:
     """The exported fence is the drawn one and is imported after a clear; a wrong file changes nothing."""
     async with page.expect_download() as waiting:
-        await press(page, "Export", 5)
+        await press(page, "Export")
     path = folder / "exported.geojson"
     await (await waiting.value).save_as(path)
     (ring,) = json.loads(path.read_text())["geometry"]["coordinates"]
     assert len(ring) == 9
-    await press(page, "Clear", 5)
+    await press(page, "Clear")
     await shows(page, "Draw the fence")
     wrong = folder / "wrong.geojson"
     wrong.write_text('{"type": "Point", "coordinates": [0, 0]}')
     await page.locator("hawk-fence-tools input").set_input_files(wrong)
     await shows(page, "exactly one polygon")
     await page.locator("hawk-fence-tools input").set_input_files(path)
-    await expect(title(page)).to_have_text(re.compile("8 corners"), timeout=5_000)
+    await expect(title(page)).to_have_text(re.compile("8 corners"))
 
 
 async def take_off(page: Page) -> None:
-    await press(page, "Set failsafes", 60)
-    await confirm(page, "Arm", 60)
-    await confirm(page, "Take off", 30)
-    await state_is(page, "Holding", 60)
+    await press(page, "Set failsafes")
+    await confirm(page, "Arm")
+    await confirm(page, "Take off")
+    await state_is(page, "Holding")
 
 
 async def the_path_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
@@ -241,14 +240,14 @@ async def the_path_across_the_gap_is_refused(page: Page, screenshots: Path) -> N
     await expect(page.get_by_label("Anywhere inside the fence")).to_be_disabled()
     await expect(page.locator("hawk-slide button")).to_be_disabled()
     await page.screenshot(path=screenshots / "fence-4-refused.png")
-    await press(page, "Cancel", 5)
+    await press(page, "Cancel")
 
 
 async def move_to(page: Page, place: tuple[float, float], of: tuple[float, float] = (0.0, 0.0)) -> None:
     """Point at a place (metres north and east of where the drone was armed) while the drone is at another."""
-    await press(page, "Follow the drone", 5)
+    await press(page, "Follow the drone")
     await page.wait_for_timeout(EASE_MS)
-    await press(page, "Move", 20)
+    await press(page, "Move")
     await page.mouse.click(*await pixel(page, (place[0] - of[0], place[1] - of[1])))
 
 

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from hawk.lots import queries
 from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.values import Doubtful, FinishedSurvey, PossiblePlace
@@ -17,6 +16,7 @@ from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from tests.e2e.test_page_by_keyboard import faults, in_words, opened
 from tests.e2e.watching import watch
+from tests.unit.lots import whole
 from tests.unit.lots.repaints import by_place, flown, repainted
 from tests.unit.lots.surveys import DATUM
 
@@ -66,7 +66,7 @@ async def test_a_repaint_is_shown_and_taken_over_and_a_doubt_is_answered(
     page = await opened(browser, address)
     errors = watch(page)
     await press_by_key(page, "Show survey")
-    await expect(page.get_by_text("18 stalls begin, 20 stalls end")).to_be_visible(timeout=30_000)  # the store opens
+    await expect(page.get_by_text("18 stalls begin, 20 stalls end")).to_be_visible()  # the store opens
     await expect(page.get_by_role("img", name="Place 2")).to_be_visible()
     await press_by_key(page, "Show on the map")
     await expect(page.get_by_role("button", name="Show on the map")).to_have_attribute("aria-pressed", "true")
@@ -83,7 +83,7 @@ async def test_a_repaint_is_shown_and_taken_over_and_a_doubt_is_answered(
     assert not errors
     opened_store = Database(store)
     with opened_store.reading() as connection:
-        lot = queries.lot(connection, queries.lots(connection)["lots"][0]["id"])
+        lot = whole.lot(connection, whole.lots(connection)[0]["id"])
     opened_store.close()
     assert (len(lot["stalls"]), len(lot["layouts"])) == (58, 2)
     assert [each["placed"] for each in lot["surveys"]] == ["first", "registered", "registered"]

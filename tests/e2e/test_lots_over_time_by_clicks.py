@@ -17,10 +17,11 @@ from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.lot_map import StallState
-from tests.e2e.hands import press, shows
+from tests.e2e.hands import new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, done
 from tests.e2e.watching import watch
+from tests.pace import PATIENCE_S
 from tests.unit.stats.test_panel import register, seen
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
@@ -48,17 +49,16 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
     )
     assert process.stdout is not None
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(PATIENCE_S):
         line = (await process.stdout.readline()).decode()
     yield line.split()[2]
     process.terminate()
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(PATIENCE_S):
         assert await process.wait() == 0
 
 
 async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:
-    context = await browser.new_context(locale="en", timezone_id="Europe/Amsterdam", **options)  # type: ignore[arg-type]
-    page = await context.new_page()
+    page = await new_page(browser, locale="en", timezone_id="Europe/Amsterdam", **options)
     await page.add_init_script(path=AXE)
     errors = watch(page)
     await page.goto(address)
@@ -75,7 +75,7 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
     await view(page, "Lots")
     main = page.get_by_role("main")
-    await expect(main.get_by_role("row")).to_have_count(1 + len(FLOWN), timeout=20_000)
+    await expect(main.get_by_role("row")).to_have_count(1 + len(FLOWN))
     await main.get_by_role("button", name="2026-11-17 13:00").click()
     await expect(main.get_by_role("img")).to_have_attribute("aria-label", "6 free, 14 taken, 0 unclear")
     await page.screenshot(path=screenshots / "over-time-survey.png", full_page=True)
@@ -106,7 +106,7 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await page.get_by_role("button", name="Make a link").click()
     link = await page.get_by_role("textbox", name="Link").input_value()
     guest, guests_errors = await opened(browser, link)
-    await expect(guest.get_by_role("row")).to_have_count(1 + len(FLOWN), timeout=20_000)
+    await expect(guest.get_by_role("row")).to_have_count(1 + len(FLOWN))
     assert await guest.get_by_role("link", name="Recordings").count() == 0
     assert await guest.get_by_role("button", name="Delete survey").count() == 0
     await page.get_by_role("button", name="Take back").click()
@@ -123,19 +123,19 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
     page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
     await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
     await page.reload()
-    await press(page, "Correct the plan", 30)
-    await shows(page, "You edit since", 30)
+    await press(page, "Correct the plan")
+    await shows(page, "You edit since")
     stalls = await Store(address).stalls()
     five = [stalls[f"A {number}"] for number in range(1, 6)]
     south, north = min(s["north"] for s in five) - 4, max(s["north"] for s in five) + 4
     west, east = min(s["east"] for s in five) - 1.2, max(s["east"] for s in five) + 1.2
-    await press(page, "Zone", 5)
+    await press(page, "Zone")
     for corner in ((south, west), (south, east), (north, east), (north, west)):
         await page.mouse.click(*await at(page, corner))
     panel = page.locator("hawk-plan-drawn")
     await panel.get_by_label("Name of the zone").fill("West")
     await panel.get_by_label("Kind").select_option("disabled")
-    await press(page, "Add the zone", 5)
+    await press(page, "Add the zone")
     await done(page)
     await expect(panel).to_contain_text("West")
     await page.screenshot(path=screenshots / "zone-drawn.png")
@@ -156,19 +156,19 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
     await page.get_by_role("button", name="Undo", exact=True).click()
     await page.get_by_role("button", name="Redo", exact=True).click()
     await done(page)
-    await press(page, "Close the edit", 5)
+    await press(page, "Close the edit")
     await shows(page, "The plan is closed as version")
 
     await view(page, "Report", "Figures")
     row = page.get_by_role("row").filter(has=page.get_by_role("rowheader", name="West", exact=True))
-    await expect(row.get_by_role("cell").first).to_have_text("5", timeout=20_000)
+    await expect(row.get_by_role("cell").first).to_have_text("5")
     await page.screenshot(path=screenshots / "zone-figures.png", full_page=True)
     assert not errors
 
 
 async def test_a_report_is_printed_on_paper(browser: Browser, address: str, screenshots: Path) -> None:
     page, errors = await opened(browser, f"{address}#/report")
-    await expect(page.get_by_role("article")).to_contain_text("Method", timeout=20_000)
+    await expect(page.get_by_role("article")).to_contain_text("Method")
     await expect(page.get_by_role("article")).to_contain_text("11 free, 9 taken, 0 unclear")
     await page.emulate_media(media="print")
     await expect(page.get_by_role("button", name="Print")).to_be_hidden()

@@ -14,7 +14,19 @@ from playwright.async_api import Browser, Page, expect
 from hawk.comm.protocol.commands import Arm
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, confirm, hold_enter, is_within, keep_pressed, press, shows, slide, state_is, visible
+from tests.e2e.hands import (
+    button,
+    confirm,
+    hold_enter,
+    is_within,
+    keep_pressed,
+    new_page,
+    press,
+    shows,
+    slide,
+    state_is,
+    visible,
+)
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import PatientStack, eventually, kill_daemon, operator, write_settings
 from tests.pace import speed_here
@@ -69,7 +81,7 @@ async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
         url = (await stack.start()).url
         pages = []
         for _ in range(2):
-            pages.append(await (await browser.new_context(viewport=DESK, color_scheme="light")).new_page())  # type: ignore[arg-type]
+            pages.append(await new_page(browser, viewport=DESK, color_scheme="light"))
             await pages[-1].goto(url)
         yield Scene(stack, url, *pages)
     finally:
@@ -83,15 +95,15 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     await a_viewer_is_shown_as_such_and_commands_nothing(scene)
     await explore(scene.pilot)
     await everything_fits(scene.pilot, screenshots)
-    await press(scene.watcher, "Hold", 10)
+    await press(scene.watcher, "Hold")
     await state_is(scene.pilot, "Holding")
     # how far it explored depends on the machine: first to where there is lot for sure, then back again
     first = -1 if (await scene.place_at_rest())[0] - home[0] > HALF_THE_LOT_M else 1
     await move(scene, first, by_key=False)
-    await press(scene.pilot, "Hold", 10)
+    await press(scene.pilot, "Hold")
     await state_is(scene.pilot, "Holding")
     await move(scene, -first, by_key=True)
-    await press(scene.pilot, "Hold", 10)
+    await press(scene.pilot, "Hold")
     await state_is(scene.pilot, "Holding")
     assert not errors
     await a_dead_daemon_is_reported_and_found_again(scene, screenshots)
@@ -99,20 +111,20 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
 
 
 async def take_off(page: Page) -> None:
-    await press(page, "Take control", 10)
-    await press(page, "Set failsafes", 30)
-    await confirm(page, "Arm", 40)
-    await confirm(page, "Take off", 20)
+    await press(page, "Take control")
+    await press(page, "Set failsafes")
+    await confirm(page, "Arm")
+    await confirm(page, "Take off")
 
 
 async def explore(page: Page) -> None:
     """Explore until a few stalls are known; press again when a machine too busy to see ended it."""
     known = page.locator("hawk-counts").get_by_text(SOME_STALLS)
     for _ in range(EXPLORE_ATTEMPTS):
-        await confirm(page, "Explore", 60)
+        await confirm(page, "Explore")
         await state_is(page, "Exploring")
         ended = page.locator("button[data-action=explore][aria-pressed=false]")
-        await expect(known.or_(ended).first).to_be_visible(timeout=90_000)
+        await expect(known.or_(ended).first).to_be_visible()
         if await known.count() and not await ended.count():
             return
     pytest.fail(f"exploring ended {EXPLORE_ATTEMPTS} times")
@@ -125,10 +137,10 @@ async def a_viewer_is_shown_as_such_and_commands_nothing(scene: Scene) -> None:
     await expect(button(page, "Land")).to_be_disabled()
     await expect(button(page, "Land")).to_contain_text("Someone else has control")
     await expect(button(page, "Cut motors")).to_be_disabled()
-    await press(page, "Ask for control", 5)
+    await press(page, "Ask for control")
     await shows(page, "was asked for control.")
     await shows(scene.pilot, "asks for control.")
-    await press(scene.pilot, "Keep", 5)
+    await press(scene.pilot, "Keep")
     await shows(page, "keeps control.")
     async with operator(scene.url) as another:
         assert await another.refusal(Arm()) == "Someone else has control."
@@ -153,9 +165,9 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
 async def move(scene: Scene, side: int, *, by_key: bool) -> None:
     """Point at a place on the map, to the right (1) or left (-1) of the drone, and confirm: it flies there."""
     page, before = scene.pilot, await scene.place_at_rest()
-    await press(page, "Follow the drone", 5)
+    await press(page, "Follow the drone")
     await page.wait_for_timeout(EASE_MS)
-    await press(page, "Move", 20)
+    await press(page, "Move")
     box = await page.locator(".ol").bounding_box()
     assert box is not None
     await page.mouse.click(box["x"] + box["width"] / 2 + side * FAR_PX, box["y"] + box["height"] / 2)
@@ -183,14 +195,14 @@ async def a_dead_daemon_is_reported_and_found_again(scene: Scene, screenshots: P
     await expect(button(page, "Return home")).to_be_disabled()
     await page.screenshot(path=screenshots / "no-link.png")
     await scene.stack.start_daemon()
-    await expect(visible(page, "No word from the drone for")).to_have_count(0, timeout=20_000)
-    await press(page, "Take control", 20)
-    await state_is(page, "Holding", 20)
+    await expect(visible(page, "No word from the drone for")).to_have_count(0)
+    await press(page, "Take control")
+    await state_is(page, "Holding")
 
 
 async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> None:
     page = scene.pilot
-    await press(page, "Cut motors", 10)
+    await press(page, "Cut motors")
     cut = button(page, "Keep pressed 1 s to cut")
     await expect(cut).to_be_enabled()
     await page.screenshot(path=screenshots / "cut-motors.png")
@@ -198,8 +210,8 @@ async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> No
     status = await scene.stack.status()
     assert not status["disarmed"]
     # the drone allows 10 s: a person who looked around begins again
-    await press(page, "Cancel", 5)
-    await press(page, "Cut motors", 10)
+    await press(page, "Cancel")
+    await press(page, "Cut motors")
     await expect(cut).to_be_enabled()
     await keep_pressed(page, cut, 3000)  # a page that draws slowly hears of the press late
     fallen = await eventually(scene.stack.status, lambda s: s["disarmed"] and s["landed"], 20)
@@ -207,5 +219,5 @@ async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> No
     await state_is(page, "Motors cut")
     await expect(button(page, "Arm")).to_contain_text("failed")  # it shows the checks, and arms nothing
     await page.screenshot(path=screenshots / "motors-cut.png")
-    await press(page, "Allow arming again", 20)
+    await press(page, "Allow arming again")
     await expect(button(page, "Allow arming again")).to_have_count(0)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from tests.e2e.hands import button, hold_enter, press, shows, state_is
+from tests.e2e.hands import button, hold_enter, new_page, press, shows, state_is
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -25,7 +25,7 @@ RUN_AXE = """async () => {
 
 
 async def opened(browser: Browser, address: str, size: Any = DESK, theme: str = "light") -> Page:
-    page = await browser.new_page(viewport=size)
+    page = await new_page(browser, viewport=size)
     # the page's own policy allows no script but the page's: axe is read before that applies
     await page.add_init_script(path=AXE)
     await page.add_init_script(f"localStorage.setItem('hawk-page', JSON.stringify({{theme: '{theme}', name: 'ana'}}))")
@@ -51,7 +51,7 @@ async def test_axe_finds_nothing_on_any_view(browser: Browser, fake: Any, screen
         _, address = await fake(scene)
         page = await opened(browser, address, theme=theme)
         found |= await faults(page, f"{theme}-{scene}-watching", screenshots)
-        await press(page, "Take control", 20)
+        await press(page, "Take control")
         await expect(page.locator(".guided")).to_be_visible()
         for name in TABS:
             tab = page.get_by_role("tab", name=name)
@@ -68,14 +68,14 @@ async def test_axe_finds_nothing_on_any_view(browser: Browser, fake: Any, screen
 async def test_axe_finds_nothing_while_something_is_asked(browser: Browser, fake: Any, screenshots: Path) -> None:
     _, address = await fake("still")
     page = await opened(browser, address)
-    await press(page, "Take control", 20)
-    await press(page, "Cut motors", 5)
+    await press(page, "Take control")
+    await press(page, "Cut motors")
     await expect(page.locator(".kill")).to_be_visible()
     found = await faults(page, "cut-motors", screenshots)
     await page.keyboard.press("Escape")
     await page.keyboard.press("h")
     await state_is(page, "Holding")
-    await press(page, "Move", 5)
+    await press(page, "Move")
     await page.locator(".ol").click(position={"x": 500, "y": 300})
     await expect(page.locator("hawk-slide button")).to_be_enabled()
     found |= await faults(page, "move", screenshots)
@@ -94,12 +94,12 @@ async def test_a_flight_begins_by_keyboard_alone(browser: Browser, fake: Any) ->
     await page.keyboard.press("Enter")
     await expect(button(page, "Take control")).to_be_focused()
     await page.keyboard.press("Enter")
-    await expect(button(page, "Arm")).to_be_focused(timeout=20_000)
+    await expect(button(page, "Arm")).to_be_focused()
     await page.keyboard.press("Enter")
     for name in ("Take off", "Explore"):
         await expect(page.locator("hawk-slide button")).to_be_focused()
         await hold_enter(page)
-        await expect(button(page, name)).to_be_focused(timeout=20_000)
+        await expect(button(page, name)).to_be_focused()
         await page.keyboard.press("Enter")
     await expect(page.locator("hawk-slide button")).to_be_focused()
     await hold_enter(page)
@@ -111,7 +111,7 @@ async def test_a_flight_begins_by_keyboard_alone(browser: Browser, fake: Any) ->
 async def test_letters_are_no_keys_while_somebody_types(browser: Browser, fake: Any) -> None:
     _, address = await fake("still")
     page = await opened(browser, address)
-    await press(page, "Take control", 20)
+    await press(page, "Take control")
     await page.get_by_role("tab", name="Settings").click()
     name = page.get_by_role("textbox", name="Your name").locator("visible=true").first
     await name.fill("")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from tests.e2e.hands import button, press, shows, state_is
+from tests.e2e.hands import button, new_page, press, shows, state_is
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -53,24 +53,24 @@ MEASURE = """(selectors) => {
     "Hold and Land; the map has 35 % of the shorter side",
 )
 async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any, screenshots: Path) -> None:
-    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
     _, ground = await fake("ready")
     await page.goto(ground)
-    await press(page, "Take control", 20)
+    await press(page, "Take control")
     await expect(button(page, "Arm")).to_be_enabled()
     await everything_is_in_reach(page, "idle", SAFETY, screenshots)
     drone, air = await fake("still")
     await page.set_viewport_size({"width": 1440, "height": 900})
     await page.goto(air)
-    await press(page, "Take control", 20)
+    await press(page, "Take control")
     await shows(page, "seen of the lot found so far")
     await expect(page.locator(HOME["home"])).to_be_visible()  # control has been given
     await everything_is_in_reach(page, "exploring", SAFETY | HOME, screenshots)
-    await press(page, "Hold", 5)
+    await press(page, "Hold")
     await state_is(page, "Holding")
     before = await everything_is_in_reach(page, "hover", SAFETY | HOME, screenshots)
     await page.set_viewport_size({"width": 1440, "height": 900})
-    await press(page, "Move", 5)
+    await press(page, "Move")
     await page.locator(".ol").click(position={"x": 500, "y": 300})
     await expect(page.locator("hawk-slide button")).to_be_enabled()
     asked = await everything_is_in_reach(page, "move", SAFETY | {"slide": "hawk-slide button"}, screenshots)
@@ -78,7 +78,7 @@ async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any,
     await page.keyboard.press("Escape")
     await expect(page.locator("hawk-confirm")).to_have_count(0)
     drone.kill()
-    await shows(page, "No word from the drone for", 20)
+    await shows(page, "No word from the drone for")
     await everything_is_in_reach(page, "lost", SAFETY | HOME, screenshots)
 
 
@@ -97,10 +97,10 @@ READABLE = """() => {
 async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     browser: Browser, fake: Any, screenshots: Path
 ) -> None:
-    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
     _, ground = await fake("ground")
     await page.goto(ground)
-    await press(page, "Take control", 20)
+    await press(page, "Take control")
     remedy = {"remedy": '.guided [data-action="remedy"]'}
     await expect(page.locator(remedy["remedy"])).to_be_visible()
     found: dict[str, list[str]] = {}
@@ -117,7 +117,7 @@ async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     await expect(page.locator(".sheet .fix button")).to_be_focused()
     await page.get_by_role("dialog", name="Menu").get_by_role("button", name="Close").click()
     await page.locator(remedy["remedy"]).click()
-    await expect(page.locator('.guided [data-action="arm"].primary')).to_be_enabled(timeout=20_000)
+    await expect(page.locator('.guided [data-action="arm"].primary')).to_be_enabled()
 
 
 BUSY_AFTER_PRESS = """
@@ -150,11 +150,11 @@ async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, st
     "the motors run on; the page says that it could not follow the press",
 )
 async def test_a_short_press_on_a_busy_page_does_not_cut_the_motors(browser: Browser, fake: Any) -> None:
-    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
     _, air = await fake("still")
     await page.goto(air)
-    await press(page, "Take control", 20)
-    await press(page, "Cut motors", 5)
+    await press(page, "Take control")
+    await press(page, "Cut motors")
     cut = button(page, "Keep pressed 1 s to cut")
     await expect(cut).to_be_enabled()
     await cut.hover()

@@ -8,7 +8,7 @@ import pytest
 from playwright.async_api import Browser, expect
 
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import confirm, press, visible
+from tests.e2e.hands import confirm, new_page, press, visible
 from tests.e2e.watching import watch
 
 pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="session")]
@@ -18,23 +18,23 @@ async def test_a_whole_survey_is_flown_with_clicks_only(
     stack: SimulatedStack, browser: Browser, screenshots: Path
 ) -> None:
     ready = await stack.start()
-    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
     errors = watch(page)
     await page.goto(ready.url)
-    await expect(visible(page, "SIMULATION")).to_be_visible(timeout=10_000)
-    await press(page, "Take control", 10)
-    await press(page, "Set failsafes", 30)
-    await confirm(page, "Arm", 40)
-    await confirm(page, "Take off", 20)
+    await expect(visible(page, "SIMULATION")).to_be_visible()
+    await press(page, "Take control")
+    await press(page, "Set failsafes")
+    await confirm(page, "Arm")
+    await confirm(page, "Take off")
     await page.screenshot(path=screenshots / "1-taking-off.png")
-    await confirm(page, "Explore", 60)
-    await expect(visible(page, "Exploring")).to_be_visible(timeout=10_000)
+    await confirm(page, "Explore")
+    await expect(visible(page, "Exploring")).to_be_visible()
     await page.screenshot(path=screenshots / "2-exploring.png")
     again = page.get_by_role("button", name=re.compile("^Explore")).first
     await expect(again).not_to_have_attribute("aria-pressed", "true", timeout=240_000)  # nothing is left to see
-    await expect(visible(page, "Explored: ")).to_be_visible(timeout=20_000)
+    await expect(visible(page, "Explored: ")).to_be_visible()
     await page.screenshot(path=screenshots / "3-explored.png")
-    await press(page, "Return home", 20)
+    await press(page, "Return home")
     await expect(visible(page, "On the ground")).to_be_visible(timeout=120_000)
     await page.screenshot(path=screenshots / "4-landed.png")
 

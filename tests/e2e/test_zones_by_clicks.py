@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from tests.e2e.hands import button, is_within, press, shows
+from tests.e2e.hands import button, is_within, new_page, press, shows
 from tests.e2e.test_fence_by_clicks import DESK, EASE_MS, SIZES, drag, fence_of, move_to, pixel, take_off, title
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, over_a_picture
@@ -25,27 +25,27 @@ async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshot
     stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:
         url = (await stack.start()).url
-        page = await (await browser.new_context(viewport=DESK, color_scheme="light")).new_page()  # type: ignore[arg-type]
+        page = await new_page(browser, viewport=DESK, color_scheme="light")
         errors = watch(page)
         await page.goto(url)
-        await press(page, "Take control", 20)
-        await press(page, "Edit fence", 60)
-        await press(page, "Follow the drone", 5)
+        await press(page, "Take control")
+        await press(page, "Edit fence")
+        await press(page, "Follow the drone")
         await page.wait_for_timeout(EASE_MS)
         await expect(button(page, "Add zone: an exclusion zone")).to_be_disabled()
         await click_around(page, AROUND)
-        await press(page, "Add zone: an exclusion zone", 5)
+        await press(page, "Add zone: an exclusion zone")
         await shows(page, "Draw a zone that the drone keeps out of")
         await click_around(page, ZONE)
-        await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"), timeout=5_000)
-        await press(page, "Add zone: an exclusion zone", 5)
+        await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"))
+        await press(page, "Add zone: an exclusion zone")
         await click_around(page, MAST)
-        await expect(title(page)).to_have_text(re.compile("4 corners, 2 zones$"), timeout=5_000)
+        await expect(title(page)).to_have_text(re.compile("4 corners, 2 zones$"))
         await shows(page, "From parts of it the straight path home crosses a zone")
         await in_every_size(page, screenshots)
         await putting_it_right(page)
-        await press(page, "Save fence", 10)
-        await shows(page, "Fence of 4 corners, 1 zone", 20)
+        await press(page, "Save fence")
+        await shows(page, "Fence of 4 corners, 1 zone")
         kept = await fence_of(url)
         assert [len(zone) for zone in kept.zones] == [4]
         assert [len(zone) for zone in kept.inner_zones] == [4]
@@ -54,10 +54,10 @@ async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshot
         await move_to(page, IN_THE_ZONE)
         await shows(page, "In a zone or its margin")
         await page.screenshot(path=screenshots / "zones-3-in-the-air.png")
-        await press(page, "Cancel", 5)
+        await press(page, "Cancel")
         await move_to(page, BEHIND_IT)
         await shows(page, "The straight path there crosses a zone")
-        await press(page, "Cancel", 5)
+        await press(page, "Cancel")
         await move_to(page, BESIDE_IT)
         await expect(page.get_by_label("Anywhere inside the fence")).to_be_enabled()
         assert not errors
@@ -97,15 +97,15 @@ async def putting_it_right(page: Page) -> None:
     await drag(page, corner, beyond)
     await shows(page, "Zone 1: crosses the fence's edge: move its corners inside the fence.")
     await expect(button(page, "Save fence")).to_be_disabled()
-    await press(page, "Undo", 5)
-    await press(page, "Remove corners", 5)
+    await press(page, "Undo")
+    await press(page, "Remove corners")
     await shows(page, "or into a zone to remove it")
     await page.mouse.click(*await pixel(page, IN_THE_ZONE))
-    await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"), timeout=5_000)
-    await press(page, "Undo", 5)
-    await expect(title(page)).to_have_text(re.compile("4 corners, 2 zones$"), timeout=5_000)
+    await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"))
+    await press(page, "Undo")
+    await expect(title(page)).to_have_text(re.compile("4 corners, 2 zones$"))
     await page.wait_for_timeout(300)
     await page.mouse.click(*await pixel(page, MAST[0]))  # the zone has only three corners: it goes as a whole
-    await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"), timeout=5_000)
-    await press(page, "Remove corners", 5)
+    await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"))
+    await press(page, "Remove corners")
     await expect(button(page, "Save fence")).to_be_enabled()

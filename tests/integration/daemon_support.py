@@ -22,17 +22,15 @@ from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
 from hawk.survey.stack import Ready, SimulatedStack
 from tests.integration.sim_support import small_picture
-from tests.pace import speed_here
+from tests.pace import PATIENCE_S, speed_here
 
 SPEED_ASKED = 3.0
 SPEED = speed_here(SPEED_ASKED)
 CAMERA_HZ = 3.0
 """Pictures in a simulated second, where there is nothing to be seen: vision would take a whole core for fifteen."""
-SILENCE_S = 15.0
-"""Real seconds without a heartbeat until a test gives up."""
+STEP_S = 300.0
+"""No step of a flight takes as long, seconds of the drone, which are real ones where the computer is slow."""
 POLL_S = 0.05
-JOURNALLED_S = 5.0
-"""The journal promises half a second; this is for a slow disk, real seconds."""
 
 LOW_HEIGHTS = """
 [heights]
@@ -92,7 +90,7 @@ def newest_journal(store: Path) -> JournalState:
 
 async def until_journalled(store: Path, holds: Callable[[JournalState], bool]) -> None:
     """Wait until the journal's newest survey holds something; nobody cuts the power within half a second."""
-    async with asyncio.timeout(JOURNALLED_S):
+    async with asyncio.timeout(PATIENCE_S):
         while not holds(newest_journal(store)):  # noqa: ASYNC110 - a disk sends no event
             await asyncio.sleep(POLL_S)
 
@@ -109,7 +107,7 @@ class Operator:
 
     def __init__(self, drone: DroneClient) -> None:
         self.drone = drone
-        self.hand = Handset(drone, SILENCE_S, lambda _, __: None)
+        self.hand = Handset(drone, PATIENCE_S, lambda _, __: None)
 
     @property
     def beat(self) -> Heartbeat:
@@ -117,11 +115,11 @@ class Operator:
         assert self.drone.heartbeat is not None
         return self.drone.heartbeat
 
-    async def until(self, reached: Callable[[Heartbeat], bool], timeout_s: float = 60.0) -> Heartbeat:
+    async def until(self, reached: Callable[[Heartbeat], bool], timeout_s: float = STEP_S) -> Heartbeat:
         """Wait for such a heartbeat. Raises SurveyError with what the drone said instead."""
         return await self.hand.until(reached, timeout_s, lambda b: f"still {b.state}, {b.ardupilot_state}: {b.detail}")
 
-    async def until_state(self, state: StateName, timeout_s: float = 60.0) -> Heartbeat:
+    async def until_state(self, state: StateName, timeout_s: float = STEP_S) -> Heartbeat:
         """Wait until the drone is in a state."""
         return await self.until(lambda b: b.state == state, timeout_s)
 
@@ -142,18 +140,18 @@ class Operator:
 
     async def take_control(self) -> None:
         """Ask for control, again while somebody who has gone still has it."""
-        async with asyncio.timeout(SILENCE_S):
+        async with asyncio.timeout(PATIENCE_S):
             while not await self._has_control():
                 await self.hand.next()
 
     async def arm(self) -> None:
         """Take control, set what the checks ask for, and arm."""
-        await self.until(lambda b: b.connected and bool(b.checks), 60.0)
+        await self.until(lambda b: b.connected and bool(b.checks))
         await self.take_control()
-        await self.until(lambda b: all(c.passed or c.remedy_command == "Set Failsafes" for c in b.checks), 120.0)
+        await self.until(lambda b: all(c.passed or c.remedy_command == "Set Failsafes" for c in b.checks))
         if not all(check.passed for check in self.beat.checks):
             await self.order(SetFailsafes())
-        await self.until(lambda b: bool(b.checks) and all(check.passed for check in b.checks), 60.0)
+        await self.until(lambda b: bool(b.checks) and all(check.passed for check in b.checks))
         await self.order(Arm())
         await self.until(lambda b: b.state == StateName.ARM and b.armed is True)
 
@@ -161,14 +159,14 @@ class Operator:
         """Take off to the desired height, as soon as a person could."""
         await self.until(lambda b: not refusal_of(b, "Takeoff"))
         await self.order(Takeoff())
-        await self.until_state(StateName.HOVER, 90.0)
+        await self.until_state(StateName.HOVER)
 
     async def take_off(self) -> None:
         """Arm and climb."""
         await self.arm()
         await self.climb()
 
-    async def until_down(self, timeout_s: float = 200.0) -> Heartbeat:
+    async def until_down(self, timeout_s: float = STEP_S) -> Heartbeat:
         """Wait until the motors are off."""
         return await self.until(lambda b: b.state == StateName.IDLE and b.armed is False, timeout_s)
 
@@ -191,7 +189,9 @@ async def operator(url: str) -> AsyncIterator[Operator]:
 
 
 async def eventually(
-    ask: Callable[[], Awaitable[dict[str, Any]]], reached: Callable[[dict[str, Any]], bool], timeout_s: float
+    ask: Callable[[], Awaitable[dict[str, Any]]],
+    reached: Callable[[dict[str, Any]], bool],
+    timeout_s: float = PATIENCE_S,
 ) -> dict[str, Any]:
     """Ask again and again until the answer is such; real seconds. Raises AssertionError with the last answer."""
     clock = asyncio.get_running_loop().time

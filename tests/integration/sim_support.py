@@ -26,10 +26,9 @@ from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
 from hawk.sim.launch import free_udp_port
+from tests.pace import PATIENCE_S
 
 __all__ = ["Pilot", "free_tcp_port", "free_udp_port", "get_json", "simulation", "small_picture"]
-
-START_TIMEOUT_S = 60.0
 
 
 def free_tcp_port() -> int:
@@ -57,14 +56,14 @@ def simulation(*arguments: str) -> Iterator[dict[str, str]]:
             yield json.loads(process.stdout.readline())
         finally:
             process.terminate()
-            status = process.wait(10)
+            status = process.wait(PATIENCE_S)
         assert status == 0
 
 
 def get_json(url: str, body: Any = None) -> Any:
     """GET, or POST a JSON body."""
     data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(url, data), timeout=10) as answer:  # noqa: S310
+    with urllib.request.urlopen(urllib.request.Request(url, data), timeout=PATIENCE_S) as answer:  # noqa: S310
         return json.loads(answer.read())
 
 
@@ -82,7 +81,7 @@ class Pilot:
         self.landed: list[int] = []
         self.connected: list[bool] = []
         self.connection = self._mavsdk.add_any_connection_with_handle(url)
-        system = self._mavsdk.first_autopilot(START_TIMEOUT_S)
+        system = self._mavsdk.first_autopilot(PATIENCE_S)
         assert system is not None, "MAVSDK found no autopilot"
         self.system = system
         self.action = Action(system)
@@ -100,7 +99,7 @@ class Pilot:
         """Disconnect."""
         self._mavsdk.destroy()
 
-    def wait(self, condition: Callable[[], bool], timeout: float = 30.0) -> float:
+    def wait(self, condition: Callable[[], bool], timeout: float = PATIENCE_S) -> float:
         """Wait until something holds; return the seconds that it took. Fails with TimeoutError."""
         start = time.monotonic()
         with self._changed:

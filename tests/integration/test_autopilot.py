@@ -23,7 +23,7 @@ from hawk.model.plans import Fence
 from hawk.model.poses import ArmPlace, MapPose
 from hawk.model.vehicle import CopterMode, LandedState, StatusText
 from tests.integration.sim_support import free_udp_port, get_json, simulation, small_picture
-from tests.pace import speed_here
+from tests.pace import PATIENCE_S, speed_here
 
 pytestmark = pytest.mark.integration
 SPEED = speed_here(4.0)
@@ -75,7 +75,7 @@ class Rig:
     async def status(self) -> Any:
         return await self.blocking(lambda: get_json(f"{self.http}/status"))
 
-    async def until(self, true: Callable[[], bool], timeout_s: float = 30.0) -> None:
+    async def until(self, true: Callable[[], bool], timeout_s: float = PATIENCE_S) -> None:
         """Wait until something holds: it is looked at whenever the autopilot says where it is, or a while passed."""
         try:
             async with asyncio.timeout(timeout_s):
@@ -159,7 +159,7 @@ async def test_a_flight_on_the_map_with_a_reset_of_ekf_local(rig: Rig) -> None:
     assert _moved(before, after) == pytest.approx((-8.0, 10.0), abs=1.0)  # where it truly went
 
     await rig.autopilot.set_mode(CopterMode.RTL)
-    await rig.until(lambda: not rig.topics.state.value.armed, 60.0)  # type: ignore[union-attr]
+    await rig.until(lambda: not rig.topics.state.value.armed)  # type: ignore[union-attr]
     assert math.dist((rig.map.north, rig.map.east), (0.0, 0.0)) < 1.0
     await rig.until(lambda: rig.topics.state.value.landed is LandedState.ON_GROUND)  # type: ignore[union-attr]
 
@@ -206,11 +206,11 @@ async def test_kill_reaches_the_motors_while_every_other_thread_is_busy(rig: Rig
     release = threading.Event()
     loop = asyncio.get_running_loop()
     loop.set_default_executor(ThreadPoolExecutor(1, "test-default"))
-    waiting = [loop.run_in_executor(None, release.wait, 20) for _ in range(4)]
-    waiting += [loop.create_task(rig.autopilot.calls.run("busy", release.wait, 20)) for _ in range(8)]
+    waiting = [loop.run_in_executor(None, release.wait, PATIENCE_S) for _ in range(4)]
+    waiting += [loop.create_task(rig.autopilot.calls.run("busy", release.wait, PATIENCE_S)) for _ in range(8)]
     await rig.autopilot.kill()
     assert not any(each.done() for each in waiting), "Kill waited for another call"
-    await rig.until(lambda: not rig.topics.state.value.armed, 5.0)  # type: ignore[union-attr]
+    await rig.until(lambda: not rig.topics.state.value.armed)  # type: ignore[union-attr]
     release.set()
     await asyncio.gather(*waiting, return_exceptions=True)
 
@@ -224,7 +224,7 @@ async def test_pictures_carry_the_moment_of_their_light_and_find_their_pose(rig:
     try:
         await rig.ready()
         for _ in range(5):
-            async with asyncio.timeout(20):
+            async with asyncio.timeout(PATIENCE_S):
                 frame = await camera.next_frame()
             assert (frame.width, frame.height) == (1280, 720)
         assert 0.0 <= frame.arrived - frame.captured < 2.0

@@ -14,6 +14,7 @@ from hawk.comm.protocol.commands import MAX_MESSAGE_BYTES
 from hawk.survey.stack import SimulatedStack
 from hawk.web.ws import READ_LIMIT_BYTES
 from tests.integration.daemon_support import operator, over_a_picture
+from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
 
@@ -71,7 +72,7 @@ class Wire:
 
     async def answer(self) -> dict[str, Any]:
         while True:
-            found = json.loads(await self._socket.receive_str(timeout=10))
+            found = json.loads(await self._socket.receive_str(timeout=PATIENCE_S))
             if found["Type"] == "Heartbeat":
                 self.beats.append(found["Sequence"])
             elif found["Type"] != "Welcome":
@@ -79,13 +80,13 @@ class Wire:
 
     async def until_beats(self, count: int) -> None:
         while len(self.beats) < count:
-            found = json.loads(await self._socket.receive_str(timeout=10))
+            found = json.loads(await self._socket.receive_str(timeout=PATIENCE_S))
             assert found["Type"] in ("Heartbeat", "Welcome")
             if found["Type"] == "Heartbeat":
                 self.beats.append(found["Sequence"])
 
     async def closing(self) -> int | None:
-        while (message := await self._socket.receive(timeout=10)).type != aiohttp.WSMsgType.CLOSE:
+        while (message := await self._socket.receive(timeout=PATIENCE_S)).type != aiohttp.WSMsgType.CLOSE:
             assert message.type is aiohttp.WSMsgType.TEXT, message
         return int(message.data)
 
@@ -114,7 +115,7 @@ async def url(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[str]:
     try:
         found = (await stack.start()).url
         async with operator(found) as pilot:
-            await pilot.until(lambda b: b.connected and bool(b.checks), 60)
+            await pilot.until(lambda b: b.connected and bool(b.checks))
         yield found
     finally:
         await stack.stop()

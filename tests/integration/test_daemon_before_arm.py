@@ -9,7 +9,7 @@ import pytest
 from hawk.comm.protocol.commands import Arm
 from hawk.comm.protocol.heartbeat import CheckItem, Heartbeat
 from hawk.model.operation import StateName
-from tests.integration.daemon_support import LOW, health, operator, over_a_picture
+from tests.integration.daemon_support import LOW, STEP_S, health, operator, over_a_picture
 
 pytestmark = pytest.mark.integration
 
@@ -35,7 +35,7 @@ async def test_both_are_seen_before_arm_and_reported_in_flight(tmp_path: Path) -
     stack = over_a_picture(tmp_path, SETTINGS)
     try:
         async with operator((await stack.start()).url) as hand:
-            beat = await hand.until(lambda b: b.connected and bool(b.checks) and check(b, "Remote ID").passed, 120.0)
+            beat = await hand.until(lambda b: b.connected and bool(b.checks) and check(b, "Remote ID").passed, STEP_S)
             await hand.take_control()
             beat = await hand.until(lambda b: "not moved yet" in check(b, "Remote control").value)
             assert check(beat, "Remote control").value == "switch at STABILIZE (position 6), not moved yet"

@@ -20,6 +20,7 @@ from hawk.sim.launch import free_udp_port
 from hawk.survey.client import DroneClient
 from tests.integration.daemon_support import Operator
 from tests.integration.sim_support import free_tcp_port
+from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
@@ -33,7 +34,6 @@ GROWTH_MB = 40.0
 LOG_LINES = 40
 BEATS_STILL = 10
 """Heartbeats, at 5 Hz."""
-READY_S = 30.0
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ async def daemon(tmp_path: Path) -> AsyncIterator[Daemon]:
         )  # fmt: skip
         try:
             assert made.stdout is not None
-            async with asyncio.timeout(READY_S):
+            async with asyncio.timeout(PATIENCE_S):
                 line = (await made.stdout.readline()).decode()
             assert line.startswith("hawk: open "), line
             assert TOKEN not in line
             yield Daemon(made, port, log, store)
         finally:
             made.terminate()
-            async with asyncio.timeout(READY_S):
+            async with asyncio.timeout(PATIENCE_S):
                 await made.communicate()
     assert made.returncode == 0
 
@@ -108,7 +108,7 @@ async def settled_memory(daemon: Daemon, pilot: Operator) -> float:
     """Return the memory, MB, once it has stood still for two seconds: the algorithms are loaded after the start."""
     last, still = daemon.memory_mb, 0
     while still < BEATS_STILL:
-        await pilot.drone.next_heartbeat(READY_S)
+        await pilot.drone.next_heartbeat(PATIENCE_S)
         now = daemon.memory_mb
         still = still + 1 if abs(now - last) < 1.0 else 0
         last = now

@@ -91,7 +91,7 @@ async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
         assert (await flown.stack.status())["mode"] == "GUIDED"
         await kill_daemon(flown.stack)
     began = await flown.start_again()
-    await eventually(flown.stack.status, lambda s: s["mode"] == "RTL", 10)
+    await eventually(flown.stack.status, lambda s: s["mode"] == "RTL")
     assert flown.seconds_since(began) < TAKEN_UP_S
     await kill_daemon(flown.stack)
     await flown.start_again()
@@ -138,7 +138,7 @@ async def test_a_daemon_that_is_stopped_in_the_air_sends_the_drone_home_first(fl
     async with asyncio.timeout(STOP_S):
         assert await end_daemon(flown.stack) == 0
     assert (await flown.stack.status())["mode"] == "RTL"
-    down = await eventually(flown.stack.status, lambda s: s["disarmed"], 60)
+    down = await eventually(flown.stack.status, lambda s: s["disarmed"])
     assert not down["crashed"]
     await flown.start_again()
     async with operator(flown.url) as pilot:

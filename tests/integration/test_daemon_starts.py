@@ -18,12 +18,11 @@ from hawk.model.poses import GlobalPose
 from hawk.sim.launch import free_udp_port
 from hawk.store.journal import FlightJournal
 from tests.integration.sim_support import free_tcp_port
+from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.integration]
 
 CRASHED = 70
-PATIENCE_S = 90.0
-"""A start takes 2 s of a processor that stands still, and ten times that beside three flights."""
 PROGRAM = f"""
 import os, sys
 import hawk.cli

@@ -61,8 +61,6 @@ LOST_S = 1.0
 STILL_M = 0.3
 """The map as a whole moves less, and so does what is not seen again; a stall that is seen again may be placed better
 by more, and worse by no more than twice that."""
-MAP_BACK_S = 20.0
-"""So long after a crash, the drone's seconds, the map is back: vision starts after the drone is acted for."""
 FROM_HOME_M = 5.0
 FRAMES = 30
 SPEED = speed_here(3.0)
@@ -172,7 +170,7 @@ async def until_killed(stack: SimulatedStack, url: str) -> tuple[Look, Look]:
 async def until_landed_elsewhere(url: str) -> tuple[Look, Look, Look]:
     async with operator(url) as pilot:
         await pilot.until_state(StateName.COMMUNICATION_LOST)
-        await pilot.until(lambda _: pilot.drone.map.map_id is not None, MAP_BACK_S)
+        await pilot.until(lambda _: pilot.drone.map.map_id is not None)
         taken_up = await look(pilot)
         await pilot.take_control()
         await pilot.until_state(StateName.HOVER)
@@ -195,7 +193,7 @@ async def until_home(url: str) -> tuple[Look, Look, Look, Look, Look]:
             await pilot.climb()
             flying = await look(pilot)
             await explore(pilot, lambda _: True)
-        await watcher.until_state(StateName.COMMUNICATION_LOST, 20)
+        await watcher.until_state(StateName.COMMUNICATION_LOST)
         lost = await look(watcher)
         await watcher.take_control()
         await watcher.until_state(StateName.HOVER)

@@ -15,6 +15,7 @@ from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import eventually, operator, over_a_picture
 from tests.integration.sim_support import get_json
+from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
 
@@ -31,7 +32,7 @@ class Flown:
         assert self.stack.address is not None
         await asyncio.get_running_loop().run_in_executor(None, get_json, f"{self.stack.address.http}/fault", fields)
 
-    async def until(self, reached: Callable[[dict[str, Any]], bool], timeout_s: float = 20.0) -> None:
+    async def until(self, reached: Callable[[dict[str, Any]], bool], timeout_s: float = PATIENCE_S) -> None:
         """Wait for the simulator's account of the flight."""
         await eventually(self.stack.status, reached, timeout_s)
 

@@ -18,11 +18,10 @@ from hawk.model.operation import StateName
 from hawk.sim.launch import free_udp_port
 from tests.integration.daemon_support import health, operator
 from tests.integration.sim_support import free_tcp_port, small_picture
+from tests.pace import PATIENCE_S
 from tests.unit.daemon.full_pipe import full_pipe
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
-
-READY_S = 30.0
 
 
 @contextlib.asynccontextmanager
@@ -35,14 +34,14 @@ async def process(*arguments: str, stderr: int | None = None) -> AsyncIterator[a
         yield made
     finally:
         made.terminate()
-        async with asyncio.timeout(READY_S):
+        async with asyncio.timeout(PATIENCE_S):
             await made.communicate()
     assert made.returncode == 0
 
 
 async def line(made: asyncio.subprocess.Process) -> str:
     assert made.stdout is not None
-    async with asyncio.timeout(READY_S):
+    async with asyncio.timeout(PATIENCE_S):
         return (await made.stdout.readline()).decode()
 
 

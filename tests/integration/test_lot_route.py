@@ -138,7 +138,7 @@ async def fly(pilot: Operator) -> Flight:
     assert isinstance(answer_off_lot, RouteAnswer)
     refused = await pilot.drone.ask(off_lot)
     assert isinstance(refused, Ack)
-    refused_beat = await pilot.until(lambda b: b.user_error != UserError.NONE, 5.0)
+    refused_beat = await pilot.until(lambda b: b.user_error != UserError.NONE)
     answer = await pilot.drone.ask(RouteRequest(x=TARGET[0], y=TARGET[1], frame="Map"))
     assert isinstance(answer, RouteAnswer)
     await pilot.order(AutonomousMove(x=TARGET[0], y=TARGET[1], frame="Map"))
@@ -148,8 +148,8 @@ async def fly(pilot: Operator) -> Flight:
         beats.append(beat)
         return beat.state == StateName.HOVER
 
-    await pilot.until_state(StateName.AUTONOMOUS_MOVE, 5.0)
-    return Flight(answer, answer_off_lot, refused, refused_beat, beats, await pilot.until(arrived, 90.0))
+    await pilot.until_state(StateName.AUTONOMOUS_MOVE)
+    return Flight(answer, answer_off_lot, refused, refused_beat, beats, await pilot.until(arrived))
 
 
 def place(beat: Heartbeat) -> tuple[float, float]:

@@ -12,11 +12,10 @@ from pathlib import Path
 import pytest
 
 from tests.integration.sim_support import small_picture
+from tests.pace import PATIENCE_S
 
 pytestmark = pytest.mark.integration
 
-ENDS_S = 30.0
-"""Real seconds for a child on a busy machine to import its libraries and to end."""
 
 SURVEY = """
 import asyncio, os, pathlib, sys
@@ -61,7 +60,7 @@ def ends(pid: int) -> bool:
     except ProcessLookupError:
         return True
     try:
-        ended, _, _ = select.select([descriptor], [], [], ENDS_S)
+        ended, _, _ = select.select([descriptor], [], [], PATIENCE_S)
         if not ended:
             signal.pidfd_send_signal(descriptor, signal.SIGKILL)
         return bool(ended)
@@ -72,7 +71,7 @@ def ends(pid: int) -> bool:
 def pids_left_by(script: str, *arguments: str) -> list[int]:
     """Run a program that prints the pids of its children and kills itself; return them."""
     command = [sys.executable, "-c", script, *arguments]
-    program = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    program = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert program.returncode == -signal.SIGKILL, program.stderr
     return [int(word) for word in program.stdout.split()]
 

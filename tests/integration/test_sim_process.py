@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from tests.integration.sim_support import Pilot, free_udp_port, get_json, simulation, small_picture
+from tests.pace import PATIENCE_S
 
 pytestmark = pytest.mark.integration
 
@@ -26,7 +27,7 @@ RED, GREEN, BLUE = (0, 0, 220), (0, 220, 0), (220, 0, 0)
 def read_parts(url: str, count: int) -> list[tuple[float, np.ndarray]]:
     """Return stamps and pictures of the first parts of an MJPEG stream, read as any client would."""
     parts = []
-    with urllib.request.urlopen(url, timeout=20) as stream:  # noqa: S310
+    with urllib.request.urlopen(url, timeout=PATIENCE_S) as stream:  # noqa: S310
         for _ in range(count):
             head = b""
             while not head.endswith(b"\r\n\r\n"):
@@ -107,7 +108,7 @@ def test_it_ends_cleanly_while_somebody_looks(tmp_path: Path, number: int) -> No
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         url = json.loads(process.stdout.readline())["http"]
-        with urllib.request.urlopen(f"{url}/stream", timeout=20) as stream:  # noqa: S310
+        with urllib.request.urlopen(f"{url}/stream", timeout=PATIENCE_S) as stream:  # noqa: S310
             stream.read(1000)
             process.send_signal(number)
             assert process.wait(10) == 0
@@ -127,7 +128,7 @@ def test_it_ends_with_its_parent(tmp_path: Path) -> None:
         "os.kill(os.getpid(), 9)\n"
     )
     parent = subprocess.run(
-        [sys.executable, "-c", script, str(world)], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", script, str(world)], capture_output=True, text=True, timeout=PATIENCE_S, check=False
     )
     assert parent.returncode == -signal.SIGKILL
     pid = int(parent.stdout)

@@ -15,6 +15,7 @@ from hawk.worlds.generate import generate_world
 from tests.integration.daemon_support import PatientStack, operator, write_settings
 from tests.integration.sim_support import get_json
 from tests.integration.test_known_lot import BIAS, CAMERA_HZ, SETTINGS, SPEED, store_plan
+from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
@@ -30,11 +31,11 @@ async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off
         (lot,) = (await answer(None, get_json, urljoin(url, "/api/v1/lots")))["items"]
         async with operator(url) as pilot:
             await pilot.take_control()
-            async with asyncio.timeout(60.0):  # the lots are read every two seconds, once the place is known
+            async with asyncio.timeout(PATIENCE_S):  # the lots are read every two seconds, once the place is known
                 while await pilot.hand.offer(SurveyAgain(lot=lot["id"])) is not None:
                     await pilot.hand.next()
             assert "no lot has this id" in await pilot.refusal(SurveyAgain(lot="another"))
-            planned = (await pilot.until(lambda beat: beat.again_distance is not None, 60.0)).again_distance
+            planned = (await pilot.until(lambda beat: beat.again_distance is not None)).again_distance
             assert planned is not None
             await pilot.take_off()
             before = (await pilot.until(lambda beat: beat.distance_flown is not None)).distance_flown

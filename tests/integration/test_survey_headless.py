@@ -24,6 +24,7 @@ from hawk.survey.operator import SurveyOperator, SurveyOutcome, SurveyPlan
 from hawk.web.app import Page, WebServer
 from hawk.web.services import OperatorSide, WebServices
 from tests.manual_clock import ManualClock
+from tests.pace import PATIENCE_S
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, Rig
 
 TICKS_A_BEAT = 4
@@ -84,7 +85,7 @@ class Flight:
         """Let time pass while the operator works."""
         time = asyncio.create_task(self.pass_time(drone, watch), name="time")
         try:
-            async with asyncio.timeout(60):
+            async with asyncio.timeout(PATIENCE_S):
                 return await work
         finally:
             time.cancel()

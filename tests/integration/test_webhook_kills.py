@@ -25,6 +25,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.sim.launch import free_udp_port
 from tests.integration.sim_support import free_tcp_port
+from tests.pace import PATIENCE_S
 from tests.unit.lots.surveys import later, survey
 
 pytestmark = [pytest.mark.integration]
@@ -34,8 +35,6 @@ RECEIVER = ROOT / "tests" / "unit" / "webhooks" / "killed_receiver.py"
 KILLS = int(os.environ.get("WEBHOOK_KILLS", "3"))
 A_LIFE = 6
 """Surveys that appear before each start of the daemon: it sends them at once."""
-START_S = 90.0
-"""A start takes some seconds of a processor that stands still, and ten times that beside three flights."""
 END_S = 400.0
 """The longest wait between two tries of a report that has failed four times is five minutes."""
 SETTINGS = """
@@ -64,7 +63,7 @@ class Programs:
         )
         self._running["receiver"] = made
         assert made.stdout is not None
-        async with asyncio.timeout(START_S):
+        async with asyncio.timeout(PATIENCE_S):
             self._port = int(await made.stdout.readline())
 
     async def start_daemon(self) -> None:
@@ -104,7 +103,7 @@ class Programs:
 
     async def until_more(self, lines: int) -> None:
         """Wait until the receiver has got more than N messages."""
-        async with asyncio.timeout(START_S):
+        async with asyncio.timeout(PATIENCE_S):
             while len(self.received.read_text().splitlines()) <= lines:  # noqa: ASYNC110 - another program's file
                 await asyncio.sleep(0.02)
 

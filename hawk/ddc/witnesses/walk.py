@@ -111,8 +111,8 @@ class Scale:
     ``accuracy``: the receiver's own, metres; None where it gives none.
     """
 
-    learned: complex = 0j
-    is_proven: bool = False
+    learned: complex
+    is_proven: bool
     accuracy: float | None = None
 
     def allowed(self, off: float, moved: float, share: float) -> float:

@@ -18,6 +18,7 @@ from shapely import Polygon, contains_xy, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
+from hawk.lots.answers import Comparison, FoundStall, MissedStall
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.queries import all_stalls
@@ -97,21 +98,20 @@ def compare(connection: Connection, lot: str, row: RowMapping) -> Compared:
     return Compared(int(row["seq"]), str(row["id"]), found, tuple(within(well_seen, missed)), well_seen)
 
 
-def newest_registered(connection: Connection, lot: str) -> dict[str, Any] | None:
-    """Return how the newest registered survey differs from the layout, as JSON values; None without one.
+def newest_registered(connection: Connection, lot: str) -> Comparison:
+    """Return how the newest registered survey differs from the layout.
 
     ``found``: its stalls that the layout lacks, in the lot's frame, without those in areas without stalls; ``missed``:
     stalls of the layout on ground that it saw, which it did not find.
     """
     row = next((row for row in placed_surveys(connection, lot) if row["placed"] == Placed.REGISTERED), None)
     if row is None:
-        return None
+        return Comparison(survey=None, found=[], missed=[])
     compared = compare(connection, lot, row)
-    return {
-        "survey": compared.survey,
-        "found": [found_json(stall) for stall in compared.found],
-        "missed": [{"id": stall.id, "label": stall.label} for stall in compared.missed],
-    }
+    return Comparison(
+        survey=compared.survey, found=[FoundStall(**found_json(stall)) for stall in compared.found],
+        missed=[MissedStall(id=stall.id, label=stall.label) for stall in compared.missed],
+    )  # fmt: skip
 
 
 def found_json(stall: Detection) -> dict[str, Any]:

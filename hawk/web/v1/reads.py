@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson
 from hawk.lots import lists, queries
-from hawk.lots.answers import Comparison, Part
+from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.lists import Asked
 from hawk.lots.registration.survey_place import datum_of
@@ -136,8 +136,7 @@ def plan(connection: Connection, asked: Request[forms.PlanPart]) -> Answer:
 def comparison(connection: Connection, asked: Request[Query]) -> Answer:
     """Return how the newest registered survey of a lot differs from its layout."""
     queries.lot_row(connection, asked.id)
-    found = newest_registered(connection, asked.id)
-    return Answer(Comparison(survey=None, found=[], missed=[]) if found is None else found)
+    return Answer(newest_registered(connection, asked.id))
 
 
 def places(connection: Connection, asked: Request[Query]) -> Answer:

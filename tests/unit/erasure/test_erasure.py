@@ -14,7 +14,7 @@ from mcap.writer import Writer
 from hawk.cli import main
 from hawk.config.sections import StoreSettings
 from hawk.erasure.erasure import erase
-from hawk.lots import commands, queries, shares
+from hawk.lots import commands, lists, shares
 from hawk.lots.ingest import save
 from hawk.lots.schema import VERSION
 from hawk.lots.storage import erasure
@@ -27,6 +27,7 @@ from hawk.store.recordings import MARK
 from hawk.store.replay import METADATA
 from hawk.store.store_lock import FILE as RUNNING
 from hawk.store.store_lock import held_store
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, box, later, survey
 from tests.unit.lots.test_training_set import mosaic
 
@@ -45,11 +46,11 @@ class Kept:
         store = Database(folder / FILE)
         with store.writing() as connection:
             saved = [save(connection, each) for each in (one, two, far)]
-            self.lot, self.other = (each["id"] for each in queries.lots(connection)["lots"])
+            self.lot, self.other = (each["id"] for each in whole.lots(connection))
             commands.rename(connection, self.lot, NAME, "operator", BEGAN)
             commands.rename(connection, self.other, OTHER_NAME, "operator", BEGAN)
             shares.share(connection, self.lot, {"days": 3}, BEGAN)
-            self.stalls = [each["id"] for each in queries.lot(connection, self.lot)["stalls"]]
+            self.stalls = [each["id"] for each in whole.stalls(connection, self.lot)]
         store.close()
         self.surveys = [each.survey for each in saved]
         self.names = [each.name for each in (one, two, far)]
@@ -123,8 +124,8 @@ def test_of_a_lot_no_byte_is_left(kept: Kept) -> None:
     assert kept.holds(*kept.secret) == set()
     opened = Database(kept.folder / FILE)
     with opened.writing() as connection:
-        assert [lot["name"] for lot in queries.lots(connection)["lots"]] == [OTHER_NAME]
-        assert len(queries.lot(connection, kept.other)["stalls"]) == 40
+        assert [lot["name"] for lot in whole.lots(connection)] == [OTHER_NAME]
+        assert len(whole.stalls(connection, kept.other)) == 40
         save(connection, later(survey(), 9))
     opened.close()
 
@@ -200,7 +201,8 @@ def test_everything_is_erased_but_the_settings_and_the_tokens(kept: Kept) -> Non
     assert kept.holds(*kept.secret, OTHER_NAME) == set()  # the store is a new one, which knows hashes of what is gone
     opened = Database(kept.folder / FILE)
     with opened.reading() as connection:
-        assert queries.lots(connection) == {"lots": [], "undecided": [], "changes": []}
+        assert (whole.lots(connection), whole.surveys(connection)) == ([], [])
+        assert lists.changes(connection, whole.ALL).items == []
     opened.close()
 
 

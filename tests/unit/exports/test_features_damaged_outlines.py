@@ -44,8 +44,6 @@ WRONG = {
 AROUND, PERIOD = Box(4.9, 51.9, 5.1, 52.1), period_of(None, None, "UTC")
 Door = Callable[[Connection, Stored], object]
 DOORS: dict[str, Door] = {
-    "lots": lambda c, stored: queries.lots(c),
-    "lot": lambda c, stored: queries.lot(c, stored.lot),
     "listed lots": lambda c, stored: lists.lots(c, Asked()),
     "listed lot": lambda c, stored: lists.lot(c, stored.lot),
     "listed zones": lambda c, stored: lists.zones(c, stored.lot, Asked()),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hawk.lots import commands, queries
+from hawk.lots import commands
 from hawk.lots.change_detection import proposals
 from hawk.lots.change_log import Done
 from hawk.lots.ingest import save
@@ -15,6 +15,7 @@ from hawk.lots.plan import edits
 from hawk.lots.registration.frames import same_stalls
 from hawk.lots.storage.database import Database
 from hawk.lots.values import Detection, FinishedSurvey, KnownGround, MappedGround, Register, Registration, Saved
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import A_ROW, later, survey
 
 NOW = 1_770_900_000.0
@@ -91,7 +92,7 @@ class Archive:
 
     def read(self) -> dict[str, Any]:
         with self.store.reading() as connection:
-            return {**queries.lot(connection, self.lot), "revision": 0}
+            return {**whole.lot(connection, self.lot), "revision": 0}
 
     def stalls(self) -> dict[str, str]:
         """Return the ids of the stalls by label."""

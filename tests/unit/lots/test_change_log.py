@@ -12,12 +12,13 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
-from hawk.lots import commands, queries
+from hawk.lots import commands
 from hawk.lots.change_log import Group, net, packed, unpacked
 from hawk.lots.ingest import save
 from hawk.lots.schema import CHANGE, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.values import LotStoreError, Registration
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, DATUM, box, later, survey
 
 FAST = {"synchronous": 0}
@@ -152,7 +153,7 @@ def test_a_name_is_undone_whatever_else_of_the_lot_was_changed_since(tmp_path: P
         seq = change_name(connection, lots)
         merge(connection, lots)
         assert commands.undo(connection, seq, BEGAN) == "name"
-        assert {each["name"] for each in queries.lots(connection)["lots"]} == {"Lot 1"}
+        assert {each["name"] for each in whole.lots(connection)} == {"Lot 1"}
     store.close()
 
 

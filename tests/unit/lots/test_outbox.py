@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
-from hawk.lots import commands, outbox, queries
+from hawk.lots import commands, outbox
 from hawk.lots.ingest import save
 from hawk.lots.outbox import DAY_S, KEPT_S, TRIED_S, WAITS_S
 from hawk.lots.schema import DELIVERY, OUTBOX
 from hawk.lots.storage.database import Database
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, box, later, survey
 
 NOW = BEGAN + 1000
@@ -38,7 +39,7 @@ def test_a_survey_and_a_layout_are_messages_of_their_own_transaction(store: Data
 
 def test_a_change_of_the_layout_is_a_message(store: Database) -> None:
     with store.writing() as connection:
-        lot = queries.lots(connection)["lots"][0]["id"]
+        lot = whole.lots(connection)[0]["id"]
         part = [list(corner) for corner in box(-10, -4, 15, 10).polygons[0]]
         commands.split(connection, lot, {"name": "South", "outline": part}, "operator", NOW)
         bodies = [json.loads(row) for row in connection.execute(select(OUTBOX.c.body)).scalars()]

@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 from sqlalchemy import update
 
-from hawk.lots import commands, queries
+from hawk.lots import commands
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import NotFoundError
 from hawk.model.lot_map import StallState
 from hawk.stats.surveys import surveys_use
+from tests.unit.lots import whole
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
 
@@ -61,14 +62,14 @@ def test_a_deleted_survey_is_in_no_list_and_comes_back_whole(store: Database) ->
     lot = lot_of(store, seen({}), later(seen({1: StallState.TAKEN}), 1))
     with store.writing() as connection:
         before = surveys_use(connection, lot, EVER).model_dump(mode="json")
-        stalls = queries.lot(connection, lot)["stalls"]
+        stalls = whole.stalls(connection, lot)
         done = commands.delete(connection, before["surveys"][0]["id"], "operator", 1.8e9)
         (left,) = surveys_use(connection, lot, EVER).model_dump(mode="json")["surveys"]
         assert left == before["surveys"][1]
-        assert all(each["state"] == "free" for each in queries.lot(connection, lot)["stalls"])
+        assert all(each["state"] == "free" for each in whole.stalls(connection, lot))
         assert commands.undo(connection, done.seq, 1.8e9 + 1) == "delete"
         assert surveys_use(connection, lot, EVER).model_dump(mode="json") == before
-        assert queries.lot(connection, lot)["stalls"] == stalls
+        assert whole.stalls(connection, lot) == stalls
 
 
 def test_a_lot_that_is_not_there_is_named(store: Database) -> None:

@@ -34,7 +34,7 @@ describe("the bar on every view", () => {
   it("goes to another lot, whose name is text; its surveys are others", async () => {
     const { top, written } = await bar(`#/lots/${LOT}/${OTHER}`);
     const select = top.querySelector("select")!;
-    assert.equal(select.options[0]?.textContent?.trim(), HTML);
+    assert.equal(select.options[0]?.textContent.trim(), HTML);
     select.value = OTHER;
     select.dispatchEvent(new Event("change", { bubbles: true }));
     assert.deepEqual(written, [[`#/lots/${OTHER}`, false]]);

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from hawk.cli import main
-from hawk.lots import queries
 from hawk.lots.storage.database import Database
+from tests.unit.lots import whole
 from tests.unit.lots.plan_import.imports import drawn, geojson
 
 pytestmark = pytest.mark.slow  # each file is read by a process of its own
@@ -24,7 +24,7 @@ def lots(folder: Path) -> dict[str, int]:
     store = Database(folder / "store" / "lots.db")
     try:
         with store.reading() as connection:
-            return {each["name"]: each["stalls"] for each in queries.lots(connection)["lots"]}
+            return {each["name"]: each["stalls"] for each in whole.lots(connection)}
     finally:
         store.close()
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from hawk.daemon.lots.known_lot import KnownLotFollower
-from hawk.lots import queries
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
 from hawk.lots.store import LotStore
 from hawk.model.poses import GlobalPose
 from tests.unit.comm.waiting import until
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, DATUM, survey
 
 LOOK_S = 0.01
@@ -135,9 +135,6 @@ async def test_the_plan_lies_where_the_receiver_places_it(drone: Drone) -> None:
     drone.datum = GlobalPose(DATUM.latitude + 10 / 111_200, DATUM.longitude, 0.0)
     await drone.follower.look()
     assert drone.follower.current is not None
-    shown = await drone.store.read(lambda c: queries.lot(c, drone.follower.current.id))  # type: ignore[union-attr]
-    off = [
-        known.north - stall["north"]
-        for known, stall in zip(drone.follower.current.stalls, shown["stalls"], strict=True)
-    ]
+    shown = await drone.store.read(lambda c: whole.stalls(c, drone.follower.current.id))  # type: ignore[union-attr]
+    off = [known.north - stall["north"] for known, stall in zip(drone.follower.current.stalls, shown, strict=True)]
     assert off == pytest.approx([-10.0] * 40, abs=0.05)

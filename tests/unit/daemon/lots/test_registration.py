@@ -15,7 +15,7 @@ from sqlalchemy import select, update
 
 from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.daemon.lots.registration import registration
-from hawk.lots import change_log, commands, queries
+from hawk.lots import change_log, commands
 from hawk.lots.ingest import save
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.schema import LOT as LOT_TABLE
@@ -36,6 +36,7 @@ from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 from tests.unit.algo.registration.lots import PITCH_M, flown_again, map_of, rows
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, DATUM
 
 LOT = map_of(rows([14, 9, 12, 6], [0.0, 5.0, 1.5, 14.0]))
@@ -101,7 +102,7 @@ def row_of(store: Database, seq: int) -> dict[str, Any]:
 
 def shown(store: Database, lot: str | None) -> dict[str, Any]:
     with store.reading() as connection:
-        return queries.lot(connection, str(lot))
+        return whole.lot(connection, str(lot))
 
 
 def about_middle(turn_deg: float, shift: tuple[float, float], known: StallMap = LOT) -> Placement:

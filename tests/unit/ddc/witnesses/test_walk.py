@@ -33,7 +33,7 @@ from hawk.ddc.witnesses.walk import (
 from hawk.ddc.witnesses.walk import wander as wandered
 from hawk.model.pictures import GroundAgain, GroundStep
 
-PROVEN = Scale(is_proven=True)
+PROVEN = Scale(0j, is_proven=True)
 
 
 def test_an_honest_receiver_wanders_some_metres_in_ten_minutes() -> None:
@@ -83,7 +83,7 @@ def test_sways_below_two_metres_are_no_path() -> None:
     ],
 )
 def test_a_scale_explains_a_share_of_the_movement(off: float, moved: float, is_proven: bool, allowed: float) -> None:
-    assert Scale(is_proven=is_proven).allowed(off, moved, 0.06) == pytest.approx(allowed)
+    assert Scale(0j, is_proven).allowed(off, moved, 0.06) == pytest.approx(allowed)
 
 
 def looked(before: Sample, now: Sample, scale: Scale = PROVEN, share: float = NET_SHARE) -> Found:
@@ -110,7 +110,7 @@ def test_a_record_takes_off_what_the_scale_the_path_and_the_gaps_explain() -> No
     assert far.beyond == pytest.approx(8.0 - wander(10.0) - PATH_SHARE * 100.0 - MOVING_M)
     tilted = looked(Sample(10.0, 0j, 0j, tilt=1 + 0j), Sample(20.0, 8 + 0j, 0j, tilt=1j))
     assert tilted.beyond == pytest.approx(8.0 - wander(10.0) - math.sqrt(2.0))
-    worse = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0), Scale(is_proven=True, accuracy=5.0))
+    worse = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=5.0, noise=1.0), Scale(0j, is_proven=True, accuracy=5.0))
     assert worse.beyond == pytest.approx(8.0 - wander(10.0, 5.0))
     high = looked(before, Sample(20.0, 9 + 0j, 2 + 0j, flown=105.0, noise=1.0, height=50.0))
     assert high.beyond == pytest.approx(8.0 - wander(10.0) - PATH_SHARE * 100.0 - 2 * MOVING_M - FLOOR_M)
@@ -307,3 +307,24 @@ def test_how_far_the_drone_is_off_counts_from_what_the_picture_showed_last_while
     assert walk.off_by(again, 0j, 15.0) == 5j
     assert walk.off_by(again, 0j, 25.0) == 4j
     assert walk.off_by(again, 0.1 + 0j, 15.0) == pytest.approx(5j - 1.0)
+    assert walk.off_by(GroundAgain(5.0, (0.0, 6.0), (20.0, 0.0), 0.0), 0.1 + 0j, 15.0) == 6j - 2.0, "never looked at"
+
+
+def test_a_movement_that_is_seen_stretched_and_turned_since_an_earlier_moment_agrees_with_the_report() -> None:
+    warp = cmath.exp(complex(-0.5, 0.3))
+    before = Sample(0.0, 0j, 0j, 3 + 1j, warp)
+    now = Sample(9.0, 5 + 0j, 8 + 2j, 3 + 1j + warp * (8 + 2j), warp)
+    assert abs(now.off_since(before)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_gap_is_bridged_in_the_ground_as_it_was_seen_at_its_begin() -> None:
+    """Each picture shows the ground 5 % larger: after 20 of them a metre of the gap is .37 m of the first picture."""
+    walk, seen = SlowWalk(), 1 + 0j
+    walk.look(step(0.0), PROVEN, False)
+    for k in range(1, 21):
+        seen *= math.exp(0.05)
+        grown = GroundStep(0.05 * k - 0.05, 0.05 * k, (seen.real, 0.0), (1.0, 0.0), 0.05, 0.0, 20.0)
+        assert walk.look(grown, PROVEN, False).beyond < 0.0
+    walk.bridge(9j, 0.0)
+    found = walk.look(step(1.4), PROVEN, False)
+    assert abs(found.off) == pytest.approx(9.0 * math.exp(-1.0), rel=0.1)

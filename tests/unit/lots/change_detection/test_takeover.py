@@ -65,7 +65,7 @@ def test_new_stalls_have_the_look_of_the_survey_that_found_them_and_ended_ones_l
     archive.take_over(saved.survey, begin="all", end="all")
     shown = {each["label"]: each for each in archive.read()["stalls"]}
     states = {stall.id: stall.state.value for stall in repainted(2).stalls}
-    new = [each for label, each in shown.items() if each["looked"] is not None and label not in archive_labels()]
+    new = [each for label, each in shown.items() if each["observed"] is not None and label not in archive_labels()]
     assert sorted(each["state"] for each in new) == sorted(states[number] for number in range(21, 39))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from hawk.lots import queries
+from hawk.lots import lists
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
 from hawk.lots.plan.edits import IDLE_S
@@ -22,6 +22,7 @@ from hawk.lots.values import (
     NotFoundError,
     Registration,
 )
+from tests.unit.lots import whole
 from tests.unit.lots.plan.plans import FAST, Person
 from tests.unit.lots.surveys import later, survey
 
@@ -40,7 +41,7 @@ def beside(person: Person) -> Person:
 
 def shown_lot(person: Person) -> dict[str, Any]:
     with person.store.reading() as connection:
-        return queries.lot(connection, person.lot)
+        return whole.lot(connection, person.lot)
 
 
 def test_a_second_person_sees_who_edits_and_since_when(ann: Person) -> None:
@@ -162,8 +163,8 @@ def test_a_closed_edit_is_undone_as_one_change_once(ann: Person) -> None:
     changed = ann.close()
     assert changed["layout"] == 2
     with ann.store.reading() as connection:
-        (listed,) = queries.lots(connection)["changes"]
-    assert (listed["seq"], listed["kind"], listed["who"]) == (changed["seq"], "plan", "Ann")
+        (listed,) = lists.changes(connection, whole.ALL).items
+    assert (listed.seq, listed.kind, listed.who) == (changed["seq"], "plan", "Ann")
     assert ann.undo_change(changed["seq"]) == "plan"
     assert (ann.shown(), shown_lot(ann)["layouts"]) == (before, layouts)
     with pytest.raises(LotStoreError, match="was undone already; make the change again"):

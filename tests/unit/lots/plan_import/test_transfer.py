@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from hawk.lots import queries
 from hawk.lots.ingest import save
 from hawk.lots.values import LotInputError, LotStoreError, Placed
+from tests.unit.lots import whole
 from tests.unit.lots.plan_import.imports import Importer, drawn, geojson, importer
 from tests.unit.lots.surveys import survey
 
@@ -126,7 +126,7 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
     far = geojson(drawn(24, a_row=12, north=5000.0))
     made = person.begin(far)
     with person.store.reading() as connection:
-        lot = queries.lot(connection, made["lot"])
+        lot = whole.lot(connection, made["lot"])
     assert [stall["label"] for stall in lot["stalls"]] == [str(number) for number in range(1, 25)]
     assert all(stall["is_confirmed"] for stall in lot["stalls"])
     assert (lot["name"], lot["datum_is_pinned"], lot["surveys"]) == ("North", True, [])
@@ -137,7 +137,7 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
         person.begin(far, "Again")
     assert person.undo_change(made["seq"]) == "import"
     with person.store.reading() as connection:
-        assert [each["name"] for each in queries.lots(connection)["lots"]] == ["Lot 1"]
+        assert [each["name"] for each in whole.lots(connection)] == ["Lot 1"]
 
 
 @pytest.mark.slow
@@ -168,4 +168,4 @@ def test_a_plan_of_20_000_stalls_makes_a_lot_and_is_undone(tmp_path: Path) -> No
     assert {*person.stalls()} == {str(number) for number in range(1, 20_001)}
     person.undo_change(made["seq"])
     with person.store.reading() as connection:
-        assert [each["name"] for each in queries.lots(connection)["lots"]] == ["Lot 1"]
+        assert [each["name"] for each in whole.lots(connection)] == ["Lot 1"]

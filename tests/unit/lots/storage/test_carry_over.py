@@ -13,7 +13,7 @@ import pytest
 from sqlalchemy import select, update
 
 from hawk.cli import main
-from hawk.lots import commands, queries, shares
+from hawk.lots import commands, shares
 from hawk.lots.ingest import save
 from hawk.lots.schema import SHARE, SURVEY
 from hawk.lots.storage.backup import restore
@@ -21,6 +21,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import damaged_parts
 from hawk.lots.storage.erasure import erased_id
 from hawk.model.poses import GlobalPose
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, box, later, survey
 
 NOW = BEGAN + 60.0
@@ -43,7 +44,7 @@ class Kept:
             self.surveys = [
                 save(connection, each).survey for each in (survey(stalls=6), later(survey(stalls=6), 2), far)
             ]
-            self.lot, self.other = (lot["id"] for lot in queries.lots(connection)["lots"])
+            self.lot, self.other = (lot["id"] for lot in whole.lots(connection))
             commands.rename(connection, self.lot, "North", "operator", BEGAN)
             made = [shares.share(connection, self.lot, {"days": days}, BEGAN) for days in (3, 30)]
             self.links = [link["id"] for link in made]
@@ -181,7 +182,7 @@ def test_a_survey_that_was_moved_before_its_lot_was_erased_is_kept(kept: Kept) -
     assert kept.there() == {kept.other, kept.surveys[1], kept.surveys[2]}
     store = Database(kept.path)
     with store.reading() as connection:
-        assert [each["id"] for each in queries.lots(connection)["undecided"]] == [kept.surveys[1]]
+        assert [each["id"] for each in whole.surveys(connection) if each["placed"] == "undecided"] == [kept.surveys[1]]
         assert connection.execute(select(SURVEY.c.lot).where(SURVEY.c.id == kept.surveys[1])).scalar() is None
     store.close()
 

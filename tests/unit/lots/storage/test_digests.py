@@ -23,6 +23,7 @@ from hawk.lots.storage.backup import backup, damage_in, restore
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import Part, damaged_parts
 from hawk.lots.values import LotStoreError, Placed
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, later, survey
 
 NAME = "Behind the cinema"
@@ -51,7 +52,7 @@ def _fill(path: Path) -> str:
         with store.writing() as connection:
             save(connection, later(survey(stalls=12), number, hours=number))
     with store.writing() as connection:
-        lot = str(queries.lots(connection)["lots"][0]["id"])
+        lot = str(whole.lots(connection)[0]["id"])
         commands.rename(connection, lot, NAME, "operator", BEGAN)
         shares.share(connection, lot, {"days": 3}, BEGAN)
     store.close()
@@ -78,8 +79,8 @@ def shown(path: Path) -> tuple[str, str]:
     store = Database(path)
     try:
         with store.reading() as connection:
-            lots = queries.lots(connection)
-            return json.dumps([lots, [queries.lot(connection, lot["id"]) for lot in lots["lots"]]]), store.notice
+            lots = whole.lots(connection)
+            return json.dumps([lots, [whole.lot(connection, lot["id"]) for lot in lots]]), store.notice
     finally:
         store.close()
 
@@ -103,12 +104,12 @@ def test_whatever_the_program_writes_has_its_digests(tmp_path: Path) -> None:
     store = Database(path)
     with store.writing() as connection:
         edit = edits.open_edit(connection, lot, {"who": "Ada"}, BEGAN)["edit"]
-        stall = queries.lot(connection, lot)["stalls"][0]["id"]
+        stall = whole.stalls(connection, lot)[0]["id"]
         move = {"do": "confirm", "stalls": [stall]}
         edits.do(connection, lot, {"edit": edit, "operation": move}, BEGAN)
         edits.close(connection, lot, {"edit": edit}, BEGAN)
     with store.writing() as connection:
-        first = queries.lot(connection, lot)["surveys"][0]["id"]
+        first = whole.surveys(connection, lot)[0]["id"]
         done = commands.move(connection, first, {"lot": None}, "operator", BEGAN, None)
     with store.writing() as connection:
         commands.undo(connection, done.seq, BEGAN)
@@ -194,7 +195,7 @@ def test_a_damaged_survey_is_passed_over_and_named(tmp_path: Path, capsys: pytes
     spoil(path, "UPDATE observation SET taken = 1 - taken WHERE survey = 1 AND stall = 3", Part("survey", "1"))
     store = Database(path)
     with store.reading() as connection:
-        shown = queries.lot(connection, lot)["surveys"]
+        shown = whole.surveys(connection, lot)
         assert len(shown) == 2
         assert connection.execute(select(SURVEY.c.seq)).scalars().all() == [2, 3]
     with store.writing() as connection:
@@ -223,14 +224,14 @@ def test_what_is_damaged_while_the_store_is_open_is_refused_where_it_is_read(tmp
     lot = filled(path)
     store = Database(path)
     with store.reading() as connection:
-        first = queries.lot(connection, lot)["surveys"][0]["id"]
-        queries.lot(connection, lot)
+        first = whole.surveys(connection, lot)[0]["id"]
+        whole.lot(connection, lot)
     spoil(path, "UPDATE stall SET label = 'B9' WHERE key = 1", Part("lot", lot))
     spoil(path, "UPDATE observation SET taken = 1 - taken WHERE stall = 1", Part("survey", "1"))
     for access in (store.reading, store.writing):
         with access() as connection:
             with pytest.raises(LotStoreError, match="lot: it is damaged on the disk"):
-                queries.lot(connection, lot)
+                whole.lot(connection, lot)
             with pytest.raises(LotStoreError, match="survey: it is damaged on the disk"):
                 queries.survey_row(connection, first)
     store.close()
@@ -263,9 +264,9 @@ def test_what_is_written_into_a_damaged_part_heals_nothing(tmp_path: Path) -> No
         store = Database(path)
         assert store.damaged == (Part("lot", lot),)
         with store.reading() as connection:
-            assert queries.lots(connection)["lots"] == []
+            assert whole.lots(connection) == []
             with pytest.raises(LotStoreError, match="lot: it is damaged on the disk"):
-                queries.lot(connection, lot)
+                whole.lot(connection, lot)
         with store.writing() as connection:
             connection.exec_driver_sql("UPDATE stall SET kind = 'wide' WHERE key = 2")
         store.close()

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, select, update
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, lots, surveys
 from hawk.exports.records import read_survey
-from hawk.lots import lists, queries
+from hawk.lots import lists
 from hawk.lots.ingest import save
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
@@ -18,6 +18,7 @@ from hawk.lots.survey.counts import counts_of
 from hawk.lots.values import FinishedSurvey, Placed
 from hawk.model.lot_map import StallState
 from hawk.stats.surveys import surveys_use
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import later, survey
 from tests.unit.stats.test_panel import EVER
 
@@ -57,8 +58,7 @@ def test_a_survey_on_the_layout_counts_the_stalls_of_the_lot_everywhere_as_in_it
         assert wanted != own._asdict()
         assert counted(connection, 2) == wanted
         shown = (
-            queries.lot(connection, first.lot)["surveys"][1],
-            queries.lot(connection, first.lot)["last_survey"],
+            whole.lot(connection, first.lot)["last_survey"],
             lists.surveys(connection, lists.Asked()).items[1].model_dump(),
             lists.survey(connection, last.survey).model_dump(),
             surveys_use(connection, first.lot, EVER).model_dump(mode="json")["surveys"][0],

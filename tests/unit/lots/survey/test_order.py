@@ -14,7 +14,6 @@ from hawk.exports.features import Choice, extent, lots, stalls
 from hawk.exports.feed_table import FEEDS, VALID_S, Span
 from hawk.exports.feeds import valid_at
 from hawk.exports.records import read_survey, survey_of, surveys_of
-from hawk.lots import queries
 from hawk.lots.ingest import save
 from hawk.lots.schema import OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
@@ -23,6 +22,7 @@ from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
 from hawk.stats.panel import NO_TIME, NOT_YET, read_panel
 from hawk.stats.period import period_of
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, later, survey
 
 NOW = BEGAN + 10 * 86_400
@@ -57,13 +57,13 @@ def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_surve
     assert last.lot is not None
     ended = utc(later(survey(), 2, 48.0).ended)
     with store.reading() as connection:
-        lot = queries.lot(connection, last.lot)
+        lot = whole.lot(connection, last.lot)
         assert lot["last_survey"]["id"] == last.survey
         assert lot["newest_registered"]["survey"] == last.survey
         assert survey_of(connection, last.lot) == last.survey
         assert surveys_of(connection, last.lot)[1] == earlier.survey
         assert [each["properties"]["surveyed"] for each in lots(connection, Choice()).features] == [ended]
-        shown = {stall["id"]: stall["looked"] for stall in lot["stalls"]}
+        shown = {stall["id"]: stall["observed"] for stall in lot["stalls"]}
         of_last = OBSERVATION.c.survey.in_(select(SURVEY.c.seq).where(SURVEY.c.id == last.survey))
         looks = STALL.join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
         seen = connection.execute(select(STALL.c.id, OBSERVATION.c.looked).select_from(looks).where(of_last)).all()
@@ -79,7 +79,7 @@ def test_pictures_of_a_later_day_are_the_last_survey(store: Database) -> None:
     last = saved(store, pictures(2, 24.0))
     assert last.lot is not None
     with store.reading() as connection:
-        assert queries.lot(connection, last.lot)["last_survey"]["id"] == last.survey
+        assert whole.lot(connection, last.lot)["last_survey"]["id"] == last.survey
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_a_landing_follows_those_before_it_whatever_its_clock_says(store: Databa
     stepped = saved(store, later(survey(seed=2), 2, -1000.0))
     with store.reading() as connection:
         assert stepped.lot is not None
-        assert queries.lot(connection, stepped.lot)["last_survey"]["id"] == stepped.survey
+        assert whole.lot(connection, stepped.lot)["last_survey"]["id"] == stepped.survey
     earlier = saved(store, pictures(3, -10.0))
     with store.reading() as connection:
         order = connection.execute(select(SURVEY.c.id).order_by(*newest_first())).scalars().all()
@@ -132,13 +132,13 @@ def test_a_moment_that_is_not_sure_decides_nothing(
         if is_stored_before:  # by a program that believed it
             row = SURVEY.c.id == wrong.survey
             connection.execute(update(SURVEY).where(row).values(time_is_sure=is_sure))
-        lot = queries.lot(connection, flown.lot)
+        lot = whole.lot(connection, flown.lot)
         assert lot["last_survey"]["id"] == survey_of(connection, flown.lot) == flown.survey
         assert {each["id"]: each["time_is_sure"] for each in lot["surveys"]} == {
             flown.survey: True,
             wrong.survey: False,
         }
-        assert {stall["looked"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
+        assert {stall["observed"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
         panel = read_panel(connection, flown.lot, period_of(None, None, None))
         assert [each.id for each in panel.surveys] == [flown.survey]
         assert [(each.survey, each.why) for each in panel.left_out] == [(wrong.survey, why)]

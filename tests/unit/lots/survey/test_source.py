@@ -12,13 +12,13 @@ from sqlalchemy import Connection, select
 from hawk.exports.features import Choice, surveys
 from hawk.exports.records import read_survey
 from hawk.exports.text_files import about_survey
-from hawk.lots import queries
 from hawk.lots.ingest import save
 from hawk.lots.schema import OUTBOX, SURVEY
 from hawk.lots.storage.backup import backup, restore
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import LIMIT_WORDS, Limit, PictureSource, SourceKind, SurveyKind
 from hawk.lots.values import LONGEST_NAME, FinishedSurvey, fitting_name
+from tests.unit.lots import whole
 from tests.unit.lots.surveys import later, survey
 
 ORTHOPHOTO = PictureSource(SourceKind.ORTHOPHOTO, "north.tif", (Limit.COARSE, Limit.PARTLY))
@@ -50,7 +50,7 @@ def test_the_source_is_stored_and_shown_wherever_a_survey_is(store: Database) ->
         saved = save(connection, of_pictures())
         assert sources(connection) == [ORTHOPHOTO]
         (feature,) = surveys(connection, Choice()).features
-        shown = queries.lot(connection, saved.lot or "")["surveys"][0]
+        shown = whole.surveys(connection, saved.lot)[0]
         about = about_survey(read_survey(connection, saved.survey))
         message = json.loads(connection.execute(select(OUTBOX.c.body).where(OUTBOX.c.kind == "survey")).scalar_one())
     wanted = {"kind": "picture", "source": "orthophoto", "source_name": "north.tif", "limits": ["coarse", "partly"]}

@@ -27,10 +27,11 @@ def test_the_rules_name_what_the_store_has() -> None:
 
 @pytest.mark.slow
 async def test_the_store_has_surveys_of_one_lot_and_one_whose_time_is_not_sure(tmp_path: Path) -> None:
-    from hawk.lots import queries
+    from hawk.lots import lists
 
     store = await filled(tmp_path)
-    found = await store.read(queries.lots)
+    found = await store.read(lambda connection: lists.lots(connection, lists.Asked()))
     await store.close()
-    (lot,) = found["lots"]
-    assert (lot["stalls"], lot["survey_count"], lot["last_survey"]["time_is_sure"]) == (40, 4, False)
+    (lot,) = found.items
+    assert lot.last_survey is not None
+    assert (lot.stalls, lot.survey_count, lot.last_survey.time_is_sure) == (40, 4, False)
