@@ -193,7 +193,9 @@ async def test_axe_finds_nothing_on_a_phone_and_on_a_desk(
             await expect(page.locator("html")).to_have_attribute("lang", language)
             await page.wait_for_load_state("networkidle")
             faults = await page.evaluate(RUN_AXE)
-            await page.screenshot(path=screenshots / f"over-time-{language}-{theme}-{name.replace('?show=', '-')}.png", full_page=True)
+            await page.screenshot(
+                path=screenshots / f"over-time-{language}-{theme}-{name.replace('?show=', '-')}.png", full_page=True
+            )
             assert faults == [], (name, theme)
             assert await page.evaluate("document.documentElement.scrollWidth") <= size["width"], name
         assert [error for error in errors if "409" not in error] == []

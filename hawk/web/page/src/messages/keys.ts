@@ -791,6 +791,7 @@ export interface Messages {
   "tab-key": Record<string, never>;
   "enter-key": Record<string, never>;
   "archive-title": Record<string, never>;
+  "at-a-glance": Record<string, never>;
   "views": Record<string, never>;
   "view-fly": Record<string, never>;
   "view-lots": Record<string, never>;
@@ -799,6 +800,15 @@ export interface Messages {
   "view-recordings": Record<string, never>;
   "title-view": { view: string | number; lot: string | number };
   "no-drone": Record<string, never>;
+  "time-bar": Record<string, never>;
+  "time-bar-before": Record<string, never>;
+  "time-bar-after": Record<string, never>;
+  "time-bar-not-counted": Record<string, never>;
+  "time-bar-more": { count: number };
+  "archive-list": Record<string, never>;
+  "archive-free-of": { stalls: string | number };
+  "archive-no-picture": Record<string, never>;
+  "archive-row": Record<string, never>;
   "archive-view-parts": Record<string, never>;
   "archive-ask-again": Record<string, never>;
   "archive-lot": Record<string, never>;

@@ -33,14 +33,12 @@ export class TopBar extends LitElement {
   }
 
   override render(): TemplateResult {
-    return html`<header class="top no-print">
+    return html`<header class="top no-print ${this.place.view}">
       <h1 class="unseen">Parking Lot Hawk</h1>
       ${this.picker()}
-      <nav aria-label=${say("views")}>${this.views.map(
-        (view) => html`<a href=${this.addressOf(view)} aria-current=${view === this.place.view ? "page" : nothing}>${say(`view-${view}`)}</a>`,
-      )}</nav>
+      ${viewLinks(this.views, this.route)}
       <span class="grow"></span>
-      ${this.drone === null ? nothing : html`<a class="drone" href=${this.addressOf("fly")}><i class="mark ${this.drone.tone}"></i><span><b>${this.drone.title}</b><span class="sub">${this.drone.detail}</span></span></a>`}
+      ${this.drone === null ? nothing : html`<a class="drone" href=${addressOf("fly", this.route)}><i class="mark ${this.drone.tone}"></i><span><b>${this.drone.title}</b><span class="sub">${this.drone.detail}</span></span></a>`}
       <label class="language"><span class="unseen">${say("language")}</span>${icon("globe")}<select @change=${(event: Event) => this.speak((event.target as HTMLSelectElement).value as LanguageName)}>
         ${Object.entries(LANGUAGES).map(([name, { label }]) => html`<option value=${name} lang=${name} label=${label} ?selected=${name === language()}>${name.toUpperCase()}</option>`)}
       </select></label>
@@ -48,10 +46,6 @@ export class TopBar extends LitElement {
     </header>`;
   }
 
-  /** The lot of a view is kept; the survey and the stall of another view are not its own. */
-  private addressOf(view: ViewName): string {
-    return this.route.hashTo({ view, survey: "", before: "", after: "", stall: "", show: "", every: "" });
-  }
 
   private picker(): TemplateResult | typeof nothing {
     const { lots, place } = this;
@@ -61,4 +55,17 @@ export class TopBar extends LitElement {
       ${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}
     </select></label>`;
   }
+}
+
+/** Links to the views of a lot. */
+export function viewLinks(views: readonly ViewName[], route: Route): TemplateResult {
+  const shown = route.place.view;
+  return html`<nav aria-label=${say("views")}>${views.map(
+    (view) => html`<a href=${addressOf(view, route)} aria-current=${view === shown ? "page" : nothing}>${say(`view-${view}`)}</a>`,
+  )}</nav>`;
+}
+
+/** The lot is kept; the survey and the stall of another view are not this one's. */
+function addressOf(view: ViewName, route: Route): string {
+  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", show: "", every: "" });
 }

@@ -4,8 +4,7 @@ import type { ListedLot } from "../api.ts";
 import { orNull, readAll } from "../link/api.ts";
 import { VIEWS } from "../route/place.ts";
 import { Route } from "../route/route.ts";
-import { type DroneChip } from "../shell/top-bar.ts";
-import "../shell/top-bar.ts";
+import { type DroneChip, viewLinks } from "../shell/top-bar.ts";
 import { LateViews } from "../shell/views.ts";
 import { isFlying, isSteered } from "../state/flight.ts";
 import type { Operator } from "../state/operator.ts";
@@ -173,7 +172,7 @@ export class App extends LitElement {
   }
 
   private inSheet(panel: Exclude<Panel, "none">): TemplateResult {
-    if (panel === "menu") return html`<hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
+    if (panel === "menu") return html`<div class="views">${viewLinks(VIEWS, this.route)}</div><hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
     if (panel === "keys") return html`<hawk-keys .model=${this.model}></hawk-keys>`;
     return html`<hawk-more .model=${this.model} @click=${() => this.leaveActions()}></hawk-more>`;
   }

@@ -1,5 +1,6 @@
-import type { AboutSurvey, Changed, Figures, Observation, StallsUse, SurveysUse } from "../api.ts";
-import { API, type Part, query, read } from "../link/api.ts";
+import type { AboutSurvey, Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
+import { API, orNull, type Part, query, read } from "../link/api.ts";
+import { onMap, type SurveyOnMap } from "./survey-source.ts";
 
 /** A survey as the drone's GeoJSON has it. */
 export interface Features {
@@ -26,11 +27,13 @@ const LOOKS_SHOWN = 30;
 /** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
 export class LotSource {
   readonly base: string;
+  private readonly isShared: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
 
   constructor(base: string, now: () => number = Date.now) {
     this.base = `${API}/${base}`;
+    this.isShared = base.startsWith("shared/");
     this.now = now;
   }
 
@@ -65,18 +68,28 @@ export class LotSource {
     return this.once(`surveys/${survey}/stalls`);
   }
 
+  /** A survey with its picture; a link shows no picture. */
+  async onMap(survey: string): Promise<SurveyOnMap | null> {
+    const ground = this.isShared ? null : orNull(this.ask<SurveyGround>(`${API}/surveys/${survey}/ground`));
+    return onMap(survey, await this.features(survey), await ground);
+  }
+
   private once<T>(path: string): Promise<T> {
+    return this.ask(`${this.base}/${path}`);
+  }
+
+  private ask<T>(address: string): Promise<T> {
     const now = this.now();
-    const found = this.kept.get(path);
+    const found = this.kept.get(address);
     if (found && now - found.at < KEPT_MS) return found.answer as Promise<T>;
-    const answer = read<T>(`${this.base}/${path}`);
-    this.kept.set(path, { at: now, answer });
-    answer.catch(() => this.kept.delete(path));
+    const answer = read<T>(address);
+    this.kept.set(address, { at: now, answer });
+    answer.catch(() => this.kept.delete(address));
     return answer;
   }
 }
 
 /** Days and hours are those of the browser's clock. */
-function zone(): string {
+export function zone(): string {
   return Intl.DateTimeFormat().resolvedOptions().timeZone;
 }
