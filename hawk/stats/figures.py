@@ -13,7 +13,8 @@ from typing import Annotated, Final, Literal, get_args
 import numpy as np
 from pydantic import Field
 
-from hawk.lots.answers import Count, Id, Share, Shown
+from hawk.lots.answers import Count, Share, Shown
+from hawk.lots.plan.values import Id
 from hawk.stats.changes import Steady, steady
 from hawk.stats.counts import count
 from hawk.stats.flow import Flow, Moves

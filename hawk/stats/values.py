@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PlainSerializer
 
-from hawk.lots.answers import Count, Id, Utc
+from hawk.lots.answers import Count, Utc
+from hawk.lots.plan.values import Id
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

@@ -126,33 +126,34 @@ def _taken(
     _shown(found)
     if found.lot is None:
         made = transfer.begin(connection, found, {"name": options.new}, options.who, now)
-        return f"{options.new} is made, with {made['stalls']} stalls: lot {made['lot']}, change {made['seq']}"
-    edit = edits.open_edit(connection, found.lot, {"who": options.who}, now)["edit"]
+        return f"{options.new} is made, with {made.stalls} stalls: lot {made.lot}, change {made.seq}"
+    edit = edits.open_edit(connection, found.lot, {"who": options.who}, now).edit
     transfer.take(connection, found, {"edit": edit, "uncertain": options.uncertain}, now)
     why = f"imported from {asked.name}"[:80]
     closed = edits.close(connection, found.lot, {"edit": edit, "why": why}, now)
-    if closed["layout"] is None:
+    if closed.layout is None:
         return "nothing is changed: the lot has this plan already"
-    return f"the plan is version {closed['layout']} of the layout, change {closed['seq']}"
+    return f"the plan is version {closed.layout} of the layout, change {closed.seq}"
 
 
 def _shown(found: Preview) -> None:
     """Print what an import would change."""
-    shown = previews.preview_json(found, "")
-    place = shown["placed"]
-    print(f"{shown['file']}: {len(found.plan.stalls)} stalls ({shown['format']}), placed by {place['by']}")
-    if place["doubt"]:
-        print(f"  not certain where it lies on the lot: {place['doubt']}; --uncertain takes it as it lies")
-    elif place["on"]:
-        words = f"moved {place['north']} m north, {place['east']} m east, turned {place['turn']}°"
-        print(f"  {words}: as the {'stalls of the lot' if place['on'] == 'stalls' else 'newest survey'}")
-    counts = {name: len(shown[name]) for name in ("begin", "stay", "end")}
-    print(f"  {counts['begin']} begin, {counts['stay']} stay and change, {shown['same']} are so already, ", end="")
-    print(f"{counts['end']} end")
-    for title, name, count in (("left out", "left_out", "left_out_count"), ("label", "clashes", "clash_count")):
-        for each in shown[name][:_SHOWN]:
-            print(f"  {title}: {each['name']}: {each['reason']}")
-        if shown[count] > _SHOWN:
-            print(f"  {title}: {shown[count] - min(_SHOWN, len(shown[name]))} more")
-    for layer in shown["layers"]:
-        print(f"  layer {layer['name']}: {layer['outlines']} outlines")
+    shown = previews.shown_preview(found, "")
+    place = shown.placed
+    print(f"{shown.file}: {len(found.plan.stalls)} stalls ({shown.format}), placed by {place.by}")
+    if place.doubt:
+        print(f"  not certain where it lies on the lot: {place.doubt}; --uncertain takes it as it lies")
+    elif place.on:
+        words = f"moved {place.north} m north, {place.east} m east, turned {place.turn}°"
+        print(f"  {words}: as the {'stalls of the lot' if place.on == 'stalls' else 'newest survey'}")
+    print(f"  {len(shown.begin)} begin, {len(shown.stay)} stay and change, {shown.same} are so already, ", end="")
+    print(f"{len(shown.end)} end")
+    for title, named, count in (
+        ("left out", shown.left_out, shown.left_out_count), ("label", shown.clashes, shown.clash_count),
+    ):  # fmt: skip
+        for each in named[:_SHOWN]:
+            print(f"  {title}: {each.name}: {each.reason}")
+        if count > _SHOWN:
+            print(f"  {title}: {count - min(_SHOWN, len(named))} more")
+    for layer in shown.layers:
+        print(f"  layer {layer.name}: {layer.outlines} outlines")

@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from hawk.lots.answers import Count, Id, Next, Shown, Utc
+from hawk.lots.answers import Count, Next, Shown, Utc
+from hawk.lots.plan.values import Id
 
 
 class Problem(Shown):

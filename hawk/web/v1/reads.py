@@ -16,7 +16,6 @@ from hawk.lots import lists, queries
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.lists import Asked
-from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import SURVEY
 from hawk.lots.values import Placed
 from hawk.stats import queries as uses
@@ -128,9 +127,7 @@ def proposals(connection: Connection, asked: Request[Query]) -> Answer:
 
 def plan(connection: Connection, asked: Request[forms.PlanPart]) -> Answer:
     """Return the plan of a lot."""
-    found = queries.plan(connection, asked.id, asked.query.since, asked.query.layout)
-    usual: dict[str, object] = {"layout": None, "revision": None, "edit": None, "whole": True, "gone": []}
-    return Answer({"datum": list(datum_of(connection, asked.id))} | usual | found)
+    return Answer(queries.plan(connection, asked.id, asked.query.since, asked.query.layout))
 
 
 def comparison(connection: Connection, asked: Request[Query]) -> Answer:

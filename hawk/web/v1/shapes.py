@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hawk.lots.answers import BLURRED, Count, Id, Shown, Utc
+from hawk.lots.answers import BLURRED, Count, Shown, Utc
+from hawk.lots.plan.values import Id
 
 
 class Link(Shown):

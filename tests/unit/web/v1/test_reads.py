@@ -9,6 +9,7 @@ import pytest
 from sqlalchemy import delete
 
 from hawk.lots import answers as lots
+from hawk.lots.plan import answers as plans
 from hawk.lots.schema import LOOKS
 from hawk.stats import answers as uses
 from hawk.stats.changes import Changed
@@ -41,7 +42,7 @@ async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -
 @pytest.mark.slow
 async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
     stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", lots.StallList))["items"]
-    plan = await archive.shown(f"/lots/{archive.lot}/plan", lots.Plan)
+    plan = await archive.shown(f"/lots/{archive.lot}/plan", plans.Plan)
     assert (plan["whole"], plan["datum"]) == (True, pytest.approx([52.0, 5.0], abs=1e-6))
     assert [each["id"] for each in stalls] == [each["id"] for each in plan["stalls"]]
     for stall, planned in zip(stalls, plan["stalls"], strict=True):
@@ -78,7 +79,7 @@ async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
         await archive.done(f"{path}/plan", edit=edit, operation=operation)
     layouts = (await archive.shown(f"{path}/layouts", lots.LayoutList))["items"]
     assert [(each["version"], each["who"]) for each in layouts] == [(1, "hawk"), (2, "Ann")]
-    assert (await archive.shown(f"{path}/layouts/1/stalls", lots.PlanStallList))["items"] == before
+    assert (await archive.shown(f"{path}/layouts/1/stalls", lots.PlacedStallList))["items"] == before
     now = await archive.items(f"{path}/layouts/2/stalls?limit=5")
     assert [each["id"] for each in now] == ids[1:]
     assert [each["kind"] for each in now if each["id"] == ids[5]] == ["disabled"]
