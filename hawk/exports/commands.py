@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.loader import config_of
-from hawk.exports.feed_table import FEEDS, VALID_S, Wanted
-from hawk.exports.formats import WRITTEN
+from hawk.exports.formats import FEEDS, VALID_S, WRITTEN, Wanted
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands

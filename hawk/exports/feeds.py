@@ -15,7 +15,7 @@ import shapely
 from pydantic_core import to_json
 from sqlalchemy import Connection
 
-from hawk.exports.feed_table import FEEDS, VALID_S, Span, Wanted
+from hawk.exports.formats import FEEDS, VALID_S, Span, Wanted
 from hawk.exports.records import NEWEST, read_survey, survey_of
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN, ExportRecord, Observation

@@ -18,8 +18,7 @@ from sqlalchemy import Connection, bindparam, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
 from hawk.lots.answers import Done
-from hawk.lots.plan.revisions import read_again
-from hawk.lots.plan.versions import check_not_edited, newest_layout
+from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.rows import Key, Row, is_among, read_rows
 from hawk.lots.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, STALL, SURVEY, ZONE
 from hawk.lots.storage.digests import check_whole

@@ -20,8 +20,7 @@ from hawk.lots.answers import Done
 from hawk.lots.change_log import Change
 from hawk.lots.operations import layout_row, placed
 from hawk.lots.outlines import outline_json, outline_to_change, ring_of
-from hawk.lots.plan.revisions import read_again
-from hawk.lots.plan.versions import check_not_edited, newest_layout
+from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.registration.frames import Floats, Move, frame_of
 from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import Doubt, datum_of, mean_datum

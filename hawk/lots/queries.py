@@ -14,7 +14,7 @@ from sqlalchemy import Row as SqlRow
 from hawk.lots.answers import Change, ListedLot, Lot, LotSurvey, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.outlines import outline_of
-from hawk.lots.plan import revisions, serialize
+from hawk.lots.plan import serialize, versions
 from hawk.lots.plan.answers import Plan
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import shapes_of
@@ -126,7 +126,7 @@ def whole_lot(connection: Connection, row: _Shown) -> Lot:
         **dict(listed_lot(connection, row)), datum=list(datum_of(connection, row["id"])),
         datum_is_pinned=row["datum_is_pinned"],
         outline=[[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
-        edit=serialize.shown_edit(connection, row["id"]), revision=revisions.revision_of(connection, row["id"]),
+        edit=serialize.shown_edit(connection, row["id"]), revision=versions.revision_of(connection, row["id"]),
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from sqlalchemy import Connection, RowMapping, Select, bindparam, delete, func, 
 
 from hawk.lots import change_log
 from hawk.lots.change_log import Group, State
-from hawk.lots.plan import checks, drafts, queries, revisions, serialize, steps
+from hawk.lots.plan import checks, drafts, queries, serialize, steps, versions
 from hawk.lots.plan.answers import Closed, Edited, Opened, StepCounts, Stepped
 from hawk.lots.plan.operations import operation_of
 from hawk.lots.plan.values import Draft, PlanZone
@@ -88,12 +88,12 @@ def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: flo
     lot = edit.lot
     draft = checked(connection, lot, drafted, queries.zones_of(connection, lot))
     if draft.is_empty:
-        return _edited(connection, edit, revisions.revision_of(connection, lot), ())
+        return _edited(connection, edit, versions.revision_of(connection, lot), ())
     if newest_layout(connection, lot) < edit.version:
         first = {"version": edit.version, "valid_from": now, "why": CORRECTED, "who": edit.who}
         connection.execute(insert(LAYOUT).values(lot=lot, **first))
     groups = steps.store(connection, lot, edit.version, draft)
-    revision = revisions.next_revision(connection, lot)
+    revision = versions.next_revision(connection, lot)
     was_undone = (CHANGE.c.edit == edit.id) & (CHANGE.c.state == State.UNDONE.value)
     connection.execute(update(CHANGE).where(was_undone).values(state=State.DROPPED.value))
     change_log.record(connection, kind, lot, edit.who, now, groups, edit=edit.id, revision=revision)
@@ -145,7 +145,7 @@ def _stepped(connection: Connection, edit: Edit, row: RowMapping, state: State) 
     if state is State.UNDONE:
         groups = tuple(group.back() for group in reversed(groups))
     change_log.apply(connection, groups)
-    revision = revisions.next_revision(connection, edit.lot)
+    revision = versions.next_revision(connection, edit.lot)
     connection.execute(update(CHANGE).where(CHANGE.c.seq == row["seq"]).values(state=state.value, revision=revision))
     return Stepped(**dict(_edited(connection, edit, revision, groups)), operation=row["kind"])
 
@@ -215,7 +215,7 @@ def held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float,
 def _opened(connection: Connection, edit: Edit) -> Opened:
     return Opened(
         **dict(_steps_left(connection, edit)), edit=edit.id, lot=edit.lot, who=edit.who, since=moment(edit.began),
-        layout=edit.version, revision=revisions.revision_of(connection, edit.lot),
+        layout=edit.version, revision=versions.revision_of(connection, edit.lot),
     )  # fmt: skip
 
 

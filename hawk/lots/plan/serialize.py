@@ -11,7 +11,7 @@ from sqlalchemy import Connection, Row, select
 
 from hawk.lots.answers import Edit, Layout
 from hawk.lots.change_log import Group, rows_touched, unpacked
-from hawk.lots.plan import revisions
+from hawk.lots.plan import versions
 from hawk.lots.plan.answers import Plan, PlanChanges
 from hawk.lots.plan.queries import COLUMNS, all_stalls, named_zones, stalls_in, zones_of
 from hawk.lots.plan.values import LASTING, LayoutStall, PlanStall
@@ -28,8 +28,8 @@ _TOUCHED: Final = (
 
 def plan(connection: Connection, lot: str, since: int | None = None) -> Plan:
     """Return the plan: all of it, or the stalls that changed after a revision; ``whole`` says which."""
-    revision = revisions.revision_of(connection, lot)
-    is_whole = since is None or since < revisions.whole_since(connection, lot) or since > revision
+    revision = versions.revision_of(connection, lot)
+    is_whole = since is None or since < versions.whole_since(connection, lot) or since > revision
     if is_whole:
         changes = _changes(connection, lot, all_stalls(connection, lot))
     else:

@@ -12,8 +12,8 @@ from typing import Any, Final
 from sqlalchemy import Connection
 
 from hawk.lots.plan.queries import all_stalls, owners_of, zones_of
-from hawk.lots.plan.revisions import revision_of
 from hawk.lots.plan.values import SHAPE, LayoutStall, PlanStall
+from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_files.values import MOST_LEFT_OUT, LeftOut, PlanFile
 from hawk.lots.plan_import.answers import (
     BeginningShape,

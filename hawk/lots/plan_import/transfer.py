@@ -18,9 +18,9 @@ from hawk.lots.outlines import outline_json
 from hawk.lots.plan import edits
 from hawk.lots.plan.answers import Edited
 from hawk.lots.plan.edits import checked
-from hawk.lots.plan.revisions import revision_of
 from hawk.lots.plan.steps import next_key
 from hawk.lots.plan.values import SHAPE, Draft, shapes_of
+from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_import.previews import Preview
 from hawk.lots.registration.georeference import ring_on_earth
 from hawk.lots.registration.lot_match import Answer, which_lot

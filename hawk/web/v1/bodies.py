@@ -1,4 +1,7 @@
-"""Bodies of changes as pydantic models, and the answers to these. Further rules stand where each change is made."""
+"""Bodies of changes, and the answers that the web room makes itself: refusals, and the recordings on the drone's disk.
+
+Further rules of a body stand where each change is made.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hawk.lots.answers import Shown
+from hawk.lots.answers import Count, Next, Shown, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME
 from hawk.web.v1.parameters import Id
@@ -148,3 +151,42 @@ class Deleted(Shown):
 
     name: str
     deleted: bool
+
+
+class Problem(Shown):
+    """Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    field: str = ""
+    who: Annotated[str, Field(description="person who edits the plan")] = ""
+    since: Annotated[Utc | None, Field(description="beginning of that edit")] = None
+
+
+class RecordedLot(Shown):
+    """Lot of a recorded flight."""
+
+    id: Id
+    name: str
+
+
+class Recording(Shown):
+    """A recording on the drone's disk. `keep`: it is never removed for room."""
+
+    name: str
+    bytes: Count
+    began: Utc | None
+    seconds: float | None
+    survey: str | None
+    lot: RecordedLot | None
+    keep: bool
+    under_way: bool
+
+
+class RecordingList(Shown):
+    """Part of the list of recordings."""
+
+    items: list[Recording]
+    next: Next

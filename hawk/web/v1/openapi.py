@@ -24,7 +24,7 @@ from openapi_pydantic.v3.v3_1 import (
 from pydantic import BaseModel
 
 from hawk.web.v1.answers import JSON, PROBLEM
-from hawk.web.v1.models import Problem
+from hawk.web.v1.bodies import Problem
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 from hawk.web.v1.unknown import PATTERNS

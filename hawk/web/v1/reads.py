@@ -19,8 +19,6 @@ from hawk.lots.lists import Asked
 from hawk.lots.schema import SURVEY
 from hawk.lots.values import Placed
 from hawk.stats import queries as uses
-from hawk.stats import stalls as stall_figures
-from hawk.stats import surveys as survey_figures
 from hawk.stats.panel import Period
 from hawk.stats.period import period_of
 from hawk.web.v1 import parameters as forms
@@ -148,12 +146,12 @@ def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answ
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    return Answer(survey_figures.surveys_use(connection, asked.id, _period(asked.query)))
+    return Answer(uses.surveys_use(connection, asked.id, _period(asked.query)))
 
 
 def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return of each stall of a lot the share of the surveys in which it was taken."""
-    return Answer(stall_figures.stalls_use(connection, asked.id, _period(asked.query)))
+    return Answer(uses.stalls_use(connection, asked.id, _period(asked.query)))
 
 
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:

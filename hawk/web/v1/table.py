@@ -5,8 +5,8 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final
 
-from hawk.exports.feed_table import FEEDS as ALL_FEEDS
 from hawk.exports.formats import CONTENT_TYPES
+from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
 from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
@@ -14,20 +14,24 @@ from hawk.runtime.late import late_functions
 from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
-from hawk.web.v1 import bodies, exports, links, models, parameters, plan_files, recordings, shapes
-from hawk.web.v1 import features_parameters as forms
+from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
-from hawk.web.v1.features_parameters import ROOT as FEATURES_ROOT
+from hawk.web.v1.features import answers as shapes
+from hawk.web.v1.features import parameters as forms
+from hawk.web.v1.features.parameters import ROOT as FEATURES_ROOT
 from hawk.web.v1.looks import keep_missing_looks
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 
 if TYPE_CHECKING:
-    from hawk.web.v1 import commands, features, reads
+    from hawk.web.v1 import commands, reads
+    from hawk.web.v1.features import reads as features
 else:
-    commands, features, reads = (late_functions(f"hawk.web.v1.{name}") for name in ("commands", "features", "reads"))
+    commands, features, reads = (
+        late_functions(f"hawk.web.v1.{name}") for name in ("commands", "features.reads", "reads")
+    )
 
 LOTS: Final = "Lots"
 SURVEYS: Final = "Surveys"
@@ -192,7 +196,7 @@ _LINKS: Final = (
 
 _RECORDINGS: Final = (
     Operation("GET", "/recordings", "recordings", "Recordings on the drone's disk, the oldest first", RECORDINGS,
-              recordings.listed, models.RecordingList, parameters.Listed),
+              recordings.listed, bodies.RecordingList, parameters.Listed),
     Operation("GET", "/recordings/{name}", "recording", "A recording, or the part of it that `Range` names; 409 in "
               "flight", RECORDINGS, recordings.download, None, content_types=(_ANY_FILE,), has_tag=False,
               for_operators=True),

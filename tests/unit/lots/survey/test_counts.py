@@ -17,7 +17,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.values import FinishedSurvey, Placed
 from hawk.model.lot_map import StallState
-from hawk.stats.surveys import surveys_use
+from hawk.stats.queries import surveys_use
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import later, survey
 from tests.unit.stats.test_panel import EVER

@@ -11,8 +11,8 @@ from sqlalchemy import select, update
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, extent, lots, stalls
-from hawk.exports.feed_table import FEEDS, VALID_S, Span
 from hawk.exports.feeds import valid_at
+from hawk.exports.formats import FEEDS, VALID_S, Span
 from hawk.exports.records import read_survey, survey_of, surveys_of
 from hawk.lots.ingest import save
 from hawk.lots.schema import OBSERVATION, OUTBOX, STALL, SURVEY

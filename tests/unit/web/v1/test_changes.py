@@ -17,7 +17,7 @@ from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
 from hawk.lots.values import Doubtful, PossiblePlace
 from hawk.store.recordings import Recordings
-from hawk.web.v1 import bodies, models
+from hawk.web.v1 import bodies
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
 from tests.sweep import sweep
@@ -152,7 +152,7 @@ async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -
     edit = opened["edit"]
     status, problem = await archive.refused(f"{path}/edit", method="POST", operator=True, body={"who": "Bob"})
     assert (status, problem["who"], problem["since"]) == (409, "Ann", opened["since"])
-    models.Problem.model_validate(problem)
+    bodies.Problem.model_validate(problem)
     operation = {"do": "set_kind", "row": "A", "kind": "staff"}
     done = await archive.done(f"{path}/plan", edit=edit, operation=operation)
     plans.Edited.model_validate(done)
@@ -226,7 +226,7 @@ async def test_every_body_is_refused_in_plain_words_with_the_field_and_changes_n
 
 
 async def test_recordings_are_listed_kept_and_deleted(rig: Rig, recordings: Path, archive: Archive) -> None:
-    whole = await archive.shown("/recordings", models.RecordingList)
+    whole = await archive.shown("/recordings", bodies.RecordingList)
     assert [each["name"] for each in whole["items"]] == [FIRST, SECOND]
     assert await archive.items("/recordings?limit=1") == whole["items"]
     tag = (await archive.ask("/recordings")).headers["ETag"]

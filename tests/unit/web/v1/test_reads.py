@@ -15,7 +15,8 @@ from hawk.stats import answers as uses
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.partition import Partition
-from hawk.web.v1 import models, shapes
+from hawk.web.v1 import bodies
+from hawk.web.v1.features import answers as shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
 from tests.sweep import sweep
@@ -199,7 +200,7 @@ async def test_a_parameter_that_cannot_be_used_is_named_with_the_remedy(
     status, problem = await archive.refused(path.replace("LOT", archive.lot))
     assert (status, problem["field"]) == (422, field)
     assert words in problem["detail"]
-    models.Problem.model_validate(problem)
+    bodies.Problem.model_validate(problem)
 
 
 @sweep(
@@ -265,7 +266,7 @@ async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
     )
     assert (status, problem["field"]) == (404, field), problem
     assert words in problem["detail"]
-    models.Problem.model_validate(problem)
+    bodies.Problem.model_validate(problem)
 
 
 @sweep(

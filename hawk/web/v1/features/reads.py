@@ -16,8 +16,8 @@ from hawk.exports import features
 from hawk.exports.features import Box, Choice, Extent, Found, extent
 from hawk.lots.values import NotFoundError, utc
 from hawk.web.v1.answers import GEOJSON, JSON, OPENAPI, Answer
-from hawk.web.v1.features_parameters import MOST_FEATURES, Items, box_of, period_of
-from hawk.web.v1.features_parameters import ROOT as FEATURES
+from hawk.web.v1.features.parameters import MOST_FEATURES, Items, box_of, period_of
+from hawk.web.v1.features.parameters import ROOT as FEATURES
 from hawk.web.v1.parameters import Query, Request
 from hawk.web.v1.unknown import ROOT
 
