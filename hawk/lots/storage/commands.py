@@ -57,7 +57,7 @@ def run_on_store(options: argparse.Namespace, work: Callable[[Path], str]) -> in
     """Print the words that some work on the lots' store returns; return the exit status of its command.
 
     That is 2 for what the person asked wrongly: an option, a lot or survey that is not there, a file that cannot be
-    used; 1 for what failed on the way. ``work`` takes the store's file. Raises ConfigError.
+    used; 1 for what failed. ``work`` takes the store's file. Raises ConfigError.
     """
     config = config_of(options)
     try:
