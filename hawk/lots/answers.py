@@ -31,7 +31,7 @@ BLURRED: Final = "stalls that only blurred pictures showed; null: not measured"
 class Shown(BaseModel):
     """An object of an answer."""
 
-    model_config = ConfigDict(frozen=True, **ANSWER)
+    model_config = ConfigDict(frozen=True, populate_by_name=True, **ANSWER)
 
 
 class PossiblePlace(Shown):

@@ -130,7 +130,7 @@ def test_the_other_features_are_given_beside_a_damaged_one(zoned: Stored) -> Non
     with zoned.store.reading() as connection:
         (lot,) = features.lots(connection, Choice()).features
         stalls = features.stalls(connection, Choice(limit=1000, box=AROUND))
-    assert lot["geometry"] is None
+    assert lot.geometry is None
     assert (stalls.matched, len(stalls.features)) == (60, 60)
 
 

@@ -89,7 +89,7 @@ def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: 
         assert [each.id for each in known_lot.lots_ahead(connection, here)] == [first.lot]
         assert lists.lot(connection, str(damaged.lot)).outline == []
         found = features.lots(connection, features.Choice())
-        assert {each["id"]: each["geometry"] is None for each in found.features} == {
+        assert {each.id: each.geometry is None for each in found.features} == {
             first.lot: False,
             damaged.lot: True,
         }
