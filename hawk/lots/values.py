@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.survey.source import PictureSource, SurveyKind
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
@@ -270,7 +270,7 @@ class Registration:
 class KnownGround:
     """A lot's stalls, and the ground on which it would know every stall; metres (north, east) in the lot's frame."""
 
-    stalls: tuple[PlanStall, ...] = field(repr=False)
+    stalls: tuple[LayoutStall, ...] = field(repr=False)
     seen: BaseGeometry = field(repr=False)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from aiohttp import hdrs, web
 
-from hawk.exports.feed_table import FEEDS, Wanted
+from hawk.exports.formats import FEEDS, Wanted
 from hawk.lots.store import FILE_S
 from hawk.runtime.late import late_functions
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened

@@ -10,8 +10,8 @@ from pathlib import Path
 import pyogrio
 import pytest
 
-from hawk.exports.feed_table import FEEDS, Span
 from hawk.exports.files import TABLES
+from hawk.exports.formats import FEEDS, Span
 from hawk.exports.values import ExportRecord
 from hawk.results.row_labels import letters
 from tests.unit.exports.stored import Stored
