@@ -61,7 +61,7 @@ nightly: setup browser
 	$(UNIT) -m nightly $(ARGS)
 	$(REAL) --numprocesses 2 -m nightly tests/integration $(ARGS)
 	$(PYTEST) -m nightly tests/e2e $(ARGS)
-	$(UNIT) $(FAST) --hypothesis-profile=search $(ARGS)
+	$(UNIT) -m hypothesis --hypothesis-profile=search $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

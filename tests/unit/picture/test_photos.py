@@ -128,7 +128,7 @@ def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> Non
 def test_a_height_that_the_pictures_contradict_or_none_is_asked_about_with_the_one_that_fits(
     folder: Path, said_m: float | None
 ) -> None:
-    shots = [dataclasses.replace(shot, height=said_m) for shot in read_folder(folder).shots]
+    shots = [dataclasses.replace(shot, height=said_m) for shot in read_folder(folder).shots[:6]]
     with pytest.raises(PictureError, match=r"yard: .*places say (7[6-9]|8[0-4]) m.*--height (7[6-9]|8[0-4]) would fit"):
         survey_shots(YARD, ShotSet(tuple(shots)), Files())
 
