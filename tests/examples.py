@@ -1,4 +1,4 @@
-"""What `make test` leaves to `make nightly`: more examples of a costly property, more cases of a costly test."""
+"""Examples of costly properties, and cases of costly tests, that `make test` leaves to `make nightly`."""
 
 from __future__ import annotations
 
