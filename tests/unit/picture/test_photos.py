@@ -17,7 +17,7 @@ from hawk.picture.shot_poses import known_pose
 from hawk.picture.values import PictureError, Provenance, Shot, ShotSet
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.sim.photos_tags import CAMERAS
-from hawk.worlds.generate import generate_world
+from tests.drawn_worlds import drawn_world
 
 OPTIONS = PhotoOptions(height=80.0, width=1200, overlap=(0.5, 0.3), camera=CAMERAS["FC6310"], noise_seed=3)
 YARD = Provenance("yard", SourceKind.PHOTOGRAPHS)
@@ -27,7 +27,7 @@ YARD = Provenance("yard", SourceKind.PHOTOGRAPHS)
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Photographs of a flight over a drawn lot of 130 stalls."""
     path = tmp_path_factory.mktemp("flight") / "yard"
-    write_photos(generate_world(3), OPTIONS, path)
+    write_photos(drawn_world(3), OPTIONS, path)
     return path
 
 

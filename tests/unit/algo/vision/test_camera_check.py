@@ -24,6 +24,7 @@ from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.moment import Condition
 from hawk.worlds.world import World
+from tests.drawn_worlds import drawn_world
 from tests.examples import nightly
 
 CAMERA = default_intrinsics()
@@ -37,7 +38,7 @@ CAMERAS: dict[int, WorldCamera] = {}
 
 @pytest.fixture(scope="module")
 def world() -> World:
-    return generate_world(3)
+    return drawn_world(3)
 
 
 @cache

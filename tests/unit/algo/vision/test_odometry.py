@@ -18,8 +18,8 @@ from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.sim.camera.camera import default_intrinsics
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
+from tests.drawn_worlds import drawn_world
 from tests.examples import nightly
 
 CAMERA = default_intrinsics()
@@ -29,7 +29,7 @@ STEP_S = 0.4
 
 @pytest.fixture(scope="module")
 def world() -> World:
-    return generate_world(3)
+    return drawn_world(3)
 
 
 class Eye:
