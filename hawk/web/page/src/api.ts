@@ -484,7 +484,7 @@ export interface PlanZone {
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
 }
 
-/** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits, nats. */
+/** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
 export interface PossiblePlace {
   north: number;
   east: number;
