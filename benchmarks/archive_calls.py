@@ -24,14 +24,13 @@ from hawk.lots.survey.observations import keep_looks, missing_looks
 from hawk.lots.values import FinishedSurvey
 from hawk.stats.panel import Period
 from hawk.stats.partition import PARTITIONS
-from hawk.stats.queries import changes, statistics
-from hawk.stats.stalls import stalls_use
-from hawk.stats.surveys import surveys_use
-from hawk.web.v1 import features, reads
+from hawk.stats.queries import changes, stalls_use, statistics, surveys_use
 from hawk.web.v1 import parameters as forms
+from hawk.web.v1 import reads
 from hawk.web.v1.answers import Read, encoded
-from hawk.web.v1.features import COLLECTIONS
-from hawk.web.v1.features_parameters import Items
+from hawk.web.v1.features import reads as features
+from hawk.web.v1.features.parameters import Items
+from hawk.web.v1.features.reads import COLLECTIONS
 from hawk.web.v1.parameters import MOST_ITEMS, Query, Request
 
 SURVEYS: Final = 1000

@@ -18,16 +18,16 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from pydantic_core import to_json
 from sqlalchemy import insert
 
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
 from hawk.lots.plan import edits
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
-from hawk.lots.text import json_text
 from hawk.results.row_labels import letters
 
 LIMITS_MS: Final = {300: 15.0, 20_000: 100.0}
@@ -56,7 +56,7 @@ def drawn_lot(path: Path, count: int) -> tuple[Database, str]:
     return store, lot
 
 
-def operations(stalls: Sequence[PlanStall]) -> dict[str, Callable[[int], Asked]]:
+def operations(stalls: Sequence[LayoutStall]) -> dict[str, Callable[[int], Asked]]:
     """Return what is measured by name: the operation of a round, from 0."""
     ids = [stall.id for stall in stalls]
     return {
@@ -81,14 +81,14 @@ def measure(folder: Path, count: int) -> dict[str, tuple[float, float]]:
     """Return the median milliseconds of each operation, and of undoing it or doing it again, whichever is longer."""
     store, lot = drawn_lot(folder / f"{count}.db", count)
 
-    def timed(act: Callable[..., Mapping[str, Any]], asked: Asked) -> float:
+    def timed(act: Callable[..., object], asked: Asked) -> float:
         began = time.perf_counter()
         with store.writing() as connection:
-            json_text(act(connection, lot, asked, 0.0))
+            to_json(act(connection, lot, asked, 0.0))
         return (time.perf_counter() - began) * 1e3
 
     with store.writing() as connection:
-        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 0.0)["edit"]
+        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 0.0).edit
         stalls = all_stalls(connection, lot)
     found: dict[str, tuple[float, float]] = {}
     for name, asked in operations(stalls).items():

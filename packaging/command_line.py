@@ -26,8 +26,9 @@ PURPOSE: Final = {
     "hawk-sim": "simulate an ArduCopter with a camera over a parking lot",
 }
 STATUS: Final = {
-    "hawk-drone": "0: success. 1: something failed; the reason is printed. 2: wrong options or settings. "
-    "survey: 3: no lot was found, 4: the lot was not seen whole, 130: interrupted, the drone came home first.",
+    "hawk-drone": "0: success. 1: something failed; the reason is printed. 2: wrong options or settings, a lot or "
+    "survey that is not there, or a plan that cannot be read. survey: 3: no lot was found, 4: the lot was not seen "
+    "whole, 130: interrupted, the drone came home first.",
     "hawk-sim": "0: ended by a signal or with its parent, or the photographs are written. "
     "1: an address is not free, or a folder cannot be written. 2: wrong options.",
 }

@@ -27,8 +27,6 @@ TARGET: Final = DOCS / "protocol.md"
 MESSAGES: Final = DOCS / "examples" / "messages.json"
 REQUESTS: Final = DOCS / "examples" / "http.json"
 PARTS: Final = "Parts of messages"
-SHOWN: Final = ("/api/health", "/api/report.json", "/api/stalls.csv")
-"""Requests whose answers are shown; all of them stand in the file."""
 EXCERPTS: Final = {
     "Check Fence": ("Type", "Id", "Ceiling"),
     "Set Fence": ("Type", "Id", "Ceiling"),
@@ -118,12 +116,6 @@ def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
         who = "" if each["for"] == "viewer, operator" else f" ({each['for']})"
         yield f"- `{each['method']} {each['route']}`{who}: {each['text']}"
     yield ""
-    for each in requests:
-        if each["route"] not in SHOWN:
-            continue
-        yield f"Example: `{each['method']} {each['path']}`, status {each['status']}, `{each['type']}`:\n"
-        lines = each["lines"] if "lines" in each else compact(each["body"]).split("\n")
-        yield "\n".join([f"```{'json' if 'body' in each else 'text'}", *lines, "```", ""])
 
 
 def sent_examples() -> dict[str, dict[str, Any]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from sqlalchemy import Connection
@@ -16,6 +16,7 @@ from sqlalchemy import Connection
 from benchmarks.perception.boxes import Boxes, Floats
 from benchmarks.world_lots import north_east
 from hawk.lots.plan import edits
+from hawk.lots.plan.answers import Edited
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.registration.frames import Move
 from hawk.lots.values import LotInputError
@@ -24,7 +25,7 @@ from hawk.worlds.world import World
 WHO: Final = "benchmark"
 _WIDTHS: Final = (1.0, 0.9, 0.8, 0.7, 0.55)
 """Shares of its width with which a stall is tried, where a find beside it reaches into it."""
-Do = Callable[..., dict[str, Any]]
+Do = Callable[..., Edited]
 Shape = tuple[float, float, float, float, float]
 
 
@@ -40,7 +41,7 @@ class Corrected:
 @contextlib.contextmanager
 def edited(connection: Connection, lot: str, at: float = 0.0) -> Iterator[Do]:
     """Open a lot's plan to a person; gives what does an operation."""
-    edit = edits.open_edit(connection, lot, {"who": WHO}, at)["edit"]
+    edit = edits.open_edit(connection, lot, {"who": WHO}, at).edit
     yield lambda **operation: edits.do(connection, lot, {"edit": edit, "operation": operation}, at)
     edits.close(connection, lot, {"edit": edit, "why": "corrected"}, at)
 
@@ -79,8 +80,8 @@ def _added(do: Do, shape: Shape, move: Move) -> str:
     place = {"do": "add_stall", "north": north, "east": east, "angle": angle, "length": length}
     for part in _WIDTHS[:-1]:
         with contextlib.suppress(LotInputError):
-            return str(do(**place, width=width * part)["stalls"][0]["id"])
-    return str(do(**place, width=width * _WIDTHS[-1])["stalls"][0]["id"])
+            return str(do(**place, width=width * part).stalls[0].id)
+    return str(do(**place, width=width * _WIDTHS[-1]).stalls[0].id)
 
 
 def shapes_of(world: World) -> dict[int, Shape]:

@@ -13,11 +13,10 @@ from hawk.stats.changes import changes_between
 from hawk.stats.counts import count
 from hawk.stats.figures import figures
 from hawk.stats.flow import Flow, Moves
-from hawk.stats.groups import groups_of, whole
 from hawk.stats.hours import Hours, flown_hours
 from hawk.stats.partition import PARTITIONS
 from hawk.stats.turnover import least, longest_gap, most
-from hawk.stats.values import UNSEEN, Bools, Floats, Group, Panel
+from hawk.stats.values import UNSEEN, Bools, Floats, Group, Panel, groups_of, whole
 from hawk.worlds.stays import LotStays
 
 NEAR_H: Final = 1

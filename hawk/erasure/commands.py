@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.loader import config_of
-from hawk.config.sections import ConfigError
+from hawk.config.sections import ConfigError, StoreSettings
+from hawk.lots.storage.commands import run_on_store
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # it loads SQLAlchemy: not for the other commands
     from hawk.erasure import erasure as erasure
-    from hawk.lots import values as errors
 else:
     erasure = late("hawk.erasure.erasure")
-    errors = late("hawk.lots.values")
 
 COMMAND: Final = "erase"
 _FAILED: Final = 1
@@ -52,19 +51,19 @@ def _run(options: argparse.Namespace) -> int:
         print("hawk-drone erase: nothing is erased", file=sys.stderr)
         return _FAILED
     try:
-        found = erasure.erase(settings, lot=options.lot, survey=options.survey)
-    except (errors.LotStoreError, OSError) as error:
-        print(f"hawk-drone erase: {error}", file=sys.stderr)
-        return _FAILED
+        return run_on_store(options, lambda _: _erased(settings, options, named))
     except KeyboardInterrupt:
         print("hawk-drone erase: stopped; a part may be erased: run it again for the rest", file=sys.stderr)
         return _STOPPED
-    print(
+
+
+def _erased(settings: StoreSettings, options: argparse.Namespace, named: str) -> str:
+    found = erasure.erase(settings, lot=options.lot, survey=options.survey)
+    return (
         f"erased {named}: surveys {found.surveys}, pictures {found.pictures}, recordings {found.recordings}, "
         f"journals {found.journals}, earlier copies of the store {found.copies}. Backups and exported files that you "
         "made are yours to erase"
     )
-    return 0
 
 
 def _is_sure(question: str) -> bool:

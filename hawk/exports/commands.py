@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.loader import config_of
-from hawk.exports.feed_table import FEEDS, VALID_S, Wanted
-from hawk.exports.formats import WRITTEN
+from hawk.config.sections import ConfigError
+from hawk.exports.formats import FEEDS, VALID_S, WRITTEN, Wanted
+from hawk.lots.storage.commands import run_on_store
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
     from hawk.exports import feeds, files, records
     from hawk.lots import names, training_set
     from hawk.lots import store as lots
-    from hawk.lots import values as errors
     from hawk.lots.storage import database
     from hawk.lots.survey import pictures
 else:
@@ -31,11 +29,9 @@ else:
     pictures = late("hawk.lots.survey.pictures")
     training_set = late("hawk.lots.training_set")
     lots = late("hawk.lots.store")
-    errors = late("hawk.lots.values")
 
 COMMAND: Final = "export"
 _ALL: Final = "all"
-_FAILED: Final = 1
 
 
 def add_export_command(commands: Any) -> None:
@@ -74,27 +70,18 @@ def add_export_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    config = config_of(options)
     if options.training is not None and options.survey is not None:
-        print("hawk-drone: --survey: only together with --out or --feed: --training takes all", file=sys.stderr)
-        return 2
+        raise ConfigError("--survey: only together with --out or --feed: --training takes all")
     given = next((f"--{name}" for name, value in _of_feeds(options).items() if value is not None), None)
     if options.feed is None and given is not None:
-        print(f"hawk-drone: {given}: only together with --feed", file=sys.stderr)
-        return 2
+        raise ConfigError(f"{given}: only together with --feed")
     work = _feed if options.feed is not None else _export if options.training is None else _teach
-    try:
-        store = lots.lots_file(config.store.directory, config.store.lots)
+
+    def made(store: Path) -> str:
         lots.check_there(store)
-        print(work(store, options))
-    except errors.LotStoreError as error:
-        print(f"hawk-drone: {error}", file=sys.stderr)
-        return _FAILED
-    except OSError as error:
-        named = error.filename or options.out or options.training
-        print(f"hawk-drone: {named}: {error.strerror or error}", file=sys.stderr)
-        return _FAILED
-    return 0
+        return work(store, options)
+
+    return run_on_store(options, made)
 
 
 def _of_feeds(options: argparse.Namespace) -> dict[str, Any]:

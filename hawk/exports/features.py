@@ -5,7 +5,6 @@ Stalls are those of the present plans, each with its last look. Places are WGS-8
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -16,6 +15,7 @@ import shapely
 from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
+from hawk.exports.answers import Feature, Geometry
 from hawk.exports.shapes import lot_shape
 from hawk.lots.outlines import Rings, outline_of_rings, rings_of
 from hawk.lots.registration.georeference import corners_on_earth
@@ -30,9 +30,7 @@ _DEGREES: Final = 8
 """Decimals: a millimetre."""
 _AROUND: Final = 0.0005
 """Degrees about a lot's outline within which its stalls lie."""
-_FEATURE: Final = "Feature"
 _IS_THERE: Final = SURVEY.c.placed != Placed.DELETED.value
-Feature = dict[str, Any]
 Floats = NDArray[np.float64]
 
 
@@ -178,18 +176,18 @@ def _outlined(
     counted = counts_of(connection, [row._mapping for row in part])
     return Found(
         [
-            _feature(row.id, ground, shown(row, counts))
+            Feature(type="Feature", id=row.id, geometry=ground, properties=shown(row, counts))
             for row, ground, counts in zip(part, grounds, counted, strict=True)
         ],
         matched,
     )
 
 
-def _grounds(outlines: Sequence[Rings]) -> list[dict[str, Any] | None]:
+def _grounds(outlines: Sequence[Rings]) -> list[Geometry | None]:
     """Return outlines as MultiPolygons, None without ground: those of one whole ring all at once."""
     rings = [_ring_of(outline) for outline in outlines]
     whole = {number: ring for number, ring in enumerate(rings) if ring is not None}
-    found: dict[int, dict[str, Any]] = {}
+    found: dict[int, Geometry] = {}
     if whole:
         corners = np.array([corner for ring in whole.values() for corner in ring])
         lengths = [len(ring) for ring in whole.values()]
@@ -197,7 +195,7 @@ def _grounds(outlines: Sequence[Rings]) -> list[dict[str, Any] | None]:
         facts = zip(shapely.is_valid(shapely.polygons(drawn)).tolist(), shapely.is_ccw(drawn).tolist(), strict=True)
         for (number, ring), (is_valid, is_ccw) in zip(whole.items(), facts, strict=True):
             if is_valid:
-                found[number] = {"type": "MultiPolygon", "coordinates": [[ring if is_ccw else ring[::-1]]]}
+                found[number] = Geometry(type="MultiPolygon", coordinates=[[ring if is_ccw else ring[::-1]]])
     return [found.get(number) or _mended(outline) for number, outline in enumerate(outlines)]
 
 
@@ -209,9 +207,9 @@ def _ring_of(outline: Rings) -> list[list[float]] | None:
     return ring if ring[0] == ring[-1] else [*ring, ring[0]]
 
 
-def _mended(outline: Rings) -> dict[str, Any] | None:
+def _mended(outline: Rings) -> Geometry | None:
     shape = shapely.transform(lot_shape(outline_of_rings(outline)), lambda places: np.round(places, _DEGREES))
-    return None if shape.is_empty else dict(json.loads(shapely.to_geojson(shape)))
+    return None if shape.is_empty else Geometry.model_validate_json(shapely.to_geojson(shape))
 
 
 _STALL: Final = ("key", "id", "lot", "label", "kind", "north", "east", "angle", "width", "length", "is_confirmed")
@@ -283,12 +281,8 @@ def _stall(row: Row[Any], ring: Floats) -> Feature:
         "observed": None if row.looked is None else utc(row.looked), "width_m": row.width, "length_m": row.length,
         "confirmed": row.is_confirmed,
     }  # fmt: skip
-    shape = {"type": "Polygon", "coordinates": [ring.tolist()]}
-    return {"type": _FEATURE, "id": row.id, "geometry": shape, "properties": properties}
-
-
-def _feature(named: str, ground: dict[str, Any] | None, properties: dict[str, Any]) -> Feature:
-    return {"type": _FEATURE, "id": named, "geometry": ground, "properties": properties}
+    shape = Geometry(type="Polygon", coordinates=[ring.tolist()])
+    return Feature(type="Feature", id=row.id, geometry=shape, properties=properties)
 
 
 def _among(column: ColumnElement[str], choice: Choice) -> list[ColumnElement[bool]]:

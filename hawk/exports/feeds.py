@@ -12,15 +12,15 @@ from itertools import groupby
 from typing import Any, Final
 
 import shapely
+from pydantic_core import to_json
 from sqlalchemy import Connection
 
-from hawk.exports.feed_table import FEEDS, VALID_S, Span, Wanted
+from hawk.exports.formats import FEEDS, VALID_S, Span, Wanted
 from hawk.exports.records import NEWEST, read_survey, survey_of
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN, ExportRecord, Observation
 from hawk.lots.labels import parts_of
 from hawk.lots.survey.moments import has_been
-from hawk.lots.text import json_text
 from hawk.lots.values import LotInputError, utc
 from hawk.stats.panel import read_panel
 from hawk.stats.period import period_of
@@ -50,7 +50,7 @@ def feed_text(connection: Connection, name: str, wanted: Wanted, now: float) -> 
         period = period_of(wanted.begin, wanted.end, wanted.time_zone)
         return str(feed.make(read_panel(connection, wanted.lot, period)))
     survey = read_survey(connection, survey_of(connection, wanted.lot, wanted.survey or NEWEST))
-    return json_text(feed.make(valid_at(survey, now, VALID_S if wanted.valid_s is None else wanted.valid_s)))
+    return to_json(feed.make(valid_at(survey, now, VALID_S if wanted.valid_s is None else wanted.valid_s))).decode()
 
 
 def _check(name: str, wanted: Wanted) -> None:

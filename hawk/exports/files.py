@@ -98,7 +98,7 @@ def made(connection: Connection, survey_id: str, pictures: PictureFolder, suffix
 def export(connection: Connection, survey_id: str, pictures: PictureFolder, path: Path) -> tuple[Path, ...]:
     """Write a survey as the file that the end of a name says; return the paths of all files written.
 
-    A file that is there is replaced as a whole, or stays. Raises as `made`, and LotInputError where it cannot be
+    A file that is there is replaced as a whole, or stays. Raises as `made`, and LotStoreError where it cannot be
     written.
     """
     suffix = path.suffix.lower()
@@ -118,11 +118,11 @@ def export(connection: Connection, survey_id: str, pictures: PictureFolder, path
 def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tuple[Path, ...]:
     """Write several surveys as one GeoPackage; return its path.
 
-    A file that is there is replaced as a whole, or stays. Raises NotFoundError, LotStoreError, and LotInputError where
-    it cannot be written.
+    A file that is there is replaced as a whole, or stays. Raises NotFoundError, LotInputError for another kind of file,
+    and LotStoreError where it cannot be written.
     """
     if path.suffix.lower() != DATABASE:
-        raise LotStoreError(f"--out: {path.name} holds one survey; several go into a {DATABASE}")
+        raise LotInputError("--out", f"{path.name} holds one survey; several go into a {DATABASE}")
     data = surveys_gpkg(read_surveys(connection, surveys))
     with written_to(path):
         return (replace_whole(path, data),)
@@ -130,7 +130,7 @@ def export_all(connection: Connection, surveys: Sequence[str], path: Path) -> tu
 
 @contextlib.contextmanager
 def written_to(path: Path, option: str = "--out") -> Iterator[None]:
-    """Turn an error of the disk, while a file of a person's choice is written, into LotInputError with the option.
+    """Turn an error of the disk, while a file of a person's choice is written, into LotStoreError with the option.
 
     The store is open meanwhile: its own handler would blame the store's file.
     """
@@ -142,7 +142,7 @@ def written_to(path: Path, option: str = "--out") -> Iterator[None]:
         else:
             reason = error.strerror or error
             words = f"{path} cannot be written: {reason}; name a file in a folder that this user may write"
-        raise LotInputError(option, words) from error
+        raise LotStoreError(f"{option}: {words}") from error
 
 
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT)

@@ -1,9 +1,16 @@
-"""Kinds of the files of a survey, by the ends of their names."""
+"""Formats of an export: kinds of the files of a survey, by the ends of their names, and feeds, by name.
+
+A feed is a lot in the words of a receiver: one row, over a survey or over a period. Makers are loaded when a feed is
+made: the command line and the server know the names without them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from dataclasses import dataclass
+from enum import StrEnum
+from pkgutil import resolve_name
+from typing import Any, Final
 
 PICTURE: Final = ".png"
 RASTER: Final = ".tif"
@@ -23,3 +30,62 @@ CONTENT_TYPES: Final[Mapping[str, str]] = {
 """Kinds that are one file each, with the type of their content."""
 WRITTEN: Final = (*(each for each in CONTENT_TYPES if each != ARCHIVE), RASTER)
 """Kinds that the command writes."""
+VALID_S: Final = 3600.0
+"""Age of a look up to which its state is given, seconds, where a receiver names no other."""
+
+
+class Span(StrEnum):
+    """Ground of a feed in time."""
+
+    SURVEY = "survey"
+    """A survey: the maker takes an `ExportRecord`, whose old states are unknown, and returns JSON values."""
+    PERIOD = "period"
+    """A period: the maker takes a `Panel` of the period's surveys, and returns text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Feed:
+    """A receiver's format. ``maker``: module and function that make it."""
+
+    title: str
+    content_type: str
+    span: Span
+    maker: str
+
+    def make(self, given: Any) -> Any:
+        """Return the feed of what its span says."""
+        return resolve_name(self.maker)(given)
+
+
+FEEDS: Final[Mapping[str, Feed]] = {
+    "ngsi-ld": Feed(
+        "NGSI-LD, the smart data models of parking", "application/ld+json", Span.SURVEY,
+        "hawk.exports.feeds:ngsi_entities",
+    ),
+    "cds": Feed(
+        "CDS 1.0 curb spaces", "application/vnd.cds+json;version=1.0", Span.SURVEY, "hawk.exports.feeds:cds_spaces"
+    ),
+    "parkapi": Feed("ParkAPI", "application/json", Span.SURVEY, "hawk.exports.feeds:parkapi"),
+    "cds-aggregates": Feed(
+        "CDS 1.0 aggregates: occupancy hour by hour, -1 where nobody flew", "application/vnd.cds+csv;version=1.0",
+        Span.PERIOD, "hawk.stats.aggregates:cds_aggregates",
+    ),
+}  # fmt: skip
+"""Feeds by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Ground and time of a feed.
+
+    ``survey``: id of the survey, or its beginning; None: the last one that is registered. ``valid_s``: seconds up to
+    which a state is given, None for `VALID_S`. ``begin``, ``end``, ``time_zone``: a period as
+    `hawk.stats.period.period_of` takes it.
+    """
+
+    lot: str
+    survey: str | None = None
+    valid_s: float | None = None
+    begin: str | None = None
+    end: str | None = None
+    time_zone: str | None = None

@@ -14,7 +14,7 @@ from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation
 from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import stalls_in
-from hawk.lots.plan.values import PlanStall, shapes_of
+from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.georeference import corners_on_earth, on_earth
 from hawk.lots.registration.survey_place import datum_accuracy, datum_of
 from hawk.lots.schema import LOT, OBSERVATION, SURVEY
@@ -156,8 +156,8 @@ def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation
     return tuple(_exported(each, look) for each, look in zip(placed, looks, strict=True))
 
 
-def _alone(stall: Detection) -> PlanStall:
-    return PlanStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length)
+def _alone(stall: Detection) -> LayoutStall:
+    return LayoutStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length, "", False)
 
 
 class _Look(NamedTuple):
@@ -171,7 +171,7 @@ class _Look(NamedTuple):
 class _Placed(NamedTuple):
     """A stall with its middle and corners on Earth, and the direction of its long side, degrees."""
 
-    stall: PlanStall
+    stall: LayoutStall
     place: LatLon
     corners: tuple[LatLon, ...]
     direction: float
@@ -201,7 +201,7 @@ def _exported(placed: _Placed, look: _Look | None) -> Observation:
 _SEEN: Final = (StallState.FREE.value, StallState.TAKEN.value)
 
 
-def _on_earth(datum: LatLon, stalls: Sequence[PlanStall]) -> list[_Placed]:
+def _on_earth(datum: LatLon, stalls: Sequence[LayoutStall]) -> list[_Placed]:
     """Return stalls with their middles and corners, counter-clockwise as seen from above."""
     if not stalls:
         return []

@@ -9,13 +9,13 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.dataclasses import dataclass
 
 from hawk.lots.plan.kinds import Kind
+from hawk.lots.plan.values import ANSWER, Id, PlanStall
+from hawk.lots.values import PossiblePlace
 
-ID: Final = "^[0-9a-f-]{36}$"
-Id = Annotated[str, WithJsonSchema({"pattern": ID, "type": "string"})]
-"""Id of an answer: the store made it, and nobody checks it again."""
 Utc = Annotated[datetime, Field(description="UTC")]
 Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
 Metres = Annotated[list[float], Field(min_length=2, max_length=2, description="north and east, metres")]
@@ -32,16 +32,7 @@ BLURRED: Final = "stalls that only blurred pictures showed; null: not measured"
 class Shown(BaseModel):
     """An object of an answer."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class PossiblePlace(Shown):
-    """A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits."""
-
-    north: float
-    east: float
-    turn: float
-    score: float
+    model_config = ConfigDict(frozen=True, populate_by_name=True, **ANSWER)
 
 
 class Doubt(Shown):
@@ -91,8 +82,8 @@ class CountedSurvey(Sourced):
     ended: Utc
 
 
-class LotSurvey(CountedSurvey):
-    """A survey of a lot."""
+class Survey(CountedSurvey):
+    """A survey. `candidates`: the lots that it may be of, while a person has to say it."""
 
     seq: Annotated[int, Field(description="number in the order of the landings")]
     lot: Id | None
@@ -100,11 +91,6 @@ class LotSurvey(CountedSurvey):
     place: SurveyPlace | None
     doubt: Doubt | None
     time_is_sure: Annotated[bool, Field(description="false: no sure clock says the time, or it is later than now")]
-
-
-class Survey(LotSurvey):
-    """A survey, with the lots that it may be of."""
-
     candidates: list[Id]
 
 
@@ -129,7 +115,7 @@ class ListedLot(Shown):
     name: str
     stalls: Count
     survey_count: Count
-    last_survey: LotSurvey | None
+    last_survey: Survey | None
 
 
 class Edit(Shown):
@@ -160,21 +146,8 @@ class Layout(Shown):
     why: str
 
 
-class EditedStall(Shown):
-    """A stall of the plan: its middle, and the direction of its length, radians clockwise from north."""
-
-    id: Id
-    label: str
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    kind: Annotated[Kind, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
-    is_confirmed: bool
-
-
-class PlanStall(EditedStall):
+@dataclass(frozen=True, slots=True, kw_only=True, config=ANSWER)
+class PlacedStall(PlanStall):
     """A stall of a layout, with its row and its place on Earth."""
 
     row: Annotated[str | None, Field(description="letter of its row; null under an owner's own label")]
@@ -182,7 +155,8 @@ class PlanStall(EditedStall):
     longitude: float
 
 
-class ListedStall(PlanStall):
+@dataclass(frozen=True, slots=True, kw_only=True, config=ANSWER)
+class ListedStall(PlacedStall):
     """A stall with the last look at it, all null where no survey looked; `survey`: which survey looked."""
 
     state: State | None
@@ -191,6 +165,7 @@ class ListedStall(PlanStall):
     survey: Id | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, config=ANSWER)
 class Stall(ListedStall):
     """A stall of a lot: `begins` is the first version of the layout that has it, `ends` the first that has not."""
 
@@ -208,34 +183,6 @@ class Zone(Shown):
     has_stalls: bool
     outline: list[Metres]
     ground: list[Degrees]
-
-
-class EditedZone(Shown):
-    """A zone of the plan, or an area without stalls."""
-
-    id: Id
-    name: str
-    kind: Kind | Literal["no_stalls"]
-    outline: list[Metres]
-
-
-class Plan(Shown):
-    """A lot's plan: all of it where `whole`, else the stalls that changed after a revision, and the ids of those that
-    are `gone`. `zones`: areas without stalls; `named_zones`: those that statistics count. `layout`: the version that
-    was asked for, which has neither a `revision` nor an `edit`; null for the present plan. `datum`: origin of the
-    lot's frame, north up. A file with all of it is imported as an owner's plan.
-    """
-
-    lot: Id
-    datum: Degrees
-    layout: int | None
-    revision: Count | None
-    edit: Edit | None
-    whole: bool
-    stalls: list[EditedStall]
-    gone: list[Id]
-    zones: list[EditedZone]
-    named_zones: list[EditedZone]
 
 
 class Observation(Shown):
@@ -258,6 +205,37 @@ class Change(Shown):
     who: str
     made: Utc
     undone: Utc | None
+
+
+class Done(Shown):
+    """A change that was made; its `seq` undoes it."""
+
+    seq: int
+    kind: str
+    lot: str
+
+
+class Pinned(Done):
+    """Move of a lot's datum and frame, metres and degrees. `residual`: by how much two points contradict the lot, m."""
+
+    north: float
+    east: float
+    turn: float
+    residual: float
+    datum: Degrees
+
+
+class Undone(Shown):
+    """A change that was undone."""
+
+    seq: int
+    kind: str
+
+
+class Begun(Done):
+    """A lot that a plan made; `stalls`: how many it has."""
+
+    stalls: Count
 
 
 class FoundStall(Shown):
@@ -353,6 +331,37 @@ class PossiblePlaces(Shown):
     places: list[PlacedShapes]
 
 
+class SharedLink(Shown):
+    """A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`."""
+
+    id: Id
+    token: str
+    ends: Utc
+
+
+class ListedLink(Shown):
+    """A link to a lot, without its token. `open`: it opens the lot now."""
+
+    id: Id
+    made: Utc
+    ends: Utc
+    open: bool
+    taken_back: Utc | None
+
+
+class SharedLinks(Shown):
+    """All links to a lot, the newest first."""
+
+    shares: list[ListedLink]
+
+
+class TakenBack(Shown):
+    """A link that opens nothing from now on."""
+
+    id: Id
+    taken_back: bool
+
+
 class Part(Shown):
     """Part of a list."""
 
@@ -377,10 +386,10 @@ class LayoutList(Part):
     items: list[Layout]
 
 
-class PlanStallList(Part):
+class PlacedStallList(Part):
     """Part of the list of a layout's stalls."""
 
-    items: list[PlanStall]
+    items: list[PlacedStall]
 
 
 class StallList(Part):

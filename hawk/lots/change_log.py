@@ -17,8 +17,8 @@ from typing import Any, Final
 from sqlalchemy import Connection, bindparam, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
-from hawk.lots.plan.revisions import read_again
-from hawk.lots.plan.versions import check_not_edited, newest_layout
+from hawk.lots.answers import Done
+from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.rows import Key, Row, is_among, read_rows
 from hawk.lots.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, STALL, SURVEY, ZONE
 from hawk.lots.storage.digests import check_whole
@@ -42,15 +42,6 @@ class Change:
     kind: str
     lot: str
     rows: tuple[Row, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Done:
-    """A change that was written; ``seq`` undoes it."""
-
-    seq: int
-    kind: str
-    lot: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +166,8 @@ def write(connection: Connection, change: Change, who: str, now: float) -> Done:
     apply(connection, groups)
     for lot in plans | _plans_of(connection, groups):
         read_again(connection, lot)
-    return Done(record(connection, change.kind, change.lot, who, now, groups), change.kind, change.lot)
+    seq = record(connection, change.kind, change.lot, who, now, groups)
+    return Done(seq=seq, kind=change.kind, lot=change.lot)
 
 
 def record(

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 from sqlalchemy import Connection, func, select
 
 from hawk.lots import change_log, operations, pins
+from hawk.lots.answers import Done, Pinned
 from hawk.lots.change_detection import takeover
-from hawk.lots.change_log import Change, Done
+from hawk.lots.change_log import Change
 from hawk.lots.ingest import registered_place, used_labels
 from hawk.lots.operations import Estate
 from hawk.lots.plan.queries import all_stalls
@@ -111,7 +112,7 @@ def drop(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str
     return takeover.drop(connection, lot_id, asked, who, now)
 
 
-def pin(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> dict[str, Any]:
+def pin(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Pinned:
     """Pin a lot to its place on Earth, or unpin it; return the change and by how much the lot is moved.
 
     ``north``, ``east`` (metres) and ``turn`` (degrees) are those of the lot's datum and frame; ``residual``: metres by
@@ -119,9 +120,11 @@ def pin(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str,
     """
     lot_row(connection, lot_id)
     done, pinned = pins.pin(connection, lot_id, asked, who, now)
-    moved = {"north": round(pinned.move.north, 3), "east": round(pinned.move.east, 3)}
-    moved |= {"turn": round(math.degrees(pinned.move.turn), 4), "residual": round(pinned.residual, 3)}
-    return {**asdict(done), **moved, "datum": list(datum_of(connection, lot_id))}
+    return Pinned(
+        **dict(done), north=round(pinned.move.north, 3), east=round(pinned.move.east, 3),
+        turn=round(math.degrees(pinned.move.turn), 4), residual=round(pinned.residual, 3),
+        datum=list(datum_of(connection, lot_id)),
+    )  # fmt: skip
 
 
 def undo(connection: Connection, seq: int, now: float) -> str:

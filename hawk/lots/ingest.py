@@ -15,9 +15,8 @@ from sqlalchemy import Connection, RowMapping, delete, func, insert, select, upd
 from hawk.lots.labels import lasting_labels
 from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.revisions import read_again
 from hawk.lots.plan.values import SHAPE
-from hawk.lots.plan.versions import newest_layout
+from hawk.lots.plan.versions import newest_layout, read_again
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.lot_match import Answer, Parcel, which_lot
 from hawk.lots.registration.survey_place import Doubt, Findings, placed_by, registered

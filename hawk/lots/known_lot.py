@@ -13,8 +13,7 @@ from sqlalchemy import Connection, func, select
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
 from hawk.lots.plan.queries import all_stalls, in_plan
-from hawk.lots.plan.revisions import revision_of
-from hawk.lots.plan.versions import newest_layout
+from hawk.lots.plan.versions import newest_layout, revision_of
 from hawk.lots.registration.frames import frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground

@@ -23,9 +23,8 @@ from hawk.lots.answers import (
     Observation,
     ObservationList,
     Part,
-    PlanStall,
-    PlanStallList,
-    Shown,
+    PlacedStall,
+    PlacedStallList,
     Stall,
     StallList,
     Survey,
@@ -86,7 +85,12 @@ def lots(connection: Connection, asked: Asked) -> LotList:
         is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
     rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
     return _part(
-        LotList, connection, rows, asked, lambda row: listed_lot(connection, row._mapping), lambda row: str(row.id)
+        LotList,
+        connection,
+        rows,
+        asked,
+        lambda row: listed_lot(connection, row._mapping),
+        lambda row: str(row.id),
     )
 
 
@@ -220,7 +224,7 @@ def _look_of(row: Row[Any]) -> Found:
     }
 
 
-def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: Asked) -> PlanStallList:
+def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: Asked) -> PlacedStallList:
     """Return the stalls of a version of a lot's layout as they were in it. Raises NotFoundError, LotInputError."""
     lot_row(connection, lot_id)
     is_there = select(LAYOUT.c.version).where(LAYOUT.c.lot == lot_id, LAYOUT.c.version == version)
@@ -234,8 +238,8 @@ def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: A
     former = connection.execute(select(FORMER).where(is_former).order_by(FORMER.c.ends.desc()), among)
     were = {row.stall: row for row in former}  # that of the smallest `ends` is last
     items = _placed(connection, lot_id, [were.get(row.key, row) for row in found])
-    named = readable(lambda pair: PlanStall(**pair[0] | {"id": pair[1].id}), zip(items, found, strict=True))
-    return _cut(PlanStallList, named, found, asked, _key_of)
+    named = readable(lambda pair: PlacedStall(**pair[0] | {"id": pair[1].id}), zip(items, found, strict=True))
+    return _cut(PlacedStallList, named, found, asked, _key_of)
 
 
 def _placed(connection: Connection, lot_id: str, rows: Sequence[Row[Any]]) -> list[Found]:
@@ -329,7 +333,7 @@ def _rows(connection: Connection, rows: Select[Any], asked: Asked) -> Sequence[R
 
 
 def _part(
-    model: type[P], connection: Connection, rows: Select[Any], asked: Asked, shown: Callable[[Row[Any]], Shown],
+    model: type[P], connection: Connection, rows: Select[Any], asked: Asked, shown: Callable[[Row[Any]], object],
     place: Callable[[Row[Any]], str],
 ) -> P:  # fmt: skip
     found = _rows(connection, rows, asked)
@@ -337,8 +341,9 @@ def _part(
 
 
 def _cut(
-    model: type[P], items: Sequence[Shown], rows: Sequence[Row[Any]], asked: Asked, place: Callable[[Row[Any]], str]
-) -> P:
+    model: type[P], items: Sequence[object], rows: Sequence[Row[Any]], asked: Asked,
+    place: Callable[[Row[Any]], str],
+) -> P:  # fmt: skip
     """Return the items that were asked for, with the place behind the last one where another follows."""
     following = place(rows[asked.limit - 1]) if len(rows) > asked.limit else None
     return model.model_validate({"items": items[: asked.limit], "next": following})

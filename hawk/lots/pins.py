@@ -16,11 +16,11 @@ import numpy as np
 from sqlalchemy import Connection, select
 
 from hawk.lots import change_log
-from hawk.lots.change_log import Change, Done
+from hawk.lots.answers import Done
+from hawk.lots.change_log import Change
 from hawk.lots.operations import layout_row, placed
 from hawk.lots.outlines import outline_json, outline_to_change, ring_of
-from hawk.lots.plan.revisions import read_again
-from hawk.lots.plan.versions import check_not_edited, newest_layout
+from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.registration.frames import Floats, Move, frame_of
 from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import Doubt, datum_of, mean_datum
@@ -43,7 +43,7 @@ _ALIKE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Pinned:
+class PointFit:
     """``move``: of the lot about its former datum. ``residual``: metres by which the points are farther apart than the
     lot has them, 0 for one point.
     """
@@ -52,7 +52,7 @@ class Pinned:
     residual: float
 
 
-def pin(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, now: float) -> tuple[Done, Pinned]:
+def pin(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, now: float) -> tuple[Done, PointFit]:
     """Pin a lot by ``points``; without any, it is unpinned: its datum is the mean of its surveys again.
 
     Raises LotInputError, and BeingEditedError while a person edits the plan.
@@ -68,7 +68,7 @@ def pin(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, no
         move = Move(turn=pinned.move.turn)
     else:
         new = mean_datum(connection, lot)
-        pinned = Pinned(replace(frame_of(datum, new), turn=-turned), 0.0)
+        pinned = PointFit(replace(frame_of(datum, new), turn=-turned), 0.0)
         move = Move(turn=-turned)
     (lot_row,) = rows_where(connection, LOT, id=lot)
     outline = _outline(lot_row, datum, pinned.move)
@@ -82,7 +82,7 @@ def pin(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, no
     return done, pinned
 
 
-def fitted(points: Sequence[tuple[Floats, Floats]]) -> Pinned:
+def fitted(points: Sequence[tuple[Floats, Floats]]) -> PointFit:
     """Return the rigid move that brings points (2,) to where they really are, both (north, east) about the datum.
 
     The turn and the middle of two points are met, which is the least-squares rigid fit. Raises LotInputError.
@@ -105,7 +105,7 @@ def fitted(points: Sequence[tuple[Floats, Floats]]) -> Pinned:
             words = f"turn the lot by {math.degrees(turn):.1f}°, 10° is the most: mark the same two points on the map"
             raise LotInputError("points", words)
     north, east = (there.mean(axis=0) - Move(turn=turn).of(here.mean(axis=0)[None])[0]).tolist()
-    return Pinned(Move(north, east, turn), residual)
+    return PointFit(Move(north, east, turn), residual)
 
 
 def _points(given: object, datum: tuple[float, float]) -> list[tuple[Floats, Floats]]:

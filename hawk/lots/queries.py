@@ -11,10 +11,11 @@ import numpy as np
 from sqlalchemy import Connection, RowMapping, func, select
 from sqlalchemy import Row as SqlRow
 
-from hawk.lots.answers import Change, ListedLot, Lot, LotSurvey, Survey
+from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.outlines import outline_of
-from hawk.lots.plan import revisions, serialize
+from hawk.lots.plan import serialize, versions
+from hawk.lots.plan.answers import Plan
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import shapes_of
 from hawk.lots.registration.survey_place import (
@@ -36,8 +37,6 @@ from hawk.lots.values import (
 )
 
 _Shown = Mapping[str, Any] | RowMapping
-CHANGES_SHOWN: Final = 20
-"""Newest changes that are listed."""
 _SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program")
 _MORE: Final = ("latitude", "longitude", "north", "east", "turn", "doubt", "began", "ended", "candidates")
 SURVEY_SHOWN: Final = (
@@ -46,10 +45,10 @@ SURVEY_SHOWN: Final = (
 """Columns of a survey that are shown."""
 
 
-def places(connection: Connection, survey_id: str) -> dict[str, Any]:
+def places(connection: Connection, survey_id: str) -> PossiblePlaces:
     """Return where a survey in doubt may lie: the stalls of its lot, and its own at each place, in the lot's frame.
 
-    A stall is [north, east, angle, width, length]. Raises NotFoundError.
+    Raises NotFoundError.
     """
     survey = survey_row(connection, survey_id)
     assert survey.values is not None  # noqa: S101 - it is there
@@ -59,10 +58,11 @@ def places(connection: Connection, survey_id: str) -> dict[str, Any]:
     seen = [stall for stall in Findings.stored(survey.values).stalls if stall.is_witness]
     shown = [np.round(shapes_of(move_of(place).stalls(seen)), 3).tolist() for place in doubt.places]
     known = np.round(shapes_of(all_stalls(connection, lot_id)), 3).tolist()
-    return {"survey": survey_id, "lot": lot_id, "known": known, "places": [{"stalls": stalls} for stalls in shown]}
+    placed = [PlacedShapes(stalls=stalls) for stalls in shown]
+    return PossiblePlaces(survey=survey_id, lot=lot_id, known=known, places=placed)
 
 
-def plan(connection: Connection, lot_id: str, since: int | None = None, layout: int | None = None) -> dict[str, Any]:
+def plan(connection: Connection, lot_id: str, since: int | None = None, layout: int | None = None) -> Plan:
     """Return the plan of a lot: all, those stalls that changed since a revision, or that of a layout.
 
     Raises NotFoundError.
@@ -73,10 +73,10 @@ def plan(connection: Connection, lot_id: str, since: int | None = None, layout: 
     )
 
 
-def proposed(connection: Connection, lot_id: str) -> dict[str, Any]:
+def proposed(connection: Connection, lot_id: str) -> Proposals:
     """Return what the newest surveys propose to change of a lot's layout. Raises NotFoundError."""
     lot_row(connection, lot_id)
-    return proposals.changes_json(connection, lot_id)
+    return proposals.proposed(connection, lot_id)
 
 
 def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
@@ -116,7 +116,7 @@ def listed_lot(connection: Connection, row: _Shown) -> ListedLot:
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
     return ListedLot(
         id=row["id"], name=row["name"], stalls=stalls, survey_count=surveys,
-        last_survey=next(iter(readable(lambda values: LotSurvey(**values), _values(connection, last_rows))), None),
+        last_survey=next(iter(surveys_of(connection, last_rows)), None),
     )  # fmt: skip
 
 
@@ -126,19 +126,14 @@ def whole_lot(connection: Connection, row: _Shown) -> Lot:
         **dict(listed_lot(connection, row)), datum=list(datum_of(connection, row["id"])),
         datum_is_pinned=row["datum_is_pinned"],
         outline=[[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
-        edit=serialize.edit_json(connection, row["id"]), revision=revisions.revision_of(connection, row["id"]),
+        edit=serialize.shown_edit(connection, row["id"]), revision=versions.revision_of(connection, row["id"]),
     )  # fmt: skip
 
 
 def surveys_of(connection: Connection, rows: Sequence[_Shown]) -> list[Survey]:
     """Return surveys, rows of `SURVEY_SHOWN`, each with its counts and the lots that it may be of."""
-    pairs = zip(rows, _values(connection, rows), strict=True)
-    return readable(lambda pair: Survey(**pair[1], candidates=json.loads(pair[0]["candidates"])), pairs)
-
-
-def _values(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
-    """Return the fields of `LotSurvey` of rows of `SURVEY_SHOWN`."""
-    return [_survey_values(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+    pairs = zip(rows, counts_of(connection, rows), strict=True)
+    return readable(lambda pair: Survey(**_survey_values(pair[0]) | pair[1]), pairs)
 
 
 def _survey_values(row: _Shown) -> dict[str, Any]:
@@ -148,6 +143,7 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
+    shown["candidates"] = json.loads(row["candidates"])
     shown |= {"began": moment(row["began"]), "ended": moment(row["ended"]), "time_is_sure": row["time_is_sure"]}
     return {**shown, **source_json(row)}
 

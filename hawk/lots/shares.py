@@ -13,9 +13,10 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, insert, select, update
 
+from hawk.lots.answers import ListedLink, SharedLink, SharedLinks, TakenBack
 from hawk.lots.queries import lot_row
 from hawk.lots.schema import LOT, SHARE
-from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, new_id, utc
+from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, moment, new_id
 
 TOKEN_BYTES: Final = 16
 DAY_S: Final = 86_400.0
@@ -25,36 +26,36 @@ LARGEST: Final = 50
 """Open links of a lot at most."""
 
 
-def share(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+def share(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> SharedLink:
     """Make a link to a lot for ``days``; return it with its ``token``, which is not kept.
 
     Raises LotInputError, NotFoundError, and LotStoreError with too many open links.
     """
     days = _days(asked.get("days"))
     lot_row(connection, lot)
-    if sum(row["open"] for row in shares(connection, lot, now)["shares"]) >= LARGEST:
+    if sum(link.open for link in shares(connection, lot, now).shares) >= LARGEST:
         raise LotStoreError(f"shares: this lot has {LARGEST} open links; take one back first")
     token = secrets.token_urlsafe(TOKEN_BYTES)
     row = {"id": new_id(), "lot": lot, "digest": _digest(token), "made": now, "ends": now + days * DAY_S}
     connection.execute(insert(SHARE).values(row))
-    return {"id": row["id"], "token": token, "ends": utc(now + days * DAY_S)}
+    return SharedLink(id=row["id"], token=token, ends=moment(now + days * DAY_S))
 
 
-def shares(connection: Connection, lot: str, now: float) -> dict[str, Any]:
+def shares(connection: Connection, lot: str, now: float) -> SharedLinks:
     """Return the links of a lot, the newest first. Raises NotFoundError."""
     lot_row(connection, lot)
     rows = connection.execute(select(SHARE).where(SHARE.c.lot == lot).order_by(SHARE.c.made.desc())).mappings()
-    return {"shares": [_shown(row, now) for row in rows]}
+    return SharedLinks(shares=[_shown(row, now) for row in rows])
 
 
-def take_back(connection: Connection, share_id: str, now: float) -> dict[str, Any]:
+def take_back(connection: Connection, share_id: str, now: float) -> TakenBack:
     """Let a link open nothing from now on; one that was taken back stays so. Raises NotFoundError."""
     found = connection.execute(select(SHARE).where(SHARE.c.id == share_id)).mappings().one_or_none()
     if found is None:
         raise NotFoundError("share: there is no link with this id; reload the list")
     if found["taken_back"] is None:
         connection.execute(update(SHARE).where(SHARE.c.id == share_id).values(taken_back=now))
-    return {"id": share_id, "taken_back": True}
+    return TakenBack(id=share_id, taken_back=True)
 
 
 def lot_of(connection: Connection, token: str, now: float) -> str | None:
@@ -81,11 +82,11 @@ def _days(given: object) -> float:
     return days
 
 
-def _shown(row: RowMapping, now: float) -> dict[str, Any]:
+def _shown(row: RowMapping, now: float) -> ListedLink:
     is_open = row["taken_back"] is None and row["ends"] > now
-    return {"id": row["id"], "made": utc(row["made"]), "ends": utc(row["ends"]), "open": is_open} | {
-        "taken_back": None if row["taken_back"] is None else utc(row["taken_back"])
-    }
+    back = None if row["taken_back"] is None else moment(row["taken_back"])
+    made, ends = moment(row["made"]), moment(row["ends"])
+    return ListedLink(id=row["id"], made=made, ends=ends, open=is_open, taken_back=back)
 
 
 def _digest(token: str) -> str:

@@ -27,7 +27,7 @@ from hawk.lots.change_log import unpacked
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.geometry import polygons
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import PlanStall, shapes_of
+from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
@@ -76,7 +76,7 @@ class Lesson:
     """
 
     lot: str
-    stalls: tuple[PlanStall, ...] = field(repr=False)
+    stalls: tuple[LayoutStall, ...] = field(repr=False)
     known: BaseGeometry = field(repr=False)
     outline: BaseGeometry = field(repr=False)
     surveys: tuple[Flown, ...]
@@ -164,7 +164,7 @@ def _write(lesson: Lesson, survey: Flown, tiles: dict[TileKey, bytes], folder: P
     return name
 
 
-def _corners(stalls: Sequence[PlanStall], move: Move) -> NDArray[np.float64]:
+def _corners(stalls: Sequence[LayoutStall], move: Move) -> NDArray[np.float64]:
     """Return the corners (N, 4, 2) of stalls in the frame of a survey."""
     rings = shapely.get_coordinates(polygons(shapes_of(stalls)))
     return move.back(rings).reshape(-1, 5, 2)[:, :4]
@@ -185,7 +185,7 @@ def _states(connection: Connection, survey: int, ids: Mapping[int, str]) -> dict
 
 
 def _labels(
-    stalls: Sequence[PlanStall], states: Mapping[str, str], corners: NDArray[np.float64], shown: Shown
+    stalls: Sequence[LayoutStall], states: Mapping[str, str], corners: NDArray[np.float64], shown: Shown
 ) -> list[dict[str, object]]:
     """Return the labels of the stalls whose middle the picture shows."""
     found: list[dict[str, object]] = []

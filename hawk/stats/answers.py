@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hawk.lots.answers import Count, CountedSurvey, Id, Share, Shown
+from hawk.lots.answers import Count, CountedSurvey, Share, Shown
+from hawk.lots.plan.values import Id
 from hawk.stats.values import Estimate
 
 

@@ -9,7 +9,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from hawk.lots.answers import Count, Id, Shown
+from hawk.lots.answers import Count, Shown
+from hawk.lots.plan.values import Id
 from hawk.stats.counts import WIDER
 from hawk.stats.values import (
     DEVIATIONS,

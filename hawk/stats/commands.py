@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.loader import config_of
-from hawk.config.sections import ConfigError
+from hawk.lots.storage.commands import run_on_store
 from hawk.runtime.late import late
 from hawk.stats.partition import PARTITIONS
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
     from hawk.lots import names
     from hawk.lots import store as lots
-    from hawk.lots import values as errors
     from hawk.lots.storage import database
     from hawk.lots.survey import observations
     from hawk.stats import period, queries, serialize
@@ -26,13 +23,11 @@ else:
     observations = late("hawk.lots.survey.observations")
     names = late("hawk.lots.names")
     lots = late("hawk.lots.store")
-    errors = late("hawk.lots.values")
     queries = late("hawk.stats.queries")
     period = late("hawk.stats.period")
     serialize = late("hawk.stats.serialize")
 
 COMMAND: Final = "stats"
-_FAILED: Final = 1
 
 
 def add_stats_command(commands: Any) -> None:
@@ -58,15 +53,7 @@ def add_stats_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    config = config_of(options)
-    try:
-        print(_answer(lots.lots_file(config.store.directory, config.store.lots), options))
-    except errors.LotInputError as error:
-        raise ConfigError(f"--{error.field.replace('_', '-')}: {error.reason}") from None
-    except errors.LotStoreError as error:
-        print(f"hawk-drone: {error}", file=sys.stderr)
-        return _FAILED
-    return 0
+    return run_on_store(options, lambda store: _answer(store, options))
 
 
 def _answer(store: Path, options: argparse.Namespace) -> str:

@@ -13,15 +13,15 @@ from typing import Annotated, Final, Literal, get_args
 import numpy as np
 from pydantic import Field
 
-from hawk.lots.answers import Count, Id, Share, Shown
+from hawk.lots.answers import Count, Share, Shown
+from hawk.lots.plan.values import Id
 from hawk.stats.changes import Steady, steady
 from hawk.stats.counts import count
 from hawk.stats.flow import Flow, Moves
-from hawk.stats.groups import groups_of, whole
 from hawk.stats.hours import Hours, around, flown_hours
 from hawk.stats.partition import Partition
 from hawk.stats.turnover import Turnover, longest_gap, turnover
-from hawk.stats.values import LEVEL, NOTHING, Estimate, Floats, Group, LeftOut, Panel
+from hawk.stats.values import LEVEL, NOTHING, Estimate, Floats, Group, LeftOut, Panel, groups_of, whole
 
 PRACTICAL: Final = (0.85, 0.90)
 """Occupancies from which a lot counts as full: drivers circle (docs/statistics.md)."""

@@ -1,14 +1,27 @@
-"""Statistics of a lot in a store: one call for the command line, the page and other tools."""
+"""Statistics of a lot in a store: one call each for the command line, the API and other tools."""
 
 from __future__ import annotations
 
-from sqlalchemy import Connection
+from typing import Any, Final
 
-from hawk.lots.values import LotInputError
+import numpy as np
+from sqlalchemy import Connection, RowMapping, select
+
+from hawk.lots.rows import readable
+from hawk.lots.schema import SURVEY
+from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.order import newest_first
+from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
+from hawk.lots.values import LotInputError, moment
+from hawk.stats.answers import StallsUse, SurveysUse, SurveyUse
 from hawk.stats.changes import Changed, changes_between
+from hawk.stats.counts import count
 from hawk.stats.figures import Figures, figures
-from hawk.stats.panel import Period, read_panel
+from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
+from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Estimate, Floats, Group, Panel
+
+_SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")
 
 
 def statistics(connection: Connection, lot: str, period: Period, by: Partition | None = None) -> Figures:
@@ -32,3 +45,82 @@ def changes(connection: Connection, lot: str, before: str, after: str, period: P
             words = reasons.get(survey, "is no survey of this lot and period: name another one")
             raise LotInputError(field, words)
     return changes_between(panel, numbers[before], numbers[after])
+
+
+def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
+    """Return the surveys of a lot that the figures of a period use or leave out, the newest first.
+
+    ``occupancy``: share of taken stalls with its interval, by the looks. ``left_out``: why no figure uses a survey, ""
+    for the others. Raises NotFoundError, LotStoreError.
+    """
+    panel = read_panel(connection, lot, period)
+    shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
+    reasons = {each.survey: each.why for each in panel.left_out}
+    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
+    asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have()).order_by(*newest_first())
+    rows = [row for row in connection.execute(asked).mappings() if row["id"] in shares or row["id"] in reasons]
+
+    def use(pair: tuple[RowMapping, dict[str, Any]]) -> SurveyUse:
+        row, counts = pair
+        return SurveyUse(
+            **{name: row[name] for name in _SHOWN} | counts | source_json(row),
+            began=moment(row["began"]), ended=moment(row["ended"]), occupancy=shares.get(row["id"], NOTHING),
+            left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
+        )  # fmt: skip
+
+    return SurveysUse(
+        lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
+        surveys=readable(use, zip(rows, counts_of(connection, rows), strict=True)),
+    )  # fmt: skip
+
+
+def _shares(panel: Panel) -> list[Estimate]:
+    """Return the share of taken stalls of each survey of a panel."""
+    counted = count(panel, (Group("", np.ones(len(panel.stalls), np.bool_)),))
+    low, high = counted.bounds()
+    ends = np.column_stack((counted.share[:, 0], low[:, 0], high[:, 0])).tolist()
+    seen = (counted.seen[:, 0] > 0).tolist()
+    return [
+        Estimate(share, least, most, 1) if is_seen else NOTHING
+        for (share, least, most), is_seen in zip(ends, seen, strict=True)
+    ]
+
+
+def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:
+    """Return of each stall the share of a period's surveys in which it was taken, in columns.
+
+    ``surveys``: those that saw its state; ``share``, ``low``, ``high``: None without any. The shares are those of the
+    surveys' moments. Raises NotFoundError, LotStoreError.
+    """
+    panel = read_panel(connection, lot, period)
+    is_seen = panel.is_there & (panel.state != UNSEEN)
+    looks = is_seen.sum(axis=0).astype(np.float64)
+    taken = (is_seen & (panel.state == TAKEN)).sum(axis=0).astype(np.float64)
+    wrong = np.where(is_seen, panel.taken * (1 - panel.taken), np.float32(0)).sum(axis=0, dtype=np.float64)
+    low, high = share_bounds(taken, looks, wrong)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = taken / looks
+    return StallsUse(
+        lot=lot, interval=LEVEL, surveys_in_period=len(panel.surveys),
+        ids=[stall.id for stall in panel.stalls], labels=[stall.label for stall in panel.stalls],
+        surveys=looks.astype(int).tolist(), share=_listed(share), low=_listed(low), high=_listed(high),
+    )  # fmt: skip
+
+
+def share_bounds(taken: Floats, looks: Floats, wrong: Floats) -> tuple[Floats, Floats]:
+    """Return the ends of the interval of shares ``taken / looks``; NaN without looks.
+
+    Wilson's interval (1927) of a share among independent moments, widened by the variance ``wrong`` of the number of
+    taken ones by wrong states.
+    """
+    z = DEVIATIONS
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = taken / looks
+        middle = (share + z**2 / (2 * looks)) / (1 + z**2 / looks)
+        half = z * np.sqrt(share * (1 - share) / looks + z**2 / (4 * looks**2)) / (1 + z**2 / looks)
+        off = np.hypot(half, z * np.sqrt(wrong) / looks)
+    return np.clip(np.minimum(middle - off, share), 0.0, 1.0), np.clip(np.maximum(middle + off, share), 0.0, 1.0)
+
+
+def _listed(values: Floats) -> list[float | None]:
+    return [round(value, 4) if value == value else None for value in values.tolist()]

@@ -5,7 +5,7 @@ No vehicle is in them: a stall is free, taken or unknown at the moment of a surv
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, tzinfo
 from typing import Annotated, Any, Final
@@ -14,7 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PlainSerializer
 
-from hawk.lots.answers import Count, Id, Utc
+from hawk.lots.answers import Count, Utc
+from hawk.lots.plan.kinds import KINDS
+from hawk.lots.plan.values import Id
+from hawk.stats.partition import Partition
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -33,6 +36,10 @@ FREE: Final = 0
 TAKEN: Final = 1
 UNSEEN: Final = -1
 """States of a look; the last one is also that of a stall that was looked at without certainty."""
+WHOLE: Final = "lot"
+NO_ROW: Final = "other"
+"""Row of stalls whose label names none."""
+NO_ZONE: Final = "no zone"
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +111,27 @@ class Group:
 
     name: str
     members: Bools = field(repr=False)
+
+
+def whole(panel: Panel) -> list[Group]:
+    """Return all stalls of the lot as one group."""
+    return [Group(panel.name or WHOLE, np.ones(len(panel.stalls), np.bool_))]
+
+
+def groups_of(panel: Panel, by: Partition | None) -> list[Group]:
+    """Return the groups of a lot by a `Partition` of its stalls, else none. A stall in two zones is in two groups."""
+    if by not in _NAMES:
+        return []
+    names = [_NAMES[by](stall) for stall in panel.stalls]
+    found = sorted({name for each in names for name in each}, key=lambda name: (len(name), name))
+    return [Group(name, np.array([name in each for each in names], np.bool_)) for name in found]
+
+
+_NAMES: Final[Mapping[Partition | None, Callable[[PanelColumn], tuple[str, ...]]]] = {
+    "row": lambda stall: (stall.row or NO_ROW,),
+    "zone": lambda stall: stall.zones or (NO_ZONE,),
+    "kind": lambda stall: (stall.kind or KINDS[""],),
+}
 
 
 def summed(values: NDArray[Any], groups: Sequence[Group]) -> Floats:

@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import sys
 import time
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
-from hawk.config.loader import config_of
-from hawk.config.sections import ConfigError
+from hawk.lots.storage.commands import run_on_store
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the others
@@ -22,7 +20,6 @@ if TYPE_CHECKING:  # loaded by the command: numpy and the store are not for the 
     from hawk.daemon.lots import keeper
     from hawk.lots import names
     from hawk.lots import store as lots
-    from hawk.lots import values as errors
     from hawk.lots.plan import edits
     from hawk.lots.plan_files import child, formats
     from hawk.lots.plan_import import choices, previews, transfer
@@ -33,7 +30,6 @@ else:
     keeper = late("hawk.daemon.lots.keeper")
     names = late("hawk.lots.names")
     lots = late("hawk.lots.store")
-    errors = late("hawk.lots.values")
     edits = late("hawk.lots.plan.edits")
     child = late("hawk.lots.plan_files.child")
     formats = late("hawk.lots.plan_files.formats")
@@ -42,7 +38,6 @@ else:
     transfer = late("hawk.lots.plan_import.transfer")
 
 COMMAND: Final = "import-plan"
-_FAILED: Final = 1
 _SHOWN: Final = 20
 """Features that are named in each list of the output."""
 _TEXTS: Final = ("layer", "units", "label", "crs")
@@ -78,22 +73,10 @@ def add_import_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    config = config_of(options)
-    store = lots.LotStore(lots.lots_file(config.store.directory, config.store.lots), keeper.find_stalls)
-    try:
-        asyncio.run(_import(store, options))
-    except errors.LotInputError as error:
-        if error.field in (*_TEXTS, "pin"):
-            raise ConfigError(f"--{error.field}: {error.reason}") from None
-        print(f"hawk-drone: {options.file}: {error}", file=sys.stderr)
-        return _FAILED
-    except (errors.LotStoreError, OSError) as error:
-        print(f"hawk-drone: {error}", file=sys.stderr)
-        return _FAILED
-    return 0
+    return run_on_store(options, lambda store: asyncio.run(_import(lots.LotStore(store, keeper.find_stalls), options)))
 
 
-async def _import(store: LotStore, options: argparse.Namespace) -> None:
+async def _import(store: LotStore, options: argparse.Namespace) -> str:
     given = {name: getattr(options, name) for name in _TEXTS if getattr(options, name) is not None}
     given |= {name: "1" for name in ("replace", "rename") if getattr(options, name)}
     asked = choices.asked_of({"name": options.file.name, **given}, options.pin)
@@ -101,11 +84,10 @@ async def _import(store: LotStore, options: argparse.Namespace) -> None:
     try:
         log = options.file.with_name(f"{options.file.name}-wal")
         packed = await child.read_apart(options.file.read_bytes(), asked.file, log=log if log.is_file() else None)
-        if options.dry_run:
-            preview = await store.read(lambda c: _previewed(c, packed, asked, options, store), lots.FILE_S)
-            _shown(preview)
-        else:
-            print(await store.write(lambda connection: _taken(connection, packed, asked, options, store)))
+        if not options.dry_run:
+            return await store.write(lambda connection: _taken(connection, packed, asked, options, store))
+        _shown(await store.read(lambda c: _previewed(c, packed, asked, options, store), lots.FILE_S))
+        return ""
     finally:
         await store.close()
 
@@ -126,33 +108,34 @@ def _taken(
     _shown(found)
     if found.lot is None:
         made = transfer.begin(connection, found, {"name": options.new}, options.who, now)
-        return f"{options.new} is made, with {made['stalls']} stalls: lot {made['lot']}, change {made['seq']}"
-    edit = edits.open_edit(connection, found.lot, {"who": options.who}, now)["edit"]
+        return f"{options.new} is made, with {made.stalls} stalls: lot {made.lot}, change {made.seq}"
+    edit = edits.open_edit(connection, found.lot, {"who": options.who}, now).edit
     transfer.take(connection, found, {"edit": edit, "uncertain": options.uncertain}, now)
     why = f"imported from {asked.name}"[:80]
     closed = edits.close(connection, found.lot, {"edit": edit, "why": why}, now)
-    if closed["layout"] is None:
+    if closed.layout is None:
         return "nothing is changed: the lot has this plan already"
-    return f"the plan is version {closed['layout']} of the layout, change {closed['seq']}"
+    return f"the plan is version {closed.layout} of the layout, change {closed.seq}"
 
 
 def _shown(found: Preview) -> None:
     """Print what an import would change."""
-    shown = previews.preview_json(found, "")
-    place = shown["placed"]
-    print(f"{shown['file']}: {len(found.plan.stalls)} stalls ({shown['format']}), placed by {place['by']}")
-    if place["doubt"]:
-        print(f"  not certain where it lies on the lot: {place['doubt']}; --uncertain takes it as it lies")
-    elif place["on"]:
-        words = f"moved {place['north']} m north, {place['east']} m east, turned {place['turn']}°"
-        print(f"  {words}: as the {'stalls of the lot' if place['on'] == 'stalls' else 'newest survey'}")
-    counts = {name: len(shown[name]) for name in ("begin", "stay", "end")}
-    print(f"  {counts['begin']} begin, {counts['stay']} stay and change, {shown['same']} are so already, ", end="")
-    print(f"{counts['end']} end")
-    for title, name, count in (("left out", "left_out", "left_out_count"), ("label", "clashes", "clash_count")):
-        for each in shown[name][:_SHOWN]:
-            print(f"  {title}: {each['name']}: {each['reason']}")
-        if shown[count] > _SHOWN:
-            print(f"  {title}: {shown[count] - min(_SHOWN, len(shown[name]))} more")
-    for layer in shown["layers"]:
-        print(f"  layer {layer['name']}: {layer['outlines']} outlines")
+    shown = previews.shown_preview(found, "")
+    place = shown.placed
+    print(f"{shown.file}: {len(found.plan.stalls)} stalls ({shown.format}), placed by {place.by}")
+    if place.doubt:
+        print(f"  not certain where it lies on the lot: {place.doubt}; --uncertain takes it as it lies")
+    elif place.on:
+        words = f"moved {place.north} m north, {place.east} m east, turned {place.turn}°"
+        print(f"  {words}: as the {'stalls of the lot' if place.on == 'stalls' else 'newest survey'}")
+    print(f"  {len(shown.begin)} begin, {len(shown.stay)} stay and change, {shown.same} are so already, ", end="")
+    print(f"{len(shown.end)} end")
+    for title, named, count in (
+        ("left out", shown.left_out, shown.left_out_count), ("label", shown.clashes, shown.clash_count),
+    ):  # fmt: skip
+        for each in named[:_SHOWN]:
+            print(f"  {title}: {each.name}: {each.reason}")
+        if count > _SHOWN:
+            print(f"  {title}: {count - min(_SHOWN, len(named))} more")
+    for layer in shown.layers:
+        print(f"  layer {layer.name}: {layer.outlines} outlines")

@@ -16,7 +16,7 @@ from hawk.algo.registration.whole_map import Candidate, Doubt, register
 from hawk.algo.registration.whole_map import Registration as Outcome
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.registration.frames import Move, is_in_place
 from hawk.lots.values import Detection, Doubtful, KnownGround, MappedGround, PossiblePlace, Registration
 from hawk.model.sentences import say
@@ -68,7 +68,7 @@ def _shapes(stalls: Rectangles) -> NDArray[np.float64]:
     return np.column_stack([stalls.centres, stalls.angle, stalls.width, stalls.length])
 
 
-def _map(stalls: tuple[PlanStall, ...] | tuple[Detection, ...], seen: BaseGeometry) -> StallMap:
+def _map(stalls: tuple[LayoutStall, ...] | tuple[Detection, ...], seen: BaseGeometry) -> StallMap:
     values = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in stalls], float).reshape(-1, 5)
     return StallMap(Rectangles(values[:, :2], *values[:, 2:].T), _polygons(seen))
 

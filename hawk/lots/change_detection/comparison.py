@@ -22,7 +22,7 @@ from hawk.lots.answers import Comparison, FoundStall, MissedStall
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import NO_STALLS, PlanStall, shapes_of
+from hawk.lots.plan.values import NO_STALLS, LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move, same_stalls
 from hawk.lots.registration.survey_place import Findings, other_ground
 from hawk.lots.schema import SURVEY, ZONE
@@ -50,7 +50,7 @@ _NEAR_M: Final = 12.0
 """Stalls this near have the same error of the map."""
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
-S = TypeVar("S", PlanStall, Detection)
+S = TypeVar("S", LayoutStall, Detection)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Compared:
     seq: int
     survey: str
     found: tuple[Detection, ...] = field(repr=False)
-    missed: tuple[PlanStall, ...] = field(repr=False)
+    missed: tuple[LayoutStall, ...] = field(repr=False)
     well_seen: BaseGeometry = field(repr=False)
 
 
@@ -109,13 +109,13 @@ def newest_registered(connection: Connection, lot: str) -> Comparison:
         return Comparison(survey=None, found=[], missed=[])
     compared = compare(connection, lot, row)
     return Comparison(
-        survey=compared.survey, found=[FoundStall(**found_json(stall)) for stall in compared.found],
+        survey=compared.survey, found=[FoundStall(**found_stall(stall)) for stall in compared.found],
         missed=[MissedStall(id=stall.id, label=stall.label) for stall in compared.missed],
     )  # fmt: skip
 
 
-def found_json(stall: Detection) -> dict[str, Any]:
-    """Return a found stall as JSON values."""
+def found_stall(stall: Detection) -> dict[str, Any]:
+    """Return the fields of `FoundStall` of a detection."""
     names = ("id", "north", "east", "angle", "width", "length")
     return {name: round(getattr(stall, name), 4) for name in names} | {"state": stall.state.value}
 
@@ -132,7 +132,7 @@ def within(ground: BaseGeometry, stalls: Sequence[S]) -> list[S]:
     return [stall for stall, lies in zip(stalls, contains_xy(ground, places).tolist(), strict=True) if lies]
 
 
-def fitting(present: Sequence[PlanStall], shown: Sequence[Detection]) -> dict[int, str]:
+def fitting(present: Sequence[LayoutStall], shown: Sequence[Detection]) -> dict[int, str]:
     """Return which stall of the plan each found one is, as `same_stalls`, without those of rows painted again.
 
     From each stall of the plan that another one's find covers, the row is followed as long as its pairs differ in place
@@ -164,7 +164,7 @@ class _Off:
     is_off: list[bool]
 
     @classmethod
-    def of(cls, present: Sequence[PlanStall], pairs: Sequence[Detection | None]) -> _Off:
+    def of(cls, present: Sequence[LayoutStall], pairs: Sequence[Detection | None]) -> _Off:
         here = shapes_of(present)
         there = np.array([_shape(pair) for pair in pairs], np.float64).reshape(-1, 5)
         away = there[:, :2] - here[:, :2]
@@ -181,7 +181,7 @@ def _shape(stall: Detection | None) -> tuple[float, ...]:
     return (np.nan,) * 5 if stall is None else stall.shape
 
 
-def _covered(present: Sequence[PlanStall], shown: Sequence[Detection], own: Mapping[int, int]) -> list[int]:
+def _covered(present: Sequence[LayoutStall], shown: Sequence[Detection], own: Mapping[int, int]) -> list[int]:
     """Return the numbers of stalls of the plan that a find covers which is not their own (``own``: number -> id)."""
     pairs = geometry.overlaps_between(shapes_of(present), shapes_of(shown), _CLASH)
     return list(dict.fromkeys(k for k, n, _ in pairs if own.get(k) != shown[n].id))
@@ -198,7 +198,7 @@ def _neighbours(shapes: Floats) -> Mapping[int, list[int]]:
     return found
 
 
-def _put_beside(present: Sequence[PlanStall], shown: Sequence[Detection], same: Mapping[int, str]) -> list[Detection]:
+def _put_beside(present: Sequence[LayoutStall], shown: Sequence[Detection], same: Mapping[int, str]) -> list[Detection]:
     """Return the stalls without a pair, moved as the pairs near them are off: the map errs alike there."""
     doubles = _doubles(shown, same)
     new = [stall for stall in shown if stall.id not in same and stall.id not in doubles]
@@ -228,7 +228,7 @@ def _given(row: RowMapping) -> dict[str, float]:
     return {stall.known: stall.score for stall in Findings.stored(row).stalls if stall.known}
 
 
-def _is_missed(stall: PlanStall, given: Mapping[str, float]) -> bool:
+def _is_missed(stall: LayoutStall, given: Mapping[str, float]) -> bool:
     """Return whether a stall that was not found should have been: a flight says how it saw those that it was given."""
     if stall.id in given:
         return given[stall.id] < MISSED_SCORE

@@ -19,13 +19,14 @@ from shapely import contains_xy
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, func, or_, select
 
+from hawk.lots.answers import BeginProposal, DoubtfulSurvey, EndProposal, Proposals, SurveyProposals
 from hawk.lots.change_detection.comparison import (
     OFF_M,
     OFF_WIDTH_M,
     Compared,
     Floats,
     compare,
-    found_json,
+    found_stall,
     placed_surveys,
     within,
     witnesses,
@@ -33,13 +34,13 @@ from hawk.lots.change_detection.comparison import (
 from hawk.lots.plan import geometry
 from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import SHAPE, PlanStall, shapes_of
+from hawk.lots.plan.values import SHAPE, LayoutStall, shapes_of
 from hawk.lots.registration.frames import MATCH_M
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import Doubt, datum_of
 from hawk.lots.schema import DROPPED, FORMER, STALL, SURVEY
 from hawk.lots.survey.order import newest_first
-from hawk.lots.values import Detection, Placed, utc
+from hawk.lots.values import Detection, Placed, moment
 
 SURVEYS: Final = 5
 """Newest surveys that are asked: an older one says only what newer ones have not seen."""
@@ -50,7 +51,7 @@ _ALIKE: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class Proposals:
+class LayoutProposals:
     """Proposals of one survey. ``begin``: in the lot's frame. ``instead``: the stalls of the plan that have to end for
     one that begins, by its number in the survey.
     """
@@ -59,11 +60,11 @@ class Proposals:
     survey: str
     ended: float
     begin: tuple[Detection, ...] = field(repr=False)
-    end: tuple[PlanStall, ...] = field(repr=False)
+    end: tuple[LayoutStall, ...] = field(repr=False)
     instead: dict[int, tuple[str, ...]] = field(repr=False)
 
 
-def proposals(connection: Connection, lot: str) -> list[Proposals]:
+def proposals(connection: Connection, lot: str) -> list[LayoutProposals]:
     """Return the proposals of a lot's newest surveys, the newest first; those without any are left out."""
     past = list(placed_surveys(connection, lot))
     history = _History(past)
@@ -79,56 +80,45 @@ def proposals(connection: Connection, lot: str) -> list[Proposals]:
         end = _ends(compared, within(ground, compared.missed), kept_ends, history)
         if begin or end:
             instead = _instead(begin, tuple(all_stalls(connection, lot)))
-            found.append(Proposals(compared.seq, compared.survey, row["ended"], begin, end, instead))
+            found.append(LayoutProposals(compared.seq, compared.survey, row["ended"], begin, end, instead))
     return found
 
 
-def changes_json(connection: Connection, lot: str) -> dict[str, Any]:
-    """Return the proposals of a lot's surveys, and its surveys that wait for a place, as JSON values.
+def proposed(connection: Connection, lot: str) -> Proposals:
+    """Return the proposals of a lot's surveys, and its surveys that wait for a place.
 
     Corners are WGS-84. Raises no error for a lot without surveys.
     """
     datum = datum_of(connection, lot)
-    return {
-        "lot": lot,
-        "datum": list(datum),
-        "surveys": [_shown(each, datum) for each in proposals(connection, lot)],
-        "doubtful": [_doubtful(row) for row in _in_doubt(connection, lot)],
-    }
+    found = [_shown(each, datum) for each in proposals(connection, lot)]
+    return Proposals(lot=lot, datum=list(datum), surveys=found, doubtful=list(_in_doubt(connection, lot)))
 
 
-def _shown(found: Proposals, datum: tuple[float, float]) -> dict[str, Any]:
-    return {
-        "survey": found.survey,
-        "ended": utc(found.ended),
-        "begin": [
-            found_json(stall) | {"instead": list(found.instead.get(stall.id, ())), "corners": corners}
-            for stall, corners in zip(found.begin, corners_of(datum, found.begin), strict=True)
-        ],
-        "end": [
-            {"id": stall.id, "label": stall.label, "is_confirmed": stall.is_confirmed, "corners": corners}
-            for stall, corners in zip(found.end, corners_of(datum, found.end), strict=True)
-        ],
-    }
+def _shown(found: LayoutProposals, datum: tuple[float, float]) -> SurveyProposals:
+    begin = [
+        BeginProposal(**found_stall(stall), instead=list(found.instead.get(stall.id, ())), corners=corners)
+        for stall, corners in zip(found.begin, corners_of(datum, found.begin), strict=True)
+    ]
+    end = [
+        EndProposal(id=stall.id, label=stall.label, is_confirmed=stall.is_confirmed, corners=corners)
+        for stall, corners in zip(found.end, corners_of(datum, found.end), strict=True)
+    ]
+    return SurveyProposals(survey=found.survey, ended=moment(found.ended), begin=begin, end=end)
 
 
-def corners_of(datum: tuple[float, float], stalls: Sequence[PlanStall] | Sequence[Detection]) -> list[Any]:
+def corners_of(datum: tuple[float, float], stalls: Sequence[LayoutStall] | Sequence[Detection]) -> list[Any]:
     """Return the four corners of each stall: [latitude, longitude], degrees."""
     found: list[Any] = np.round(corners_on_earth(datum, shapes_of(stalls)), 8).tolist()
     return found
 
 
-def _in_doubt(connection: Connection, lot: str) -> Iterable[RowMapping]:
+def _in_doubt(connection: Connection, lot: str) -> Iterable[DoubtfulSurvey]:
     is_waiting = (SURVEY.c.placed == Placed.UNREGISTERED.value) & SURVEY.c.doubt.is_not(None)
     asked = select(SURVEY.c.id, SURVEY.c.ended, SURVEY.c.doubt).where(SURVEY.c.lot == lot, is_waiting)
-    rows = connection.execute(asked.order_by(*newest_first()).limit(SURVEYS)).mappings()
-    return [row for row in rows if (doubt := Doubt.read(row["doubt"])) is not None and doubt.places]
-
-
-def _doubtful(row: RowMapping) -> dict[str, Any]:
-    doubt = Doubt.read(row["doubt"])
-    assert doubt is not None  # noqa: S101 - only these are asked for
-    return {"survey": row["id"], "ended": utc(row["ended"]), "why": doubt.why, "places": len(doubt.places)}
+    for row in connection.execute(asked.order_by(*newest_first()).limit(SURVEYS)):
+        doubt = Doubt.read(row.doubt)
+        if doubt is not None and doubt.places:
+            yield DoubtfulSurvey(survey=row.id, ended=moment(row.ended), why=doubt.why, places=len(doubt.places))
 
 
 class _History:
@@ -231,8 +221,8 @@ def _begins(
 
 
 def _ends(
-    compared: Compared, missed: Sequence[PlanStall], kept: dict[str, int], history: _History
-) -> tuple[PlanStall, ...]:
+    compared: Compared, missed: Sequence[LayoutStall], kept: dict[str, int], history: _History
+) -> tuple[LayoutStall, ...]:
     """Return the missed stalls that an earlier survey found by itself, after a person kept them."""
     asked = [stall for stall in missed if stall.id not in kept]
     was_found = dict(zip(asked, history.found(shapes_of(asked), 0, compared.seq).tolist(), strict=True))
@@ -242,7 +232,7 @@ def _ends(
     return tuple(stall for stall in missed if was_found[stall])
 
 
-def _instead(begin: Sequence[Detection], present: Sequence[PlanStall]) -> dict[int, tuple[str, ...]]:
+def _instead(begin: Sequence[Detection], present: Sequence[LayoutStall]) -> dict[int, tuple[str, ...]]:
     """Return the stalls of the plan that each new one overlaps by more than a plan allows, by its number."""
     found: dict[int, tuple[str, ...]] = {}
     for k, n, _ in geometry.overlaps_between(shapes_of(begin), shapes_of(present), MOST_OVERLAP):

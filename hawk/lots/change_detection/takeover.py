@@ -13,15 +13,16 @@ import numpy as np
 from sqlalchemy import Connection
 
 from hawk.lots import change_log, operations
-from hawk.lots.change_detection.proposals import Proposals, proposals
-from hawk.lots.change_log import Change, Done
+from hawk.lots.answers import Done
+from hawk.lots.change_detection.proposals import LayoutProposals, proposals
+from hawk.lots.change_log import Change
 from hawk.lots.ingest import shape
 from hawk.lots.plan import geometry
 from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.edits import checked
 from hawk.lots.plan.queries import all_stalls, zones_of
 from hawk.lots.plan.steps import next_key
-from hawk.lots.plan.values import SHAPE, Draft, PlanStall, shapes_of
+from hawk.lots.plan.values import SHAPE, Draft, LayoutStall, shapes_of
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.rows import Row, read_rows
 from hawk.lots.schema import DROPPED, OBSERVATION, STALL
@@ -32,7 +33,7 @@ DROP: Final = "drop"
 TAKEN_OVER: Final = "taken over from a survey"
 _TAKES: Final = ("survey", "begin", "end", "why")
 _DROPS: Final = ("survey", "begin", "end")
-T = TypeVar("T", Detection, PlanStall)
+T = TypeVar("T", Detection, LayoutStall)
 
 
 def take_over(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
@@ -72,7 +73,7 @@ def drop(connection: Connection, lot: str, asked: Mapping[str, Any], who: str, n
     return change_log.write(connection, Change(DROP, lot, tuple(dropped)), who, now)
 
 
-def _proposals(connection: Connection, lot: str, asked: Mapping[str, Any], known: Sequence[str]) -> Proposals:
+def _proposals(connection: Connection, lot: str, asked: Mapping[str, Any], known: Sequence[str]) -> LayoutProposals:
     check_fields(asked, known)
     for found in proposals(connection, lot):
         if found.survey == asked.get("survey"):
@@ -97,7 +98,7 @@ def _chosen(asked: Mapping[str, Any], field: str, found: Sequence[T], every: Seq
     return list(chosen.values())
 
 
-def _fitting(found: Proposals, ending: Collection[str]) -> list[Detection]:
+def _fitting(found: LayoutProposals, ending: Collection[str]) -> list[Detection]:
     """Return the stalls that begin which a plan allows beside those that stay, the surer of two that overlap."""
     free = [stall for stall in found.begin if set(ending).issuperset(found.instead.get(stall.id, ()))]
     order = sorted(free, key=lambda stall: -stall.score)
@@ -141,10 +142,10 @@ def _rows(
 
 
 def _added(
-    connection: Connection, lot: str, begin: Sequence[Detection], ending: Sequence[PlanStall]
-) -> list[PlanStall]:
+    connection: Connection, lot: str, begin: Sequence[Detection], ending: Sequence[LayoutStall]
+) -> list[LayoutStall]:
     """Return new stalls with labels, in the order given. Raises LotInputError for what fits no plan."""
-    blank = PlanStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0)
+    blank = LayoutStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, "", is_confirmed=False)
     new = [replace(blank, id=new_id()).at([*shape(stall).values()]) for stall in begin]
     draft = Draft(added=tuple(new), ended=tuple(ending), field="begin")
     return list(checked(connection, lot, draft, zones_of(connection, lot)).added)

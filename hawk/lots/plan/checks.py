@@ -14,7 +14,7 @@ import numpy as np
 from hawk.lots.labels import lasting_labels
 from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import FARTHEST_M
-from hawk.lots.plan.values import NEW, Draft, PlanStall, Zone, shapes_of
+from hawk.lots.plan.values import NEW, Draft, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import Stall, StallState
 from hawk.results.row_labels import letters
@@ -25,7 +25,7 @@ _WORSE: Final = 1e-4
 """Rounding of a share: two stalls that vision found with a larger overlap may go on together, and come no nearer."""
 
 
-def check_places(draft: Draft, around: Sequence[PlanStall], zones: Sequence[Zone]) -> None:
+def check_places(draft: Draft, around: Sequence[LayoutStall], zones: Sequence[PlanZone]) -> None:
     """Refuse stalls that overlap others, stand where none may be, or are far off. Raises LotInputError.
 
     ``around``: the stalls of the plan near the draft's, without those that it changes or ends.
@@ -44,7 +44,7 @@ def check_places(draft: Draft, around: Sequence[PlanStall], zones: Sequence[Zone
             raise LotInputError(draft.field, f"{name} would stand in {area} without stalls: allow stalls there first")
 
 
-def _check_overlaps(draft: Draft, placed: Sequence[PlanStall], around: Sequence[PlanStall]) -> None:
+def _check_overlaps(draft: Draft, placed: Sequence[LayoutStall], around: Sequence[LayoutStall]) -> None:
     former = {new.id: old for old, new in draft.changed}
     everything = (*placed, *around)
     for first, second, share in geometry.overlaps(shapes_of(placed), shapes_of(around), MOST_OVERLAP):
@@ -55,7 +55,7 @@ def _check_overlaps(draft: Draft, placed: Sequence[PlanStall], around: Sequence[
             raise LotInputError(draft.field, words)
 
 
-def _share(one: PlanStall, other: PlanStall) -> float:
+def _share(one: LayoutStall, other: LayoutStall) -> float:
     """Return by how much two stalls of the plan overlap; 0 where one is new."""
     if NEW in (one.key, other.key):
         return 0.0
@@ -63,12 +63,12 @@ def _share(one: PlanStall, other: PlanStall) -> float:
     return found[0][2] if found else 0.0
 
 
-def _name(stall: PlanStall) -> str:
+def _name(stall: LayoutStall) -> str:
     return stall.label or "the new stall"
 
 
 def check_labels(
-    given: Sequence[PlanStall], owners: Mapping[str, str], letters_used: Collection[str], field: str
+    given: Sequence[LayoutStall], owners: Mapping[str, str], letters_used: Collection[str], field: str
 ) -> None:
     """Refuse labels that were another stall's. Raises LotInputError.
 
@@ -85,7 +85,9 @@ def check_labels(
             raise LotInputError(field, words)
 
 
-def labelled(added: Sequence[PlanStall], around: Sequence[PlanStall], highest: Mapping[str, int]) -> list[PlanStall]:
+def labelled(
+    added: Sequence[LayoutStall], around: Sequence[LayoutStall], highest: Mapping[str, int]
+) -> list[LayoutStall]:
     """Return new stalls with labels: the next ones of the row that they join, else those of a new row.
 
     ``around``: the stalls near them, with their labels; a row that has none there is not joined.
@@ -98,6 +100,6 @@ def labelled(added: Sequence[PlanStall], around: Sequence[PlanStall], highest: M
     return [replace(stall, label=labels[number]) for number, stall in enumerate(added)]
 
 
-def _on_map(number: int, stall: PlanStall) -> Stall:
+def _on_map(number: int, stall: LayoutStall) -> Stall:
     seen = {"taken": 0.0, "state": StallState.UNKNOWN, "score": 1.0, "seen": 1, "last_seen": 0.0, "version": 0}
     return Stall(number, *stall.shape, **seen)  # type: ignore[arg-type]

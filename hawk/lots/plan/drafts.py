@@ -33,7 +33,7 @@ from hawk.lots.plan.operations import (
     Turn,
     Widen,
 )
-from hawk.lots.plan.values import Draft, Floats, PlanStall, Zone, shapes_of
+from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
 
 
@@ -46,12 +46,12 @@ class Context:
 
     width: float
     length: float
-    zones: Sequence[Zone]
+    zones: Sequence[PlanZone]
     new_id: Callable[[], str]
-    named: Sequence[Zone] = ()
+    named: Sequence[PlanZone] = ()
 
 
-def drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) -> Draft:
+def drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) -> Draft:
     """Return the draft of an operation.
 
     ``stalls`` are those that it selects; those whose middle is in the box around the outline for `Forbid`. Raises
@@ -63,7 +63,7 @@ def drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) -> 
         raise LotInputError(error.field, str(error)) from None
 
 
-def _drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) -> Draft:
+def _drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) -> Draft:
     match asked:
         case AddStall():
             shape = geometry.normal(np.array([[asked.north, asked.east, asked.angle, asked.width, asked.length]]))
@@ -93,9 +93,9 @@ def _drafted(asked: Operation, stalls: Sequence[PlanStall], context: Context) ->
             return Draft(erased=(_zone(asked.zone, context.named),))
 
 
-def _new(shapes: Floats, kind: str, context: Context) -> tuple[PlanStall, ...]:
+def _new(shapes: Floats, kind: str, context: Context) -> tuple[LayoutStall, ...]:
     """Return new stalls, which a person has seen where they are."""
-    blank = PlanStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, kind=kind, is_confirmed=True)
+    blank = LayoutStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, kind, is_confirmed=True)
     return tuple(replace(blank.at(shape), id=context.new_id()) for shape in _rounded(shapes))
 
 
@@ -138,7 +138,7 @@ def _shapes(asked: Move | Turn | Widen, shapes: Floats) -> Floats:
             return found
 
 
-def _reshaped(stalls: Sequence[PlanStall], shapes: Floats) -> tuple[tuple[PlanStall, PlanStall], ...]:
+def _reshaped(stalls: Sequence[LayoutStall], shapes: Floats) -> tuple[tuple[LayoutStall, LayoutStall], ...]:
     return _changed([(stall, stall.at(shape)) for stall, shape in zip(stalls, _rounded(shapes), strict=True)])
 
 
@@ -147,12 +147,12 @@ def _rounded(shapes: Floats) -> list[list[float]]:
     return found
 
 
-def _changed(pairs: Sequence[tuple[PlanStall, PlanStall]]) -> tuple[tuple[PlanStall, PlanStall], ...]:
+def _changed(pairs: Sequence[tuple[LayoutStall, LayoutStall]]) -> tuple[tuple[LayoutStall, LayoutStall], ...]:
     """Return the pairs of which something changes."""
     return tuple((old, new) for old, new in pairs if old != new)
 
 
-def _renumbered(asked: Renumber, stalls: Sequence[PlanStall]) -> tuple[tuple[PlanStall, PlanStall], ...]:
+def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[tuple[LayoutStall, LayoutStall], ...]:
     if asked.labels is None:
         ordered = list(stalls) if asked.stalls is not None else sorted(stalls, key=lambda stall: _number(stall.label))
         labels = [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
@@ -168,7 +168,7 @@ def _number(label: str) -> int:
     return 0 if parts is None else parts[1]
 
 
-def _split(stall: PlanStall, count: int, context: Context) -> Draft:
+def _split(stall: LayoutStall, count: int, context: Context) -> Draft:
     shapes = geometry.parts(shapes_of([stall])[0], count)
     width = float(shapes[0, 3])
     if width < WIDTHS_M[0]:
@@ -178,7 +178,7 @@ def _split(stall: PlanStall, count: int, context: Context) -> Draft:
     return Draft(changed=(first,), added=new, field="parts")
 
 
-def _zone(named: str, zones: Sequence[Zone]) -> Zone:
+def _zone(named: str, zones: Sequence[PlanZone]) -> PlanZone:
     zone = next((each for each in zones if each.id == named), None)
     if zone is None:
         raise LotInputError("zone", "must be of this plan: read the plan again")
@@ -192,14 +192,14 @@ def _ring(asked: Forbid | DrawZone) -> tuple[tuple[float, float], ...]:
 def _drawn(asked: DrawZone, context: Context) -> Draft:
     if any(zone.name == asked.name for zone in context.named):
         raise LotInputError("name", f"{asked.name} is another zone's: write another one, or erase that zone first")
-    return Draft(drawn=(Zone(context.new_id(), asked.name, _ring(asked), asked.kind),), field="outline")
+    return Draft(drawn=(PlanZone(context.new_id(), asked.name, _ring(asked), asked.kind),), field="outline")
 
 
-def _forbidden(asked: Forbid, stalls: Sequence[PlanStall], context: Context) -> Draft:
+def _forbidden(asked: Forbid, stalls: Sequence[LayoutStall], context: Context) -> Draft:
     outline = _ring(asked)
     name = " ".join(asked.name.split())
     if not name.isprintable():
         raise LotInputError("name", "holds characters that cannot be shown: write it without")
     inside = geometry.within(outline, shapes_of(stalls)[:, :2])
     ended = tuple(stall for stall, lies in zip(stalls, inside, strict=True) if lies)
-    return Draft(ended=ended, forbidden=(Zone(context.new_id(), name, outline),), field="outline")
+    return Draft(ended=ended, forbidden=(PlanZone(context.new_id(), name, outline, NO_STALLS),), field="outline")

@@ -15,12 +15,13 @@ from sqlalchemy import Connection, RowMapping, Select, bindparam, delete, func, 
 
 from hawk.lots import change_log
 from hawk.lots.change_log import Group, State
-from hawk.lots.plan import checks, drafts, queries, revisions, serialize, steps
+from hawk.lots.plan import checks, drafts, queries, serialize, steps, versions
+from hawk.lots.plan.answers import Closed, Edited, Opened, StepCounts, Stepped
 from hawk.lots.plan.operations import operation_of
-from hawk.lots.plan.values import Draft, Zone
+from hawk.lots.plan.values import Draft, PlanZone
 from hawk.lots.plan.versions import Edit, edit_of, newest_layout
 from hawk.lots.rows import row_of
-from hawk.lots.schema import CHANGE, EDIT, FORMER, LAYOUT, LOT, STALL, SURVEY
+from hawk.lots.schema import CHANGE, EDIT, FORMER, LAYOUT, LOT, SURVEY
 from hawk.lots.values import (
     BeingEditedError,
     LotInputError,
@@ -28,6 +29,7 @@ from hawk.lots.values import (
     NotFoundError,
     check_fields,
     checked_name,
+    moment,
     new_id,
     utc,
 )
@@ -39,8 +41,8 @@ KIND: Final = "plan"
 """Kind of the change that an edit is."""
 
 
-def open_edit(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
-    """Open an edit for the person ``who``, or go on with theirs; return it as JSON values.
+def open_edit(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Opened:
+    """Open an edit for the person ``who``, or go on with theirs.
 
     Another person's edit is closed as it is and a new one opened where that one was idle for `IDLE_S`, or where
     ``take_over`` is true. Raises LotInputError, NotFoundError and BeingEditedError.
@@ -53,7 +55,7 @@ def open_edit(connection: Connection, lot: str, asked: Mapping[str, Any], now: f
     edit = edit_of(connection, lot)
     if edit is not None and edit.who == who:
         connection.execute(update(EDIT).where(EDIT.c.id == edit.id).values(touched=now))
-        return _edit_json(connection, edit)
+        return _opened(connection, edit)
     if edit is not None:
         if not asked.get("take_over") and now - edit.touched < IDLE_S:
             words = f"{edit.who} edits this plan since {utc(edit.began)}: wait until it is closed, or take it over"
@@ -62,11 +64,11 @@ def open_edit(connection: Connection, lot: str, asked: Mapping[str, Any], now: f
     made = Edit(new_id(), lot, newest_layout(connection, lot) + 1, who, now, now)
     values = {"version": made.version, "who": who, "began": now, "touched": now}
     connection.execute(insert(EDIT).values(id=made.id, lot=lot, **values))
-    return _edit_json(connection, made)
+    return _opened(connection, made)
 
 
-def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
-    """Do the ``operation`` within the open ``edit``; return the stalls that changed, as JSON values.
+def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Edited:
+    """Do the ``operation`` within the open ``edit``; return the stalls that changed.
 
     Raises LotInputError, NotFoundError and LotStoreError; nothing is written then.
     """
@@ -78,27 +80,27 @@ def do(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -
     return done(connection, edit, operation.do, drafts.drafted(operation, stalls, context), now)
 
 
-def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: float) -> dict[str, Any]:
-    """Do a draft as one step of an edit, ``kind``; return the stalls that changed, as JSON values.
+def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: float) -> Edited:
+    """Do a draft as one step of an edit, ``kind``; return the stalls that changed.
 
     Raises LotInputError for a draft that does not fit the plan; nothing is written then.
     """
     lot = edit.lot
     draft = checked(connection, lot, drafted, queries.zones_of(connection, lot))
     if draft.is_empty:
-        return _done_json(connection, edit, revisions.revision_of(connection, lot), ())
+        return _edited(connection, edit, versions.revision_of(connection, lot), ())
     if newest_layout(connection, lot) < edit.version:
         first = {"version": edit.version, "valid_from": now, "why": CORRECTED, "who": edit.who}
         connection.execute(insert(LAYOUT).values(lot=lot, **first))
     groups = steps.store(connection, lot, edit.version, draft)
-    revision = revisions.next_revision(connection, lot)
+    revision = versions.next_revision(connection, lot)
     was_undone = (CHANGE.c.edit == edit.id) & (CHANGE.c.state == State.UNDONE.value)
     connection.execute(update(CHANGE).where(was_undone).values(state=State.DROPPED.value))
     change_log.record(connection, kind, lot, edit.who, now, groups, edit=edit.id, revision=revision)
-    return _done_json(connection, edit, revision, groups)
+    return _edited(connection, edit, revision, groups)
 
 
-def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone]) -> Draft:
+def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[PlanZone]) -> Draft:
     """Return a draft that fits the plan, with the labels of new stalls. Raises LotInputError for one that does not."""
     changing = [stall.key for stall in draft.ended] + [old.key for old, _ in draft.changed]
     near = queries.around(connection, lot, draft.placed, changing, with_rows=bool(draft.added))
@@ -114,7 +116,7 @@ def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Zone
     return replace(draft, added=tuple(checks.labelled(draft.added, known, highest)))
 
 
-def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Stepped:
     """Undo the newest step of the open ``edit``; return the stalls that changed. Raises as `do`."""
     edit = held(connection, lot, asked, now, ("edit",))
     newest = _steps(edit, State.DONE).order_by(CHANGE.c.seq.desc())
@@ -124,7 +126,7 @@ def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float)
     return _stepped(connection, edit, row, State.UNDONE)
 
 
-def redo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+def redo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Stepped:
     """Do the step again that was undone last; return the stalls that changed. Raises as `do`."""
     edit = held(connection, lot, asked, now, ("edit",))
     oldest = _steps(edit, State.UNDONE).order_by(CHANGE.c.seq)
@@ -138,17 +140,17 @@ def _steps(edit: Edit, state: State) -> Select[Any]:
     return select(CHANGE).where(CHANGE.c.edit == edit.id, CHANGE.c.state == state.value)
 
 
-def _stepped(connection: Connection, edit: Edit, row: RowMapping, state: State) -> dict[str, Any]:
+def _stepped(connection: Connection, edit: Edit, row: RowMapping, state: State) -> Stepped:
     groups = change_log.read(connection, row["seq"])
     if state is State.UNDONE:
         groups = tuple(group.back() for group in reversed(groups))
     change_log.apply(connection, groups)
-    revision = revisions.next_revision(connection, edit.lot)
+    revision = versions.next_revision(connection, edit.lot)
     connection.execute(update(CHANGE).where(CHANGE.c.seq == row["seq"]).values(state=state.value, revision=revision))
-    return _done_json(connection, edit, revision, groups) | {"operation": row["kind"]}
+    return Stepped(**dict(_edited(connection, edit, revision, groups)), operation=row["kind"])
 
 
-def close(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
+def close(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Closed:
     """Close the open ``edit``: its version of the layout is final, with the reason ``why``.
 
     Returns the number of the change, which undoes the whole edit, and the version; both None when nothing is changed.
@@ -156,13 +158,13 @@ def close(connection: Connection, lot: str, asked: Mapping[str, Any], now: float
     """
     edit = held(connection, lot, asked, now, ("edit", "why"))
     why = CORRECTED if asked.get("why") in (None, "") else checked_name(asked["why"], "why")
-    return {"lot": lot, "edit": edit.id, **_close(connection, edit, why, now)}
+    return _close(connection, edit, why, now)
 
 
-def _close(connection: Connection, edit: Edit, why: str, now: float) -> dict[str, Any]:
+def _close(connection: Connection, edit: Edit, why: str, now: float) -> Closed:
     version = {"lot": edit.lot, "version": edit.version}
     seq = None
-    if _steps_left(connection, edit)["undo"]:
+    if _steps_left(connection, edit).undo:
         is_version = (LAYOUT.c.lot == edit.lot) & (LAYOUT.c.version == edit.version)
         connection.execute(update(LAYOUT).where(is_version).values(why=why))
         made = row_of(connection, LAYOUT.name, tuple(version.values()))
@@ -172,7 +174,7 @@ def _close(connection: Connection, edit: Edit, why: str, now: float) -> dict[str
         connection.execute(delete(FORMER).where(FORMER.c.lot == edit.lot, FORMER.c.ends == edit.version))
         connection.execute(delete(LAYOUT).where(LAYOUT.c.lot == edit.lot, LAYOUT.c.version == edit.version))
     connection.execute(update(EDIT).where(EDIT.c.id == edit.id).values(closed=now, change=seq))
-    return {"seq": seq, "layout": None if seq is None else edit.version}
+    return Closed(lot=edit.lot, edit=edit.id, seq=seq, layout=None if seq is None else edit.version)
 
 
 def _surveys_with(connection: Connection, lot: str, version: int) -> int:
@@ -210,21 +212,21 @@ def held(connection: Connection, lot: str, asked: Mapping[str, Any], now: float,
     return edit
 
 
-def _edit_json(connection: Connection, edit: Edit) -> dict[str, Any]:
-    facts = {"edit": edit.id, "lot": edit.lot, "who": edit.who, "since": utc(edit.began), "layout": edit.version}
-    return {**facts, "revision": revisions.revision_of(connection, edit.lot), **_steps_left(connection, edit)}
+def _opened(connection: Connection, edit: Edit) -> Opened:
+    return Opened(
+        **dict(_steps_left(connection, edit)), edit=edit.id, lot=edit.lot, who=edit.who, since=moment(edit.began),
+        layout=edit.version, revision=versions.revision_of(connection, edit.lot),
+    )  # fmt: skip
 
 
-def _steps_left(connection: Connection, edit: Edit) -> dict[str, int]:
-    """Return how many steps can be undone and done again."""
+def _steps_left(connection: Connection, edit: Edit) -> StepCounts:
     states = Counter(connection.execute(_STATES, {"edit": edit.id}).scalars())
-    return {"undo": states[State.DONE.value], "redo": states[State.UNDONE.value]}
+    return StepCounts(undo=states[State.DONE.value], redo=states[State.UNDONE.value])
 
 
 _STATES: Final = select(CHANGE.c.state).where(CHANGE.c.edit == bindparam("edit"))
 
 
-def _done_json(connection: Connection, edit: Edit, revision: int, groups: tuple[Group, ...]) -> dict[str, Any]:
-    changed = serialize.touched_json(connection, change_log.rows_touched(groups, STALL.name))
-    zones = serialize.all_zones_json(connection, edit.lot)
-    return {"edit": edit.id, "revision": revision, **changed, **zones, **_steps_left(connection, edit)}
+def _edited(connection: Connection, edit: Edit, revision: int, groups: Sequence[Group]) -> Edited:
+    changes, left = serialize.changes_of(connection, edit.lot, groups), _steps_left(connection, edit)
+    return Edited(**dict(changes), **dict(left), edit=edit.id, revision=revision)

@@ -25,7 +25,7 @@ from hawk.lots.plan.operations import (
     Operation,
     Split,
 )
-from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, PlanStall, Zone, shapes_of
+from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.rows import is_among
 from hawk.lots.schema import LABEL, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
@@ -39,7 +39,7 @@ USUAL_M: Final = (2.5, 5.0)
 _CELL_M: Final = 50.0
 """Stalls of one operation that are farther apart are looked around one by one."""
 COLUMNS: Final = ("id", *LASTING, "key", "begins")
-"""Columns of the table of stalls in the order of `PlanStall`."""
+"""Columns of the table of stalls in the order of `LayoutStall`."""
 
 
 def in_plan(columns: Any, lot: object, version: int | None = None) -> ColumnElement[bool]:
@@ -96,7 +96,7 @@ _LETTERS: Final = text(
 """One label of each row: after "B 12" the search goes on behind every label that begins with "B ", before "B!"."""
 
 
-def selected(connection: Connection, lot: str, asked: Operation) -> list[PlanStall]:
+def selected(connection: Connection, lot: str, asked: Operation) -> list[LayoutStall]:
     """Return the stalls that an operation means, those of ids in their order. Raises LotInputError."""
     match asked:
         case AddStall() | AddRow() | Allow() | DrawZone() | EraseZone():
@@ -118,28 +118,28 @@ def selected(connection: Connection, lot: str, asked: Operation) -> list[PlanSta
     return found
 
 
-def all_stalls(connection: Connection, lot: str) -> list[PlanStall]:
+def all_stalls(connection: Connection, lot: str) -> list[LayoutStall]:
     """Return the stalls of a plan."""
     return _stalls(connection, _ALL, lot=lot)
 
 
-def stalls_in(connection: Connection, lot: str, version: int) -> list[PlanStall]:
+def stalls_in(connection: Connection, lot: str, version: int) -> list[LayoutStall]:
     """Return the stalls of a version of the layout, as they are now."""
     return _stalls(connection, _asked(in_plan(STALL.c, lot, version)))
 
 
 def around(
-    connection: Connection, lot: str, stalls: Sequence[PlanStall], without: Iterable[int], *, with_rows: bool
-) -> list[PlanStall]:
+    connection: Connection, lot: str, stalls: Sequence[LayoutStall], without: Iterable[int], *, with_rows: bool
+) -> list[LayoutStall]:
     """Return the stalls of the plan that may overlap some stalls, without those of some keys.
 
     ``with_rows``: those of rows that the stalls may join too.
     """
     left_out = set(without)
-    cells: dict[tuple[int, int], list[PlanStall]] = defaultdict(list)
+    cells: dict[tuple[int, int], list[LayoutStall]] = defaultdict(list)
     for stall in stalls:
         cells[int(stall.north // _CELL_M), int(stall.east // _CELL_M)].append(stall)
-    near: dict[int, PlanStall] = {}
+    near: dict[int, LayoutStall] = {}
     for members in cells.values():
         shapes = shapes_of(members)
         own = float((shapes[:, 3] + shapes[:, 4]).max()) / 2
@@ -148,21 +148,21 @@ def around(
     return [stall for key, stall in near.items() if key not in left_out]
 
 
-def zones_of(connection: Connection, lot: str, version: int | None = None) -> list[Zone]:
+def zones_of(connection: Connection, lot: str, version: int | None = None) -> list[PlanZone]:
     """Return the areas without stalls, of the plan or of a version of the layout."""
     asked = _ZONES
     if version is not None:
         asked = select(*_ZONES.selected_columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind == NO_STALLS)
     found = connection.execute(asked.order_by(ZONE.c.id), {"lot": lot} if version is None else {})
-    return [Zone(key, name, ring_of(outline)) for key, name, outline in found]
+    return [PlanZone(key, name, ring_of(outline), NO_STALLS) for key, name, outline in found]
 
 
-def named_zones(connection: Connection, lot: str, version: int | None = None) -> list[Zone]:
+def named_zones(connection: Connection, lot: str, version: int | None = None) -> list[PlanZone]:
     """Return the zones with a name, by it, of the plan or of a version of the layout."""
     columns = (ZONE.c.id, ZONE.c.name, ZONE.c.outline, ZONE.c.kind)
     asked = select(*columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind != NO_STALLS)
     found = connection.execute(asked.order_by(ZONE.c.name, ZONE.c.id))
-    return [Zone(key, name, ring_of(outline), kind) for key, name, outline, kind in found]
+    return [PlanZone(key, name, ring_of(outline), kind) for key, name, outline, kind in found]
 
 
 def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
@@ -177,7 +177,7 @@ def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
     return Context(width, length, zones_of(connection, lot), new_id, named)
 
 
-def highest_of(connection: Connection, lot: str, near: Sequence[PlanStall]) -> dict[str, int]:
+def highest_of(connection: Connection, lot: str, near: Sequence[LayoutStall]) -> dict[str, int]:
     """Return the letters of all rows that a lot ever had, with the highest number of those rows that are near.
 
     The number of the others is one that was given.
@@ -196,17 +196,17 @@ def owners_of(connection: Connection, lot: str, labels: Sequence[str]) -> dict[s
     return {str(row.label): str(row.stall) for row in rows}
 
 
-def _stalls(connection: Connection, asked: Select[Any], **values: object) -> list[PlanStall]:
-    return [PlanStall(*row) for row in connection.execute(asked, values)]
+def _stalls(connection: Connection, asked: Select[Any], **values: object) -> list[LayoutStall]:
+    return [LayoutStall(*row) for row in connection.execute(asked, values)]
 
 
-def _in_box(connection: Connection, lot: str, places: Floats, margin: float) -> list[PlanStall]:
+def _in_box(connection: Connection, lot: str, places: Floats, margin: float) -> list[LayoutStall]:
     """Return the stalls of the plan whose middle is in the box around places (N, 2), or nearer than a margin."""
     (south, west), (north, east) = (places.min(axis=0) - margin).tolist(), (places.max(axis=0) + margin).tolist()
     return _stalls(connection, _IN_BOX, lot=lot, south=south, north=north, west=west, east=east)
 
 
-def _touching(connection: Connection, lot: str, places: Floats, reach: float) -> list[PlanStall]:
+def _touching(connection: Connection, lot: str, places: Floats, reach: float) -> list[LayoutStall]:
     """Return the stalls of the plan that may touch stalls at places (N, 2) which reach so far from their middles."""
     low_north, low_east = (places.min(axis=0) - reach).tolist()
     high_north, high_east = (places.max(axis=0) + reach).tolist()
@@ -216,7 +216,7 @@ def _touching(connection: Connection, lot: str, places: Floats, reach: float) ->
     return _stalls(connection, _TOUCHING, lot=lot, **box, **coarse)
 
 
-def _by_ids(connection: Connection, lot: str, ids: Sequence[str], field: str) -> list[PlanStall]:
+def _by_ids(connection: Connection, lot: str, ids: Sequence[str], field: str) -> list[LayoutStall]:
     found = {stall.id: stall for stall in _stalls(connection, _OF_IDS, lot=lot, among=json.dumps(ids))}
     for number, each in enumerate(ids):
         if each not in found:

@@ -13,7 +13,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, bindparam, insert, select, text
 
 from hawk.lots.change_log import Group, apply, grouped
-from hawk.lots.plan.values import LASTING, Draft, PlanStall
+from hawk.lots.plan.values import LASTING, Draft, LayoutStall
 from hawk.lots.rows import is_among
 from hawk.lots.schema import FORMER, LABEL, STALL, ZONE
 
@@ -53,12 +53,12 @@ def _together(table: str, keys: Sequence[object], before: Mapping[str, Any], aft
     return [Group(table, tuple((key,) for key in keys), before, after)] if keys else []
 
 
-def _differing(old: PlanStall, new: PlanStall) -> tuple[dict[str, Any], dict[str, Any]]:
+def _differing(old: LayoutStall, new: LayoutStall) -> tuple[dict[str, Any], dict[str, Any]]:
     names = [name for name in LASTING if getattr(old, name) != getattr(new, name)]
     return {name: getattr(old, name) for name in names}, {name: getattr(new, name) for name in names}
 
 
-def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[PlanStall]) -> list[int]:
+def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[LayoutStall]) -> list[int]:
     """Insert stalls that are no part of the plan yet, and return their keys."""
     if not added:
         return []

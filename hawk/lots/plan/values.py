@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Protocol
+from typing import Annotated, ClassVar, Final, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, WithJsonSchema
+
+from hawk.lots.plan.kinds import Kind
+from hawk.model.poses import Ring
 
 Floats = NDArray[np.float64]
+ID: Final = "^[0-9a-f-]{36}$"
+Id = Annotated[str, WithJsonSchema({"pattern": ID, "type": "string"})]
+"""Id of an answer: the store made it, and nobody checks it again."""
+ANSWER: Final = ConfigDict(extra="forbid", allow_inf_nan=False)
+"""Rules for a value that is an answer of the API."""
 
 SHAPE: Final = ("north", "east", "angle", "width", "length")
 LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed")
@@ -30,46 +39,52 @@ class Shaped(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class PlanStall:
-    """A stall of the plan; ``id`` (UUID) and ``label`` are never another stall's.
+    """A stall of a plan: its middle, and the direction of its length, radians clockwise from north.
 
-    ``north``, ``east``: middle, metres in the lot's frame; ``angle`` of its length, radians; ``kind`` of
-    `hawk.lots.plan.kinds`. ``key``: in the store; ``begins``: first version of the layout that has it.
+    ``id`` (UUID) and ``label`` are never another stall's. Metres in the lot's frame.
     """
 
-    id: str
+    __pydantic_config__: ClassVar = ANSWER
+
+    id: Id
     label: str
     north: float
     east: float
     angle: float
     width: float
     length: float
-    kind: str = ""
-    is_confirmed: bool = False
-    key: int = 0
-    begins: int = 1
+    kind: Annotated[Kind, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
+    is_confirmed: bool
 
     @property
     def shape(self) -> tuple[float, float, float, float, float]:
         """North, east, angle, width, length."""
         return self.north, self.east, self.angle, self.width, self.length
 
-    def at(self, shape: Sequence[float]) -> PlanStall:
+
+@dataclass(frozen=True, slots=True)
+class LayoutStall(PlanStall):
+    """A stall of a plan in the store, by its ``key``; ``begins``: first version of the layout that has it."""
+
+    key: int = NEW
+    begins: int = 1
+
+    def at(self, shape: Sequence[float]) -> LayoutStall:
         """Return the stall with another shape."""
         north, east, angle, width, length = shape
         return replace(self, north=north, east=east, angle=angle, width=width, length=length)
 
 
 @dataclass(frozen=True, slots=True)
-class Zone:
-    """An area; ``outline``: corners (north, east), metres in the lot's frame.
+class PlanZone:
+    """An area of a plan: a zone whose stalls statistics count together, or one without stalls."""
 
-    ``kind``: `NO_STALLS`, or one of `hawk.lots.plan.kinds` of a named zone, whose stalls statistics count together.
-    """
+    __pydantic_config__: ClassVar = ANSWER
 
-    id: str
+    id: Id
     name: str
-    outline: tuple[tuple[float, float], ...] = field(repr=False)
-    kind: str = NO_STALLS
+    outline: Annotated[Ring, Field(description="north and east, metres")] = field(repr=False)
+    kind: Kind | Literal["no_stalls"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +96,13 @@ class Draft:
     begin, end; ``drawn``, ``erased``: named zones that do.
     """
 
-    changed: tuple[tuple[PlanStall, PlanStall], ...] = ()
-    ended: tuple[PlanStall, ...] = ()
-    added: tuple[PlanStall, ...] = ()
-    forbidden: tuple[Zone, ...] = ()
-    allowed: tuple[Zone, ...] = ()
-    drawn: tuple[Zone, ...] = ()
-    erased: tuple[Zone, ...] = ()
+    changed: tuple[tuple[LayoutStall, LayoutStall], ...] = ()
+    ended: tuple[LayoutStall, ...] = ()
+    added: tuple[LayoutStall, ...] = ()
+    forbidden: tuple[PlanZone, ...] = ()
+    allowed: tuple[PlanZone, ...] = ()
+    drawn: tuple[PlanZone, ...] = ()
+    erased: tuple[PlanZone, ...] = ()
     field: str = "stalls"
 
     @property
@@ -96,22 +111,22 @@ class Draft:
         return not (self.changed or self.ended or self.added or self.begun_zones or self.ended_zones)
 
     @property
-    def begun_zones(self) -> tuple[Zone, ...]:
+    def begun_zones(self) -> tuple[PlanZone, ...]:
         """Areas that become part of the plan."""
         return (*self.forbidden, *self.drawn)
 
     @property
-    def ended_zones(self) -> tuple[Zone, ...]:
+    def ended_zones(self) -> tuple[PlanZone, ...]:
         """Areas that are no part of the plan any more."""
         return (*self.allowed, *self.erased)
 
     @property
-    def placed(self) -> tuple[PlanStall, ...]:
+    def placed(self) -> tuple[LayoutStall, ...]:
         """Stalls that stand elsewhere than before."""
         return (*self.added, *(new for old, new in self.changed if old.shape != new.shape))
 
     @property
-    def given_labels(self) -> tuple[PlanStall, ...]:
+    def given_labels(self) -> tuple[LayoutStall, ...]:
         """Stalls with a label that a person gives them."""
         added = (stall for stall in self.added if stall.label)
         return (*added, *(new for old, new in self.changed if old.label != new.label))

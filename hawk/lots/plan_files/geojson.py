@@ -13,8 +13,7 @@ from hawk.formats.text import features_of, json_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.values import SHAPE
 from hawk.lots.plan_files.facts import kind_of, label_of
-from hawk.lots.plan_files.text import text_of
-from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Floats, Notes
+from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Floats, Notes, text_of
 from hawk.lots.values import LotInputError
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global

@@ -24,8 +24,7 @@ from hawk.formats.kind import HEAD_BYTES, kind_of
 from hawk.lots.plan_files.facts import kind_of as stall_kind_of
 from hawk.lots.plan_files.facts import label_of
 from hawk.lots.plan_files.geojson import STALL, crs_name
-from hawk.lots.plan_files.text import text_of
-from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Facts, Floats, Notes
+from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Facts, Floats, Notes, text_of
 from hawk.lots.values import LotInputError
 from hawk.runtime.late import load
 

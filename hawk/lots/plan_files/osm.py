@@ -16,8 +16,7 @@ from defusedxml.ElementTree import fromstring
 
 from hawk.lots.plan_files.facts import kind_of, label_of
 from hawk.lots.plan_files.geojson import STALL, WGS_84
-from hawk.lots.plan_files.text import text_of
-from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Floats, Notes
+from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Floats, Notes, text_of
 from hawk.lots.values import LotInputError
 
 FORMAT: Final = "OpenStreetMap"

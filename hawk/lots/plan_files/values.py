@@ -8,6 +8,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.formats.text import decoded
+from hawk.lots.values import LotInputError
+
 Floats = NDArray[np.float64]
 
 LARGEST_BYTES: Final = 32_000_000
@@ -127,3 +130,11 @@ class PlanFile:
 
 Facts = dict[str, Any]
 """Properties of a feature by their names, as the file writes them."""
+
+
+def text_of(data: bytes) -> str:
+    """Return the text of a file. Raises LotInputError."""
+    try:
+        return decoded(data)
+    except UnicodeDecodeError as error:
+        raise LotInputError("file", f"is no text in UTF-8 ({error.reason}): save it again in UTF-8") from None

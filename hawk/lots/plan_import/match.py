@@ -17,7 +17,7 @@ from shapely import Polygon, union_all
 from hawk.lots.plan import geometry
 from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.operations import LONGEST_LABEL
-from hawk.lots.plan.values import Draft, Floats, PlanStall, Zone, shapes_of
+from hawk.lots.plan.values import Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.plan_files.values import FileFeature, LeftOut
 from hawk.lots.registration.survey_place import ABOUT_M
 
@@ -60,8 +60,8 @@ Owners = Callable[[Sequence[str]], Mapping[str, str]]
 def matched(
     stalls: Sequence[FileFeature],
     shapes: Floats,
-    present: Sequence[PlanStall],
-    zones: Sequence[Zone],
+    present: Sequence[LayoutStall],
+    zones: Sequence[PlanZone],
     owners: Owners,
     choices: Choices,
     new_id: Callable[[], str],
@@ -94,21 +94,23 @@ def matched(
             if new != old:
                 changed.append((old, new))
         else:
-            blank = PlanStall(ids[i], labels[i], 0.0, 0.0, 0.0, 0.0, 0.0, stalls[i].kind or "", is_confirmed=True)
+            blank = LayoutStall(ids[i], labels[i], 0.0, 0.0, 0.0, 0.0, 0.0, stalls[i].kind or "", is_confirmed=True)
             added.append(blank.at(shape))
     gone = tuple(present[k] for k in sorted(ended))
     draft = Draft(changed=tuple(changed), ended=gone, added=tuple(added), field="file")
     return Matched(draft, tuple(left_out), tuple(clashes), tuple(renamed))
 
 
-def _is_there(shape: Floats, stall: PlanStall) -> bool:
+def _is_there(shape: Floats, stall: LayoutStall) -> bool:
     """Return whether a stall of the plan is where that of the lot is already: an angle of pi is one of 0."""
     apart = np.abs(shape - stall.shape)
     apart[2] = min(apart[2], np.pi - apart[2])
     return bool(apart.max() < _ALIKE)
 
 
-def _allowed(stalls: Sequence[FileFeature], shapes: Floats, zones: Sequence[Zone], left_out: list[LeftOut]) -> set[int]:
+def _allowed(
+    stalls: Sequence[FileFeature], shapes: Floats, zones: Sequence[PlanZone], left_out: list[LeftOut]
+) -> set[int]:
     """Return the numbers of the stalls that stand where stalls may be."""
     kept = set(range(len(stalls)))
     for zone in zones:
@@ -148,7 +150,7 @@ def _ended(shapes: Floats, there: Floats, pairs: Sequence[tuple[int, int, float]
 
 def _leave_conflicts(
     stalls: Sequence[FileFeature],
-    present: Sequence[PlanStall],
+    present: Sequence[LayoutStall],
     pairs: Sequence[tuple[int, int, float]],
     same: dict[int, int],
     kept: set[int],

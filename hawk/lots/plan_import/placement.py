@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, select
 
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.plan_files.values import PlanFile
 from hawk.lots.registration.frames import Floats, Move, frame_of, same_stalls
 from hawk.lots.registration.georeference import about
@@ -162,7 +162,7 @@ def _registered(connection: Connection, lot: str, plan: PlanFile, first: Placeme
     return replace(first, move=shift.after(first.move), on=on, shift=shift)
 
 
-def _are_same(known: Sequence[PlanStall], found: Sequence[Detection]) -> bool:
+def _are_same(known: Sequence[LayoutStall], found: Sequence[Detection]) -> bool:
     """Return whether both are the same stalls where they are: a plan that comes again leaves no doubt."""
     if len(known) != len(found) or len(same := same_stalls(known, found)) != len(found):
         return False
@@ -175,7 +175,7 @@ def _as_found(number: int, shape: Sequence[float]) -> Detection:
     return Detection(number, north, east, angle, width, length, 0.5, StallState.UNKNOWN, 1.0, 1, 0.0)
 
 
-def _known(connection: Connection, lot: str) -> tuple[tuple[PlanStall, ...], BaseGeometry, str]:
+def _known(connection: Connection, lot: str) -> tuple[tuple[LayoutStall, ...], BaseGeometry, str]:
     """Return the stalls and ground that place a plan, in the lot's frame, and the name of what they are."""
     present = tuple(all_stalls(connection, lot))
     if present:
@@ -190,7 +190,7 @@ def _known(connection: Connection, lot: str) -> tuple[tuple[PlanStall, ...], Bas
     if row["north"] is not None:
         move = Move(row["north"], row["east"], row["turn"])
     stalls = [stall for stall in move.stalls(looked.stalls) if stall.is_witness]
-    shown = (PlanStall(str(s.id), "", s.north, s.east, s.angle, s.width, s.length) for s in stalls)
+    shown = (LayoutStall(str(s.id), "", s.north, s.east, s.angle, s.width, s.length, "", False) for s in stalls)
     return tuple(shown), looked.ground(move), "survey"
 
 
@@ -217,7 +217,7 @@ def _reach(places: Floats, middle: Floats) -> float:
     return float(away[min(MOST_REGISTERED, len(away)) - 1]) if len(away) > MOST_REGISTERED else math.inf
 
 
-def _refined(known: Sequence[PlanStall], found: Sequence[Detection], move: Move) -> Move:
+def _refined(known: Sequence[LayoutStall], found: Sequence[Detection], move: Move) -> Move:
     """Return the rigid move that brings all stalls nearest to those that they are: least squares of their middles."""
     there = {stall.id: (stall.north, stall.east) for stall in known}
     here = {stall.id: (stall.north, stall.east) for stall in found}

@@ -12,9 +12,19 @@ from typing import Any, Final
 from sqlalchemy import Connection
 
 from hawk.lots.plan.queries import all_stalls, owners_of, zones_of
-from hawk.lots.plan.revisions import revision_of
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import SHAPE, LayoutStall, PlanStall
+from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_files.values import MOST_LEFT_OUT, LeftOut, PlanFile
+from hawk.lots.plan_import.answers import (
+    BeginningShape,
+    EndingShape,
+    LeftOutFeature,
+    PlanLayer,
+    PlanPlace,
+    PlanPreview,
+    Renamed,
+    StayingShape,
+)
 from hawk.lots.plan_import.choices import ImportAsked
 from hawk.lots.plan_import.match import Matched, matched
 from hawk.lots.plan_import.placement import Placement, placed, shapes_after
@@ -74,7 +84,7 @@ def preview(
     """Return the import of a plan into a lot; None: into a new one. Raises LotInputError."""
     placement = placed(connection, lot, plan, asked.pins, register)
     shapes = shapes_after(plan.shapes(), placement.move)
-    present: list[PlanStall] = [] if lot is None else all_stalls(connection, lot)
+    present: list[LayoutStall] = [] if lot is None else all_stalls(connection, lot)
     zones = [] if lot is None else zones_of(connection, lot)
     change = matched(
         plan.stalls, shapes, present, zones,
@@ -85,54 +95,38 @@ def preview(
     return Preview(lot, revision, asked.name, placement, change, plan)
 
 
-def preview_json(found: Preview, token: str) -> dict[str, Any]:
-    """Return a preview as JSON values: what begins, stays and ends, in the lot's frame, and what is left out."""
-    draft, plan = found.matched.draft, found.plan
-    left_out = [*found.matched.left_out, *plan.left_out]
+def shown_preview(found: Preview, token: str) -> PlanPreview:
+    """Return the answer about a preview: what begins, stays and ends, in the lot's frame, and what is left out."""
+    draft, plan, place = found.matched.draft, found.plan, found.placement
     same = len(plan.stalls) - len(found.matched.left_out) - len(draft.added) - len(draft.changed)
-    return {
-        "token": token,
-        "lot": found.lot,
-        "file": found.file,
-        "format": plan.format,
-        "crs": plan.crs,
-        "datum": list(found.placement.datum),
-        "placed": _placed_json(found),
-        "begin": [_shape_json(stall) | {"label": stall.label, "kind": stall.kind} for stall in draft.added],
-        "stay": [
-            {"id": new.id, **_shape_json(new), "label": new.label, "kind": new.kind, "former": old.label}
-            for old, new in draft.changed
-        ],
-        "same": same,
-        "end": [{"id": stall.id, **_shape_json(stall), "label": stall.label} for stall in draft.ended],
-        "left_out": _named(left_out),
-        "left_out_count": plan.left_out_count + len(found.matched.left_out),
-        "clashes": _named(found.matched.clashes),
-        "clash_count": len(found.matched.clashes),
-        "renamed": [{"label": old, "to": new} for old, new in found.matched.renamed[:MOST_LEFT_OUT]],
-        "layers": [{"name": name, "outlines": count} for name, count in plan.layers],
-    }
+    return PlanPreview(
+        token=token,
+        lot=found.lot,
+        file=found.file,
+        format=plan.format,
+        crs=plan.crs,
+        datum=list(place.datum),
+        placed=PlanPlace(
+            by=place.by, on=place.on, is_certain=not place.doubt, doubt=place.doubt, north=round(place.shift.north, 3),
+            east=round(place.shift.east, 3), turn=round(math.degrees(place.shift.turn), 4),
+            residual=round(place.residual, 3), accuracy=plan.accuracy,
+        ),
+        begin=[BeginningShape(**_shape(stall), kind=stall.kind) for stall in draft.added],
+        stay=[StayingShape(**_shape(new), kind=new.kind, id=new.id, former=old.label) for old, new in draft.changed],
+        same=same,
+        end=[EndingShape(**_shape(stall), id=stall.id) for stall in draft.ended],
+        left_out=_named([*found.matched.left_out, *plan.left_out]),
+        left_out_count=plan.left_out_count + len(found.matched.left_out),
+        clashes=_named(found.matched.clashes),
+        clash_count=len(found.matched.clashes),
+        renamed=[Renamed(label=old, to=new) for old, new in found.matched.renamed[:MOST_LEFT_OUT]],
+        layers=[PlanLayer(name=name, outlines=count) for name, count in plan.layers],
+    )  # fmt: skip
 
 
-def _placed_json(found: Preview) -> dict[str, Any]:
-    place = found.placement
-    return {
-        "by": place.by,
-        "on": place.on,
-        "is_certain": not place.doubt,
-        "doubt": place.doubt,
-        "north": round(place.shift.north, 3),
-        "east": round(place.shift.east, 3),
-        "turn": round(math.degrees(place.shift.turn), 4),
-        "residual": round(place.residual, 3),
-        "accuracy": found.plan.accuracy,
-    }
+def _shape(stall: PlanStall) -> dict[str, Any]:
+    return {**{name: round(getattr(stall, name), 4) for name in SHAPE}, "label": stall.label}
 
 
-def _shape_json(stall: PlanStall) -> dict[str, Any]:
-    names = ("north", "east", "angle", "width", "length")
-    return {name: round(value, 4) for name, value in zip(names, stall.shape, strict=True)}
-
-
-def _named(left_out: Sequence[LeftOut]) -> list[dict[str, str]]:
-    return [{"name": each.name, "reason": each.reason} for each in left_out[:MOST_LEFT_OUT]]
+def _named(left_out: Sequence[LeftOut]) -> list[LeftOutFeature]:
+    return [LeftOutFeature(name=each.name, reason=each.reason) for each in left_out[:MOST_LEFT_OUT]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any, Final
 
 import numpy as np
@@ -11,15 +10,17 @@ from shapely import MultiPoint
 from sqlalchemy import Connection
 
 from hawk.lots import change_log
+from hawk.lots.answers import Begun
 from hawk.lots.change_log import Change
 from hawk.lots.ingest import lot_places
 from hawk.lots.operations import label_row, layout_row, stall_row
 from hawk.lots.outlines import outline_json
 from hawk.lots.plan import edits
+from hawk.lots.plan.answers import Edited
 from hawk.lots.plan.edits import checked
-from hawk.lots.plan.revisions import revision_of
 from hawk.lots.plan.steps import next_key
 from hawk.lots.plan.values import SHAPE, Draft, shapes_of
+from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_import.previews import Preview
 from hawk.lots.registration.georeference import ring_on_earth
 from hawk.lots.registration.lot_match import Answer, which_lot
@@ -33,8 +34,8 @@ KIND: Final = "import"
 """Name of the operation among the steps of an edit, and kind of the change that makes a lot."""
 
 
-def take(connection: Connection, preview: Preview, asked: Mapping[str, Any], now: float) -> dict[str, Any]:
-    """Take a plan within the open ``edit``; return the stalls that changed, as `editing.do` does.
+def take(connection: Connection, preview: Preview, asked: Mapping[str, Any], now: float) -> Edited:
+    """Take a plan within the open ``edit``; return the stalls that changed, as `edits.do` does.
 
     ``uncertain``: true where it is to be taken although its place is not certain. Raises LotInputError, NotFoundError
     and LotStoreError; nothing is written then.
@@ -60,7 +61,7 @@ def _check(preview: Preview, asked: Mapping[str, Any]) -> None:
         raise LotInputError("rename", f"is needed: {clashes[0].name}: {clashes[0].reason}{more}")
 
 
-def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], who: str, now: float) -> dict[str, Any]:
+def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], who: str, now: float) -> Begun:
     """Make a lot called ``name`` of a plan, its first layout; return the change, which is undone once.
 
     Raises LotInputError for a plan on the ground of another lot.
@@ -89,7 +90,8 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
         for key, stall in enumerate(stalls, next_key(connection))
     ]  # fmt: skip
     rows += [label_row(lot, stall.label, stall.id) for stall in stalls]
-    return {**asdict(change_log.write(connection, Change(KIND, lot, tuple(rows)), who, now)), "stalls": len(stalls)}
+    done = change_log.write(connection, Change(KIND, lot, tuple(rows)), who, now)
+    return Begun(**dict(done), stalls=len(stalls))
 
 
 def _outline(draft: Draft, datum: tuple[float, float]) -> Outline:

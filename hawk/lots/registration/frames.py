@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.registration.georeference import about
 from hawk.lots.values import Detection
 
@@ -95,7 +95,7 @@ def turned(places: Floats, turns: Floats) -> Floats:
     )  # fmt: skip
 
 
-def same_stalls(known: Sequence[PlanStall], placed: Sequence[Detection]) -> dict[int, str]:
+def same_stalls(known: Sequence[LayoutStall], placed: Sequence[Detection]) -> dict[int, str]:
     """Return which known stall each placed one is: the nearest within `MATCH_M` of about the same direction.
 
     The result is a survey's stall id -> a stored stall's UUID, each at most once; nearer pairs come first.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +23,7 @@ else:
 
 LOT_COMMANDS: Final = frozenset({"backup", "restore", "verify"})
 _FAILED: Final = 1
+_WRONG: Final = 2
 
 
 def add_lot_commands(commands: Any) -> None:
@@ -48,16 +50,43 @@ def _needs_network(_: argparse.Namespace) -> bool:
 
 
 def _run(options: argparse.Namespace) -> int:
+    return run_on_store(options, lambda store: str(options.action_of(store, options)))
+
+
+def run_on_store(options: argparse.Namespace, work: Callable[[Path], str]) -> int:
+    """Print the words that some work on the lots' store returns; return the exit status of its command.
+
+    That is 2 for what the person asked wrongly: an option, a lot or survey that is not there, a file that cannot be
+    used; 1 for what failed. ``work`` takes the store's file. Raises ConfigError.
+    """
     config = config_of(options)
     try:
-        print(options.action_of(lots.lots_file(config.store.directory, config.store.lots), options))
-    except errors.LotStoreError as error:
-        print(f"hawk-drone: {error}", file=sys.stderr)
-        return _FAILED
-    except OSError as error:
-        print(f"hawk-drone: {error.filename or options.file or '--store'}: {error.strerror or error}", file=sys.stderr)
-        return _FAILED
+        words = work(lots.lots_file(config.store.directory, config.store.lots))
+    except (errors.LotStoreError, OSError) as error:
+        print(f"hawk-drone: {_reason(error, options)}", file=sys.stderr)
+        return _WRONG if isinstance(error, errors.LotInputError | errors.NotFoundError) else _FAILED
+    if words:
+        print(words)
     return 0
+
+
+def _reason(error: Exception, options: argparse.Namespace) -> str:
+    """Return the words of an error, with the option or the file that is meant."""
+    given = {**vars(options), **dict.fromkeys(_DAYS)}
+    file = next((given[name] for name in _FILES if given.get(name) is not None), None)
+    if isinstance(error, OSError):
+        return f"{error.filename or file or '--store'}: {error.strerror or error}"
+    if not isinstance(error, errors.LotInputError):
+        return str(error)
+    if error.field in given and error.field not in _FILES:
+        return f"--{error.field.replace('_', '-')}: {error.reason}"
+    return str(error) if "file" not in given else f"{file}: {error}"
+
+
+_FILES: Final = ("file", "out", "training")
+"""Options that name a file or folder."""
+_DAYS: Final = ("from", "to")
+"""Options with a name that Python keeps for itself."""
 
 
 def _backup(store: Path, options: argparse.Namespace) -> str:

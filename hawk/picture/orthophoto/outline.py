@@ -27,7 +27,7 @@ from hawk.lots.plan_files.formats import ENDS, unpacked
 from hawk.lots.plan_files.geojson import WGS_84, crs_name
 from hawk.lots.plan_files.layers import AREAS
 from hawk.lots.plan_files.osm import OUTLINE, parts_of, place_of, root_of
-from hawk.lots.plan_files.text import text_of
+from hawk.lots.plan_files.values import text_of
 from hawk.lots.values import LotInputError
 from hawk.model.plans import Outline
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid

@@ -202,7 +202,7 @@ _NOWHERE: Final = ("192.0.2.1", 9)
 """An address that is nobody's (RFC 5737): which of this computer's addresses leads out. Nothing is sent."""
 
 
-RELEASED: Final = datetime(2026, 11, 26, tzinfo=UTC)
+RELEASED: Final = datetime(2026, 11, 29, tzinfo=UTC)
 """Day of the newest release (CHANGELOG.md): a clock that is earlier is wrong."""
 _BEFORE: Final = timedelta(days=2)
 """A certificate begins this long before it is made: clocks that are behind by less take it."""

@@ -14,17 +14,16 @@ import hashlib
 import json
 import logging
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
-from dataclasses import asdict, dataclass, field, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final
 
 from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
-from pydantic import BaseModel
+from pydantic_core import to_json
 
 from hawk.lots.store import LotStore
-from hawk.lots.text import json_text
 from hawk.lots.values import LotInputError, NotFoundError
 from hawk.runtime.late import late_functions
 from hawk.store.recordings import NotThatRecordingError
@@ -287,15 +286,8 @@ def encoded(answer: Answer, *, packs: bool) -> tuple[bytes, bool]:
 
 
 def text_of(content: object) -> str:
-    """Return an answer as JSON text; text is that already. Raises ValueError for what is no number."""
-    match content:
-        case str():
-            return content
-        case BaseModel():
-            return content.model_dump_json(by_alias=True)
-        case _ if is_dataclass(content) and not isinstance(content, type):
-            return json_text(asdict(content))
-    return json_text(content)
+    """Return an answer as JSON text; text is that already."""
+    return content if isinstance(content, str) else to_json(content, by_alias=True).decode()
 
 
 def _response(request: web.Request, packed: _Packed) -> web.Response:

@@ -1,4 +1,7 @@
-"""Bodies of changes as pydantic models, and the answers to these. Further rules stand where each change is made."""
+"""Bodies of changes, and the answers that the web room makes itself: refusals, and the recordings on the drone's disk.
+
+Further rules of a body stand where each change is made.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hawk.lots.answers import Count, Degrees, EditedStall, EditedZone, Shown, Utc
+from hawk.lots.answers import Count, Next, Shown, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME
 from hawk.web.v1.parameters import Id
@@ -136,72 +139,6 @@ class Keep(Given):
     keep: bool
 
 
-class Done(Shown):
-    """A change that was made; its `seq` undoes it."""
-
-    seq: int
-    kind: str
-    lot: str
-
-
-class Pinned(Done):
-    """Move of a lot's datum and frame, metres and degrees. `residual`: by how much two points contradict the lot, m."""
-
-    north: float
-    east: float
-    turn: float
-    residual: float
-    datum: Degrees
-
-
-class Undone(Shown):
-    """A change that was undone."""
-
-    seq: int
-    kind: str
-
-
-class Opened(Shown):
-    """An open edit. `undo`, `redo`: operations that can be undone, done again."""
-
-    edit: Id
-    lot: Id
-    who: str
-    since: Utc
-    layout: int
-    revision: Count
-    undo: Count
-    redo: Count
-
-
-class Edited(Shown):
-    """Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones are all there are."""
-
-    edit: Id
-    revision: Count
-    stalls: list[EditedStall]
-    gone: list[Id]
-    zones: list[EditedZone]
-    named_zones: list[EditedZone]
-    undo: Count
-    redo: Count
-
-
-class Stepped(Edited):
-    """Changes by an undo or a redo; `operation` names what was undone or done again."""
-
-    operation: str
-
-
-class Closed(Shown):
-    """A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed."""
-
-    lot: Id
-    edit: Id
-    seq: int | None
-    layout: int | None
-
-
 class Kept(Shown):
     """A recording with its mark."""
 
@@ -216,127 +153,40 @@ class Deleted(Shown):
     deleted: bool
 
 
-class SharedLink(Shown):
-    """A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`."""
+class Problem(Shown):
+    """Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    field: str = ""
+    who: Annotated[str, Field(description="person who edits the plan")] = ""
+    since: Annotated[Utc | None, Field(description="beginning of that edit")] = None
+
+
+class RecordedLot(Shown):
+    """Lot of a recorded flight."""
 
     id: Id
-    token: str
-    ends: Utc
+    name: str
 
 
-class ListedLink(Shown):
-    """A link to a lot, without its token. `open`: it opens the lot now."""
-
-    id: Id
-    made: Utc
-    ends: Utc
-    open: bool
-    taken_back: Utc | None
-
-
-class SharedLinks(Shown):
-    """All links to a lot, the newest first."""
-
-    shares: list[ListedLink]
-
-
-class TakenBack(Shown):
-    """A link that opens nothing from now on."""
-
-    id: Id
-    taken_back: bool
-
-
-class PlanPlace(Shown):
-    """Place of a file's plan on the lot: by what it was found, on what; a shift, metres, a turn, degrees."""
-
-    by: str
-    on: str
-    is_certain: bool
-    doubt: str
-    north: float
-    east: float
-    turn: float
-    residual: float
-    accuracy: float | None
-
-
-class PlanShape(Shown):
-    """A stall in the lot's frame, metres and radians."""
-
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    label: str
-
-
-class BeginningShape(PlanShape):
-    """A stall that the plan would have besides."""
-
-    kind: str
-
-
-class StayingShape(BeginningShape):
-    """A stall of the plan as the file has it; `former`: its label."""
-
-    id: Id
-    former: str
-
-
-class EndingShape(PlanShape):
-    """A stall that the plan would have no more."""
-
-    id: Id
-
-
-class LeftOutFeature(Shown):
-    """A feature of the file that is left out, or that clashes, and why."""
+class Recording(Shown):
+    """A recording on the drone's disk. `keep`: it is never removed for room."""
 
     name: str
-    reason: str
+    bytes: Count
+    began: Utc | None
+    seconds: float | None
+    survey: str | None
+    lot: RecordedLot | None
+    keep: bool
+    under_way: bool
 
 
-class Renamed(Shown):
-    """A label of the file that another stall had, and the one in its place."""
+class RecordingList(Shown):
+    """Part of the list of recordings."""
 
-    label: str
-    to: str
-
-
-class PlanLayer(Shown):
-    """A layer of a drawing."""
-
-    name: str
-    outlines: Count
-
-
-class PlanPreview(Shown):
-    """Effect of an import, which its `token` takes within minutes; nothing is written before. `same`: stalls that the
-    plan has as the file does.
-    """
-
-    token: str
-    lot: Id | None
-    file: str
-    format: str
-    crs: str
-    datum: Degrees
-    placed: PlanPlace
-    begin: list[BeginningShape]
-    stay: list[StayingShape]
-    same: int
-    end: list[EndingShape]
-    left_out: list[LeftOutFeature]
-    left_out_count: Count
-    clashes: list[LeftOutFeature]
-    clash_count: Count
-    renamed: list[Renamed]
-    layers: list[PlanLayer]
-
-
-class Begun(Done):
-    """A lot that a plan made; `stalls`: how many it has."""
-
-    stalls: Count
+    items: list[Recording]
+    next: Next

@@ -9,8 +9,8 @@ from __future__ import annotations
 from sqlalchemy import Connection
 
 from hawk.lots import commands, shares
+from hawk.lots.answers import Undone
 from hawk.lots.plan import edits
-from hawk.web.v1.bodies import Undone
 from hawk.web.v1.changes import Command
 
 

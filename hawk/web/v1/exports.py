@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
 
-from hawk.exports.feed_table import FEEDS, Wanted
+from hawk.exports.formats import FEEDS, Wanted
 from hawk.lots.answers import SurveyGround
 from hawk.lots.store import FILE_S
 from hawk.lots.values import NotFoundError

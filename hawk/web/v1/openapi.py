@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import is_dataclass
 from typing import Any, Final
 
 from openapi_pydantic import Info, OpenAPI, PathItem, Reference, Server, Tag
@@ -23,7 +24,7 @@ from openapi_pydantic.v3.v3_1 import (
 from pydantic import BaseModel
 
 from hawk.web.v1.answers import JSON, PROBLEM
-from hawk.web.v1.models import Problem
+from hawk.web.v1.bodies import Problem
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 from hawk.web.v1.unknown import PATTERNS
@@ -51,6 +52,7 @@ _FIELDS: Final = {
     "column": "column of the tile",
 }
 """Fields of paths."""
+_SCHEMAS: Final = "#/components/schemas/"
 _ANY_FILE: Final = "application/octet-stream"
 _TOKEN: Final = "token"  # noqa: S105 - the scheme's name
 _ETAG: Final = {"description": "changes with every change of the store", "schema": {"type": "string"}}
@@ -79,7 +81,8 @@ def document(operations: tuple[Operation, ...], base: str, version: str) -> dict
         security=[{_TOKEN: []}, {}],
         components=Components(securitySchemes={_TOKEN: scheme}),
     )
-    whole = construct_open_api_with_schema_class(made)
+    values: list[Any] = [each.answer for each in operations if is_dataclass(each.answer)]
+    whole = construct_open_api_with_schema_class(made, values)
     found: dict[str, Any] = json.loads(whole.model_dump_json(by_alias=True, exclude_none=True, exclude_defaults=True))
     return found
 
@@ -109,12 +112,19 @@ def _has_tag(operation: Operation) -> bool:
 def _answer(operation: Operation) -> Response:
     shown = MediaType()
     if operation.answer is not None:
-        shown = MediaType(media_type_schema=PydanticSchema(schema_class=operation.answer))
+        shown = MediaType(media_type_schema=_schema(operation.answer))
     content = dict.fromkeys(operation.content_types, shown)
     headers: dict[str, Header | Reference] | None = None
     if _has_tag(operation):
         headers = {"ETag": Header.model_validate(_ETAG)}
     return Response(description=operation.text, headers=headers, content=content)
+
+
+def _schema(answer: type[Any]) -> PydanticSchema[Any] | Reference:
+    """Return the schema of an answer; openapi_pydantic takes a dataclass by its name alone."""
+    if is_dataclass(answer):
+        return Reference.model_validate({"$ref": f"{_SCHEMAS}{answer.__name__}"})
+    return PydanticSchema(schema_class=answer)
 
 
 def _problem(words: str) -> Response:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from aiohttp.typedefs import Handler
 from pydantic import BaseModel
@@ -17,7 +18,7 @@ from hawk.web.v1.unknown import PATTERNS
 class Operation:
     """An address. ``path`` begins below `hawk.web.v1.answers.ROOT`; ``tag`` is its group in the documentation.
 
-    ``answer``: model of the answer; None for a file, which is of one of the ``content_types``. ``takes_file``: the body
+    ``answer``: type of the answer; None for a file, which is of one of the ``content_types``. ``takes_file``: the body
     is a file, whatever it holds. ``has_tag``: the answer has an ETag. ``for_operators``: viewers may not read it.
     ``is_open``: a field of the path is a link's token, and no login is asked for.
     """
@@ -28,7 +29,7 @@ class Operation:
     text: str
     tag: str
     handler: Handler
-    answer: type[BaseModel] | None
+    answer: type[Any] | None
     query: type[Query] = Query
     body: type[BaseModel] | None = None
     content_types: tuple[str, ...] = (JSON,)

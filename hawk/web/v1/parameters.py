@@ -9,12 +9,12 @@ from typing import Annotated, Any, Final, Generic, Literal, TypeVar
 from aiohttp import web
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from hawk.exports.feed_table import VALID_S
+from hawk.exports.formats import VALID_S
 from hawk.formats.validation import wrong_values
-from hawk.lots.answers import ID
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.operations import FORMS as OPERATION_FORMS
 from hawk.lots.plan.operations import LETTER
+from hawk.lots.plan.values import ID
 from hawk.lots.values import LotInputError
 from hawk.stats.partition import Partition
 from hawk.web.access.admission import TOKEN_PARAMETER

@@ -6,21 +6,20 @@ The file is read in a process of its own (`hawk.lots.plan_files.child`), one at 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from aiohttp import web
 from pydantic import Field
 
 from hawk.lots.store import FILE_S, LotStore
-from hawk.lots.text import json_text
 from hawk.lots.values import LotStoreError
 from hawk.runtime.late import late_functions
 from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
-from hawk.web.v1.answers import answered, now_of, opened
+from hawk.web.v1.answers import answered, now_of, opened, text_of
 from hawk.web.v1.changes import FOR_OPERATORS, Body, changed, role_of
 from hawk.web.v1.parameters import Query
 from hawk.web.v1.refusals import check_operator
@@ -114,7 +113,7 @@ def _previewed(
     if lot is not None:
         edits.check_lot(connection, lot)
     made = previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
-    return made, json_text(previews.preview_json(made, token))
+    return made, text_of(previews.shown_preview(made, token))
 
 
 async def take(request: web.Request, body: Body) -> object:
@@ -130,11 +129,11 @@ async def begin(request: web.Request, body: Body) -> object:
 
 
 async def _take(
-    request: web.Request, lot: str | None, work: Callable[[Connection, Preview], Mapping[str, Any]]
+    request: web.Request, lot: str | None, work: Callable[[Connection, Preview], object]
 ) -> str:  # fmt: skip
     store, token, waiting = await opened(request), request.match_info["preview"], _previews(request)
     found = waiting.of(token, lot, _clock(request))
-    text = await store.write(lambda connection: json_text(work(connection, found)))
+    text = await store.write(lambda connection: text_of(work(connection, found)))
     waiting.drop(token)
     return text
 

@@ -16,12 +16,9 @@ from hawk.lots import lists, queries
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.lists import Asked
-from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import SURVEY
 from hawk.lots.values import Placed
 from hawk.stats import queries as uses
-from hawk.stats import stalls as stall_figures
-from hawk.stats import surveys as survey_figures
 from hawk.stats.panel import Period
 from hawk.stats.period import period_of
 from hawk.web.v1 import parameters as forms
@@ -128,9 +125,7 @@ def proposals(connection: Connection, asked: Request[Query]) -> Answer:
 
 def plan(connection: Connection, asked: Request[forms.PlanPart]) -> Answer:
     """Return the plan of a lot."""
-    found = queries.plan(connection, asked.id, asked.query.since, asked.query.layout)
-    usual: dict[str, object] = {"layout": None, "revision": None, "edit": None, "whole": True, "gone": []}
-    return Answer({"datum": list(datum_of(connection, asked.id))} | usual | found)
+    return Answer(queries.plan(connection, asked.id, asked.query.since, asked.query.layout))
 
 
 def comparison(connection: Connection, asked: Request[Query]) -> Answer:
@@ -151,12 +146,12 @@ def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answ
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    return Answer(survey_figures.surveys_use(connection, asked.id, _period(asked.query)))
+    return Answer(uses.surveys_use(connection, asked.id, _period(asked.query)))
 
 
 def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return of each stall of a lot the share of the surveys in which it was taken."""
-    return Answer(stall_figures.stalls_use(connection, asked.id, _period(asked.query)))
+    return Answer(uses.stalls_use(connection, asked.id, _period(asked.query)))
 
 
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:

@@ -19,9 +19,8 @@ from hawk.store.recordings import Contents, NotThatRecordingError, Recordings, S
 from hawk.web.downloads import FILES, is_on_ground, send_file
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import Answer, answered, in_time, made
-from hawk.web.v1.bodies import Deleted, Kept
+from hawk.web.v1.bodies import Deleted, Kept, RecordedLot, Recording, RecordingList
 from hawk.web.v1.changes import Body
-from hawk.web.v1.models import RecordedLot, Recording, RecordingList
 from hawk.web.v1.parameters import Listed, Query, query_of
 from hawk.web.v1.refusals import RefusedError, check_operator
 

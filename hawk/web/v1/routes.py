@@ -11,7 +11,7 @@ from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
 from hawk.web.v1 import plan_files
-from hawk.web.v1.answers import OPENAPI, Answer, answered, base_of, made
+from hawk.web.v1.answers import OPENAPI, Answer, answered, base_of, made, text_of
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
@@ -61,10 +61,9 @@ async def definition(request: web.Request) -> web.StreamResponse:
     kept, version, base = request.app[_DEFINITION], request.app[SERVICES].version, base_of(request)
 
     def make() -> Answer:
-        from hawk.lots.text import json_text
         from hawk.web.v1.openapi import document
 
-        kept.text = kept.text or json_text(document(OPERATIONS, f"{_ANYWHERE}{ROOT}", version))
+        kept.text = kept.text or text_of(document(OPERATIONS, f"{_ANYWHERE}{ROOT}", version))
         return Answer(kept.text.replace(_ANYWHERE, base), content_type=OPENAPI)
 
     return await made(request, make)

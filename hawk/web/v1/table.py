@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 from http import HTTPStatus
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import BaseModel
-
-from hawk.exports.feed_table import FEEDS as ALL_FEEDS
 from hawk.exports.formats import CONTENT_TYPES
+from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
-from hawk.lots.answers import Shown
+from hawk.lots.plan import answers as plans
+from hawk.lots.plan_import.answers import PlanPreview
 from hawk.runtime.late import late_functions
 from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
-from hawk.web.v1 import bodies, exports, links, models, parameters, plan_files, recordings, shapes
-from hawk.web.v1 import features_parameters as forms
+from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
-from hawk.web.v1.features_parameters import ROOT as FEATURES_ROOT
+from hawk.web.v1.features import answers as shapes
+from hawk.web.v1.features import parameters as forms
+from hawk.web.v1.features.parameters import ROOT as FEATURES_ROOT
 from hawk.web.v1.looks import keep_missing_looks
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 
 if TYPE_CHECKING:
-    from hawk.web.v1 import commands, features, reads
+    from hawk.web.v1 import commands, reads
+    from hawk.web.v1.features import reads as features
 else:
-    commands, features, reads = (late_functions(f"hawk.web.v1.{name}") for name in ("commands", "features", "reads"))
+    commands, features, reads = (
+        late_functions(f"hawk.web.v1.{name}") for name in ("commands", "features.reads", "reads")
+    )
 
 LOTS: Final = "Lots"
 SURVEYS: Final = "Surveys"
@@ -48,32 +51,32 @@ _NAMED: Final = "; ".join(f"`{name}`, {feed.title}" for name, feed in ALL_FEEDS.
 
 
 def _read(
-    path: str, name: str, text: str, tag: str, read: Read, answer: type[Shown], query: type[Query] = Query,
+    path: str, name: str, text: str, tag: str, read: Read, answer: type[Any], query: type[Query] = Query,
     prepare: Prepare | None = None,
 ) -> Operation:  # fmt: skip
     return Operation("GET", path, name, text, tag, reader(query, read, prepare), answer, query)
 
 
 def _change(
-    path: str, name: str, text: str, tag: str, change: Change, body: type[Given], answer: type[Shown]
+    path: str, name: str, text: str, tag: str, change: Change, body: type[Given], answer: type[Any]
 ) -> Operation:  # fmt: skip
     return Operation("POST", path, name, text, tag, changer(body, change), answer, body=body)
 
 
 def _post(
-    path: str, name: str, text: str, tag: str, work: Work, body: type[Given], answer: type[Shown],
+    path: str, name: str, text: str, tag: str, work: Work, body: type[Given], answer: type[Any],
     for_operators: str = FOR_OPERATORS,
 ) -> Operation:  # fmt: skip
     return Operation("POST", path, name, text, tag, poster(body, work, for_operators), answer, body=body)
 
 
 def _file(path: str, name: str, text: str) -> Operation:
-    return Operation("POST", path, name, text, PLANS, plan_files.preview, bodies.PlanPreview, plan_files.ImportChoices,
+    return Operation("POST", path, name, text, PLANS, plan_files.preview, PlanPreview, plan_files.ImportChoices,
                      takes_file=True)  # fmt: skip
 
 
 def _features(
-    path: str, name: str, text: str, read: Read, answer: type[BaseModel], query: type[Query] = Query,
+    path: str, name: str, text: str, read: Read, answer: type[Any], query: type[Query] = Query,
     content_type: str = JSON,
 ) -> Operation:  # fmt: skip
     handler = reader(query, read, bad_parameter=HTTPStatus.BAD_REQUEST)
@@ -85,7 +88,7 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
     """Return the reads of one lot over its surveys: by its id, or by the token of a link."""
 
     def one(
-        path: str, name: str, text: str, tag: str, read: Read, answer: type[Shown], query: type[Query] = Query,
+        path: str, name: str, text: str, tag: str, read: Read, answer: type[Any], query: type[Query] = Query,
         prepare: Prepare | None = None, content_type: str = JSON,
     ) -> Operation:  # fmt: skip
         handler = reader(query, read, prepare, lot_of=links.lot_of if by_link else None)
@@ -115,7 +118,7 @@ _READS: Final = (
     _read("/lots/{id}/layouts", "layouts", "Versions of a lot's layout, the first one first", LOTS, reads.layouts,
           lots.LayoutList, parameters.Listed),
     _read("/lots/{id}/layouts/{version}/stalls", "layout_stalls", "Stalls of a version of a lot's layout, as they were",
-          LOTS, reads.stalls_of_layout, lots.PlanStallList, parameters.Listed),
+          LOTS, reads.stalls_of_layout, lots.PlacedStallList, parameters.Listed),
     _read("/lots/{id}/stalls", "stalls", "Stalls of a lot's plan with the last look at each", LOTS, reads.stalls,
           lots.StallList, parameters.Stalls),
     _read("/stalls/{id}", "stall", "A stall of any layout", LOTS, reads.stall, lots.Stall),
@@ -141,59 +144,59 @@ _CHANGES: Final = (
     _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
           CHANGES, reads.proposals, lots.Proposals),
     _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, commands.undo, bodies.Nothing,
-            bodies.Undone),
-    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, commands.rename, bodies.LotName, bodies.Done),
+            lots.Undone),
+    _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, commands.rename, bodies.LotName, lots.Done),
     _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, commands.merge, bodies.LotMerge,
-            bodies.Done),
+            lots.Done),
     _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, commands.split,
-            bodies.LotSplit, bodies.Done),
+            bodies.LotSplit, lots.Done),
     _change("/lots/{id}/pin", "pin", "Pin a lot to its place on Earth", CHANGES, commands.pin, bodies.LotPin,
-            bodies.Pinned),
+            lots.Pinned),
     _change("/lots/{id}/take-over", "take_over", "Take proposals over into the layout", CHANGES, commands.take_over,
-            bodies.TakeOver, bodies.Done),
-    _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, commands.drop, bodies.Chosen, bodies.Done),
+            bodies.TakeOver, lots.Done),
+    _change("/lots/{id}/drop", "drop", "Drop proposals", CHANGES, commands.drop, bodies.Chosen, lots.Done),
     _change("/surveys/{id}/move", "move_survey", "Move a survey to another lot, or to a new one", CHANGES,
-            commands.move, bodies.SurveyMove, bodies.Done),
+            commands.move, bodies.SurveyMove, lots.Done),
     _change("/surveys/{id}/delete", "delete_survey", "Delete a survey of a lot; undoing brings it back", CHANGES,
-            commands.delete, bodies.Nothing, bodies.Done),
+            commands.delete, bodies.Nothing, lots.Done),
     _change("/surveys/{id}/place", "place_survey", "Choose the place of a survey whose place is not certain", CHANGES,
-            commands.choose, bodies.Choose, bodies.Done),
+            commands.choose, bodies.Choose, lots.Done),
 )  # fmt: skip
 
 _PLANS: Final = (
     _read("/lots/{id}/plan", "plan", "Plan of a lot: all of it, its changes since a revision, or an earlier version",
-          PLANS, reads.plan, lots.Plan, parameters.PlanPart),
+          PLANS, reads.plan, plans.Plan, parameters.PlanPart),
     _change("/lots/{id}/edit", "open_edit", "Open an edit of a lot's plan, or go on with one's own", PLANS,
-            commands.open_edit, bodies.OpenEdit, bodies.Opened),
+            commands.open_edit, bodies.OpenEdit, plans.Opened),
     _change("/lots/{id}/plan", "edit_plan", "Do an operation on the plan", PLANS, commands.edit_plan, bodies.Do,
-            bodies.Edited),
+            plans.Edited),
     _change("/lots/{id}/plan/undo", "undo_step", "Undo the newest operation of the edit", PLANS, commands.undo_step,
-            bodies.InEdit, bodies.Stepped),
+            bodies.InEdit, plans.Stepped),
     _change("/lots/{id}/plan/redo", "redo_step", "Do the operation again that was undone last", PLANS,
-            commands.redo_step, bodies.InEdit, bodies.Stepped),
+            commands.redo_step, bodies.InEdit, plans.Stepped),
     _change("/lots/{id}/edit/close", "close_edit", "Close the edit: its version of the layout is final", PLANS,
-            commands.close_edit, bodies.CloseEdit, bodies.Closed),
+            commands.close_edit, bodies.CloseEdit, plans.Closed),
     _file("/lots/{id}/plan/import", "preview_plan", "Read a file with a plan of a lot; nothing is written"),
     _post("/lots/{id}/plan/import/{preview}/take", "take_plan", "Take a plan that was read, within the edit", PLANS,
-          plan_files.take, bodies.TakePlan, bodies.Edited),
+          plan_files.take, bodies.TakePlan, plans.Edited),
     _file("/lots/import", "preview_lot", "Read a file with the plan of a new lot; nothing is written"),
     _post("/lots/import/{preview}/take", "begin_lot", "Make a lot of a plan that was read", PLANS, plan_files.begin,
-          bodies.BeginLot, bodies.Begun),
+          bodies.BeginLot, lots.Begun),
 )  # fmt: skip
 
 _LINKS: Final = (
     Operation("GET", "/lots/{id}/shares", "links", "Links to a lot, without their tokens", LINKS, links.listed,
-              bodies.SharedLinks),
+              lots.SharedLinks),
     _change("/lots/{id}/shares", "make_link", "Make a link by which others read a lot for some days", LINKS,
-            commands.share, bodies.LinkDays, bodies.SharedLink),
+            commands.share, bodies.LinkDays, lots.SharedLink),
     _change("/shares/{id}/take-back", "take_back_link", "Take a link back: it opens nothing from now on", LINKS,
-            commands.take_back, bodies.Nothing, bodies.TakenBack),
+            commands.take_back, bodies.Nothing, lots.TakenBack),
     *_of_lot(True),
 )  # fmt: skip
 
 _RECORDINGS: Final = (
     Operation("GET", "/recordings", "recordings", "Recordings on the drone's disk, the oldest first", RECORDINGS,
-              recordings.listed, models.RecordingList, parameters.Listed),
+              recordings.listed, bodies.RecordingList, parameters.Listed),
     Operation("GET", "/recordings/{name}", "recording", "A recording, or the part of it that `Range` names; 409 in "
               "flight", RECORDINGS, recordings.download, None, content_types=(_ANY_FILE,), has_tag=False,
               for_operators=True),

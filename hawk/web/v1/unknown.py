@@ -9,8 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
-from hawk.exports.feed_table import FEEDS
-from hawk.exports.formats import CONTENT_TYPES
+from hawk.exports.formats import CONTENT_TYPES, FEEDS
 
 ROOT: Final = "/api/v1"
 """Address below which every address of this API lies."""

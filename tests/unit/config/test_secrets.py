@@ -220,7 +220,7 @@ async def serving(config: Config, folder: Path) -> AsyncIterator[tuple[TestServe
 
 def _ids(connection: Connection) -> dict[str, str]:
     lot, survey = connection.execute(select(SURVEY.c.lot, SURVEY.c.id)).first() or ("", "")
-    token = str(shares.share(connection, lot, {"days": 1}, 1.8e9)["token"])
+    token = str(shares.share(connection, lot, {"days": 1}, 1.8e9).token)
     numbers = dict.fromkeys(("seq", "row", "column", "zoom", "x", "y"), "1")
     names = {"kind": "geojson", "path": "index.html", "feed": "cds", "collection": "stalls"}
     return {"lot": lot, "id": lot, "survey": survey, "token": token, **names, **numbers}

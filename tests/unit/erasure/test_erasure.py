@@ -373,8 +373,8 @@ def test_the_command_erases_nothing_that_is_not_named(kept: Kept, capsys: pytest
 
 @pytest.mark.slow
 def test_the_command_names_what_it_cannot_do(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["erase", "--store", str(kept.folder), "--survey", "x", "--yes"]) == 1
-    assert "hawk-drone erase: --survey: there is no survey 'x'" in capsys.readouterr().err
+    assert main(["erase", "--store", str(kept.folder), "--survey", "x", "--yes"]) == 2
+    assert "hawk-drone: --survey: there is no survey 'x'" in capsys.readouterr().err
 
 
 def _interrupted(*_: object) -> bool:

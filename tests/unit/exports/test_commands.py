@@ -11,7 +11,7 @@ import pytest
 
 from hawk.cli import main
 from hawk.exports import files
-from hawk.lots.values import LotInputError
+from hawk.lots.values import LotStoreError
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import flown
 
@@ -43,7 +43,7 @@ def test_all_registered_surveys_go_into_one_geopackage(
 
 
 def test_all_surveys_fit_into_no_other_file(stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(stored, tmp_path, "--out", str(tmp_path / "lot.csv"), "--survey", "all") == 1
+    assert run(stored, tmp_path, "--out", str(tmp_path / "lot.csv"), "--survey", "all") == 2
     assert "--out: lot.csv holds one survey; several go into a .gpkg" in capsys.readouterr().err
 
 
@@ -59,10 +59,18 @@ def test_a_feed_is_printed(
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [
-        (["--feed", "cds", "--from", "2026-05-04"], 1, "from: is not used by cds, a feed over a survey: leave it out"),
-        (["--feed", "cds-aggregates", "--valid-s", "9"], 1, "valid_s: is not used by cds-aggregates, a feed over a pe"),
+        (
+            ["--feed", "cds", "--from", "2026-05-04"],
+            2,
+            "--from: is not used by cds, a feed over a survey: leave it out",
+        ),
+        (
+            ["--feed", "cds-aggregates", "--valid-s", "9"],
+            2,
+            "--valid-s: is not used by cds-aggregates, a feed over a pe",
+        ),
         (["--out", "lot.csv", "--valid-s", "9"], 2, "--valid-s: only together with --feed"),
-        (["--feed", "cds", "--survey", "all"], 1, "--survey: there is no survey 'all' of this lot"),
+        (["--feed", "cds", "--survey", "all"], 2, "--survey: there is no survey 'all' of this lot"),
     ],
 )
 def test_an_option_that_a_feed_does_not_use_is_refused(
@@ -77,7 +85,7 @@ def test_an_option_that_a_feed_does_not_use_is_refused(
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [
-        (["--out", "lot.csv", "--survey", "zz"], 1, "--survey: there is no survey 'zz' of this lot"),
+        (["--out", "lot.csv", "--survey", "zz"], 2, "--survey: there is no survey 'zz' of this lot"),
         (["--training", "new", "--survey", "zz"], 2, "--survey: only together with --out"),
     ],
 )
@@ -126,7 +134,7 @@ def test_a_disk_without_room_is_named_with_the_remedy(
 
 def test_a_folder_for_training_that_cannot_be_written_is_named() -> None:
     reason = "--training: /proc cannot be written: No such file"
-    with pytest.raises(LotInputError, match=reason), files.written_to(Path("/proc"), "--training"):
+    with pytest.raises(LotStoreError, match=reason), files.written_to(Path("/proc"), "--training"):
         Path("/proc/a.jpg").write_bytes(b"")
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 
+from hawk.exports.answers import Geometry
 from hawk.exports.features import Box, _grounds
 from hawk.lots.outlines import outline_json
 from hawk.model.plans import Outline
@@ -21,13 +20,13 @@ BOW = (SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3])
 FAR = tuple((a + 1, b) for a, b in SQUARE)
 
 
-def drawn(*outlines: Outline) -> list[Mapping[str, Any] | None]:
-    return list(_grounds([json.loads(outline_json(each)) for each in outlines]))
+def drawn(*outlines: Outline) -> list[Geometry | None]:
+    return _grounds([json.loads(outline_json(each)) for each in outlines])
 
 
 @pytest.mark.parametrize("ring", [SQUARE, SQUARE[::-1], FIVE])
 def test_a_ring_runs_counter_clockwise_whichever_it_was(ring: tuple[tuple[float, float], ...]) -> None:
-    ((found,),) = [ground["coordinates"] for ground in drawn(Outline((ring,))) if ground is not None]
+    ((found,),) = [ground.coordinates for ground in drawn(Outline((ring,))) if ground is not None]
     assert shapely.is_ccw(shapely.linearrings(found[0]))
     assert {(a, b) for b, a in found[0]} == set(ring)
     assert found[0][0] == found[0][-1]
@@ -36,10 +35,10 @@ def test_a_ring_runs_counter_clockwise_whichever_it_was(ring: tuple[tuple[float,
 def test_each_outline_has_its_own_ground() -> None:
     outlines = (Outline((SQUARE,)), Outline(), Outline((FIVE,)), Outline((BOW,)), Outline((SQUARE, FAR), (HOLE,)))
     grounds = drawn(*outlines)
-    areas = [0.0 if each is None else shapely.geometry.shape(each).area for each in grounds]
+    areas = [0.0 if each is None else shapely.geometry.shape(dict(each)).area for each in grounds]
     assert areas == pytest.approx([0.01, 0.0, 0.015, 0.0025, 0.02 - 0.0004])  # one wing of the bow stays
     assert grounds[1] is None
-    assert [each is None or shapely.geometry.shape(each).is_valid for each in grounds] == [True] * 5
+    assert [each is None or shapely.geometry.shape(dict(each)).is_valid for each in grounds] == [True] * 5
 
 
 def test_no_outline_has_no_ground() -> None:

@@ -13,9 +13,9 @@ from sqlalchemy import Connection, select
 
 from hawk.exports import features
 from hawk.exports.features import Box, Choice
-from hawk.exports.feed_table import FEEDS, Wanted
 from hawk.exports.feeds import feed_text
 from hawk.exports.files import TABLES
+from hawk.exports.formats import FEEDS, Wanted
 from hawk.exports.records import read_survey
 from hawk.lots import commands, known_lot, lists, queries
 from hawk.lots.lists import Asked
@@ -23,9 +23,7 @@ from hawk.lots.schema import LOT, SURVEY
 from hawk.lots.training_set import read_lesson
 from hawk.lots.values import LotStoreError
 from hawk.stats.period import period_of
-from hawk.stats.queries import statistics
-from hawk.stats.stalls import stalls_use
-from hawk.stats.surveys import surveys_use
+from hawk.stats.queries import stalls_use, statistics, surveys_use
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import NOW
 from tests.unit.lots.surveys import BEGAN
@@ -132,7 +130,7 @@ def test_the_other_features_are_given_beside_a_damaged_one(zoned: Stored) -> Non
     with zoned.store.reading() as connection:
         (lot,) = features.lots(connection, Choice()).features
         stalls = features.stalls(connection, Choice(limit=1000, box=AROUND))
-    assert lot["geometry"] is None
+    assert lot.geometry is None
     assert (stalls.matched, len(stalls.features)) == (60, 60)
 
 

@@ -12,8 +12,8 @@ from jsonschema import Draft202012Validator
 from referencing import Registry, Resource
 from referencing.jsonschema import DRAFT202012
 
-from hawk.exports.feed_table import FEEDS, VALID_S, Span
 from hawk.exports.feeds import cds_spaces, ngsi_entities, parkapi, valid_at
+from hawk.exports.formats import FEEDS, VALID_S, Span
 from hawk.exports.values import ExportRecord
 from hawk.model.plans import Outline
 from tests.unit.exports.stored import Stored

@@ -15,7 +15,7 @@ import shapely
 from hawk.exports.files import TABLES, export, made
 from hawk.exports.formats import WRITTEN
 from hawk.lots.registration.georeference import about
-from hawk.lots.values import LotInputError, LotStoreError
+from hawk.lots.values import LotStoreError
 from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import Stored
 
@@ -91,7 +91,7 @@ def test_a_full_disk_leaves_the_file_of_before(
         raise OSError(errno.ENOSPC, "No space left on device", str(self))
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    with stored.store.reading() as connection, pytest.raises(LotInputError, match=f"--out: {target}: no room"):
+    with stored.store.reading() as connection, pytest.raises(LotStoreError, match=f"--out: {target}: no room"):
         export(connection, stored.first.survey, stored.pictures, target)
     assert target.read_bytes() == b"before"
     assert not list(tmp_path.glob("*.part"))

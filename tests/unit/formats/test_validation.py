@@ -19,7 +19,8 @@ from hawk.picture import webodm
 from hawk.picture.photographs import lenses
 from hawk.sim import camera_server
 from hawk.survey import truth
-from hawk.web.v1 import bodies, features_parameters, parameters, plan_files
+from hawk.web.v1 import bodies, parameters, plan_files
+from hawk.web.v1.features import parameters as features_parameters
 
 ODD: list[Any] = [
     None, True, -1, 0, 10**12, 10**400, 0.5, -1e300, math.inf, math.nan, "", "x", "7", "x" * 5000, "\0", "\ud800", b"x",

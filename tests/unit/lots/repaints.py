@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hawk.lots import commands
+from hawk.lots.answers import Done
 from hawk.lots.change_detection import proposals
-from hawk.lots.change_log import Done
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
 from hawk.lots.registration.frames import same_stalls
@@ -68,7 +68,7 @@ class Archive:
 
     def changes(self) -> list[dict[str, Any]]:
         with self.store.reading() as connection:
-            found: list[dict[str, Any]] = proposals.changes_json(connection, self.lot)["surveys"]
+            found: list[dict[str, Any]] = proposals.proposed(connection, self.lot).model_dump(mode="json")["surveys"]
         return found
 
     def newest(self) -> tuple[set[int], set[str]]:
@@ -101,7 +101,7 @@ class Archive:
     def edit(self, *operations: Mapping[str, object]) -> int:
         """Do operations on the plan as one edit; return the number of the change."""
         with self.store.writing() as connection:
-            edit = edits.open_edit(connection, self.lot, {"who": "Ann"}, NOW)["edit"]
+            edit = edits.open_edit(connection, self.lot, {"who": "Ann"}, NOW).edit
             for operation in operations:
                 edits.do(connection, self.lot, {"edit": edit, "operation": operation}, NOW)
-            return int(edits.close(connection, self.lot, {"edit": edit}, NOW)["seq"])
+            return edits.close(connection, self.lot, {"edit": edit}, NOW).seq or 0

@@ -108,7 +108,7 @@ def turn(connection: Any, lots: tuple[str, str]) -> int:
         {"from": [52.0, 5.0], "to": [52.00002, 5.0]},
         {"from": [52.0, 5.0005], "to": [52.000021, 5.0005]},
     ]
-    return int(commands.pin(connection, lots[0], {"points": points}, "operator", BEGAN)["seq"])
+    return commands.pin(connection, lots[0], {"points": points}, "operator", BEGAN).seq
 
 
 def merge(connection: Any, lots: tuple[str, str]) -> int:

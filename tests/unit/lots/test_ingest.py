@@ -19,7 +19,7 @@ from hawk.lots.ingest import save
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.schema import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.values import (
@@ -63,7 +63,7 @@ def rows(store: Database, table: Table) -> list[dict[str, Any]]:
         return [dict(row) for row in connection.execute(select(table)).mappings()]
 
 
-def layout(store: Database, lot: str | None) -> dict[str, PlanStall]:
+def layout(store: Database, lot: str | None) -> dict[str, LayoutStall]:
     assert lot is not None
     with store.reading() as connection:
         return {each.label: each for each in all_stalls(connection, lot)}
@@ -89,7 +89,7 @@ def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: 
         assert [each.id for each in known_lot.lots_ahead(connection, here)] == [first.lot]
         assert lists.lot(connection, str(damaged.lot)).outline == []
         found = features.lots(connection, features.Choice())
-        assert {each["id"]: each["geometry"] is None for each in found.features} == {
+        assert {each.id: each.geometry is None for each in found.features} == {
             first.lot: False,
             damaged.lot: True,
         }
@@ -168,7 +168,7 @@ def test_a_registration_that_is_not_certain_leaves_the_survey_unregistered(store
     assert {each["survey"] for each in rows(store, OBSERVATION)} == {1}
 
 
-def given(number: int, known: PlanStall, score: float) -> Detection:
+def given(number: int, known: LayoutStall, score: float) -> Detection:
     """A stall that the flight took from the plan, found by vision itself from a score of .5."""
     return replace(stall(number, 1), known=known.id, score=score)
 

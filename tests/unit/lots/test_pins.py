@@ -43,7 +43,7 @@ def archive(tmp_path: Path) -> Iterator[Archive]:
 
 def pin(archive: Archive, *points: object) -> dict[str, Any]:
     with archive.store.writing() as connection:
-        return commands.pin(connection, archive.lot, {"points": list(points)}, "operator", NOW)
+        return commands.pin(connection, archive.lot, {"points": list(points)}, "operator", NOW).model_dump()
 
 
 def undo(archive: Archive, seq: int) -> str:

@@ -14,7 +14,7 @@ from hawk.lots.ingest import save
 from hawk.lots.schema import SHARE
 from hawk.lots.shares import DAY_S, LARGEST, LONGEST_DAYS, lot_of, share, shares, take_back
 from hawk.lots.storage.database import Database
-from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
+from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, moment
 from hawk.model.poses import GlobalPose
 from tests.unit.lots.surveys import box, later, survey
 
@@ -41,28 +41,28 @@ def test_a_link_opens_its_lot_until_it_ends(store: Database, lot: str) -> None:
     with store.writing() as connection:
         made = share(connection, lot, {"days": 2}, NOW)
     with store.reading() as connection:
-        assert lot_of(connection, made["token"], NOW + 2 * DAY_S - 1) == lot
-        assert lot_of(connection, made["token"], NOW + 2 * DAY_S) is None
-        assert lot_of(connection, made["token"] + "x", NOW) is None
+        assert lot_of(connection, made.token, NOW + 2 * DAY_S - 1) == lot
+        assert lot_of(connection, made.token, NOW + 2 * DAY_S) is None
+        assert lot_of(connection, made.token + "x", NOW) is None
 
 
 def test_a_link_that_was_taken_back_opens_nothing_and_stays_so(store: Database, lot: str) -> None:
     with store.writing() as connection:
         made = share(connection, lot, {"days": 2}, NOW)
-        take_back(connection, made["id"], NOW + 1)
-        take_back(connection, made["id"], NOW + 5)
-        assert lot_of(connection, made["token"], NOW + 2) is None
-        (shown,) = shares(connection, lot, NOW + 2)["shares"]
-    assert (shown["open"], shown["taken_back"][:19]) == (False, "2027-01-15T08:00:01")
+        take_back(connection, made.id, NOW + 1)
+        take_back(connection, made.id, NOW + 5)
+        assert lot_of(connection, made.token, NOW + 2) is None
+        (shown,) = shares(connection, lot, NOW + 2).shares
+    assert (shown.open, shown.taken_back) == (False, moment(NOW + 1))
 
 
 def test_the_store_does_not_hold_the_token(store: Database, lot: str, tmp_path: Path) -> None:
     with store.writing() as connection:
         made = share(connection, lot, {"days": 2}, NOW)
         row = connection.execute(select(SHARE)).mappings().one()
-        assert made["token"] not in str(dict(row))
+        assert made.token not in str(dict(row))
     store.close()
-    assert made["token"].encode() not in b"".join(path.read_bytes() for path in tmp_path.iterdir())
+    assert made.token.encode() not in b"".join(path.read_bytes() for path in tmp_path.iterdir())
 
 
 @given(st.one_of(st.none(), st.text(), st.booleans(), st.floats(max_value=0), st.floats(min_value=LONGEST_DAYS + 0.1)))
@@ -77,7 +77,7 @@ def test_a_lot_has_a_limited_number_of_open_links(store: Database, lot: str) -> 
         made = [share(connection, lot, {"days": 1}, NOW) for _ in range(LARGEST)]
         with pytest.raises(LotStoreError, match="take one back first"):
             share(connection, lot, {"days": 1}, NOW)
-        take_back(connection, made[0]["id"], NOW)
+        take_back(connection, made[0].id, NOW)
         share(connection, lot, {"days": 1}, NOW)
 
 
@@ -99,4 +99,4 @@ def test_the_link_of_a_lot_that_was_merged_away_opens_nothing(store: Database, l
         other = save(connection, later(far, 1))
         assert other.lot is not None
         commands.merge(connection, other.lot, lot, "operator", NOW)
-        assert lot_of(connection, made["token"], NOW) is None
+        assert lot_of(connection, made.token, NOW) is None

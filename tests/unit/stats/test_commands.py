@@ -106,16 +106,16 @@ def test_what_cannot_be_used_is_refused_with_its_name_and_the_remedy(
     run: Run, options: tuple[str, ...], words: str
 ) -> None:
     status, _, error = run(*options)
-    assert status != 0
+    assert status == 2
     assert words in error
 
 
 def test_a_time_zone_that_there_is_not_and_a_store_that_there_is_not_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["stats", "Lot 1", "--store", str(tmp_path), "--time-zone", "Mars/Olympus"]) != 0
+    assert main(["stats", "Lot 1", "--store", str(tmp_path), "--time-zone", "Mars/Olympus"]) == 2
     assert "--time-zone: must be a name of the time zone database" in capsys.readouterr().err
-    assert main(["stats", "Lot 1", "--store", str(tmp_path)]) != 0
+    assert main(["stats", "Lot 1", "--store", str(tmp_path)]) == 1
     assert "there is no store of lots; name its folder by --store" in capsys.readouterr().err
 
 

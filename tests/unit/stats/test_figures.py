@@ -9,8 +9,7 @@ import pytest
 
 from hawk.stats.changes import steady
 from hawk.stats.figures import by_hour, figures
-from hawk.stats.groups import groups_of
-from hawk.stats.values import DEVIATIONS, FREE, TAKEN, UNSEEN, Estimate, Panel
+from hawk.stats.values import DEVIATIONS, FREE, TAKEN, UNSEEN, Estimate, Panel, groups_of
 from tests.unit.stats.panels import at, everything, panel
 
 

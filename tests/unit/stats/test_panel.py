@@ -19,8 +19,7 @@ from hawk.model.lot_map import StallState
 from hawk.stats.aggregates import cds_aggregates
 from hawk.stats.panel import NO_LOOKS, NO_TIME, UNREGISTERED, Period, read_panel
 from hawk.stats.period import period_of
-from hawk.stats.queries import changes, statistics
-from hawk.stats.surveys import surveys_use
+from hawk.stats.queries import changes, statistics, surveys_use
 from hawk.stats.values import FREE, TAKEN, UNSEEN
 from tests.unit.lots import surveys
 from tests.unit.lots.surveys import BEGAN, survey
@@ -160,7 +159,7 @@ def test_a_stall_counts_in_the_surveys_whose_layout_has_it(store: Database) -> N
     lot = lot_of(store, seen({}))
     with store.writing() as connection:
         gone = connection.execute(select(STALL.c.id).order_by(STALL.c.key)).scalars().first()
-        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 1.0)["edit"]
+        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 1.0).edit
         edits.do(connection, lot, {"edit": edit, "operation": {"do": "remove", "stalls": [gone]}}, 2.0)
         edits.close(connection, lot, {"edit": edit}, 3.0)
         connection.execute(update(SURVEY).values(layout=1))
@@ -182,7 +181,7 @@ def test_a_lot_without_surveys_of_a_period_has_no_figures_and_no_hours(store: Da
 def test_zones_have_the_stalls_whose_middle_is_in_them(store: Database) -> None:
     lot = lot_of(store, seen({}), later(seen({1: StallState.TAKEN, 2: StallState.TAKEN}), 2))
     with store.writing() as connection:
-        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 1.0)["edit"]
+        edit = edits.open_edit(connection, lot, {"who": "Ann"}, 1.0).edit
         ring = [[-9, -3], [9, -3], [9, 3.7], [-9, 3.7]]
         operation = {"do": "draw_zone", "name": "Short stay", "kind": "delivery", "outline": ring}
         edits.do(connection, lot, {"edit": edit, "operation": operation}, 2.0)

@@ -156,35 +156,14 @@ export interface Edit {
 
 /** Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones are all there are. */
 export interface Edited {
-  edit: string;
-  revision: number;
-  stalls: EditedStall[];
-  gone: string[];
-  zones: EditedZone[];
-  named_zones: EditedZone[];
   undo: number;
   redo: number;
-}
-
-/** A stall of the plan: its middle, and the direction of its length, radians clockwise from north. */
-export interface EditedStall {
-  id: string;
-  label: string;
-  north: number;
-  east: number;
-  angle: number;
-  width: number;
-  length: number;
-  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
-  is_confirmed: boolean;
-}
-
-/** A zone of the plan, or an area without stalls. */
-export interface EditedZone {
-  id: string;
-  name: string;
-  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
-  outline: [number, number][];
+  zones: PlanZone[];
+  named_zones: PlanZone[];
+  stalls: PlanStall[];
+  gone: string[];
+  edit: string;
+  revision: number;
 }
 
 /** A stall of the layout that surveys did not find. */
@@ -305,7 +284,7 @@ export interface ListedLot {
   name: string;
   stalls: number;
   survey_count: number;
-  last_survey: LotSurvey | null;
+  last_survey: Survey | null;
 }
 
 /** A stall with the last look at it, all null where no survey looked; `survey`: which survey looked. */
@@ -334,7 +313,7 @@ export interface Lot {
   name: string;
   stalls: number;
   survey_count: number;
-  last_survey: LotSurvey | null;
+  last_survey: Survey | null;
   datum: [number, number];
   datum_is_pinned: boolean;
   outline: [number, number][][];
@@ -346,31 +325,6 @@ export interface Lot {
 export interface LotList {
   next: string | null;
   items: ListedLot[];
-}
-
-/** A survey of a lot. */
-export interface LotSurvey {
-  kind: "flown" | "picture";
-  source: "" | "photographs" | "orthophoto" | "film";
-  source_name: string;
-  limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
-  id: string;
-  layout: number | null;
-  placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
-  free: number;
-  taken: number;
-  unknown: number;
-  blurred: number | null;
-  simulated: boolean;
-  program: string;
-  began: string;
-  ended: string;
-  seq: number;
-  lot: string | null;
-  datum: [number, number];
-  place: SurveyPlace | null;
-  doubt: Doubt | null;
-  time_is_sure: boolean;
 }
 
 /** A stall of the layout. */
@@ -398,14 +352,14 @@ export interface ObservationList {
 
 /** An open edit. `undo`, `redo`: operations that can be undone, done again. */
 export interface Opened {
+  undo: number;
+  redo: number;
   edit: string;
   lot: string;
   who: string;
   since: string;
   layout: number;
   revision: number;
-  undo: number;
-  redo: number;
 }
 
 /** The surveyed hour of highest occupancy. `rivals`: other hours whose interval reaches its own. */
@@ -433,18 +387,40 @@ export interface PlacedShapes {
   stalls: [number, number, number, number, number][];
 }
 
-/** A lot's plan: all of it where `whole`, else the stalls that changed after a revision, and the ids of those that are `gone`. `zones`: areas without stalls; `named_zones`: those that statistics count. `layout`: the version that was asked for, which has neither a `revision` nor an `edit`; null for the present plan. `datum`: origin of the lot's frame, north up. A file with all of it is imported as an owner's plan. */
+/** A stall of a layout, with its row and its place on Earth. */
+export interface PlacedStall {
+  id: string;
+  label: string;
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
+  is_confirmed: boolean;
+  row: string | null;
+  latitude: number;
+  longitude: number;
+}
+
+/** Part of the list of a layout's stalls. */
+export interface PlacedStallList {
+  next: string | null;
+  items: PlacedStall[];
+}
+
+/** A lot's plan: all of it where `whole`, else the stalls that changed after a revision, and the ids of those that are `gone`. `layout`: the version that was asked for, which has neither a `revision` nor an `edit`; null for the present plan. `datum`: origin of the lot's frame, north up. A file with all of it is imported as an owner's plan. */
 export interface Plan {
+  zones: PlanZone[];
+  named_zones: PlanZone[];
+  stalls: PlanStall[];
+  gone: string[];
   lot: string;
   datum: [number, number];
   layout: number | null;
   revision: number | null;
   edit: Edit | null;
   whole: boolean;
-  stalls: EditedStall[];
-  gone: string[];
-  zones: EditedZone[];
-  named_zones: EditedZone[];
 }
 
 /** A layer of a drawing. */
@@ -487,7 +463,7 @@ export interface PlanPreview {
   layers: PlanLayer[];
 }
 
-/** A stall of a layout, with its row and its place on Earth. */
+/** A stall of a plan: its middle, and the direction of its length, radians clockwise from north. */
 export interface PlanStall {
   id: string;
   label: string;
@@ -498,15 +474,14 @@ export interface PlanStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
-  row: string | null;
-  latitude: number;
-  longitude: number;
 }
 
-/** Part of the list of a layout's stalls. */
-export interface PlanStallList {
-  next: string | null;
-  items: PlanStall[];
+/** An area of a plan: a zone whose stalls statistics count together, or one without stalls. */
+export interface PlanZone {
+  id: string;
+  name: string;
+  outline: [number, number][];
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
 }
 
 /** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
@@ -660,18 +635,18 @@ export interface Steady {
 
 /** Changes by an undo or a redo; `operation` names what was undone or done again. */
 export interface Stepped {
-  edit: string;
-  revision: number;
-  stalls: EditedStall[];
-  gone: string[];
-  zones: EditedZone[];
-  named_zones: EditedZone[];
   undo: number;
   redo: number;
+  zones: PlanZone[];
+  named_zones: PlanZone[];
+  stalls: PlanStall[];
+  gone: string[];
+  edit: string;
+  revision: number;
   operation: string;
 }
 
-/** A survey, with the lots that it may be of. */
+/** A survey. `candidates`: the lots that it may be of, while a person has to say it. */
 export interface Survey {
   kind: "flown" | "picture";
   source: "" | "photographs" | "orthophoto" | "film";

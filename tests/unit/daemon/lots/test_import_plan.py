@@ -48,8 +48,8 @@ def test_a_lot_is_made_of_a_plan_and_follows_the_next_one(tmp_path: Path, capsys
 @pytest.mark.parametrize(
     ("data", "options", "status", "words"),
     [
-        (b"%PDF", ("--new", "North"), 1, "plan.geojson: file: is a PDF: export the drawing as DXF"),
-        (geojson(drawn(3)), ("--lot", "South"), 1, "LOT: no lot is called 'South'; there are none"),
+        (b"%PDF", ("--new", "North"), 2, "plan.geojson: file: is a PDF: export the drawing as DXF"),
+        (geojson(drawn(3)), ("--lot", "South"), 2, "LOT: no lot is called 'South'; there are none"),
         (geojson(drawn(3)), ("--new", "North", "--crs", "x"), 2, "--crs: x is no system that is known"),
         (geojson(drawn(3)), ("--new", "North", "--pin", "1,2"), 2, "--pin: must be x,y,latitude,longitude"),
         (geojson(drawn(3)), (), 2, "one of the arguments --lot --new is required"),

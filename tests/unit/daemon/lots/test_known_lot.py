@@ -36,7 +36,7 @@ class Drone:
 
     async def confirm_all(self, lot: str) -> None:
         opened = await self.store.write(lambda c: edits.open_edit(c, lot, {"who": "Ann"}, BEGAN))
-        asked = {"edit": opened["edit"], "operation": {"do": "confirm", "all": True}}
+        asked = {"edit": opened.edit, "operation": {"do": "confirm", "all": True}}
         await self.store.write(lambda c: edits.do(c, lot, asked, BEGAN))
 
 

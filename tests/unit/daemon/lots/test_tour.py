@@ -204,7 +204,7 @@ async def add_row(drone: Drone, who: str = "Operator 2") -> None:
 async def edited(drone: Drone, operation: dict[str, object], who: str) -> None:
     lot = drone.asked
     opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": who, "take_over": True}, BEGAN))
-    asked = {"edit": opened["edit"], "operation": operation}
+    asked = {"edit": opened.edit, "operation": operation}
     drone.minutes += 1
     await drone.store.write(lambda c: edits.do(c, lot, asked, BEGAN + 60.0 * drone.minutes))
 
@@ -296,7 +296,7 @@ async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Dr
     await add_row(drone)
     await drone.follower.look()
     opened = await drone.store.write(lambda c: edits.open_edit(c, drone.asked, {"who": "Operator 2"}, BEGAN))
-    await drone.store.write(lambda c: edits.undo(c, drone.asked, {"edit": opened["edit"]}, BEGAN))
+    await drone.store.write(lambda c: edits.undo(c, drone.asked, {"edit": opened.edit}, BEGAN))
     await drone.follower.look()
     assert offered(drone) is None
     assert drone.follower.current is known

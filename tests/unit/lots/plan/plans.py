@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ from hawk.lots import commands, queries
 from hawk.lots.plan import edits
 from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
-from hawk.lots.text import json_text
 from hawk.results.row_labels import letters
 
 A_ROW, APART_M, PITCH_M, DEEP_M = 10, 9.0, 2.5, 5.0
@@ -61,7 +59,7 @@ class Person:
 
     def ask(self, act: Any, asked: Mapping[str, Any]) -> Json:
         with self.store.writing() as connection:
-            answer: Json = json.loads(json_text(act(connection, self.lot, asked, self.now)))
+            answer: Json = act(connection, self.lot, asked, self.now).model_dump(mode="json")
         return answer
 
     def open(self, who: str = "Ann", **asked: object) -> Json:
@@ -90,7 +88,7 @@ class Person:
 
     def plan(self, since: int | None = None, layout: int | None = None) -> Json:
         with self.store.reading() as connection:
-            found: Json = json.loads(json_text(queries.plan(connection, self.lot, since, layout)))
+            found: Json = queries.plan(connection, self.lot, since, layout).model_dump(mode="json")
         return found
 
     def stalls(self, layout: int | None = None) -> dict[str, Json]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,7 @@ from hawk.lots.plan import geometry
 from hawk.lots.plan_files.formats import read_plan
 from hawk.lots.plan_import import transfer
 from hawk.lots.plan_import.choices import asked_of
-from hawk.lots.plan_import.previews import Preview, preview, preview_json
-from hawk.lots.text import json_text
+from hawk.lots.plan_import.previews import Preview, preview, shown_preview
 from hawk.lots.values import Register
 from hawk.results.survey_map import to_global
 from tests.unit.lots.plan.plans import APART_M, DEEP_M, NOW, PITCH_M, Person
@@ -48,7 +46,7 @@ class Importer(Person):
             return preview(connection, None if is_new else self.lot, plan, chosen, self.register)
 
     def shown(self, data: bytes, *pins: str, **asked: Any) -> Json:  # type: ignore[override]
-        found: Json = json.loads(json_text(preview_json(self.preview(data, *pins, **asked), "token")))
+        found: Json = shown_preview(self.preview(data, *pins, **asked), "token").model_dump()
         return found
 
     def take(self, data: bytes, *pins: str, **asked: Any) -> Json:
@@ -58,13 +56,13 @@ class Importer(Person):
     def take_preview(self, found: Preview, uncertain: bool = False) -> Json:
         asked = {"edit": self.edit, "uncertain": uncertain}
         with self.store.writing() as connection:
-            answer: Json = json.loads(json_text(transfer.take(connection, found, asked, NOW)))
+            answer: Json = transfer.take(connection, found, asked, NOW).model_dump(mode="json")
         return answer
 
     def begin(self, data: bytes, name: object = "North", **asked: Any) -> Json:
         found = self.preview(data, is_new=True, **asked)
         with self.store.writing() as connection:
-            return transfer.begin(connection, found, {"name": name}, "Ann", NOW)
+            return transfer.begin(connection, found, {"name": name}, "Ann", NOW).model_dump()
 
 
 def importer(folder: Path, stalls: int = 30) -> Importer:

@@ -11,7 +11,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.lots.plan.values import PlanStall
+from hawk.lots.plan.values import LayoutStall
 from hawk.lots.registration.frames import MATCH_M, Move, frame_of, frames_of, same_stalls, turned
 from hawk.lots.registration.georeference import about
 from hawk.model.poses import GlobalPose
@@ -24,9 +24,9 @@ PLACES = st.lists(st.tuples(METRES, METRES), min_size=1, max_size=20).map(np.arr
 LATITUDES = st.floats(-70, 70)
 
 
-def stored(number: int, label: str, **changed: float) -> PlanStall:
+def stored(number: int, label: str, **changed: float) -> LayoutStall:
     shown = replace(stall(number), **changed)  # type: ignore[arg-type]
-    return PlanStall(label, label, shown.north, shown.east, shown.angle, shown.width, shown.length)
+    return LayoutStall(label, label, shown.north, shown.east, shown.angle, shown.width, shown.length, "", False)
 
 
 @pytest.mark.slow

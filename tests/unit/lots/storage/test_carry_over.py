@@ -47,8 +47,8 @@ class Kept:
             self.lot, self.other = (lot["id"] for lot in whole.lots(connection))
             commands.rename(connection, self.lot, "North", "operator", BEGAN)
             made = [shares.share(connection, self.lot, {"days": days}, BEGAN) for days in (3, 30)]
-            self.links = [link["id"] for link in made]
-            self.tokens = [link["token"] for link in made]
+            self.links = [link.id for link in made]
+            self.tokens = [link.token for link in made]
         store.close()
         shutil.copy(self.path, self.copy)
 

@@ -20,6 +20,7 @@ from hawk.lots.schema import APPLICATION_ID, LOT, METADATA, SURVEY, VERSION
 from hawk.lots.storage import database
 from hawk.lots.storage.database import Database
 from hawk.lots.values import LotStoreError
+from tests.examples import examples
 from tests.unit.lots.surveys import later, survey
 
 REMEDY = "hawk-drone restore FILE"
@@ -80,7 +81,7 @@ def test_a_transaction_that_fails_leaves_nothing(tmp_path: Path) -> None:
     "refused with the file's name and the restore as remedy; nothing is written",
 )
 @settings(
-    max_examples=200,
+    max_examples=examples(200),
     deadline=None,
     derandomize=True,
     phases=[Phase.generate],

@@ -103,7 +103,7 @@ def test_whatever_the_program_writes_has_its_digests(tmp_path: Path) -> None:
     lot = filled(path)
     store = Database(path)
     with store.writing() as connection:
-        edit = edits.open_edit(connection, lot, {"who": "Ada"}, BEGAN)["edit"]
+        edit = edits.open_edit(connection, lot, {"who": "Ada"}, BEGAN).edit
         stall = whole.stalls(connection, lot)[0]["id"]
         move = {"do": "confirm", "stalls": [stall]}
         edits.do(connection, lot, {"edit": edit, "operation": move}, BEGAN)
@@ -242,7 +242,7 @@ def test_no_damaged_step_of_an_edit_is_undone(tmp_path: Path) -> None:
     lot = filled(path)
     store = Database(path)
     with store.writing() as connection:
-        edit = edits.open_edit(connection, lot, {"who": "Ada"}, BEGAN)["edit"]
+        edit = edits.open_edit(connection, lot, {"who": "Ada"}, BEGAN).edit
         move = {"do": "move", "all": True, "north": 1.0, "east": 0.0}
         edits.do(connection, lot, {"edit": edit, "operation": move}, BEGAN)
         step = connection.execute(select(CHANGE.c.seq).where(CHANGE.c.edit == edit)).scalar_one()
@@ -252,7 +252,7 @@ def test_no_damaged_step_of_an_edit_is_undone(tmp_path: Path) -> None:
             edits.undo(connection, lot, {"edit": edit}, BEGAN)
         closed = edits.close(connection, lot, {"edit": edit}, BEGAN)
     with store.writing() as connection, pytest.raises(LotStoreError, match="change: it is damaged on the disk"):
-        commands.undo(connection, closed["seq"], BEGAN)
+        commands.undo(connection, closed.seq or 0, BEGAN)
     store.close()
 
 

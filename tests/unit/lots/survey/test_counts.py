@@ -17,7 +17,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.values import FinishedSurvey, Placed
 from hawk.model.lot_map import StallState
-from hawk.stats.surveys import surveys_use
+from hawk.stats.queries import surveys_use
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import later, survey
 from tests.unit.stats.test_panel import EVER
@@ -62,8 +62,8 @@ def test_a_survey_on_the_layout_counts_the_stalls_of_the_lot_everywhere_as_in_it
             lists.surveys(connection, lists.Asked()).items[1].model_dump(),
             lists.survey(connection, last.survey).model_dump(),
             surveys_use(connection, first.lot, EVER).model_dump(mode="json")["surveys"][0],
-            lots(connection, Choice()).features[0]["properties"],
-            surveys(connection, Choice()).features[1]["properties"],
+            lots(connection, Choice()).features[0].properties,
+            surveys(connection, Choice()).features[1].properties,
         )
         assert [{name: each[name] for name in wanted} for each in shown] == [wanted] * len(shown)
 

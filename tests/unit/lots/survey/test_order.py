@@ -11,8 +11,8 @@ from sqlalchemy import select, update
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, extent, lots, stalls
-from hawk.exports.feed_table import FEEDS, VALID_S, Span
 from hawk.exports.feeds import valid_at
+from hawk.exports.formats import FEEDS, VALID_S, Span
 from hawk.exports.records import read_survey, survey_of, surveys_of
 from hawk.lots.ingest import save
 from hawk.lots.schema import OBSERVATION, OUTBOX, STALL, SURVEY
@@ -62,14 +62,14 @@ def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_surve
         assert lot["newest_registered"]["survey"] == last.survey
         assert survey_of(connection, last.lot) == last.survey
         assert surveys_of(connection, last.lot)[1] == earlier.survey
-        assert [each["properties"]["surveyed"] for each in lots(connection, Choice()).features] == [ended]
+        assert [each.properties["surveyed"] for each in lots(connection, Choice()).features] == [ended]
         shown = {stall["id"]: stall["observed"] for stall in lot["stalls"]}
         of_last = OBSERVATION.c.survey.in_(select(SURVEY.c.seq).where(SURVEY.c.id == last.survey))
         looks = STALL.join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
         seen = connection.execute(select(STALL.c.id, OBSERVATION.c.looked).select_from(looks).where(of_last)).all()
         assert len(seen) > 30
         assert all(shown[stall] == utc(looked) for stall, looked in seen)
-        exported = {each["id"]: each["properties"]["observed"] for each in stalls(connection, Choice()).features}
+        exported = {each.id: each.properties["observed"] for each in stalls(connection, Choice()).features}
         assert all(exported[stall] == utc(looked) for stall, looked in seen)
 
 

@@ -54,7 +54,7 @@ def test_the_source_is_stored_and_shown_wherever_a_survey_is(store: Database) ->
         about = about_survey(read_survey(connection, saved.survey))
         message = json.loads(connection.execute(select(OUTBOX.c.body).where(OUTBOX.c.kind == "survey")).scalar_one())
     wanted = {"kind": "picture", "source": "orthophoto", "source_name": "north.tif", "limits": ["coarse", "partly"]}
-    for each in (feature["properties"], shown):
+    for each in (feature.properties, shown):
         assert {name: each[name] for name in wanted} == wanted
     assert (about["survey_kind"], about["survey_source"]) == ("picture", "orthophoto north.tif")
     assert about["survey_limits"] == f"{LIMIT_WORDS[Limit.COARSE]} {LIMIT_WORDS[Limit.PARTLY]}"

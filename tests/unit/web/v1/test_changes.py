@@ -13,9 +13,11 @@ from hawk.comm.protocol.heartbeat import DroneStatus, VehicleStatus
 from hawk.config.sections import StoreSettings
 from hawk.lots import answers as lots
 from hawk.lots.ingest import save
+from hawk.lots.plan import answers as plans
+from hawk.lots.plan_import.answers import PlanPreview
 from hawk.lots.values import Doubtful, PossiblePlace
 from hawk.store.recordings import Recordings
-from hawk.web.v1 import bodies, models
+from hawk.web.v1 import bodies
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.table import OPERATIONS
 from tests.sweep import sweep
@@ -69,10 +71,10 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
     before = await archive.get("/lots")
     path = f"/lots/{archive.lot}"
     asked: list[tuple[str, Mapping[str, Any], type[lots.Shown]]] = [
-        ("name", {"name": "North"}, bodies.Done),
-        ("pin", {"points": [{"from": [52.0, 5.0], "to": [52.00001, 5.0]}]}, bodies.Pinned),
-        ("split", {"name": "South", "outline": CORNERS}, bodies.Done),
-        ("merge", {"with": archive.far}, bodies.Done),
+        ("name", {"name": "North"}, lots.Done),
+        ("pin", {"points": [{"from": [52.0, 5.0], "to": [52.00001, 5.0]}]}, lots.Pinned),
+        ("split", {"name": "South", "outline": CORNERS}, lots.Done),
+        ("merge", {"with": archive.far}, lots.Done),
     ]
     for kind, body, model in asked:
         if kind == "merge":
@@ -86,7 +88,7 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
     assert [each["kind"] for each in listed] == ["split", "pin", "name"]
     assert await archive.items("/changes?limit=1") == listed
     for each in listed:
-        bodies.Undone.model_validate(await archive.done(f"/changes/{each['seq']}/undo"))
+        lots.Undone.model_validate(await archive.done(f"/changes/{each['seq']}/undo"))
     assert await archive.get("/lots") == before
     assert all(each["undone"] for each in await archive.items("/changes"))
     status, problem = await archive.refused(f"/changes/{listed[0]['seq']}/undo", method="POST", operator=True)
@@ -96,7 +98,7 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
 @pytest.mark.slow
 async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
     moved = await archive.done(f"/surveys/{archive.surveys[1]}/move", lot=None, name="Alone")
-    bodies.Done.model_validate(moved)
+    lots.Done.model_validate(moved)
     assert [each["name"] for each in await archive.items("/lots")] == ["Lot 1", "Lot 2", "Alone"]
     await archive.done(f"/changes/{moved['seq']}/undo")
     doubtful = Doubtful("Two places fit", (PossiblePlace(0.0, 0.0, 0.0, 3.0), PossiblePlace(0.0, 2.5, 0.0, 2.0)))
@@ -116,7 +118,7 @@ async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
 async def test_a_deleted_survey_is_listed_only_when_it_is_asked_for_and_comes_back(archive: Archive) -> None:
     before, gone = await archive.get("/surveys"), archive.surveys[1]
     deleted = await archive.done(f"/surveys/{gone}/delete")
-    bodies.Done.model_validate(deleted)
+    lots.Done.model_validate(deleted)
     assert gone not in [each["id"] for each in await archive.items("/surveys")]
     assert [each["id"] for each in await archive.items("/surveys?placed=deleted")] == [gone]
     assert (await archive.shown(f"/surveys/{gone}", lots.Survey))["placed"] == "deleted"
@@ -146,21 +148,21 @@ async def test_proposals_are_taken_over_or_dropped(archive: Archive) -> None:
 async def test_a_plan_is_edited_undone_done_again_and_closed(archive: Archive) -> None:
     path = f"/lots/{archive.lot}"
     opened = await archive.done(f"{path}/edit", who="Ann")
-    bodies.Opened.model_validate(opened)
+    plans.Opened.model_validate(opened)
     edit = opened["edit"]
     status, problem = await archive.refused(f"{path}/edit", method="POST", operator=True, body={"who": "Bob"})
     assert (status, problem["who"], problem["since"]) == (409, "Ann", opened["since"])
-    models.Problem.model_validate(problem)
+    bodies.Problem.model_validate(problem)
     operation = {"do": "set_kind", "row": "A", "kind": "staff"}
     done = await archive.done(f"{path}/plan", edit=edit, operation=operation)
-    bodies.Edited.model_validate(done)
+    plans.Edited.model_validate(done)
     assert (len(done["stalls"]), done["undo"]) == (20, 1)
     assert len(await archive.items(f"{path}/stalls?kind=staff")) == 20
     for step, count in (("undo", 0), ("redo", 20)):
-        bodies.Stepped.model_validate(await archive.done(f"{path}/plan/{step}", edit=edit))
+        plans.Stepped.model_validate(await archive.done(f"{path}/plan/{step}", edit=edit))
         assert len(await archive.items(f"{path}/stalls?kind=staff")) == count
     closed = await archive.done(f"{path}/edit/close", edit=edit, why="signs")
-    bodies.Closed.model_validate(closed)
+    plans.Closed.model_validate(closed)
     assert closed["layout"] == 2
     await archive.done(f"/changes/{closed['seq']}/undo")
     assert await archive.items(f"{path}/stalls?kind=staff") == []
@@ -224,7 +226,7 @@ async def test_every_body_is_refused_in_plain_words_with_the_field_and_changes_n
 
 
 async def test_recordings_are_listed_kept_and_deleted(rig: Rig, recordings: Path, archive: Archive) -> None:
-    whole = await archive.shown("/recordings", models.RecordingList)
+    whole = await archive.shown("/recordings", bodies.RecordingList)
     assert [each["name"] for each in whole["items"]] == [FIRST, SECOND]
     assert await archive.items("/recordings?limit=1") == whole["items"]
     tag = (await archive.ask("/recordings")).headers["ETag"]
@@ -248,8 +250,8 @@ async def test_recordings_are_listed_kept_and_deleted(rig: Rig, recordings: Path
 async def test_links_are_listed_made_and_taken_back(rig: Rig, archive: Archive) -> None:
     path = f"/lots/{archive.lot}/shares"
     made = await archive.done(path, days=7)
-    bodies.SharedLink.model_validate(made)
-    (listed,) = (await archive.shown(path, bodies.SharedLinks))["shares"]
+    lots.SharedLink.model_validate(made)
+    (listed,) = (await archive.shown(path, lots.SharedLinks))["shares"]
     assert (listed["id"], listed["open"], made["token"] in str(listed)) == (made["id"], True, False)
     tag = (await archive.ask(path)).headers["ETag"]
     assert (await archive.ask(path, If_None_Match=tag)).status == 304
@@ -257,7 +259,7 @@ async def test_links_are_listed_made_and_taken_back(rig: Rig, archive: Archive) 
     response = await archive.ask(path, If_None_Match=tag)
     assert (response.status, (await response.json())["shares"][0]["open"]) == (200, False)
     other = await archive.done(path, days=1)
-    bodies.TakenBack.model_validate(await archive.done(f"/shares/{other['id']}/take-back"))
+    lots.TakenBack.model_validate(await archive.done(f"/shares/{other['id']}/take-back"))
     assert [each["open"] for each in (await archive.get(path))["shares"]] == [False, False]
     for days in (0, 367, "seven"):
         status, problem = await archive.refused(path, method="POST", operator=True, body={"days": days})
@@ -268,17 +270,17 @@ async def test_links_are_listed_made_and_taken_back(rig: Rig, archive: Archive) 
 async def test_a_plan_is_imported_and_makes_a_lot(archive: Archive) -> None:
     path = f"/lots/{archive.lot}/plan/import"
     shown = await sent(archive, f"{path}?name=plan.geojson", geojson(drawn(40)))
-    bodies.PlanPreview.model_validate(shown)
+    PlanPreview.model_validate(shown)
     assert (shown["lot"], shown["file"], shown["format"]) == (archive.lot, "plan.geojson", "GeoJSON")
     edit = (await archive.done(f"/lots/{archive.lot}/edit", who="Ann"))["edit"]
     taken = await archive.done(f"{path}/{shown['token']}/take", edit=edit, uncertain=True)
-    bodies.Edited.model_validate(taken)
+    plans.Edited.model_validate(taken)
     assert (len(taken["stalls"]), taken["undo"]) == (len(shown["begin"]) + len(shown["stay"]), 1)
     away = geojson(drawn(10, north=5000.0))
     other = await sent(archive, "/lots/import", away)
     assert other["lot"] is None
     begun = await archive.done(f"/lots/import/{other['token']}/take", name="East")
-    bodies.Begun.model_validate(begun)
+    lots.Begun.model_validate(begun)
     assert [each["name"] for each in await archive.items("/lots")][2:] == ["East"]
 
 

@@ -10,6 +10,7 @@ import aiohttp
 import pytest
 
 from hawk.comm.protocol.authority import Role
+from hawk.exports.feed_table import FEEDS
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
@@ -138,7 +139,7 @@ async def test_a_time_that_is_no_time_is_refused(viewer: Viewer, valid_s: str) -
 async def test_another_feed_is_refused_with_those_that_there_are(viewer: Viewer) -> None:
     status, _, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/datex")
     assert (status, json.loads(data)["field"]) == (404, "feed")
-    assert json.loads(data)["detail"].endswith("there are ngsi-ld, cds, parkapi, cds-aggregates")
+    assert json.loads(data)["detail"].endswith(f"there are {', '.join(FEEDS)}")
 
 
 async def test_a_lot_is_aggregates_hour_by_hour(viewer: Viewer) -> None:

@@ -9,12 +9,14 @@ import pytest
 from sqlalchemy import delete
 
 from hawk.lots import answers as lots
+from hawk.lots.plan import answers as plans
 from hawk.lots.schema import LOOKS
 from hawk.stats import answers as uses
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.partition import Partition
-from hawk.web.v1 import models, shapes
+from hawk.web.v1 import bodies
+from hawk.web.v1.features import answers as shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
 from tests.sweep import sweep
@@ -41,7 +43,7 @@ async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -
 @pytest.mark.slow
 async def test_stalls_have_their_places_and_the_last_look(archive: Archive) -> None:
     stalls = (await archive.shown(f"/lots/{archive.lot}/stalls", lots.StallList))["items"]
-    plan = await archive.shown(f"/lots/{archive.lot}/plan", lots.Plan)
+    plan = await archive.shown(f"/lots/{archive.lot}/plan", plans.Plan)
     assert (plan["whole"], plan["datum"]) == (True, pytest.approx([52.0, 5.0], abs=1e-6))
     assert [each["id"] for each in stalls] == [each["id"] for each in plan["stalls"]]
     for stall, planned in zip(stalls, plan["stalls"], strict=True):
@@ -78,7 +80,7 @@ async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
         await archive.done(f"{path}/plan", edit=edit, operation=operation)
     layouts = (await archive.shown(f"{path}/layouts", lots.LayoutList))["items"]
     assert [(each["version"], each["who"]) for each in layouts] == [(1, "hawk"), (2, "Ann")]
-    assert (await archive.shown(f"{path}/layouts/1/stalls", lots.PlanStallList))["items"] == before
+    assert (await archive.shown(f"{path}/layouts/1/stalls", lots.PlacedStallList))["items"] == before
     now = await archive.items(f"{path}/layouts/2/stalls?limit=5")
     assert [each["id"] for each in now] == ids[1:]
     assert [each["kind"] for each in now if each["id"] == ids[5]] == ["disabled"]
@@ -198,7 +200,7 @@ async def test_a_parameter_that_cannot_be_used_is_named_with_the_remedy(
     status, problem = await archive.refused(path.replace("LOT", archive.lot))
     assert (status, problem["field"]) == (422, field)
     assert words in problem["detail"]
-    models.Problem.model_validate(problem)
+    bodies.Problem.model_validate(problem)
 
 
 @sweep(
@@ -264,7 +266,7 @@ async def test_an_id_that_is_not_there_is_named_with_the_list_of_those_that_are(
     )
     assert (status, problem["field"]) == (404, field), problem
     assert words in problem["detail"]
-    models.Problem.model_validate(problem)
+    bodies.Problem.model_validate(problem)
 
 
 @sweep(

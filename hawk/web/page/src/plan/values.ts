@@ -1,14 +1,14 @@
-import type { EditedStall, EditedZone } from "../api.ts";
+import type { PlanStall, PlanZone } from "../api.ts";
 import type { Rectangle } from "../map/geometry.ts";
 
-export type { EditedStall as PlanStall, EditedZone as PlanZone };
+export type { PlanStall, PlanZone };
 
 /** North, east: metres in the lot's frame. */
 export type Spot = readonly [number, number];
 
 /** OpenStreetMap's values of parking_space, in the order of a menu. */
-export const KINDS = ["", "disabled", "charging", "parent", "delivery", "private", "motorcycle", "staff", "bus", "hgv", "taxi"] as const satisfies readonly EditedStall["kind"][];
-export type Kind = EditedStall["kind"];
+export const KINDS = ["", "disabled", "charging", "parent", "delivery", "private", "motorcycle", "staff", "bus", "hgv", "taxi"] as const satisfies readonly PlanStall["kind"][];
+export type Kind = PlanStall["kind"];
 
 /** Marks on stalls of a kind. */
 export const MARKS: Record<Kind, string> = {
@@ -70,7 +70,7 @@ export function partsOf(label: string): { row: string; number: number } | null {
 }
 
 /** Letters of the rows of a plan: A to Z, AA and so on. */
-export function rowsOf(stalls: Iterable<EditedStall>): string[] {
+export function rowsOf(stalls: Iterable<PlanStall>): string[] {
   const found = new Set<string>();
   for (const { label } of stalls) {
     const parts = partsOf(label);
@@ -80,7 +80,7 @@ export function rowsOf(stalls: Iterable<EditedStall>): string[] {
 }
 
 /** Stalls in the order of their labels: rows by letter, then numbers. */
-export function inOrder(stalls: readonly EditedStall[]): EditedStall[] {
+export function inOrder(stalls: readonly PlanStall[]): PlanStall[] {
   const keyed = stalls.map((stall) => {
     const parts = partsOf(stall.label);
     return { stall, row: parts ? parts.row.padStart(3) : `~${stall.label}`, number: parts?.number ?? 0 };

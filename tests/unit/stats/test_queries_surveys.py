@@ -13,7 +13,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import NotFoundError
 from hawk.model.lot_map import StallState
-from hawk.stats.surveys import surveys_use
+from hawk.stats.queries import surveys_use
 from tests.unit.lots import whole
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 

@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from hawk.lots.storage.database import Database
 from hawk.model.lot_map import StallState
-from hawk.stats.stalls import share_bounds, stalls_use
+from hawk.stats.queries import share_bounds, stalls_use
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
 

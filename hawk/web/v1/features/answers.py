@@ -6,7 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hawk.lots.answers import BLURRED, Count, Id, Shown, Utc
+from hawk.exports.answers import Feature, Geometry
+from hawk.lots.answers import BLURRED, Count, Shown, Utc
+from hawk.lots.plan.values import Id
+
+
+def _is_none(value: object) -> bool:
+    return value is None
 
 
 class Link(Shown):
@@ -49,8 +55,8 @@ class Temporal(Shown):
 class CollectionExtent(Shown):
     """Ground and time of a collection's features."""
 
-    spatial: Spatial | None = None
-    temporal: Temporal | None = None
+    spatial: Annotated[Spatial | None, Field(exclude_if=_is_none)] = None
+    temporal: Temporal
 
 
 class Collection(Shown):
@@ -70,22 +76,6 @@ class Collections(Shown):
 
     links: list[Link]
     collections: list[Collection]
-
-
-class Geometry(Shown):
-    """Polygon or MultiPolygon of [longitude, latitude], degrees."""
-
-    type: Literal["Polygon", "MultiPolygon"]
-    coordinates: list[Any]
-
-
-class Feature(Shown):
-    """A lot, a stall or a survey with its ground; null where none is known."""
-
-    type: Literal["Feature"]
-    id: Id
-    geometry: Geometry | None
-    properties: dict[str, Any]
 
 
 class LinkedFeature(Feature):

@@ -16,8 +16,9 @@ import pytest
 import shapely
 
 from hawk.lots.store import LotStore
-from hawk.web.v1 import features, shapes
-from hawk.web.v1.features_parameters import box_of, period_of
+from hawk.web.v1.features import answers as shapes
+from hawk.web.v1.features import reads as features
+from hawk.web.v1.features.parameters import box_of, period_of
 from tests.sweep import sweep
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig, browser

@@ -14,10 +14,22 @@ from sqlalchemy import Connection
 
 from hawk.exports import features
 from hawk.exports.features import Box, Choice, Extent, Found, extent
-from hawk.lots.values import NotFoundError, utc
+from hawk.lots.values import NotFoundError, moment
 from hawk.web.v1.answers import GEOJSON, JSON, OPENAPI, Answer
-from hawk.web.v1.features_parameters import MOST_FEATURES, Items, box_of, period_of
-from hawk.web.v1.features_parameters import ROOT as FEATURES
+from hawk.web.v1.features.answers import (
+    Collection,
+    CollectionExtent,
+    Collections,
+    Conformance,
+    FeatureCollection,
+    Landing,
+    Link,
+    LinkedFeature,
+    Spatial,
+    Temporal,
+)
+from hawk.web.v1.features.parameters import MOST_FEATURES, Items, box_of, period_of
+from hawk.web.v1.features.parameters import ROOT as FEATURES
 from hawk.web.v1.parameters import Query, Request
 from hawk.web.v1.unknown import ROOT
 
@@ -34,7 +46,6 @@ COLLECTIONS: Final = tuple(_TEXTS)
 """Names of the collections."""
 _LISTS: Final = {"lots": "/lots", "surveys": "/surveys"}
 """Collections that are a list of the API, too."""
-Link = dict[str, str]
 
 
 def landing(_: Connection, asked: Request[Query]) -> Answer:
@@ -48,19 +59,19 @@ def landing(_: Connection, asked: Request[Query]) -> Answer:
         _link(f"{here}{FEATURES}/collections", "data", JSON, "Lots, stalls and surveys"),
     ]
     words = "Parking lots that drones have surveyed: lots, stalls and surveys."
-    return Answer({"title": "hawk", "description": words, "links": links})
+    return Answer(Landing(title="hawk", description=words, links=links))
 
 
 def conformance(_: Connection, __: Request[Query]) -> Answer:
     """Return the classes of the standard that are kept."""
-    return Answer({"conformsTo": list(CLASSES)})
+    return Answer(Conformance(conforms_to=list(CLASSES)))
 
 
 def collections(connection: Connection, asked: Request[Query]) -> Answer:
     """Return all collections."""
     around = extent(connection)
     found = [_collection(asked, name, around) for name in _TEXTS]
-    return Answer({"links": [_link(_address(asked), "self", JSON, "This list")], "collections": found})
+    return Answer(Collections(links=[_link(_address(asked), "self", JSON, "This list")], collections=found))
 
 
 def collection(connection: Connection, asked: Request[Query]) -> Answer:
@@ -68,23 +79,21 @@ def collection(connection: Connection, asked: Request[Query]) -> Answer:
     return Answer(_collection(asked, asked.path["collection"], extent(connection)))
 
 
-def _collection(asked: Request[Any], name: str, around: Extent) -> dict[str, Any]:
+def _collection(asked: Request[Any], name: str, around: Extent) -> Collection:
     title, words = _TEXTS[name]
     box = around.box
-    ground = None if box is None else {"bbox": [[box.west, box.south, box.east, box.north]], "crs": CRS84}
-    ends = [None if each is None else utc(each) for each in (around.begin, around.end)]
+    ground = None if box is None else Spatial(bbox=[[box.west, box.south, box.east, box.north]], crs=CRS84)
+    ends = [None if each is None else moment(each) for each in (around.begin, around.end)]
     links = [
         _link(_address(asked, name), "self", JSON, title),
         _link(f"{_address(asked, name)}/items", "items", GEOJSON, f"{title}, as features"),
     ]
     if name in _LISTS:
         links.append(_link(f"{asked.base}{ROOT}{_LISTS[name]}", "alternate", JSON, f"{title}, as a list"))
-    reach: dict[str, Any] = {} if ground is None else {"spatial": ground}
-    reach["temporal"] = {"interval": [ends], "trs": _GREGORIAN}
-    return {
-        "id": name, "title": title, "description": words, "itemType": "feature", "crs": [CRS84],
-        "extent": reach, "links": links,
-    }  # fmt: skip
+    reach = CollectionExtent(spatial=ground, temporal=Temporal(interval=[ends], trs=_GREGORIAN))
+    return Collection(
+        id=name, title=title, description=words, item_type="feature", crs=[CRS84], extent=reach, links=links
+    )  # fmt: skip
 
 
 def items(connection: Connection, asked: Request[Items]) -> Answer:
@@ -107,9 +116,11 @@ def items(connection: Connection, asked: Request[Items]) -> Answer:
     links.append(_link(_address(asked, name), "collection", JSON, _TEXTS[name][0]))
     if name in _LISTS:
         links.append(_link(f"{asked.base}{ROOT}{_LISTS[name]}", "alternate", JSON, "As a list of the API"))
-    numbers = {"numberMatched": found.matched, "numberReturned": len(found.features)}
-    content = {"type": "FeatureCollection", "links": links, "timeStamp": utc(asked.now), **numbers}
-    return Answer({**content, "features": found.features}, content_type=GEOJSON)
+    content = FeatureCollection(
+        type="FeatureCollection", links=links, time_stamp=moment(asked.now), number_matched=found.matched,
+        number_returned=len(found.features), features=found.features,
+    )  # fmt: skip
+    return Answer(content, content_type=GEOJSON)
 
 
 def item(connection: Connection, asked: Request[Query]) -> Answer:
@@ -123,7 +134,7 @@ def item(connection: Connection, asked: Request[Query]) -> Answer:
         _link(_address(asked, name), "collection", JSON, _TEXTS[name][0]),
         _link(f"{asked.base}{ROOT}/{name}/{asked.id}", "alternate", JSON, "As the API shows it"),
     ]
-    return Answer({**found.features[0], "links": links}, content_type=GEOJSON)
+    return Answer(LinkedFeature(**dict(found.features[0]), links=links), content_type=GEOJSON)
 
 
 def _finder(name: str) -> Callable[[Connection, Choice], Found]:
@@ -142,4 +153,4 @@ def _address(asked: Request[Any], name: str = "") -> str:
 
 
 def _link(href: str, rel: str, content_type: str, title: str) -> Link:
-    return {"href": href, "rel": rel, "type": content_type, "title": title}
+    return Link(href=href, rel=rel, type=content_type, title=title)

@@ -1,0 +1,1 @@
+"""OGC API Features: parameters, answers and reads."""

@@ -1,0 +1,81 @@
+"""Exit statuses of the commands that open the store: 2 for what the person asked wrongly, 1 for what failed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hawk.cli import main
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
+from hawk.lots.store import FILE
+from tests.unit.lots.plan_import.imports import drawn, geojson
+from tests.unit.lots.surveys import survey
+
+COMMANDS = {
+    "export": ["export", "Lot 1", "--out", "DIR/lot.csv"],
+    "stats": ["stats", "Lot 1"],
+    "import-plan": ["import-plan", "DIR/plan.geojson", "--lot", "Lot 1"],
+    "erase": ["erase", "--lot", "Lot 1", "--yes"],
+    "backup": ["backup", "DIR/copy.db"],
+    "verify": ["verify"],
+    "restore": ["restore", "DIR/plan.geojson"],
+}
+"""Each command in words that a store of one lot takes, but for the backup."""
+
+
+def run(folder: Path, arguments: list[str], *more: str) -> int:
+    store = str(folder / "store")
+    return main([*(each.replace("DIR", str(folder)) for each in arguments), *more, "--store", store])
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "store").mkdir()
+    (tmp_path / "plan.geojson").write_bytes(geojson(drawn(3)))
+    store = Database(tmp_path / "store" / FILE)
+    with store.writing() as connection:
+        save(connection, survey(stalls=6))
+    store.close()
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_store_that_cannot_be_read_is_a_failure(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "store" / FILE).write_bytes(b"no database" * 1000)
+    assert run(folder, COMMANDS[name]) == 1
+    assert capsys.readouterr().err.startswith("hawk-drone: ")
+
+
+@pytest.mark.parametrize("name", ["export", "stats", "import-plan", "erase"])
+def test_a_lot_that_is_not_there_is_asked_for_wrongly(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, [each.replace("Lot 1", "Lot 9") for each in COMMANDS[name]]) == 2
+    said = capsys.readouterr().err
+    assert "'Lot 9'; there are" in said
+    assert "Lot 1" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "words"),
+    [
+        ("export", ("--survey", "zz"), "--survey: there is no survey 'zz'"),
+        ("export", ("--survey", "all"), "--out: lot.csv holds one survey"),
+        ("stats", ("--from", "yesterday"), "--from: must be a date"),
+        ("import-plan", ("--crs", "x"), "--crs: x is no system that is known"),
+        ("import-plan", ("--pin", "1,2"), "--pin: must be x,y,latitude,longitude"),
+        ("backup", ("--sim-speed",), "unrecognized arguments: --sim-speed"),
+    ],
+)
+def test_an_option_that_cannot_be_used_is_named(
+    name: str, more: tuple[str, ...], words: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, COMMANDS[name], *more) == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["export", "stats", "backup", "verify"])
+def test_what_the_store_takes_ends_well(name: str, folder: Path) -> None:
+    assert run(folder, COMMANDS[name]) == 0
