@@ -73,7 +73,7 @@ async def survey_tile(request: web.Request) -> web.StreamResponse:
         data = await store.read(lambda _: pictures.pictures_of(store.path).tile(survey, key))
     if data is None:
         raise NotFoundError("row: there is no tile at this row and column")
-    headers = {hdrs.CACHE_CONTROL: TILE_CACHING}
+    headers: dict[str, str] = {hdrs.CACHE_CONTROL: TILE_CACHING}
     return await made(request, lambda: Answer(data, content_type="image/jpeg", headers=headers))
 
 
