@@ -34,7 +34,6 @@ export class TopBar extends LitElement {
 
   override render(): TemplateResult {
     return html`<header class="top no-print ${this.place.view}">
-      <h1 class="unseen">Parking Lot Hawk</h1>
       ${this.picker()}
       ${viewLinks(this.views, this.route)}
       <span class="grow"></span>

@@ -104,6 +104,7 @@ export class App extends LitElement {
     const isAway = this.route.place.view !== "fly";
     const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
+      <h1 class="unseen">Parking Lot Hawk</h1>
       ${this.line(view, isDesk)}
       <hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}

@@ -16,8 +16,8 @@ export interface Day {
 
 const DAY_MS = 86_400_000;
 export const WEEK_DAYS = 7;
-/** Ticks nearer than this part of a day are one. */
-const APART = 1 / 16;
+/** Ticks nearer than this part of a day are one: two hours. */
+const APART = 1 / 12;
 
 /** What the lot's clock shows at a time, as if that clock were UTC, milliseconds. */
 export function onClock(iso: string, zone: string): number {
@@ -41,7 +41,7 @@ export function daysOf(surveys: readonly SurveyUse[], midnights: readonly number
       const at = (clock - midnight) / DAY_MS;
       const last = ticks.at(-1);
       const tick = { survey, at, clock: new Date(clock).toISOString().slice(11, 16), ids: [survey.id] };
-      if (last && at - last.at < APART) ticks[ticks.length - 1] = { ...tick, at: last.at, ids: [...last.ids, survey.id] };
+      if (last && at - last.at < APART - 1e-6) ticks[ticks.length - 1] = { ...tick, at: last.at, ids: [...last.ids, survey.id] };
       else ticks.push(tick);
     }
     return { date: new Date(midnight), ticks };

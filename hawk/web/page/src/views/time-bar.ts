@@ -52,7 +52,7 @@ export class TimeBar extends LitElement {
     const words = [clock, survey.left_out_code === "" ? `${say("archive-occupancy")} ${share(survey.occupancy)}` : say("time-bar-not-counted"), count > 1 ? say("time-bar-more", { count: count - 1 }) : ""];
     return html`<button class="tick ${on ? "on" : ""}" aria-pressed=${on} title=${words.filter((each) => each !== "").join(", ")} aria-label=${words.filter((each) => each !== "").join(", ")}
       ${cssVars({ "--at": `${100 * at}%`, "--full": `${100 * (value ?? 0)}%` })} @click=${() => this.pick(survey.id)}>
-      <i class=${value === null ? "unknown" : ""}></i><span class="clock">${on ? clock : ""}</span>${count > 1 ? html`<span class="count">${number(count)}</span>` : nothing}</button>`;
+      <i class=${value === null ? "unknown" : ""}></i><span class="clock">${on ? clock : ""}</span>${count > 1 ? html`<span class="count" aria-hidden="true">${number(count)}</span>` : nothing}</button>`;
   }
 
   /** Arrows go from survey to survey, whatever week they lie in. */
