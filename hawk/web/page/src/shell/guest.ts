@@ -33,7 +33,7 @@ export class Guest extends LitElement {
 
   override render(): TemplateResult {
     const access = { lots: [], token: this.token, mayChange: false };
-    return html`<h1 class="unseen">Parking Lot Hawk</h1><hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .spoken=${language()} .speak=${this.speak}></hawk-top>
+    return html`<hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .spoken=${language()} .speak=${this.speak}></hawk-top>
       <div class="view" role="main">${this.late.render(this.route, access, language())}</div>`;
   }
 

@@ -104,7 +104,6 @@ export class App extends LitElement {
     const isAway = this.route.place.view !== "fly";
     const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
-      <h1 class="unseen">Parking Lot Hawk</h1>
       ${this.line(view, isDesk)}
       <hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
@@ -128,6 +127,7 @@ export class App extends LitElement {
   private flight(model: Operator, isAway: boolean): TemplateResult {
     const main = [isAway ? "away" : "", this.swapped ? "swapped" : "", this.survey || model.plan.open ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
     return html`<main class=${main}>
+        <h1 class="unseen">Parking Lot Hawk</h1>
         <hawk-map .model=${model}></hawk-map>
         ${isAway ? nothing : html`<hawk-video .model=${model}></hawk-video>`}
         <aside class="side">
@@ -145,6 +145,7 @@ export class App extends LitElement {
   /** Without a drone: lots and plans alone. */
   private desk(model: Operator, isAway: boolean): TemplateResult {
     return html`<main class="surveyed ${isAway ? "away" : ""}">
+        <h1 class="unseen">Parking Lot Hawk</h1>
         <hawk-map .model=${model}></hawk-map>
         <aside class="side">
           ${model.plan.open ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}

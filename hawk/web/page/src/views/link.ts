@@ -43,15 +43,15 @@ export class LotSource {
   }
 
   surveys(period: Period): Promise<SurveysUse> {
-    return this.once(`statistics/surveys${query({ ...period, time_zone: zone() })}`);
+    return this.once(`statistics/surveys${query({ ...period })}`);
   }
 
   statistics(period: Period, by = ""): Promise<Figures> {
-    return this.once(`statistics${query({ ...period, by, time_zone: zone() })}`);
+    return this.once(`statistics${query({ ...period, by })}`);
   }
 
   heat(period: Period): Promise<StallsUse> {
-    return this.once(`statistics/stalls${query({ ...period, time_zone: zone() })}`);
+    return this.once(`statistics/stalls${query({ ...period })}`);
   }
 
   between(before: string, after: string): Promise<Changed> {

@@ -62,6 +62,7 @@ export class LotViews extends LitElement {
     return html`<div class="page" @archive-go=${(event: CustomEvent<Partial<Place>>) => this.route.go(event.detail)}
         @archive-changed=${() => this.renew()}
         @archive-said=${(event: CustomEvent<{ text: string; undo?: () => Promise<unknown> }>) => (this.notice = event.detail)}>
+        <h1 class="unseen">${say(`view-${place.view}`)}</h1>
         ${place.view === "recordings" ? nothing : this.head(place)} ${this.content(place)}
       </div>
       <div class="notice no-print" role="status">${this.notice === null ? nothing : this.saying(this.notice)}</div>`;
