@@ -108,10 +108,11 @@ class Survey(LotSurvey):
 
 
 class ListedLot(Shown):
-    """A lot, with its newest survey."""
+    """A lot, with its newest survey. `time_zone`: that of its place, unless a person chose another one."""
 
     id: Id
     name: str
+    time_zone: str
     stalls: Count
     survey_count: Count
     last_survey: LotSurvey | None
