@@ -56,12 +56,12 @@ test: setup
 	$(MAKE) $(UNIT_KINDS) programs
 
 # Whole explorations and benchmarks' runs, many cases of what a cheaper test of `make test` shows with one, and properties
-# on new examples: once a night, and before a release. An hour.
+# on more and on new examples: once a night, and before a release. An hour.
 nightly: setup browser
 	$(UNIT) -m nightly $(ARGS)
 	$(REAL) --numprocesses 2 -m nightly tests/integration $(ARGS)
 	$(PYTEST) -m nightly tests/e2e $(ARGS)
-	$(UNIT) $(FAST) --hypothesis-profile=search $(ARGS)
+	$(UNIT) -m hypothesis --hypothesis-profile=search $(ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -119,8 +119,7 @@ contract: $(STAMP)
 # All programs and browsers: while one waits, another one works.
 programs: setup browser
 	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
-	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
-	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/e2e tests/integration $(ARGS)
 
 e2e: setup browser
 	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)

@@ -137,8 +137,11 @@ _OBSERVER: Final = re.compile(r"\w+Watch")
 _LETTERS: Final = re.compile(r"[A-Za-z]+")
 _PART: Final = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
 _SINGLE_WORDS: Final = {word for word in _words(REPLACEMENTS | NAME_REPLACEMENTS) if " " not in word}
-_PHRASES: Final = _pattern(word for word in _words(REPLACEMENTS) if " " in word)
-_SUSPECT: Final = re.compile(rf"{_PHRASES}|[\"']\s*{_OPENING.pattern}|class \w+Watch\b")
+_PHRASES: Final = [
+    re.compile(r"[\s_-]*".join(word.split())) for word in _words(REPLACEMENTS | NAME_REPLACEMENTS) if " " in word
+]
+"""Each begins with letters, which are found quickly; they are for small letters."""
+_SUSPECT: Final = re.compile(rf"[\"']\s*{_OPENING.pattern}|class \w+Watch\b")
 _TYPESCRIPT_COMMENT: Final = re.compile(r"/\*.*?\*/|(?<![:\"'`])//[^\n]*", re.DOTALL)
 _MARKUP_COMMENT: Final = re.compile(r"/\*.*?\*/|<!--.*?-->", re.DOTALL)
 _TOML_STRING: Final = re.compile(r"\"[^\"\n]*\"")
@@ -202,7 +205,12 @@ def checked_files(root: Path, rooms: list[str]) -> list[Path]:
 
 def _is_suspect(source: str) -> bool:
     """Return whether a file may hold something to reword: parsing the others would take most of the time."""
-    return any(map(_is_private, set(_LETTERS.findall(source)))) or _SUSPECT.search(source) is not None
+    small = source.lower()
+    return (
+        any(map(_is_private, set(_LETTERS.findall(source))))
+        or _SUSPECT.search(source) is not None
+        or any(phrase.search(small) for phrase in _PHRASES)
+    )
 
 
 @cache

@@ -21,6 +21,7 @@ from tests.e2e.hands import new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, done
 from tests.e2e.watching import watch
+from tests.examples import nightly
 from tests.pace import PATIENCE_S
 from tests.unit.stats.test_panel import register, seen
 
@@ -177,7 +178,7 @@ async def test_a_report_is_printed_on_paper(browser: Browser, address: str, scre
     assert not errors
 
 
-@pytest.mark.parametrize("language", ["en", "fr"])
+@pytest.mark.parametrize("language", ["en", *nightly("fr")])
 async def test_axe_finds_nothing_on_a_phone_and_on_a_desk(
     browser: Browser, address: str, screenshots: Path, language: str
 ) -> None:

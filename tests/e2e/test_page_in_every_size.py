@@ -107,10 +107,10 @@ async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     for width, height in GROUND_SIZES:
         await page.set_viewport_size({"width": width, "height": height})
         await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-        await page.screenshot(path=screenshots / f"ground-{width}x{height}.png")
         problems = (await page.evaluate(MEASURE, SAFETY | remedy))["problems"] + await page.evaluate(READABLE)
         if problems:
             found[f"{width}x{height}"] = problems
+            await page.screenshot(path=screenshots / f"ground-{width}x{height}.png")
     assert found == {}
     await page.set_viewport_size({"width": 390, "height": 844})
     await page.locator('.guided [data-action="arm"]').click()
@@ -133,7 +133,6 @@ async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, st
     for width, height in SIZES:
         await page.set_viewport_size({"width": width, "height": height})
         await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-        await page.screenshot(path=screenshots / f"{state}-{width}x{height}.png")
         measured = await page.evaluate(MEASURE, selectors)
         problems = measured["problems"]
         places.append([await page.locator(SAFETY[each]).bounding_box() for each in ("hold", "land")])
@@ -141,6 +140,7 @@ async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, st
             problems.append(f"the map has {measured['map']:.2f} of the shorter side")
         if problems:
             found[f"{state} {width}x{height}"] = sorted(set(problems))
+            await page.screenshot(path=screenshots / f"{state}-{width}x{height}.png")
     assert found == {}
     return places
 

@@ -20,8 +20,9 @@ from hawk.lots.store import FILE
 from hawk.model.poses import GlobalPose
 from tests.e2e.hands import button, is_within, new_page, press, shows
 from tests.e2e.test_fence_by_clicks import take_off
-from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE, prefer
 from tests.e2e.watching import watch
+from tests.examples import nightly
 from tests.integration.daemon_support import LOW_HEIGHTS, over_a_picture
 from tests.pace import PATIENCE_S
 from tests.unit.lots.surveys import box, survey
@@ -295,7 +296,7 @@ async def test_a_phone_confirms_removes_and_adds_a_row(
     assert len(await store.stalls()) == len(before) - 2 + 5
 
 
-@pytest.mark.parametrize("language", ["en", "fr"])
+@pytest.mark.parametrize("language", ["en", *nightly("fr")])
 async def test_axe_finds_nothing_while_a_plan_is_corrected(
     browser: Browser, fake: Any, tmp_path: Path, screenshots: Path, language: str
 ) -> None:
@@ -308,7 +309,7 @@ async def test_axe_finds_nothing_while_a_plan_is_corrected(
         await page.locator("hawk-plan-chosen select[name=row]").select_option("B")
         await page.locator("hawk-plan-chosen summary").click()
         for theme in ("dark", "outdoor", "light"):
-            await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ theme: '{theme}' }})")
+            await prefer(page, theme)
             found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{theme}.png")
         for tool in ("row", "stall", "area", "zone"):
             await page.locator(f".plantools .{tool}").click()

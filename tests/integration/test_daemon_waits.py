@@ -21,7 +21,7 @@ from tests.integration.sim_support import free_tcp_port, small_picture
 from tests.pace import PATIENCE_S
 from tests.unit.daemon.full_pipe import full_pipe
 
-pytestmark = [pytest.mark.integration, pytest.mark.alone]
+pytestmark = pytest.mark.integration
 
 
 @contextlib.asynccontextmanager

@@ -20,6 +20,7 @@ from hawk.formats.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep
 from hawk.model.plans import DesiredPose, Inbound
+from tests.examples import nightly
 from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot
 
 TRUTH = rows_lot()
@@ -146,7 +147,7 @@ def left_out(turns: dict[int, float], monkeypatch: pytest.MonkeyPatch) -> list[F
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turn", [60.0, -60.0, 15.1])
+@pytest.mark.parametrize("turn", [-60.0, 15.1, *nightly(60.0)])
 def test_a_picture_that_turned_beyond_its_heading_is_not_mapped_nor_are_those_just_after_it(
     turn: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,7 +18,7 @@ from benchmarks.perception.places import Place, coarser, read_lots, read_tiles, 
 from hawk.algo.vision.network import StallNetwork
 from hawk.model.lot_map import StallState
 from hawk.survey.accuracy import Finding, LabelledPlace, match
-from hawk.worlds.generate import generate_world
+from tests.drawn_worlds import drawn_world
 
 ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)
 STATES = state_array([StallState.FREE, StallState.TAKEN] * 3)
@@ -45,7 +45,7 @@ def place(stalls: NDArray[np.float64] = ROW) -> Place:
 @pytest.fixture(scope="module")
 def ground() -> Place:
     """A corner of a drawn world's lot without its cars: every stall is free."""
-    world = generate_world(3)
+    world = drawn_world(3)
     corners = np.array([stall.corners for stall in world.stalls])
     low = corners.mean(axis=(0, 1)) - 17.5
     column, row = np.round(low / world.metres_per_pixel).astype(int)

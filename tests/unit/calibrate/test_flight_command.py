@@ -27,7 +27,7 @@ from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
 from hawk.store.recording import Recording
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.generate import generate_world
+from tests.drawn_worlds import drawn_world
 from tests.unit.calibrate.flights import CAMERA, Errors, flight, lanes, reported
 
 ERRORS = Errors(late=-0.045, roll=0.8, pitch=-1.2, yaw=3.5)
@@ -81,12 +81,12 @@ async def write(
 def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The store of a daemon with one recorded flight, rendered with `ERRORS`."""
     folder = tmp_path_factory.mktemp("store")
-    true = lanes(45, seed=3)
+    true = lanes(36, seed=3)
     by_autopilot = reported(true, seed=3, drift=0.02, lean=math.radians(0.05))
     planned = flight(by_autopilot, camera=LENS)
     used = {look.index: look for pair in choose_pairs(planned) for look in (pair.before, pair.now)}
     wide, maps = bent()
-    world = WorldCamera(generate_world(3), wide)
+    world = WorldCamera(drawn_world(3), wide)
     poses = true.at(np.array([look.captured for look in used.values()]) + ERRORS.late)
     jpegs = {index: draw(world, pose, maps) for index, pose in zip(used, poses, strict=True)}
     asyncio.run(write(folder, by_autopilot, jpegs))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hawk.comm.message_socket import CLIENT_WAITING, TICK_COMMANDS, ServerMessageSocket
 from hawk.comm.protocol.commands import Ack, Arm, Command, Hold, KillRequest, KillToken, Outgoing, Takeoff
 from hawk.comm.protocol.heartbeat import ClientId
+from tests.examples import examples
 
 
 class Clients:
@@ -197,7 +198,7 @@ def test_the_gate_is_asked_before_hold_too(clients: Clients, manager: Manager) -
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(
     text=st.text(max_size=200)
     | st.recursive(st.none() | st.booleans() | st.floats() | st.text(), st.lists).map(json.dumps)

@@ -18,6 +18,7 @@ from hawk.ddc.requests.service_interface import Limits, target_refusal
 from hawk.ddc.states.hover import Holding
 from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import MapPoint, MapPose, VehiclePose
+from tests.examples import examples
 from tests.unit.ddc.written_facts import FENCE, SETTINGS, flying, pose
 
 SPEED = SETTINGS.flight.speed_m_s
@@ -92,7 +93,7 @@ def fences(draw: st.DrawFn) -> Fence:
     "a target every tick, never farther out, back inside by the shortest line",
 )
 @pytest.mark.slow
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(fences(), st.floats(0, 2 * math.pi), st.floats(0.6, 300.0), st.floats(16.0, 130.0), st.booleans())
 def test_from_anywhere_outside_successive_targets_lead_inside(
     fence: Fence, angle: float, away: float, height: float, fence_on: bool

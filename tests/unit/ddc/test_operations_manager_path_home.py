@@ -13,6 +13,7 @@ from hawk.ddc.orders import Cause, CauseKind, ToHover, ToLand, ToReturn
 from hawk.ddc.states.base import returning
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
+from tests.examples import nightly
 from tests.unit.ddc.by_facts import made, requests, texts
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import flying as facts_at
@@ -47,7 +48,9 @@ async def test_a_rally_point_is_cleared_before_the_return_begins(flying: Rig) ->
     "a rally point, RTL_ALT 300 m or RTL_ALT_FINAL 10 m that cannot be put back",
     "within 3 s led home by targets, Land there",
 )
-@pytest.mark.parametrize(("name", "value"), [("RALLY_TOTAL", 1), ("RTL_ALT", 30_000), ("RTL_ALT_FINAL", 1000)])
+@pytest.mark.parametrize(
+    ("name", "value"), [("RALLY_TOTAL", 1), *nightly(("RTL_ALT", 30_000), ("RTL_ALT_FINAL", 1000))]
+)
 async def test_where_the_return_cannot_be_put_right_the_drone_is_led_home_and_lands_there(
     flying: Rig, name: str, value: float
 ) -> None:

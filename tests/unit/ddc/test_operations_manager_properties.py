@@ -48,6 +48,7 @@ from hawk.model.operation import StateName
 from hawk.model.plans import ExploreStatus, Inbound, PathPlan
 from hawk.model.poses import GlobalPose, MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
+from tests.examples import examples
 from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 SIMPLE: list[Command] = [
@@ -352,7 +353,7 @@ class Flight(RuleBasedStateMachine):
 
 
 Flight.TestCase.settings = settings(
-    max_examples=20,
+    max_examples=examples(20),
     stateful_step_count=20,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )

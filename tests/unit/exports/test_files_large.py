@@ -14,6 +14,7 @@ from hawk.exports.files import TABLES
 from hawk.exports.formats import FEEDS, Span
 from hawk.exports.values import ExportRecord
 from hawk.results.row_labels import letters
+from tests.examples import nightly
 from tests.unit.exports.stored import Stored
 
 STALLS = 20_000
@@ -39,7 +40,9 @@ def large(tmp_path_factory: pytest.TempPathFactory) -> ExportRecord:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("suffix", "layer"), [(".csv", None), (".geojson", None), (".gpkg", "stalls"), (".kmz", None)])
+@pytest.mark.parametrize(
+    ("suffix", "layer"), [(".geojson", None), (".gpkg", "stalls"), *nightly((".csv", None), (".kmz", None))]
+)
 def test_every_stall_is_in_the_file(large: ExportRecord, tmp_path: Path, suffix: str, layer: str | None) -> None:
     path = tmp_path / f"lot{suffix}"
     path.write_bytes(TABLES[suffix](large))
@@ -49,7 +52,9 @@ def test_every_stall_is_in_the_file(large: ExportRecord, tmp_path: Path, suffix:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name, feed in FEEDS.items() if feed.span is Span.SURVEY])
+@pytest.mark.parametrize(
+    "name", ["cds", *nightly(*(name for name, feed in FEEDS.items() if feed.span is Span.SURVEY and name != "cds"))]
+)
 def test_every_stall_is_in_the_feed(large: ExportRecord, name: str) -> None:
     text = json.dumps(FEEDS[name].make(large))
     assert len(text) < 40_000_000

@@ -12,7 +12,7 @@ import pytest
 from hawk.picture.work_folder import WORK
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.sim.photos_tags import CAMERAS
-from hawk.worlds.generate import generate_world
+from tests.drawn_worlds import drawn_world
 
 OPTIONS = PhotoOptions(height=35.0, width=700, overlap=(0.6, 0.3), camera=CAMERAS["FC6310"], noise_seed=3)
 KILLED = """
@@ -32,7 +32,7 @@ survey_of_source(MapRequest(Path(sys.argv[1]), Path(sys.argv[2])), progress)
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Five photographs of a flight over a drawn lot."""
     path = tmp_path_factory.mktemp("flight") / "yard"
-    write_photos(generate_world(3), OPTIONS, path)
+    write_photos(drawn_world(3), OPTIONS, path)
     for more in sorted(path.glob("*.JPG"))[5:]:
         more.unlink()
     return path

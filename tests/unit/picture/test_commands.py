@@ -14,7 +14,7 @@ from hawk.cli import main
 from hawk.config.sections import Config
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
-from hawk.worlds.generate import generate_world
+from tests.drawn_worlds import drawn_world
 from tests.unit.picture.orthophoto.drawn import lot_picture, write
 
 
@@ -22,7 +22,7 @@ from tests.unit.picture.orthophoto.drawn import lot_picture, write
 def orthophoto(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Half of a drawn lot as a GeoTIFF of 10 cm."""
     path = tmp_path_factory.mktemp("orthophoto") / "yard.tif"
-    picture = np.ascontiguousarray(generate_world(3).ground[::2, ::2][:700, :700, ::-1])
+    picture = np.ascontiguousarray(drawn_world(3).ground[::2, ::2][:700, :700, ::-1])
     with rasterio.open(
         path, "w", driver="GTiff", width=700, height=700, count=3, dtype="uint8", crs="EPSG:28992",
         transform=from_origin(155_000, 463_000, 0.1, 0.1),

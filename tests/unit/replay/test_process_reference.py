@@ -17,9 +17,12 @@ from hawk.replay.comparison import Comparison, compare_maps
 from hawk.replay.flight import RecordedFlight
 from hawk.replay.process import Again, Processed, process
 from hawk.results.survey_map import recorded_geojson
+from tests.examples import nightly
 from tests.reference.kept import FOLDER, MAP, SHA256, machine, unpack
 
 NAMES = sorted(name.removesuffix(".mcap.xz") for name in SHA256)
+SOON = ("faults", "survey")
+"""Those that `make test` decides again."""
 MOST_BYTES = 1_500_000
 LEAST_DECISIONS = 500
 OTHERS = 0.1
@@ -34,7 +37,7 @@ def test_no_recording_changes_unseen() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*SOON, *nightly(*(name for name in NAMES if name not in SOON))])
 def test_every_decision_is_made_as_it_was(name: str, tmp_path: Path) -> None:
     found = compare_recording(unpack(name, tmp_path))
     assert found.differences == ()

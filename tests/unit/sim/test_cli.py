@@ -148,8 +148,10 @@ def test_the_truth_of_a_picture_is_read_and_saved(picture: Path, tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_the_lies_of_the_command_line_reach_the_drone() -> None:
+def test_the_lies_of_the_command_line_reach_the_drone(picture: Path) -> None:
     given = [
+        f"--world={picture}",
+        "--metres-per-pixel=0.1",
         "--battery-cells",
         "4",
         "--gnss-bias=-3,2.5",

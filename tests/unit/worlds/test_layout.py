@@ -12,6 +12,7 @@ from hawk.worlds.plan import Axes, SitePlan
 from hawk.worlds.rows import WORN_BELOW, hatch, plan_parallel_row, plan_row
 from hawk.worlds.scene.materials import Material
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
+from tests.examples import examples
 from training.sites import plan_any_lot_site, plan_bare_site
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)
@@ -52,7 +53,7 @@ def test_a_row_too_short_for_a_stall_is_empty() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.floats(-45, 45), st.booleans(), st.floats(20, 60))
 def test_angled_stalls_keep_their_width_and_stay_in_their_row(skew: float, mirrored: bool, length: float) -> None:
     plan, style = _plan(), _style(skew=math.radians(skew))

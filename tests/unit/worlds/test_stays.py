@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from hawk.worlds.moment import clock_of
 from hawk.worlds.stays import MEAN_STAY_S, NIGHT_SHARE, Demand, LotStays, Stay
+from tests.examples import nightly
 
 CLOCK = clock_of(-79.9)
 SMALL = LotStays(7, {4: Demand(0.9), 9: Demand(0.1), 11: Demand(0.5, accessible=True)}, CLOCK)
@@ -68,7 +69,8 @@ def test_a_stall_keeps_its_stays_whatever_other_stalls_there_are() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("day", "hour"), [(4, 8), (4, 12), (4, 17), (4, 21), (9, 10), (9, 13), (9, 18), (10, 9), (10, 14), (10, 20)]
+    ("day", "hour"),
+    [(4, 8), (4, 17), (9, 13), (10, 20), *nightly((4, 12), (4, 21), (9, 10), (9, 18), (10, 9), (10, 14))],
 )
 def test_the_share_of_taken_stalls_follows_the_curve(day: int, hour: int) -> None:
     moments = [datetime(2026, 5, day, hour, tzinfo=CLOCK) + timedelta(weeks=k) for k in range(4)]

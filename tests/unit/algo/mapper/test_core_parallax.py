@@ -14,6 +14,7 @@ from hawk.algo.mapper.core import MapCore, MapperSettings
 from hawk.algo.mapper.register import Slip
 from hawk.algo.mapper.table import STALL_DTYPE, from_bytes, to_bytes
 from hawk.algo.vision.detection import FrameGround
+from tests.examples import nightly
 from tests.unit.algo.synthetic import SyntheticVision, Truth, pose_at, rows_lot, stretched
 
 HEIGHT_M = 35.0
@@ -59,7 +60,7 @@ def level() -> tuple[int, int, MapCore]:
 
 
 @pytest.mark.flight
-@pytest.mark.parametrize("height", [5.0, 8.0])
+@pytest.mark.parametrize("height", [5.0, *nightly(8.0)])
 def test_stalls_on_a_roof_do_not_count(height: float) -> None:
     ground, roof, _ = fly(height)
     assert ground == pytest.approx(ALL - RAISED, abs=1)

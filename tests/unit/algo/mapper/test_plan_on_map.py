@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.app import MapperApp
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
+from tests.examples import nightly
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
 
 SHIFT, TURN = np.array([1.2, -0.9]), math.radians(1.0)
@@ -131,7 +132,7 @@ BEYOND = np.array([[27.0, east, 0.0, 2.6, 5.2] for east in (-3.9, -1.3, 1.3, 3.9
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 3, 4])
+@pytest.mark.parametrize("count", [3, 4, *nightly(1)])
 def test_a_find_alone_beyond_the_plan_is_proposed_and_a_new_part_of_the_lot_counts(count: int) -> None:
     truth = rows_lot()
     assert np.abs(truth.stalls[:, 0] - BEYOND[0, 0]).min() > 15.0

@@ -165,7 +165,7 @@ def test_a_small_patch_of_lot_is_looked_around_before_it_is_done() -> None:
 
 def half_known_lots() -> tuple[shapely.Geometry, KnownMap]:
     """Two lots with a lane between them; the first, and the begin of the lane, was seen."""
-    parts = [shapely.box(-25, -30, 25, 30), shapely.box(24, -2.5, 71, 2.5), shapely.box(70, -30, 110, 30)]
+    parts = [shapely.box(-25, -14, 25, 14), shapely.box(24, -2.5, 71, 2.5), shapely.box(70, -14, 95, 14)]
     lots = shapely.union_all(parts)
     known = KnownMap(lots, 190.0)
     rows = known.window.rows

@@ -28,6 +28,7 @@ class LateMap(KnownMap):
         return area if area > 600.0 else 0.0
 
 
+@pytest.mark.nightly
 def test_it_moves_on_to_where_the_map_believes_the_lot() -> None:
     lot = shapely.box(10.0, -40.0, 60.0, 40.0)
     flight = fly(lot, (0.0, 0.0), fence_around(lot, 25.0), known=LateMap(lot, 120.0))

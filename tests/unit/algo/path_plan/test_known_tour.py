@@ -26,6 +26,7 @@ from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.rows.fit import Rectangles
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.plans import Fence, HeightParameters
+from tests.examples import examples
 from tests.unit.algo.synthetic import CAMERA
 
 LEVEL = Footprint(48.0, 27.0, turned=20.0, spun=26.0)
@@ -61,7 +62,7 @@ def shown_whole(tour: KnownTour, boxes: Singles, foot: Footprint) -> list[bool]:
 
 
 @pytest.mark.slow
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(lots(), st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 def test_every_stall_lies_as_a_whole_in_a_picture_of_the_tour(lot: Rectangles, north: float, east: float) -> None:
     tour = outcome(known_tour(boxes_of(lot), LEVEL, (north, east)))

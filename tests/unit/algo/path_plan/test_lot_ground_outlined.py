@@ -15,6 +15,7 @@ from hawk.algo.path_plan.lot_ground import OutlinedGround, cells_inside
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import AskedGround
 from hawk.model.poses import MapPoint
+from tests.examples import examples
 from tests.unit.algo.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly
 from tests.unit.algo.synthetic import frame_at, pose_at
 
@@ -30,7 +31,7 @@ def asked(shape: shapely.Geometry) -> AskedGround:
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(places, min_size=3, max_size=7), st.lists(places, min_size=3, max_size=5))
 def test_a_cell_belongs_to_the_ground_when_its_centre_lies_inside(
     outer: list[tuple[float, float]], hole: list[tuple[float, float]]
@@ -82,6 +83,7 @@ def explored(lot: shapely.Geometry, ground: shapely.Geometry, margin: float = 30
     return fly(lot, (0.0, 0.0), fence, PathPlanApp(LEVEL), known=known, ground=asked(ground)), known
 
 
+@pytest.mark.nightly
 @pytest.mark.flight
 def test_every_cell_of_the_outline_is_looked_at_and_nothing_beside_it_though_it_is_lot() -> None:
     lot, ground = shapely.box(-20.0, -20.0, 60.0, 110.0), shapely.box(-20.0, -20.0, 35.0, 30.0)

@@ -16,6 +16,7 @@ from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import NO_LOT_HERE, NO_LOT_THERE, NO_ROUTE, lot_route
 from hawk.model.plans import Fence, Route
 from hawk.model.poses import MapPoint
+from tests.examples import examples
 from tests.unit.algo.path_plan.lots import DrawnLot, fence_of, line_of, place_in
 
 NEAR_M = 10.0
@@ -31,7 +32,7 @@ def route(lot: DrawnLot, start: tuple[float, float], goal: tuple[float, float], 
 
 
 @pytest.mark.slow
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(lot=LOTS, data=st.data(), scale=st.sampled_from([1, 3]), fenced=st.booleans())
 def test_every_route_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_none(
     lot: NDArray[np.bool_], data: st.DataObject, scale: int, fenced: bool

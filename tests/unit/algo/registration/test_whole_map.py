@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.algo.registration.whole_map import MARGIN, REACH_M, Doubt, Registration, register
 from hawk.algo.rows.fit import Rectangles
+from tests.examples import examples
 from tests.unit.algo.registration.lots import PITCH_M, flown_again, map_of, rectangles, rows
 
 LOT = map_of(rows([14, 9, 12, 6], [0.0, 5.0, 1.5, 14.0]))
@@ -32,7 +33,7 @@ def apart(registration: Registration, truth: Placement, found: StallMap) -> floa
 
 
 @pytest.mark.slow
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.floats(-4, 4), st.floats(0, 4.4), st.floats(-math.pi, math.pi), SEEDS)
 def test_a_lot_is_found_wherever_it_lies_within_reach(turn: float, size: float, toward: float, seed: int) -> None:
     truth = placed(turn * 0.98, (size * math.cos(toward), size * math.sin(toward)))
@@ -45,7 +46,7 @@ def test_a_lot_is_found_wherever_it_lies_within_reach(turn: float, size: float, 
 
 
 @pytest.mark.slow
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.integers(2, 4), SEEDS)
 def test_a_map_with_many_errors_is_right_or_not_certain(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.comm.autopilot.terrain import FRESH_S, RangeReading, Terrain, TerrainEstimator, ground_below
+from tests.examples import examples
 
 STEP_S = 0.1
 SPEED = 4.0
@@ -69,7 +70,7 @@ def test_the_ground_counts_and_not_the_cars_on_it() -> None:
 
 @pytest.mark.slow
 @pytest.mark.fault("cars, crowns and roofs pass below")
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(st.floats(-0.06, 0.06), st.floats(5.0, 20.0), st.floats(5.0, 30.0))
 def test_no_roof_is_taken_for_ground(slope: float, high: float, long: float) -> None:
     def surface(north: float) -> float:

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from hawk.lots.plan import edits
 from hawk.lots.schema import LABEL
 from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, Placed
+from tests.examples import examples
 from tests.unit.lots.repaints import NOW, WIDER, Archive, extra, flown, repainted, without
 from tests.unit.lots.surveys import A_ROW
 
-SOON = settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SOON = settings(max_examples=examples(6), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

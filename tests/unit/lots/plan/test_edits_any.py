@@ -20,6 +20,7 @@ from hawk.lots.plan.kinds import KINDS
 from hawk.lots.plan.values import Floats
 from hawk.lots.schema import LABEL, STALL
 from hawk.lots.values import LotStoreError
+from tests.examples import examples
 from tests.unit.lots.plan.plans import Json, Person
 
 STALLS, MOST_OVERLAP = 12, 0.10
@@ -141,7 +142,9 @@ def _shapes(stalls: list[Json]) -> Floats:
 
 
 @pytest.mark.slow
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(
+    max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
 @given(ACTS)
 def test_any_edit_keeps_labels_and_ids_for_ever_and_no_stall_on_another(acts: list[Any]) -> None:
     with a_person() as person:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from hawk.lots.plan.operations import NAMES, OPERATIONS, Operation, operation_of
 from hawk.lots.values import LotInputError
+from tests.examples import examples
 
 ODD = st.sampled_from([10**400, -(10**30), 1e308, float("inf"), float("nan"), "\ud800", "\0", "", "1e5", "x" * 5000])
 SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=50) | ODD
@@ -20,7 +21,7 @@ ASKED = st.builds(lambda do, fields: {"do": do, **fields}, st.sampled_from(NAMES
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(VALUES | ASKED)
 def test_any_json_value_is_an_operation_or_is_refused_with_a_field_and_words(given_value: Any) -> None:
     operation, refusal = _read(given_value)

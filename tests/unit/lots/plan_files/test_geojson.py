@@ -15,6 +15,7 @@ from hawk.lots.values import LotInputError
 from hawk.model.lot_map import Stall, StallState
 from hawk.results.stall_files import map_geojson
 from hawk.results.survey_map import Made, SurveyMap
+from tests.examples import examples
 from tests.unit.lots.plan_files.files import (
     DATUM,
     degrees,
@@ -202,7 +203,7 @@ def test_wgs_84_by_its_names_needs_no_projection(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     north=st.floats(-80, 80), east=st.floats(-80, 80), angle=st.floats(0, math.pi),
     width=st.floats(1.0, 4.0), extra=st.floats(0.5, 8.0), start=st.integers(0, 3), is_turned=st.booleans(),
@@ -227,7 +228,7 @@ geometries = st.recursive(numbers, lambda inner: st.lists(inner, max_size=5), ma
 
 
 @pytest.mark.slow
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(kind=st.sampled_from(["Polygon", "MultiPolygon", "Point", "", None]), coordinates=geometries)
 def test_any_geometry_is_read_left_out_or_refused(kind: str, coordinates: object) -> None:
     """No other error comes of it."""

@@ -23,6 +23,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import seal
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import LotStoreError
+from tests.examples import examples
 from tests.unit.lots.surveys import later, survey
 
 REMEDY = "hawk-drone restore FILE"
@@ -83,7 +84,7 @@ def test_a_transaction_that_fails_leaves_nothing(tmp_path: Path) -> None:
     "refused with the file's name and the restore as remedy; nothing is written",
 )
 @settings(
-    max_examples=200,
+    max_examples=examples(200),
     deadline=None,
     derandomize=True,
     phases=[Phase.generate],

@@ -13,6 +13,7 @@ from PIL.TiffImagePlugin import IFDRational
 
 from hawk.picture.photographs.exif import Exif, read_exif
 from hawk.picture.values import PictureError
+from tests.examples import examples
 from tests.unit.picture.photographs.photos import exif
 
 NOON = datetime(2024, 5, 1, 12, tzinfo=UTC).timestamp()
@@ -23,7 +24,7 @@ def _read(found: Image.Exif, longer: int = 4000) -> Exif:
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(latitude=st.floats(-89.0, 89.0), longitude=st.floats(-179.0, 179.0), altitude=st.floats(-400.0, 5000.0))
 def test_the_place_is_read_in_each_quarter_of_the_earth(latitude: float, longitude: float, altitude: float) -> None:
     found = _read(exif((latitude, longitude), altitude))
@@ -89,7 +90,7 @@ def test_a_file_that_was_saved_later_names_the_program(base: dict[int, Any], sav
     assert _read(exif(base=base)).saved_by == saved_by
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(
     data=st.binary(max_size=80), start=st.sampled_from([b"", b"II*\x00\x08\x00\x00\x00", b"MM\x00*\x00\x00\x00\x08"])
 )

@@ -12,7 +12,7 @@ from hawk.picture.reconstruction.camera_pose import CameraPose
 from hawk.picture.reconstruction.features import Features, features
 from hawk.picture.reconstruction.tilt import has_horizon, tilts
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.generate import generate_world
+from tests.drawn_worlds import drawn_world
 
 CAMERA = CameraModel(900, 600, 603.0, 603.0, 449.5, 299.5)
 HEIGHT_M, STEP_M = 50.0, 15.0
@@ -21,7 +21,7 @@ HEIGHT_M, STEP_M = 50.0, 15.0
 @functools.cache
 def _flown(tilt: float) -> tuple[list[CameraPose], list[NDArray[np.uint8]]]:
     """Return photographs of a drawn lot at this tilt, beside each other."""
-    world = generate_world(3)
+    world = drawn_world(3)
     camera = WorldCamera(world, CAMERA)
     width, height = world.size_m
     posed, images = [], []
