@@ -23,7 +23,7 @@ from hawk.lots.labels import parts_of
 from hawk.lots.survey.moments import has_been
 from hawk.lots.values import LotInputError, utc
 from hawk.stats.panel import read_panel
-from hawk.stats.period import period_of
+from hawk.stats.period import period_of_lot
 
 _NGSI_STATES: Final = {"free": "free", "taken": "occupied"}
 _NGSI_CONTEXT: Final = (
@@ -47,7 +47,7 @@ def feed_text(connection: Connection, name: str, wanted: Wanted, now: float) -> 
     feed = FEEDS[name]
     _check(name, wanted)
     if feed.span is Span.PERIOD:
-        period = period_of(wanted.begin, wanted.end, wanted.time_zone)
+        period = period_of_lot(connection, wanted.lot, wanted.begin, wanted.end, wanted.time_zone)
         return str(feed.make(read_panel(connection, wanted.lot, period)))
     survey = read_survey(connection, survey_of(connection, wanted.lot, wanted.survey or NEWEST))
     return to_json(feed.make(valid_at(survey, now, VALID_S if wanted.valid_s is None else wanted.valid_s))).decode()
@@ -175,7 +175,7 @@ def cds_spaces(survey: ExportRecord) -> dict[str, Any]:
     spaces = [_cds_space(number, stall, survey.lot_id, ended) for number, stall in enumerate(survey.stalls, 1)]
     return {
         "version": CDS_VERSION,
-        "time_zone": "Etc/UTC",
+        "time_zone": survey.time_zone,
         "last_updated": ended,
         "currency": "USD",
         "author": survey.software,

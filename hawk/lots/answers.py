@@ -109,10 +109,11 @@ class SurveyGround(Shown):
 
 
 class ListedLot(Shown):
-    """A lot, with its newest survey."""
+    """A lot, with its newest survey. `time_zone`: that of its place, unless a person chose another one."""
 
     id: Id
     name: str
+    time_zone: str
     stalls: Count
     survey_count: Count
     last_survey: Survey | None

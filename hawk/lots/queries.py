@@ -31,6 +31,7 @@ from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import is_sure, newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
+from hawk.lots.time_zone import time_zone_of
 from hawk.lots.values import (
     NotFoundError,
     moment,
@@ -115,7 +116,7 @@ def listed_lot(connection: Connection, row: _Shown) -> ListedLot:
     present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
     return ListedLot(
-        id=row["id"], name=row["name"], stalls=stalls, survey_count=surveys,
+        id=row["id"], name=row["name"], time_zone=time_zone_of(connection, row), stalls=stalls, survey_count=surveys,
         last_survey=next(iter(surveys_of(connection, last_rows)), None),
     )  # fmt: skip
 

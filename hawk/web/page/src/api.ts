@@ -25,6 +25,35 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
+/** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``; none named: all. */
+export interface Asked {
+  weekdays: ("Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday")[];
+  hours: number[];
+  rows: string[];
+  zones: string[];
+  kinds: string[];
+}
+
+/** Use of what is `asked`, over the surveyed hours that are asked, which count alike. */
+export interface AskedUse {
+  lot: string;
+  name: string;
+  clock: string;
+  interval: number;
+  asked: Asked;
+  stalls: number;
+  days: number;
+  hours: number;
+  occupancy: Estimate;
+  accumulation: Estimate;
+  fullest: Cell | null;
+  emptiest: Cell | null;
+  cells: Cell[];
+  others: RowUse[];
+  surveys: SurveyShare[];
+  left_out: LeftOut[];
+}
+
 /** A stall that surveys found where the layout has none. `instead`: stalls that it overlaps. */
 export interface BeginProposal {
   id: number;
@@ -61,6 +90,15 @@ export interface Begun {
 export interface Bracket {
   low: number | null;
   high: number | null;
+}
+
+/** Mean over the dates with a survey in an hour of a weekday; null where nobody flew. `is_asked`: of the question. */
+export interface Cell {
+  weekday: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
+  hour: number;
+  is_asked: boolean;
+  days: number;
+  occupancy: Estimate;
 }
 
 /** A change that a person made; `undone`: when it was undone. */
@@ -278,10 +316,11 @@ export interface ListedLink {
   taken_back: string | null;
 }
 
-/** A lot, with its newest survey. */
+/** A lot, with its newest survey. `time_zone`: that of its place, unless a person chose another one. */
 export interface ListedLot {
   id: string;
   name: string;
+  time_zone: string;
   stalls: number;
   survey_count: number;
   last_survey: Survey | null;
@@ -311,6 +350,7 @@ export interface ListedStall {
 export interface Lot {
   id: string;
   name: string;
+  time_zone: string;
   stalls: number;
   survey_count: number;
   last_survey: Survey | null;
@@ -549,6 +589,13 @@ export interface Renamed {
   to: string;
 }
 
+/** Another row, with its stalls of the zones and kinds that are asked, at the same hours. */
+export interface RowUse {
+  row: string;
+  stalls: number;
+  occupancy: Estimate;
+}
+
 /** A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`. */
 export interface SharedLink {
   id: string;
@@ -708,6 +755,13 @@ export interface SurveyProposals {
   ended: string;
   begin: BeginProposal[];
   end: EndProposal[];
+}
+
+/** A survey behind an answer, with the share that was taken at its moment of what is asked. */
+export interface SurveyShare {
+  survey: string;
+  at: string;
+  occupancy: Estimate;
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */

@@ -18,7 +18,10 @@ from sqlalchemy import insert, select
 from hawk.lots.ingest import save
 from hawk.lots.schema import APPLICATION_ID, LOT, METADATA, SURVEY, VERSION
 from hawk.lots.storage import database
+from hawk.lots.storage.backup import verify
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.digests import seal
+from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import LotStoreError
 from tests.examples import examples
 from tests.unit.lots.surveys import later, survey
@@ -190,12 +193,12 @@ LATER = """
 import sqlalchemy as sa
 from alembic import op
 
-revision, down_revision = "0002", "0001"
+revision, down_revision = "0003", "0002"
 
 
 def upgrade():
     op.create_table("note", sa.Column("lot", sa.String(36), primary_key=True), sa.Column("text", sa.Text))
-    op.execute("PRAGMA user_version = 2")
+    op.execute("PRAGMA user_version = 3")
 """
 """A step to a version that a later program has."""
 
@@ -206,7 +209,7 @@ def earlier(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "lots.db"
     filled(path)
     shutil.copytree(database._REVISIONS, tmp_path / "revisions")
-    (tmp_path / "revisions" / "v0002_note.py").write_text(LATER)
+    (tmp_path / "revisions" / "v0003_note.py").write_text(LATER)
     monkeypatch.setattr(database, "_REVISIONS", tmp_path / "revisions")
     monkeypatch.setattr(database, "VERSION", VERSION + 1)
     return path
@@ -279,6 +282,49 @@ def test_a_full_disk_during_a_migration_leaves_the_earlier_version(earlier: Path
         assert old.execute("PRAGMA quick_check").fetchall() == [("ok",)]
     Database(earlier).close()
     assert surveys_in(earlier) == 2
+
+
+def of_version_1(path: Path, spoil: str = "SELECT 1") -> None:
+    """Make a store of one lot as release 0.4.0 made it."""
+    database.migrate_file(path, "0001")
+    with closing(sqlite3.connect(path)) as opened:
+        opened.execute(
+            "INSERT INTO lot (id, name, outline, latitude, longitude, datum_is_pinned, made) "
+            "VALUES (:id, :name, :outline, :latitude, :longitude, :datum_is_pinned, :made)",
+            LOT_ROW,
+        )
+        seal(opened)
+        opened.execute(spoil)
+        opened.commit()
+
+
+@pytest.mark.slow
+def test_a_store_of_version_1_is_migrated_and_its_lots_have_the_time_zone_of_their_place(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    of_version_1(path)
+    assert verify(path) == f"{path}: whole, lots 1, surveys 0"
+    opened = Database(path)
+    with opened.reading() as connection:
+        assert connection.execute(select(LOT.c.name, LOT.c.time_zone)).all() == [("South", None)]
+        assert zone_of_lot(connection, "a" * 36) == "Europe/Amsterdam"
+    opened.close()
+    assert database.check(path) == VERSION
+    assert path.with_name("lots.db.version-1").exists()
+
+
+@pytest.mark.fault(
+    "a lot in a store of an earlier version is damaged",
+    "the migration keeps it damaged: it is named, and passed over",
+)
+def test_what_is_damaged_in_an_earlier_version_stays_so(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    of_version_1(path, "UPDATE digest SET digest = x'00'")
+    with pytest.raises(LotStoreError, match="Damaged on the disk, and passed over: lot 'South'"):
+        verify(path)
+    for _ in range(2):
+        opened = Database(path)
+        assert "Damaged on the disk, and passed over: lot 'South'" in opened.damage
+        opened.close()
 
 
 @pytest.mark.fault(
